@@ -1,0 +1,65 @@
+"""What goes wrong and what to do about it: findings, and the two errors that end a command."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing worth telling the user: where it is, what it is, what was found there, how to mend it.
+
+    Parameters
+    ----------
+    where : file with line (``coast.yaml:12``), or file with channel (``run1.csv, column 'Speed'``).
+    what : one sentence fragment naming the problem.
+    got : the offending text or value, empty when there is none to show.
+    remedy : what the user can do, empty when nothing can be done.
+    """
+
+    where: str
+    what: str
+    got: str = ""
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        text = f"{self.where}: {self.what}"
+        if self.got:
+            text += f" (got {self.got})"
+        if self.remedy:
+            text += f"\n    -> {self.remedy}"
+        return text
+
+
+class VdynError(Exception):
+    """A problem of the user's input or result; carries every finding, never just the first."""
+
+    exit_code: ClassVar[int] = 70
+
+    def __init__(self, *findings: Finding) -> None:
+        super().__init__(*findings)
+        self.findings: tuple[Finding, ...] = findings
+
+    def __str__(self) -> str:
+        return "\n".join(str(f) for f in self.findings)
+
+
+class InputError(VdynError):
+    """The input is wrong: exit code 2."""
+
+    exit_code: ClassVar[int] = 2
+
+
+class ResultError(VdynError):
+    """The input is well-formed but the answer is not good: exit code 1."""
+
+    exit_code: ClassVar[int] = 1
+
+
+def raise_all(findings: Iterable[Finding], error: type[VdynError] = InputError) -> None:
+    """Raise one error with all findings, or return when there are none."""
+    found = tuple(findings)
+    if found:
+        raise error(*found)
