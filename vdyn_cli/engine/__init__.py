@@ -1,0 +1,1 @@
+"""One symbolic model in, simulation with exact sensitivities out: the only room that integrates."""

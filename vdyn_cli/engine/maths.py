@@ -1,0 +1,23 @@
+"""The functions that element laws may use: they accept floats and symbols alike. The door to CasADi for laws."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+GRAVITY = 9.80665  # m/s^2, standard gravity (ISO 80000-3)
+
+sin, cos, tan, atan, atan2 = ca.sin, ca.cos, ca.tan, ca.atan, ca.atan2
+sqrt, exp, log, tanh, fabs = ca.sqrt, ca.exp, ca.log, ca.tanh, ca.fabs
+fmax, fmin, where = ca.fmax, ca.fmin, ca.if_else
+
+
+def soft_abs(x: Any, width: float) -> Any:
+    """|x| made smooth: sqrt(x^2 + width^2) - width, exactly 0 at 0."""
+    return sqrt(x * x + width * width) - width
+
+
+def dead_zone(x: Any, gap: Any, width: float) -> Any:
+    """x less a gap of +-gap around zero, smooth over ``width``; exactly x where the gap is zero, slope never negative."""
+    return x + (sqrt((x - gap) ** 2 + width**2) - sqrt((x + gap) ** 2 + width**2)) / 2
