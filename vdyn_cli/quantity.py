@@ -1,0 +1,127 @@
+"""Physical quantities and the border where units become SI. The one door to pint."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+    from pint import UnitRegistry
+
+    Values = TypeVar("Values", float, NDArray[np.float64])
+
+
+class UnitError(ValueError):
+    """A unit that is unknown, or of another dimension than the quantity asked for."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a number means: its name in files, its SI unit, and the range that physics allows.
+
+    ``lower`` and ``upper`` bound what a passenger car or its sensors can have; they are wide, for refusing
+    a wrong unit or a slipped decimal rather than for steering a fit.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    symbol: str = ""
+    lower: float = -math.inf
+    upper: float = math.inf
+
+    def allows(self, value: float) -> bool:
+        return self.lower <= value <= self.upper
+
+
+# Spellings that test benches use and that pint reads otherwise ("Nm" is its number-metre) or not at all.
+_SPELLINGS = (
+    "newton_metre = newton * metre = Nm",
+    "kilonewton_metre = 1000 newton * metre = kNm",
+    "kilogram_metre_squared = kilogram * metre ** 2 = kgm2",
+)
+
+
+@cache
+def _registry() -> UnitRegistry[Any]:
+    from pint import UnitRegistry
+
+    registry: UnitRegistry[Any] = UnitRegistry(autoconvert_offset_to_baseunit=True)
+    for spelling in _SPELLINGS:
+        registry.define(spelling)
+    return registry
+
+
+@cache
+def _scale(unit: str, si_unit: str) -> tuple[float, float]:
+    """(factor, offset) with SI value = factor * value + offset."""
+    registry = _registry()
+    # An accelerometer's "g" is standard gravity, not the gram.
+    text = "g_0" if unit.strip() == "g" and si_unit == "m/s^2" else unit
+    try:
+        zero = registry.Quantity(0.0, text or "1").to(si_unit or "1").magnitude
+        one = registry.Quantity(1.0, text or "1").to(si_unit or "1").magnitude
+    except Exception as error:  # pint raises a dozen kinds, tokenizer errors among them
+        raise UnitError(_why(unit, si_unit, error)) from None
+    return float(one - zero), float(zero)
+
+
+def _why(unit: str, si_unit: str, error: Exception) -> str:
+    if type(error).__name__ == "DimensionalityError":
+        return f"'{unit}' is not a unit of the same kind as {si_unit}"
+    return f"'{unit}' is not a unit"
+
+
+def to_si(values: Values, unit: str, si_unit: str) -> Values:
+    """Convert values in ``unit`` to ``si_unit``; exact where the units are the same.
+
+    Raises
+    ------
+    UnitError : unknown unit, or another dimension.
+    """
+    factor, offset = _scale(unit, si_unit)
+    if factor == 1.0 and offset == 0.0:
+        return values
+    return values * factor + offset  # type: ignore[operator, no-any-return, unused-ignore]
+
+
+def from_si(values: Values, unit: str, si_unit: str) -> Values:
+    """Convert SI values to ``unit``, the inverse of :func:`to_si`."""
+    factor, offset = _scale(unit, si_unit)
+    return (values - offset) / factor  # type: ignore[operator, no-any-return, unused-ignore]
+
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_MEASURED = re.compile(rf"^\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMBER}))?\s*(.*?)\s*$")
+
+
+@dataclass(frozen=True)
+class Given:
+    """A number that the user gave, in SI, with the standard deviation he trusts it to (0: exact)."""
+
+    value: float
+    std: float = 0.0
+
+
+def parse(text: str | float, si_unit: str) -> Given:
+    """Read ``70 km/h``, ``1588 +- 5 kg`` or a plain SI number.
+
+    Raises
+    ------
+    UnitError : not a number with a unit, unknown unit, or another dimension.
+    """
+    if isinstance(text, (int, float)) and not isinstance(text, bool):
+        return Given(float(text))
+    match = _MEASURED.match(str(text))
+    if match is None:
+        raise UnitError(f"'{text}' is not a number with a unit, such as '1 {si_unit}'")
+    number, spread, unit = match.groups()
+    if not unit:
+        unit = si_unit
+    factor, offset = _scale(unit, si_unit)
+    return Given(float(number) * factor + offset, abs(float(spread) * factor) if spread else 0.0)
