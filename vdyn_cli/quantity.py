@@ -46,6 +46,8 @@ _SPELLINGS = (
     "kilogram_metre_squared = kilogram * metre ** 2 = kgm2",
 )
 
+_TOWER = re.compile(r"(?:\*\*|\^)\s*(?:-?\d{2,}|[-\d.]+\s*(?:\*\*|\^))")  # powers of powers would be computed
+
 
 @cache
 def _registry() -> UnitRegistry[Any]:
@@ -60,6 +62,8 @@ def _registry() -> UnitRegistry[Any]:
 @cache
 def _scale(unit: str, si_unit: str) -> tuple[float, float]:
     """(factor, offset) with SI value = factor * value + offset."""
+    if len(unit) > 40 or _TOWER.search(unit):
+        raise UnitError(f"'{unit[:40]}' is not a unit")
     registry = _registry()
     # An accelerometer's "g" is standard gravity, not the gram.
     text = "g_0" if unit.strip() == "g" and si_unit == "m/s^2" else unit
