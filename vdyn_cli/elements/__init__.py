@@ -1,0 +1,1 @@
+"""One physical part's law per file, in plain arithmetic on named signals."""

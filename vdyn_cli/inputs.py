@@ -1,0 +1,171 @@
+"""Gathering one test's inputs: its description, its logs, and the parameters already known. Reads files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+from vdyn_cli.align import merge
+from vdyn_cli.csv_reader import Column, ReadOptions, read_csv
+from vdyn_cli.elements.atmosphere import air_density
+from vdyn_cli.errors import Finding, InputError, raise_all
+from vdyn_cli.log import Log
+from vdyn_cli.parameters import Estimate, Parameters, read_parameters
+from vdyn_cli.quantity import Quantity
+from vdyn_cli.spec import Channel, Logger, Run, TestSpec, check_channels, load_spec
+from vdyn_cli.steps import Step
+from vdyn_cli.vocabulary import PARAMETERS
+from vdyn_cli.yaml_source import Location, Source
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Everything a step's estimate reads, and the files it came from."""
+
+    spec: Any
+    source: Source
+    data: Any
+    logs: tuple[Log, ...]
+    known: Parameters
+    files: tuple[Path, ...]
+
+
+def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
+    """Read a test's description and all that it refers to, reporting every problem at once.
+
+    Raises
+    ------
+    InputError : whatever is wrong in the description, the logs or the parameter files.
+    """
+    spec, source = load_spec(path, step.spec)
+    known_files = tuple(known_files)
+    problems = [*_wrong_test(step, spec, source), *_wrong_channels(step, spec, source)]
+    known = given_parameters(spec)
+    for file in known_files:
+        later = _attempt(problems, read_parameters, file)
+        known = known.updated(later) if later else known
+    # A wrong channel map would only repeat itself for every log.
+    read = [] if problems else [_attempt(problems, _read_run, step, spec, source, i) for i in range(len(spec.runs))]
+    logs = tuple(log for log in read if log is not None)
+    data, extra = logs, None
+    if step.load is not None:
+        extra = _attempt(problems, step.load, spec, path.parent, logs)
+    raise_all(problems)
+    if extra is not None:
+        data, own_files = extra
+    else:
+        own_files = ()
+    run_files = (path.parent / name for run in spec.runs for name in _log_names(run))
+    files = (path, *source.included, *run_files, *own_files, *known_files)
+    return Inputs(spec, source, data, logs, known, tuple(dict.fromkeys(files)))
+
+
+def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R | None:
+    """Call, keeping what is wrong for one report at the end."""
+    try:
+        return call(*args, **kwargs)
+    except InputError as error:
+        problems.extend(f for f in error.findings if f not in problems)
+        return None
+
+
+def _wrong_test(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
+    if spec.test == step.name:
+        return []
+    remedy = f"run 'vdyn {spec.test} {source.path.name}', or write 'test: {step.name}'"
+    return [Finding(source.where(("test",)), f"describes another test than '{step.name}'", repr(spec.test), remedy)]
+
+
+def _wrong_channels(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
+    """Unknown channels, and needed channels that no logger maps."""
+    known = step.channels()
+    findings = check_channels(spec.channels, known, source, ("channels",))
+    for i, logger in enumerate(spec.loggers):
+        findings += check_channels(logger.channels, known, source, ("loggers", i, "channels"))
+    if not spec.runs:
+        return findings
+    mapped = {n for channels, _ in _channel_maps(spec) for n in channels}
+    place = source.where(("loggers",) if spec.loggers else ("channels",))
+    for entry in step.required:
+        ways = [way.split("+") for way in entry.split("|")]
+        if not any(set(way) <= mapped for way in ways):
+            names = " or ".join(" + ".join(way) for way in ways)
+            quantity = known[ways[0][0]]
+            line = f"{ways[0][0]}: {{column: '<header>', unit: {quantity.unit or '1'}}}"
+            findings.append(Finding(place, f"channel {names} is needed", remedy=f"add '{line}' to the channels"))
+    return findings
+
+
+def _channel_maps(spec: TestSpec) -> list[tuple[Mapping[str, Channel], Location]]:
+    if not spec.loggers:
+        return [(spec.channels, ("channels",))]
+    return [(logger.channels, ("loggers", i, "channels")) for i, logger in enumerate(spec.loggers)]
+
+
+def _log_names(run: Run) -> list[str]:
+    return [run.log] if run.log is not None else list(run.logs or [])
+
+
+def _read_run(step: Step, spec: TestSpec, source: Source, index: int) -> Log:
+    """One run's log, from one logger or merged from several, cut to its window."""
+    run = spec.runs[index]
+    names = _log_names(run)
+    loggers = spec.loggers or [Logger(channels=spec.channels, reading=spec.reading)]
+    place = source.where(("runs", index))
+    if len(names) != len(loggers):
+        remedy = "give one log per entry of 'loggers', in the same order"
+        raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
+    problems: list[Finding] = []
+    read = []
+    for name, logger, (channels, at) in zip(names, loggers, _channel_maps(spec), strict=True):
+        columns = {n: _column(step.channels()[n], c, source, (*at, n)) for n, c in channels.items()}
+        options = ReadOptions(**logger.reading.model_dump())
+        read.append(_attempt(problems, read_csv, source.path.parent / name, columns, options))
+    raise_all(problems)
+    logs = [replace(log, name=name) for log, name in zip(read, names, strict=True) if log is not None]
+    log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
+    log = _summed(step, log)
+    if run.from_time is None and run.to_time is None:
+        return log
+    start = run.from_time.value if run.from_time else log.time[0]
+    stop = run.to_time.value if run.to_time else log.time[-1]
+    cut = log.between(start, stop)
+    if cut.time.size < 2:
+        got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
+        raise InputError(Finding(place, "the time window holds no samples of the log", got))
+    return cut
+
+
+def _column(quantity: Quantity, channel: Channel, source: Source, at: Location) -> Column:
+    return Column(channel.column, channel.unit, quantity.unit, channel.sign, where=source.where(at))
+
+
+def _summed(step: Step, log: Log) -> Log:
+    """The log with totals made of mapped parts: ``front_load|front_left_load+front_right_load``."""
+    for entry in (*step.required, *step.optional):
+        total, *alternatives = entry.split("|")
+        for way in alternatives:
+            parts = way.split("+")
+            if total not in log and all(part in log for part in parts):
+                log = log.with_channels(**{total: sum(log[part] for part in parts)})
+    return log
+
+
+def given_parameters(spec: TestSpec) -> Parameters:
+    """What the description states of the vehicle and the air; the air's density from temperature and pressure."""
+    estimates = {name: Estimate.given(PARAMETERS[name], g.value, g.std) for name, g in spec.vehicle.items()}
+    air = spec.environment
+    if air.temperature is not None:
+        estimates["temperature"] = Estimate.given(PARAMETERS["temperature"], air.temperature.value, air.temperature.std)
+    if air.pressure is not None:
+        estimates["pressure"] = Estimate.given(PARAMETERS["pressure"], air.pressure.value, air.pressure.std)
+    if air.temperature is not None and air.pressure is not None and "air_density" not in estimates:
+        humidity = air.humidity.value if air.humidity else 0.0
+        density = air_density(air.temperature.value, air.pressure.value, humidity)
+        estimates["air_density"] = Estimate.given(PARAMETERS["air_density"], density)
+    return Parameters(estimates)

@@ -1,0 +1,1 @@
+"""Assemblies of elements: the equations of motion that the steps fit."""

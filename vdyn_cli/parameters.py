@@ -1,0 +1,184 @@
+"""Estimates and the parameter set: what one step gives and the next one needs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.quantity import Quantity
+from vdyn_cli.vocabulary import PARAMETERS
+
+FORMAT = "vdyn/parameters/1"
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter's value with what is known of its error, in SI units.
+
+    ``source`` is ``given``, ``measured`` or the step that estimated it; ``baseline`` is the value
+    before the model was extended by a named cause. ``std`` 0 means: given as exact.
+    """
+
+    value: float
+    std: float
+    interval95: tuple[float, float]
+    unit: str
+    meaning: str
+    source: str
+    baseline: float | None = None
+
+    @classmethod
+    def given(cls, quantity: Quantity, value: float, std: float = 0.0, source: str = "given") -> Estimate:
+        """A number stated by the user; its interval is the normal one of its standard deviation."""
+        half = 1.959963984540054 * std
+        return cls(value, std, (value - half, value + half), quantity.unit, quantity.meaning, source)
+
+    @classmethod
+    def of(
+        cls, name: str, value: float, std: float, interval95: tuple[float, float], source: str
+    ) -> Estimate:
+        """An estimate of a parameter of the vocabulary, which gives its unit and meaning."""
+        quantity = PARAMETERS[name]
+        low, high = interval95
+        return cls(
+            float(value), float(std), (float(low), float(high)), quantity.unit, quantity.meaning, source, float(value)
+        )
+
+
+@dataclass(frozen=True)
+class Parameters(Mapping[str, Estimate]):
+    """Named estimates, with the correlation of those estimated together."""
+
+    estimates: Mapping[str, Estimate] = field(default_factory=dict)
+    correlation: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Estimate:
+        return self.estimates[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.estimates)
+
+    def __len__(self) -> int:
+        return len(self.estimates)
+
+    def value(self, name: str, default: float) -> float:
+        """The parameter's value, or the default where nothing is known of it."""
+        estimate = self.estimates.get(name)
+        return default if estimate is None else estimate.value
+
+    def updated(self, later: Parameters) -> Parameters:
+        """These parameters with the later ones in their place or beside them."""
+        correlation = {**self.correlation}
+        for name, row in later.correlation.items():
+            correlation[name] = {**correlation.get(name, {}), **row}
+        return Parameters({**self.estimates, **later.estimates}, correlation)
+
+    def require(self, *names: str, where: str, givers: Mapping[str, str] | None = None) -> None:
+        """Refuse with every missing parameter at once, each with who could give it.
+
+        Raises
+        ------
+        InputError : when a name is not known.
+        """
+        missing = [n for n in names if n not in self.estimates]
+        if missing:
+            raise InputError(*(_missing(name, where, (givers or GIVERS).get(name)) for name in missing))
+
+
+# Which step gives a parameter that another step may need: for the remedy of "missing" errors.
+GIVERS: Mapping[str, str] = {
+    "frontal_area": "area",
+    "drag_area": "coastdown",
+    "rolling_resistance": "coastdown",
+    "cg_height": "cg",
+    "cg_to_rear": "cg",
+    "cg_to_front": "cg",
+    "pitch_inertia": "cg",
+    "wheel_inertia": "inertia",
+    "shaft_stiffness_left": "shaft",
+    "shaft_stiffness_right": "shaft",
+    "tire_vertical_stiffness": "bump",
+    "suspension_stiffness_front": "bump",
+    "suspension_stiffness_rear": "bump",
+    "suspension_damping_front": "bump",
+    "suspension_damping_rear": "bump",
+    "tire_B": "tire",
+    "tire_C": "tire",
+    "tire_D": "tire",
+    "tire_E": "tire",
+}
+
+
+def _missing(name: str, where: str, giver: str | None) -> Finding:
+    quantity = PARAMETERS[name]
+    remedy = f"add '{name}: <number> {quantity.unit}'".rstrip() + " under vehicle"
+    if giver:
+        remedy += f", or pass the result of 'vdyn {giver}' with --known"
+    return Finding(where, f"{name} ({quantity.meaning}) is needed and not given", remedy=remedy)
+
+
+def to_document(parameters: Parameters) -> dict[str, Any]:
+    """The ``parameters`` and ``correlation`` parts of a result's JSON."""
+    return {
+        "parameters": {
+            name: {
+                "value": e.value,
+                "std": e.std,
+                "interval95": list(e.interval95),
+                "unit": e.unit,
+                "meaning": e.meaning,
+                "baseline": e.baseline,
+                "source": e.source,
+            }
+            for name, e in parameters.items()
+        },
+        "correlation": {a: dict(row) for a, row in parameters.correlation.items()},
+    }
+
+
+def read_parameters(path: Path) -> Parameters:
+    """Read a parameter JSON that a step or the pipeline wrote.
+
+    Raises
+    ------
+    InputError : missing or unreadable file, another format, a malformed entry (all at once).
+    """
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(Finding(str(path), f"can't be read: {error.strerror}")) from None
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise InputError(Finding(str(path), "is not JSON", str(error)[:80])) from None
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        got = repr(document.get("format")) if isinstance(document, dict) else type(document).__name__
+        remedy = "pass a JSON written by a vdyn step"
+        raise InputError(Finding(str(path), f"is not a parameter file of format {FORMAT}", got, remedy))
+    estimates, findings = {}, []
+    entries = document.get("parameters")
+    for name, entry in (entries if isinstance(entries, dict) else {}).items():
+        try:
+            low, high = entry["interval95"]
+            baseline = entry.get("baseline")
+            estimates[name] = Estimate(
+                float(entry["value"]),
+                float(entry["std"]),
+                (float(low), float(high)),
+                str(entry["unit"]),
+                str(entry["meaning"]),
+                str(entry["source"]),
+                None if baseline is None else float(baseline),
+            )
+        except (KeyError, TypeError, ValueError, AttributeError):
+            findings.append(Finding(f"{path}, parameter '{name}'", "lacks value, std, interval95, unit or source"))
+    if findings:
+        raise InputError(*findings)
+    return Parameters(estimates, document.get("correlation") or {})
+
+
+def with_source(parameters: Parameters, source: str) -> Parameters:
+    """The same estimates under another source."""
+    return replace(parameters, estimates={n: replace(e, source=source) for n, e in parameters.items()})

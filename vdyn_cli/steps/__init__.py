@@ -1,0 +1,80 @@
+"""The registry of steps: one file each, found by name; importing this imports no step.
+
+A step's file defines ``STEP = Step(...)``; its first docstring line is the command's help. Nothing else has to be
+touched to add one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vdyn_cli.quantity import Quantity
+
+if TYPE_CHECKING:
+    from vdyn_cli.log import Log
+    from vdyn_cli.parameters import Parameters
+    from vdyn_cli.result import Result
+    from vdyn_cli.spec import TestSpec
+
+
+@dataclass(frozen=True)
+class Step:
+    """One estimation step: its description's shape, the channels it reads, and the estimate itself.
+
+    Parameters
+    ----------
+    name : the command's name.
+    spec : the pydantic model of the YAML, derived from TestSpec.
+    required, optional : channels of a run's log; an entry of ``required`` may offer alternatives as
+        ``"front_load|front_left_load+front_right_load"``.
+    needs : parameters that the step may read from other steps or the vehicle; they order the pipeline.
+    gives : parameters that the step estimates.
+    estimate : pure: (spec, data, known) -> Result, where ``data`` is what ``load`` read.
+    load : reads what is not a run's log (a picture, a pendulum recording): (spec, folder) -> (data, paths read);
+        None for steps that need the runs' logs alone, whose data is the tuple of Logs.
+    """
+
+    name: str
+    spec: type[TestSpec]
+    required: tuple[str, ...]
+    optional: tuple[str, ...]
+    needs: tuple[str, ...]
+    gives: tuple[str, ...]
+    estimate: Callable[[Any, Any, Parameters], Result]
+    load: Callable[[Any, Path, tuple[Log, ...]], tuple[Any, tuple[Path, ...]]] | None = None
+    extra_channels: tuple[Quantity, ...] = ()
+
+    def channels(self) -> Mapping[str, Quantity]:
+        """Every channel that a log of this step may map."""
+        from vdyn_cli.vocabulary import CHANNELS
+
+        own = {q.name: q for q in self.extra_channels}
+        names = [n for entry in (*self.required, *self.optional) for way in entry.split("|") for n in way.split("+")]
+        return {n: own.get(n) or CHANNELS[n] for n in dict.fromkeys(names)}
+
+
+def names() -> tuple[str, ...]:
+    """The names of all steps, without importing them."""
+    return tuple(sorted(p.stem for p in Path(__file__).parent.glob("[a-z]*.py")))
+
+
+def summary(name: str) -> str:
+    """The first line of the step's docstring, read as text so that help stays instant."""
+    with (Path(__file__).parent / f"{name}.py").open(encoding="utf-8") as file:
+        return file.readline().strip().strip('"').rstrip(".")
+
+
+def load_step(name: str) -> Step:
+    """Import one step."""
+    step = import_module(f"vdyn_cli.steps.{name}").STEP
+    assert isinstance(step, Step)
+    return step
+
+
+def explanation(name: str) -> str:
+    """The step's documentation: the docstring of its file."""
+    return import_module(f"vdyn_cli.steps.{name}").__doc__ or ""
