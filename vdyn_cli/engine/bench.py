@@ -45,6 +45,8 @@ class Correction(Protocol):
     @property
     def unknowns(self) -> Mapping[str, Any]: ...
     @property
+    def nominal(self) -> Mapping[str, float]: ...
+    @property
     def states(self) -> Mapping[str, Callable[[Signals], Number]]: ...
 
 
@@ -60,7 +62,7 @@ class Bench:
 
     def __init__(
         self,
-        read: Callable[[str, float], Number],
+        read: Callable[[str, Number], Number],
         parameters: Mapping[str, Number],
         unknowns: Mapping[str, Number],
         effects: Iterable[Correction] = (),
@@ -71,7 +73,7 @@ class Bench:
         self._effects = tuple(effects)
         self._context = dict(context or {})
         self.rates: dict[str, Number] = {}
-        self.outputs: dict[str, tuple[Number, Number, Number]] = {}
+        self.outputs: dict[str, tuple[Number, Number | None, Number]] = {}
         self.met: set[str] = set()
         self.p = self("parameters", **parameters)
 
@@ -84,31 +86,40 @@ class Bench:
             name, value = law.__name__, law
         s = Signals(**{**self._context, **signals})
         for effect in self._effects:
-            if effect.on != name:
-                continue
-            self.met.add(effect.name)
-            for state, rate in effect.states.items():
-                key = f"{effect.name}.{state}{at}"
-                s = s.but(**{state: self.state(key)})
-                self.rates[key] = rate(s)
-            value = self._wrap(effect, value)
+            if effect.on == name:
+                self.met.add(effect.name)
+                value = self._wrap(effect, value, self._states(effect, at, s))
         return value(s)
 
-    def _wrap(self, effect: Correction, law: Law) -> Law:
-        q = Signals(**{name: self._unknowns[name] for name in effect.unknowns})
-        return lambda s: effect.law(law, s, q)
+    def _states(self, effect: Correction, at: str, s: Signals) -> dict[str, Number]:
+        """The effect's own states; their rates see the law's signals, the effect's states and its unknowns."""
+        states = {name: self.state(f"{effect.name}.{name}{at}") for name in effect.states}
+        if states:
+            seen = s.but(**states, **{name: self._unknowns[name] for name in effect.unknowns})
+            self.rates.update({f"{effect.name}.{name}{at}": rate(seen) for name, rate in effect.states.items()})
+        return states
 
-    def state(self, name: str, start: float = 0.0) -> Any:
-        """A state's value now; the first touch declares it, with its start value."""
+    def _wrap(self, effect: Correction, law: Law, states: Mapping[str, Number]) -> Law:
+        q = Signals(**{name: self._unknowns[name] for name in effect.unknowns})
+        return lambda s: effect.law(law, s.but(**states), q)
+
+    def state(self, name: str, start: Number = 0.0) -> Any:
+        """A state's value now; the first touch declares it, with its start value.
+
+        ``start`` may be an expression of parameters, of inputs (their first sample) and of states declared before
+        (their starts), so that, for example, a wheel starts rolling at the vehicle's start speed.
+        """
         return self._read(name, start)
 
     def integrate(self, **rates: Number) -> None:
         """The time derivatives of states."""
         self.rates.update(rates)
 
-    def sensor(self, name: str, true: Number, rate: Number) -> None:
+    def sensor(self, name: str, true: Number, rate: Number | None = None) -> None:
         """A reading: its value law and its clock law are elements that effects can correct.
 
-        ``rate`` is the time derivative of the true value, needed to read it at a shifted time.
+        The clock law ``<name>_clock`` gives the shift in seconds at which the true value is read (0 without effects).
+        ``rate``, the time derivative of the true value, is only needed where the value depends on an input directly
+        and the model knows better than differences of the simulated trace.
         """
         self.outputs[name] = (self(name, value=true), rate, self(f"{name}_clock", value=0.0))

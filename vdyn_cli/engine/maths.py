@@ -8,9 +8,10 @@ import casadi as ca
 
 GRAVITY = 9.80665  # m/s^2, standard gravity (ISO 80000-3)
 
-sin, cos, tan, atan, atan2 = ca.sin, ca.cos, ca.tan, ca.atan, ca.atan2
-sqrt, exp, log, tanh, fabs = ca.sqrt, ca.exp, ca.log, ca.tanh, ca.fabs
-fmax, fmin, where = ca.fmax, ca.fmin, ca.if_else
+sin, cos, tan, asin, acos, atan, atan2 = ca.sin, ca.cos, ca.tan, ca.asin, ca.acos, ca.atan, ca.atan2
+sqrt, exp, log, tanh, fabs, floor, sign = ca.sqrt, ca.exp, ca.log, ca.tanh, ca.fabs, ca.floor, ca.sign
+fmax, fmin, copysign = ca.fmax, ca.fmin, ca.copysign
+where, both, either, negate = ca.if_else, ca.logic_and, ca.logic_or, ca.logic_not
 
 
 def soft_abs(x: Any, width: float) -> Any:
@@ -19,5 +20,5 @@ def soft_abs(x: Any, width: float) -> Any:
 
 
 def dead_zone(x: Any, gap: Any, width: float) -> Any:
-    """x less a gap of +-gap around zero, smooth over ``width``; exactly x where the gap is zero, slope never negative."""
+    """x less +-gap around zero, smooth over ``width``; exactly x where the gap is zero, slope never negative."""
     return x + (sqrt((x - gap) ** 2 + width**2) - sqrt((x + gap) ** 2 + width**2)) / 2

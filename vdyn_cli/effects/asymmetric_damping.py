@@ -1,0 +1,23 @@
+"""Dampers that resist rebound more than compression."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.engine.maths import soft_abs
+from vdyn_cli.quantity import Quantity
+
+CORNER = 0.01  # m/s, over which the two slopes meet; far below the stroke rates of a bump
+
+
+@effect(
+    on="damper",
+    unknowns=(Quantity("damping_asymmetry", "", "rebound over compression slope, as (r - c)/(r + c)", "a", -0.9, 0.9),),
+    reference="Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: ratio 2 to 4 (0.33 to 0.6)",
+)
+def asymmetric_damping(damper: Law, s: Signals, q: Signals) -> Number:
+    """Dampers that resist rebound (extension, positive stroke rate) more than compression.
+
+    F = C (v + a |v|): slope C (1 + a) in rebound, C (1 - a) in compression.
+    """
+    return damper(s) + q.damping_asymmetry * s.damping * soft_abs(s.stroke_rate, CORNER)

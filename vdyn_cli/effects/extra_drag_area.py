@@ -1,0 +1,20 @@
+"""Drag of what the drawing does not show."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="air",
+    unknowns=(Quantity("extra_drag_area", "m^2", "drag area of sensors, cables and open windows", "dCdA", -0.3, 0.5),),
+    reference="doi:10.4271/2017-01-1574 blames sensors and cables; range: wheel force sensors with rods about 0.1 m^2",
+)
+def extra_drag_area(air: Law, s: Signals, q: Signals) -> Number:
+    """More drag area than the baseline knows: measuring equipment on the outside, an open window, a roof rack.
+
+    F = 1/2 rho (Cd A + dCdA) (v + w) |v + w|. The same as Cd A wherever that is estimated too.
+    """
+    return air(s.but(drag_area=s.drag_area + q.extra_drag_area))

@@ -1,0 +1,20 @@
+"""Steady wind along the track."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="air",
+    unknowns=(Quantity("headwind", "m/s", "steady headwind along the out direction", "w", -8, 8),),
+    reference="drag of the relative air speed; range: SAE J1263 allows 16 km/h of mean wind, doubled for gusty days",
+)
+def headwind(air: Law, s: Signals, q: Signals) -> Number:
+    """A steady wind along the track, against the vehicle on the way out and behind it on the way back.
+
+    F = 1/2 rho Cd A (v + w h) |v + w h| with heading h = +1 out, -1 back. Assumes no crosswind.
+    """
+    return air(s.but(wind=s.wind + s.heading * q.headwind))

@@ -1,0 +1,64 @@
+"""Reading a simulated trace at shifted times: what a delayed or offset sensor clock sees."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vdyn_cli.engine.kernel import Array
+
+
+def read_at(
+    time: Array,
+    value: Array,
+    rate: Array | None,
+    tangents: Array,
+    rate_tangents: Array | None,
+    shift: Array,
+    shift_tangents: Array,
+) -> tuple[Array, Array]:
+    """A trace at time + shift, with its sensitivities, by cubic Hermite interpolation.
+
+    y(t + s): d y(t + s)/d theta = (dy/d theta)(t + s) + y'(t + s) ds/d theta.
+
+    Parameters
+    ----------
+    time, value, shift : (n,) s, trace, s.
+    rate : (n,) time derivative of the trace, or None: slopes are then those of parabolas through three neighbours.
+    tangents, rate_tangents, shift_tangents : (n, k) derivatives to the unknowns.
+
+    Returns
+    -------
+    (n,) and (n, k). Outside the recorded time the trace goes on straight where its rate is known and stays where it is
+    not (differences of a noisy trace say nothing about what lies beyond it).
+    """
+    if time.size < 2:
+        return value, tangents
+    known = rate is not None
+    slope = rate if rate is not None else _slopes(time, value[:, None])[:, 0]
+    slope_tangents = rate_tangents if rate_tangents is not None else _slopes(time, tangents)
+    at = time + shift
+    inside = np.clip(at, time[0], time[-1])
+    i = np.clip(np.searchsorted(time, inside, side="right") - 1, 0, time.size - 2)
+    step = time[i + 1] - time[i]
+    a = (inside - time[i]) / step
+    w = ((1 + 2 * a) * (1 - a) ** 2, a * (1 - a) ** 2 * step, a * a * (3 - 2 * a), a * a * (a - 1) * step)
+    d = ((6 * a * a - 6 * a) / step, (1 - a) * (1 - 3 * a), (6 * a - 6 * a * a) / step, a * (3 * a - 2))
+    beyond = (at - inside) if known else np.zeros_like(at)
+    here = d[0] * value[i] + d[1] * slope[i] + d[2] * value[i + 1] + d[3] * slope[i + 1]
+    here = here if known else np.where(at == inside, here, 0.0)
+    seen = w[0] * value[i] + w[1] * slope[i] + w[2] * value[i + 1] + w[3] * slope[i + 1] + beyond * here
+    if not tangents.shape[1]:
+        return seen, tangents
+    c = [(wk + beyond * dk)[:, None] for wk, dk in zip(w, d, strict=True)]
+    carried = c[0] * tangents[i] + c[1] * slope_tangents[i] + c[2] * tangents[i + 1] + c[3] * slope_tangents[i + 1]
+    return seen, carried + here[:, None] * shift_tangents
+
+
+def _slopes(time: Array, values: Array) -> Array:
+    """Slopes (n, k) of the parabolas through each sample and its neighbours; one-sided at the ends."""
+    step = np.diff(time)[:, None]
+    chord = np.diff(values, axis=0) / step
+    if step.size == 1:
+        return np.vstack([chord, chord])
+    middle = (step[1:] * chord[:-1] + step[:-1] * chord[1:]) / (step[1:] + step[:-1])
+    return np.vstack([2 * chord[:1] - middle[:1], middle, 2 * chord[-1:] - middle[-1:]])

@@ -1,0 +1,162 @@
+"""Tracing: a model and its effects become one symbolic graph, and one step of Runge-Kutta on it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+
+from vdyn_cli.engine.bench import Bench, Correction, Number, Signals
+from vdyn_cli.engine.model import Model
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """A traced model.
+
+    ``step(x, u0, u1, dt, p) -> (x at the end, readings at the start)``: the constants ``p`` are the model's parameters,
+    the effects' unknowns and the context, in the order of ``constants``. The readings are the outputs, followed by the
+    rate and the clock shift of those in ``shifted``; a rate is None where it must be found from the trace itself.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    constants: tuple[str, ...]
+    defaults: Mapping[str, float]
+    outputs: tuple[str, ...]
+    shifted: tuple[str, ...]
+    rated: tuple[str, ...]
+    step: ca.Function
+    _symbols: tuple[ca.SX, ca.SX, ca.SX]
+    _starts: tuple[Number, ...]
+
+    @property
+    def readings(self) -> int:
+        return int(self.step.size1_out(1))
+
+    def start(self, given: frozenset[str]) -> ca.Function:
+        """``(x, u, p) -> (x0, dx0/d(x, p))`` where ``given`` starts are taken from x and the others as declared."""
+        x, u, p = self._symbols
+        starts = ca.SX(x)
+        for i, name in enumerate(self.states):
+            if name not in given:
+                starts[i] = ca.substitute(ca.SX(self._starts[i]), x, starts)
+        return ca.Function("start", [x, u, p], [starts, ca.densify(ca.jacobian(starts, ca.vertcat(x, p)))])
+
+
+def closest(name: str, known: Iterable[str]) -> str:
+    """A hint for a name that is not known: the closest one, or all of them."""
+    names = list(known)
+    near = get_close_matches(name, names, n=1)
+    return f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(sorted(names)) or 'none'}"
+
+
+def refuse_unknown(what: str, names: Iterable[str], known: Iterable[str]) -> None:
+    """Raise ValueError for the first name that is not known."""
+    known = tuple(known)
+    for name in names:
+        if name not in known:
+            raise ValueError(f"{what} {name!r} is not known; {closest(name, known)}")
+
+
+def symbols(names: Iterable[str]) -> dict[str, Any]:
+    return {name: ca.SX.sym(name) for name in names}
+
+
+def column(values: Iterable[Number]) -> ca.SX:
+    """A dense column, also when there are no values or they are plain numbers."""
+    listed = list(values)
+    return ca.densify(ca.vertcat(*listed)) if listed else ca.SX(0, 1)
+
+
+def constants_of(model: Model, effects: Iterable[Correction]) -> dict[str, float]:
+    """The effects' unknowns with the values that they have when nobody sets them."""
+    defaults: dict[str, float] = {}
+    for effect in effects:
+        for name in effect.unknowns:
+            if name in defaults or name in model.parameters or name in model.context:
+                raise ValueError(f"the unknown {name!r} of effect {effect.name!r} has a name that is already taken")
+            defaults[name] = float(effect.nominal.get(name, 0.0))
+    return defaults
+
+
+@lru_cache(maxsize=64)
+def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
+    """Assemble a model once on symbols.
+
+    Raises
+    ------
+    MissingSignalError : an effect asks for a signal that the model does not have.
+    ValueError : an effect corrects a law that the model never calls; a state has no rate or a rate no state.
+    """
+    defaults = constants_of(model, effects)
+    p, q, u, c = symbols(model.parameters), symbols(defaults), symbols(model.inputs), symbols(model.context)
+    x: dict[str, ca.SX] = {}
+    starts: dict[str, Number] = {}
+
+    def read(name: str, start: Number) -> Number:
+        if name not in x:
+            x[name], starts[name] = ca.SX.sym(name), start
+        return x[name]
+
+    bench = Bench(read, p, q, effects, c)
+    model.assemble(bench, Signals(**u))
+    if unmet := [effect.name for effect in effects if effect.name not in bench.met]:
+        raise ValueError(f"model {model.name!r} has no element for the effect {', '.join(unmet)}")
+    if odd := set(bench.rates) ^ set(x):
+        raise ValueError(f"model {model.name!r}: a state needs one rate and a rate one state, not so {sorted(odd)}")
+    constants = {**p, **q, **c}
+    rates = column(bench.rates[name] for name in x)
+    readings = _readings(bench, column(x.values()), rates, column(u.values()))
+    shifted = tuple(name for name, (_, _, shift) in readings.items() if not shift.is_zero())
+    rated = tuple(name for name in shifted if readings[name][1] is not None)
+    read_out = column(
+        [value for value, _, _ in readings.values()]
+        + [readings[name][1] for name in rated]
+        + [readings[name][2] for name in shifted]
+    )
+    names = (column(x.values()), column(u.values()), column(constants.values()))
+    step = _runge_kutta(*names, rates, read_out)
+    return Graph(
+        states=tuple(x),
+        inputs=tuple(u),
+        constants=tuple(constants),
+        defaults=defaults,
+        outputs=tuple(readings),
+        shifted=shifted,
+        rated=rated,
+        step=step,
+        _symbols=names,
+        _starts=tuple(starts.values()),
+    )
+
+
+def _readings(bench: Bench, x: ca.SX, rates: ca.SX, u: ca.SX) -> dict[str, tuple[ca.SX, ca.SX | None, ca.SX]]:
+    """Each output with its rate, exact where it depends on states alone, and its clock shift."""
+    found = {}
+    for name, (value, rate, shift) in bench.outputs.items():
+        value = ca.SX(value)
+        if not u.numel() or not ca.depends_on(value, u):
+            rate = ca.jtimes(value, x, rates) if x.numel() else ca.SX(0)
+        found[name] = (value, None if rate is None else ca.SX(rate), ca.SX(shift))
+    return found
+
+
+def _runge_kutta(x: ca.SX, u: ca.SX, p: ca.SX, rates: ca.SX, readings: ca.SX) -> ca.Function:
+    """Classical fourth order, inputs linear over the step; at dt = 0 the state stays as it is.
+
+    Source: W. Kutta, Zeitschrift fuer Mathematik und Physik 46 (1901) 435-453.
+    """
+    field = ca.Function("field", [x, u, p], [rates])
+    end, dt = ca.SX.sym("u1", u.numel()), ca.SX.sym("dt")
+    middle = (u + end) / 2
+    k1 = rates
+    k2 = field(x + dt / 2 * k1, middle, p)
+    k3 = field(x + dt / 2 * k2, middle, p)
+    k4 = field(x + dt * k3, end, p)
+    after = x + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return ca.Function("step", [x, u, end, dt, p], [ca.densify(after), readings], {"cse": True})

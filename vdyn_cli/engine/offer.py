@@ -1,0 +1,59 @@
+"""Which effects a model can take: those whose element it calls with the signals they ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TypeVar
+
+from vdyn_cli.engine.bench import Bench, Correction, Law, MissingSignalError, Number, Signals
+from vdyn_cli.engine.graph import constants_of, symbols
+from vdyn_cli.engine.model import Model
+
+E = TypeVar("E", bound=Correction)
+
+
+class _Asking(Bench):
+    """A bench that notes which effects find their signals instead of failing."""
+
+    def __init__(self, model: Model, effects: tuple[Correction, ...]) -> None:
+        self.lacking: set[str] = set()
+        states: dict[str, Number] = {}
+        super().__init__(
+            lambda name, start: states.setdefault(name, next(iter(symbols([name]).values()))),
+            symbols(model.parameters),
+            symbols(constants_of(model, effects)),
+            effects,
+            symbols(model.context),
+        )
+
+    def _states(self, effect: Correction, at: str, s: Signals) -> dict[str, Number]:
+        try:
+            return super()._states(effect, at, s)
+        except MissingSignalError:
+            self.lacking.add(effect.name)
+            return {}
+
+    def _wrap(self, effect: Correction, law: Law, states: Mapping[str, Number]) -> Law:
+        corrected = super()._wrap(effect, law, states)
+
+        def attempt(s: Signals) -> Number:
+            try:
+                return corrected(s)
+            except MissingSignalError:
+                self.lacking.add(effect.name)
+                return law(s)  # raises again where it is the element itself that lacks a signal
+
+        return attempt
+
+
+def offered(model: Model, parameters: Mapping[str, float], catalogue: Iterable[E]) -> tuple[E, ...]:
+    """The effects of a catalogue that a model can take, in its order; one pass, nothing is simulated.
+
+    Raises
+    ------
+    MissingSignalError : an element of the model itself lacks a signal.
+    """
+    effects = tuple(catalogue)
+    bench = _Asking(model, effects)
+    model.assemble(bench, Signals(**symbols(model.inputs)))
+    return tuple(e for e in effects if e.name in bench.met and e.name not in bench.lacking)
