@@ -1,0 +1,71 @@
+"""The profile of a bump in the road, closed form where there is one, and what a contact patch feels of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tests.plant.information import Array
+
+
+@dataclass(frozen=True)
+class Bump:
+    """Height of the road over the distance s past the bump's near edge.
+
+    ``shape`` is "haversine" (a full cosine period), "half_sine", or "profile" with ``table`` (2, k) of distance and
+    height, straight between its points. ``patch`` is the length over which the tyre averages.
+    """
+
+    height: float = 0.07
+    width: float = 0.48
+    shape: str = "haversine"
+    table: Array | None = None
+    patch: float = 0.0
+
+    def level(self, s: Array) -> Array:
+        """Road height under the contact point, m."""
+        if self.patch > 0:
+            return (self._area(s + self.patch / 2) - self._area(s - self.patch / 2)) / self.patch
+        return self._level(s)
+
+    def slope(self, s: Array) -> Array:
+        """Rise of that height per metre."""
+        if self.patch > 0:
+            return (self._level(s + self.patch / 2) - self._level(s - self.patch / 2)) / self.patch
+        inside = (s > 0) & (s < self.width)
+        turn = np.pi * s / self.width
+        if self.shape == "haversine":
+            return np.where(inside, np.pi * self.height / self.width * np.sin(2 * turn), 0.0)
+        if self.shape == "half_sine":
+            return np.where(inside, np.pi * self.height / self.width * np.cos(turn), 0.0)
+        where, what = self._points()
+        steep = np.concatenate([[0.0], np.diff(what) / np.diff(where), [0.0]])
+        return steep[np.searchsorted(where, s)]
+
+    def _points(self) -> Array:
+        if self.shape != "profile" or self.table is None:
+            raise ValueError(f"no such bump: {self.shape}")
+        return self.table
+
+    def _level(self, s: Array) -> Array:
+        turn = np.pi * np.clip(s, 0.0, self.width) / self.width
+        if self.shape == "haversine":
+            return self.height * np.sin(turn) ** 2
+        if self.shape == "half_sine":
+            return self.height * np.sin(turn)
+        where, what = self._points()
+        return np.interp(s, where, what)
+
+    def _area(self, s: Array) -> Array:
+        """Integral of the height from before the bump to s."""
+        turn = np.pi * np.clip(s, 0.0, self.width) / self.width
+        if self.shape == "haversine":
+            return self.height * self.width / (2 * np.pi) * (turn - np.sin(turn) * np.cos(turn))
+        if self.shape == "half_sine":
+            return self.height * self.width / np.pi * (1.0 - np.cos(turn))
+        where, what = self._points()
+        fine = np.linspace(where[0], where[-1], 4001)
+        level = np.interp(fine, where, what)
+        area = np.concatenate([[0.0], np.cumsum((level[1:] + level[:-1]) / 2 * np.diff(fine))])
+        return np.interp(s, fine, area)
