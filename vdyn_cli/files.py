@@ -30,7 +30,8 @@ def write_whole(path: Path, content: str | bytes) -> None:
         temporary.replace(path)
         temporary = None
     except OSError as error:
-        raise InputError(Finding(str(path), f"can't be written: {error.strerror}", remedy="choose another -o")) from None
+        finding = Finding(str(path), f"can't be written: {error.strerror}", remedy="choose another folder with -o")
+        raise InputError(finding) from None
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)

@@ -14,7 +14,7 @@ from vdyn_cli.errors import Finding, InputError, raise_all
 from vdyn_cli.log import Log
 from vdyn_cli.parameters import Estimate, Parameters, read_parameters
 from vdyn_cli.quantity import Quantity
-from vdyn_cli.spec import Channel, Logger, Run, TestSpec, check_channels, load_spec
+from vdyn_cli.spec import Channel, Environment, Logger, Run, TestSpec, Vehicle, check_channels, load_spec
 from vdyn_cli.steps import Step
 from vdyn_cli.vocabulary import PARAMETERS
 from vdyn_cli.yaml_source import Location, Source
@@ -45,7 +45,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     spec, source = load_spec(path, step.spec)
     known_files = tuple(known_files)
     problems = [*_wrong_test(step, spec, source), *_wrong_channels(step, spec, source)]
-    known = given_parameters(spec)
+    known = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     for file in known_files:
         later = _attempt(problems, read_parameters, file)
         known = known.updated(later) if later else known
@@ -156,15 +156,16 @@ def _summed(step: Step, log: Log) -> Log:
     return log
 
 
-def given_parameters(spec: TestSpec) -> Parameters:
-    """What the description states of the vehicle and the air; the air's density from temperature and pressure."""
-    estimates = {name: Estimate.given(PARAMETERS[name], g.value, g.std) for name, g in spec.vehicle.items()}
-    air = spec.environment
-    if air.temperature is not None:
-        estimates["temperature"] = Estimate.given(PARAMETERS["temperature"], air.temperature.value, air.temperature.std)
-    if air.pressure is not None:
-        estimates["pressure"] = Estimate.given(PARAMETERS["pressure"], air.pressure.value, air.pressure.std)
-    if air.temperature is not None and air.pressure is not None and "air_density" not in estimates:
+def given_parameters(vehicle: Vehicle) -> Parameters:
+    """What the description states of the vehicle."""
+    return Parameters({name: Estimate.given(PARAMETERS[name], g.value, g.std) for name, g in vehicle.items()})
+
+
+def given_air(air: Environment) -> Parameters:
+    """What the description states of the air; its density where temperature and pressure are both there."""
+    stated = {"temperature": air.temperature, "pressure": air.pressure}
+    estimates = {n: Estimate.given(PARAMETERS[n], g.value, g.std) for n, g in stated.items() if g is not None}
+    if air.temperature is not None and air.pressure is not None:
         humidity = air.humidity.value if air.humidity else 0.0
         density = air_density(air.temperature.value, air.pressure.value, humidity)
         estimates["air_density"] = Estimate.given(PARAMETERS["air_density"], density)

@@ -15,6 +15,10 @@ from vdyn_cli.vocabulary import PARAMETERS
 FORMAT = "vdyn/parameters/1"
 
 
+class MissingParameterError(InputError):
+    """A step needs a parameter that neither the vehicle's description nor another step gave."""
+
+
 @dataclass(frozen=True)
 class Estimate:
     """One parameter's value with what is known of its error, in SI units.
@@ -82,11 +86,11 @@ class Parameters(Mapping[str, Estimate]):
 
         Raises
         ------
-        InputError : when a name is not known.
+        MissingParameterError : when a name is not known.
         """
         missing = [n for n in names if n not in self.estimates]
         if missing:
-            raise InputError(*(_missing(name, where, (givers or GIVERS).get(name)) for name in missing))
+            raise MissingParameterError(*(_missing(name, where, (givers or GIVERS).get(name)) for name in missing))
 
 
 # Which step gives a parameter that another step may need: for the remedy of "missing" errors.

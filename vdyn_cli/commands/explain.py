@@ -1,0 +1,88 @@
+"""What the program knows of a step, an effect or a parameter, in the words of its own documentation."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+from collections.abc import Sequence
+
+from vdyn_cli import steps
+from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.parameters import GIVERS
+from vdyn_cli.quantity import Quantity
+from vdyn_cli.vocabulary import CHANNELS, PARAMETERS
+
+
+def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
+    """The name itself where it is known.
+
+    Raises
+    ------
+    InputError : it is not, with the closest names.
+    """
+    if name in known:
+        return name
+    close = difflib.get_close_matches(name, known, 3, 0.5)
+    remedy = f"did you mean {' or '.join(close)}?" if close else "see 'vdyn list'"
+    raise InputError(Finding(name, f"is no {kind}", remedy=remedy))
+
+
+def explanation(topic: str) -> str:
+    """The documentation of a step, an effect, a parameter or a channel.
+
+    Raises
+    ------
+    InputError : nothing of that name.
+    """
+    effects = {e.name: e for e in catalogue()}
+    quantities = CHANNELS | PARAMETERS
+    closest_topic(topic, (*steps.names(), *effects, *quantities), "step, effect or parameter")
+    if topic in steps.names():
+        return _step(topic)
+    return _effect(effects[topic]) if topic in effects else _quantity(quantities[topic])
+
+
+def _step(name: str) -> str:
+    step = steps.load_step(name)
+    lines = [
+        f"vdyn {name} TEST.yaml",
+        "",
+        steps.explanation(name).strip(),
+        "",
+        f"channels: {', '.join(step.required) or 'none'}",
+        f"optional: {', '.join(step.optional) or 'none'}",
+        f"needs:    {', '.join(step.needs) or 'nothing'}",
+        f"gives:    {', '.join(step.gives)}",
+    ]
+    return "\n".join(lines)
+
+
+def _effect(effect: Effect) -> str:
+    unknowns = [f"  {q.name}: {q.meaning}, {q.lower:g} to {q.upper:g} {q.unit}" for q in effect.unknowns.values()]
+    about = inspect.cleandoc(effect.law.__doc__ or effect.summary)
+    return "\n".join([f"{effect.name}: corrects the law '{effect.on}'", "", about, "", *unknowns, effect.reference])
+
+
+def _quantity(quantity: Quantity) -> str:
+    symbol = f" ({quantity.symbol})" if quantity.symbol else ""
+    lines = [f"{quantity.name}{symbol}: {quantity.meaning}", f"unit: {quantity.unit or '1'}"]
+    lines.append(f"accepted: {quantity.lower:g} to {quantity.upper:g} {quantity.unit}")
+    if quantity.name in GIVERS:
+        lines.append(f"estimated by: vdyn {GIVERS[quantity.name]}")
+    return "\n".join(lines)
+
+
+def listing() -> str:
+    """The steps with their channels, and the effects."""
+    lines = ["steps"]
+    for name in steps.names():
+        step = steps.load_step(name)
+        lines += [
+            f"  {name:<10} {steps.summary(name)}",
+            f"             reads {', '.join(step.required) or 'no log'}; optional {', '.join(step.optional) or 'none'}",
+            f"             gives {', '.join(step.gives)}",
+        ]
+    lines.append("effects")
+    lines += [f"  {e.name:<24} {e.summary}" for e in catalogue()]
+    return "\n".join(lines)

@@ -1,0 +1,54 @@
+"""One step as a command: run it, say what came out, write JSON and report."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from vdyn_cli.document import to_json
+from vdyn_cli.errors import ResultError
+from vdyn_cli.execute import Outcome, execute
+from vdyn_cli.files import write_whole
+from vdyn_cli.report.words import estimate_text
+
+Tell = Callable[..., None]
+
+
+def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, tell: Tell) -> None:
+    """Run a step and write ``DIR/name.json`` and ``DIR/name.html``, or the JSON on stdout for ``-``.
+
+    Raises
+    ------
+    InputError, ResultError : nothing is written, but for the report that says why the answer is not good.
+    """
+    if output == "-":
+        outcome = execute(name, path, known_files)
+        sys.stdout.write(to_json(outcome.document))
+    else:
+        outcome = write_step(name, path, known_files, Path(output))
+        tell(f"{Path(output) / name}.json and .html")
+    result = outcome.result
+    for finding in result.findings:
+        tell(f"note: {finding}", detail=True)
+    for warning in result.fit.warnings:
+        tell(f"warning: {warning}")
+    for key, estimate in result.parameters.items():
+        tell(f"  {key:<30} {estimate_text(estimate)}")
+    tell(result.sentence)
+
+
+def write_step(name: str, path: Path, known_files: tuple[Path, ...], folder: Path) -> Outcome:
+    """Run a step and write its report and JSON; of an answer that is not good, only the report that says why."""
+    from vdyn_cli.report.html import render, render_failure
+
+    try:
+        outcome = execute(name, path, known_files)
+    except ResultError as error:
+        write_whole(folder / f"{name}.html", render_failure(name, error.findings))
+        raise
+    text = to_json(outcome.document)
+    page = render(outcome.result, outcome.document)
+    write_whole(folder / f"{name}.html", page)
+    write_whole(folder / f"{name}.json", text)
+    return outcome

@@ -1,0 +1,35 @@
+"""One step from files to documents: read, estimate, describe. Writes nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vdyn_cli.document import step_document
+from vdyn_cli.inputs import gather
+from vdyn_cli.result import Result
+from vdyn_cli.steps import load_step
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A step's result and its JSON document."""
+
+    result: Result
+    document: Mapping[str, Any]
+
+
+def execute(step_name: str, path: Path, known_files: Sequence[Path] = ()) -> Outcome:
+    """Run one step on one description.
+
+    Raises
+    ------
+    InputError : the input is wrong.
+    ResultError : the answer is not good.
+    """
+    step = load_step(step_name)
+    inputs = gather(step, path, known_files)
+    result = step.estimate(inputs.spec, inputs.data, inputs.known)
+    return Outcome(result, step_document(result, inputs, known_files))
