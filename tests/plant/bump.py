@@ -66,6 +66,12 @@ def truth(vehicle: Vehicle) -> dict[str, float]:
     return {name: getattr(vehicle, name) for name in PARAMETERS}
 
 
+def known(vehicle: Vehicle) -> dict[str, float]:
+    """What the tester writes into the description; the pitch inertia is the sprung body's."""
+    names = ("sprung_mass", "unsprung_mass_front", "unsprung_mass_rear", "wheelbase", "cg_to_front")
+    return {name: float(getattr(vehicle, name)) for name in names} | {"pitch_inertia": vehicle.sprung_pitch_inertia}
+
+
 def runs(seed: int, count: int = 4, duration: float = 3.5) -> list[Crossing]:
     """Four crossings between 3.5 and 6 m/s, speeds spread out."""
     rng = np.random.default_rng([seed, 0xB0])
@@ -124,7 +130,8 @@ def information(
         def mean(batch: Array, crossing: Crossing = crossing) -> Array:
             alike, shape = np.unique(batch[:, : len(PARAMETERS) + 3], axis=0, return_inverse=True)
             shared = [vehicle.but(**dict(zip(PARAMETERS, row, strict=False))) for row in alike]
-            logs = _measure(_cars(shared, effects), alike[:, len(PARAMETERS) :], [crossing] * len(shared), effects, bump)
+            driven = alike[:, len(PARAMETERS) :]
+            logs = _measure(_cars(shared, effects), driven, [crossing] * len(shared), effects, bump)
             stacked = np.array([np.concatenate(list(log.values())) for log in logs])[np.ravel(shape)]
             offsets = np.repeat(batch[:, -6:-1], crossing.times.size, axis=1)
             offsets[:, 2 * crossing.times.size : 3 * crossing.times.size] += batch[:, -1:] * crossing.speed
@@ -145,8 +152,8 @@ def samples() -> Samples:
         files={f"bump_{k}.csv": csv_bytes(log) for k, log in enumerate(logs, start=1)},
         truth=truth(REFERENCE),
         about=(
-            f"Haversine bump {Bump().height} m high, {Bump().width} m wide, {DISTANCE} m (+- {DISTANCE_SD} m) after the "
-            "start of each log; the wheels lift off behind it. Vertical acceleration is zero at rest; pitch is "
+            f"Haversine bump {Bump().height} m high, {Bump().width} m wide, {DISTANCE} m (+- {DISTANCE_SD} m) after "
+            "the start of each log; the wheels lift off behind it. Vertical acceleration is zero at rest; pitch is "
             "nose-up positive; loads are those between tyres and road."
         ),
     )

@@ -4,9 +4,10 @@ With q = (z, theta, zf, zr) about rest (theta nose-up) and the spring lengths e 
 
     M q'' = -(E' diag(K) E + Kt) q - (E' diag(C) E + Ct) q' - E' s + t,
 
-where s is what the springs and dampers add to their linear law and t = Kt u + Ct u' + lift, lift >= 0 being what keeps
-the tyre from pulling. The linear part is integrated exactly (matrix exponential), the road's push as a parabola through its values at both
-ends and the middle of a step, s and lift as straight lines whose end comes from a prediction, corrected once.
+where s is what the springs and dampers add to their linear law and t = Kt u + Ct u' + lift, lift >= 0 being what
+keeps the tyre from pulling. The linear part is integrated exactly (matrix exponential), with the road's push as a
+parabola through its values at both ends and the middle of a step, s and lift as straight lines whose end comes from a
+prediction, corrected once.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ class Ride:
     extra: Array
 
     def at(self, times: Array, car: Any) -> tuple[Array, Array]:
-        """State (…, 8) and extra force (…, 2) of the cars ``car`` at ``times``, by cubic Hermite between grid points."""
+        """State (..., 8) and extra force (..., 2) of the cars ``car`` at ``times``: cubics between grid points."""
         k = np.clip((times / self.step).astype(int), 0, self.state.shape[1] - 2)
         w = (times / self.step - k)[..., None]
         x0, x1 = self.state[car, k], self.state[car, k + 1]
