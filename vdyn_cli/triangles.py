@@ -1,0 +1,132 @@
+"""The linear algebra of a regression over runs: rows folded to triangles, each run's own unknowns eliminated.
+
+A run's whitened rows are kept as the triangle of [own | shared | residual], so that a fit costs memory that does
+not grow with the length of the logs, and time that grows linearly with the number of runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def fold(matrix: Array) -> Array:
+    """The square triangle T with T'T = M'M.
+
+    Parameters
+    ----------
+    matrix : (n, k + 1), rows of [jacobian | residual].
+
+    Returns
+    -------
+    (k + 1, k + 1), upper triangular; zero rows below where n is smaller than k + 1.
+    """
+    width = matrix.shape[1]
+    if matrix.shape[0] == 0:
+        return np.zeros((width, width))
+    triangle: Array = np.asarray(np.linalg.qr(matrix, mode="r"))
+    missing = width - triangle.shape[0]
+    return np.vstack([triangle, np.zeros((missing, width))]) if missing else triangle
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """All runs at one point of the unknowns.
+
+    Parameters
+    ----------
+    runs : (g, h, m + s + 1), each run's rows or triangle over [own | shared | residual], its own priors included.
+    common : (p, s + 1), rows that belong to no run: the priors of shared unknowns.
+    n_own : m, unknowns that each run has for itself.
+    """
+
+    runs: Array
+    common: Array
+    n_own: int
+
+    @property
+    def n_shared(self) -> int:
+        return int(self.runs.shape[2]) - 1 - self.n_own
+
+    def column_norms(self) -> Array:
+        """Root of the diagonal of the information, (s + g m): shared first, then run by run."""
+        squares = np.einsum("ghk,ghk->gk", self.runs, self.runs)
+        m, s = self.n_own, self.n_shared
+        shared = squares[:, m : m + s].sum(axis=0) + np.einsum("pk,pk->k", self.common[:, :s], self.common[:, :s])
+        return np.asarray(np.sqrt(np.concatenate([shared, squares[:, :m].ravel()])))
+
+    def without(self, held: NDArray[np.bool_]) -> Arrow:
+        """The same rows, blind to the unknowns, (s + g m), that are held where they are."""
+        if not held.any():
+            return self
+        s, m = self.n_shared, self.n_own
+        runs, common = self.runs.copy(), self.common.copy()
+        runs[:, :, m : m + s][:, :, held[:s]] = 0.0
+        common[:, :s][:, held[:s]] = 0.0
+        own = np.where(held[s:].reshape(-1, 1, m), 0.0, runs[:, :, :m])
+        return Arrow(np.concatenate([own, runs[:, :, m:]], axis=2), common, m)
+
+    def gradient(self) -> Array:
+        """J'r, (s + g m): shared first, then run by run."""
+        products = np.einsum("ghk,gh->gk", self.runs[:, :, :-1], self.runs[:, :, -1])
+        m = self.n_own
+        shared = products[:, m:].sum(axis=0) + self.common[:, :-1].T @ self.common[:, -1]
+        return np.concatenate([shared, products[:, :m].ravel()])
+
+    def reduction(self, step: Array) -> float:
+        """By how much a step, (s + g m), lowers half the sum of squares of the linearised problem."""
+        s, m = self.n_shared, self.n_own
+        own = step[s:].reshape(len(self.runs), m)
+        runs = np.einsum("ghk,gk->gh", self.runs[:, :, :m], own) + self.runs[:, :, m : m + s] @ step[:s]
+        common = self.common[:, :s] @ step[:s]
+        along = np.sum(runs * self.runs[:, :, -1]) + np.sum(common * self.common[:, -1])
+        return float(-along - 0.5 * (np.sum(runs**2) + np.sum(common**2)))
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """What is left for the shared unknowns once every run's own are eliminated.
+
+    Parameters
+    ----------
+    own : (g, m, m + s + 1), the rows that give a run's own unknowns from the shared ones.
+    runs : (g, s + 1, s + 1), each run's triangle over [shared | residual].
+    triangle : (s + 1, s + 1), of all runs and common rows.
+    """
+
+    own: Array
+    runs: Array
+    triangle: Array
+
+    def own_step(self, shared: Array) -> Array:
+        """The best step of the runs' own unknowns, (g, m), for a step of the shared ones."""
+        m = self.own.shape[1]
+        if m == 0:
+            return np.zeros((self.own.shape[0], 0))
+        right = self.own[:, :, m:-1] @ shared + self.own[:, :, -1]
+        return np.asarray(-np.linalg.solve(self.own[:, :, :m], right[:, :, None])[:, :, 0])
+
+
+def reduce(arrow: Arrow, damping: Array) -> Reduced:
+    """Eliminate each run's own unknowns, then fold what is left.
+
+    Parameters
+    ----------
+    damping : (s + g m), weights of rows that hold each unknown's step at zero; those of own unknowns must be > 0.
+    """
+    m, s, g = arrow.n_own, arrow.n_shared, arrow.runs.shape[0]
+    stack = arrow.runs
+    if m:
+        held = np.zeros((g, m, m + s + 1))
+        held[:, np.arange(m), np.arange(m)] = damping[s:].reshape(g, m)
+        stack = np.concatenate([stack, held], axis=1)
+    r: Array = np.asarray(np.linalg.qr(stack, mode="r"))
+    if r.shape[1] < m + s + 1:
+        r = np.concatenate([r, np.zeros((g, m + s + 1 - r.shape[1], m + s + 1))], axis=1)
+    runs = r[:, m:, m:]
+    held_shared = np.column_stack([np.diag(damping[:s]), np.zeros(s)])
+    return Reduced(r[:, :m], runs, fold(np.vstack([runs.reshape(-1, s + 1), arrow.common, held_shared])))
