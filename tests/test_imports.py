@@ -1,0 +1,88 @@
+"""The rooms and the direction of their arrows, read from the imports."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parent.parent / "vdyn_cli"
+
+# A room may import those of its own row or of the rows above it.
+ROWS = (
+    ("errors", "quantity", "files"),
+    ("vocabulary", "log", "reading", "yaml_source", "spec", "parameters", "result"),
+    ("engine", "fit"),
+    ("elements",),
+    ("effects", "models"),
+    ("steps",),
+    ("inputs", "document", "execute"),
+    ("diagnosis",),
+    ("pipeline",),
+    ("report",),
+    ("commands", "cli"),
+)
+RANK = {room: row for row, rooms in enumerate(ROWS) for room in rooms}
+
+# Each heavy library has one door.
+DOORS = {
+    "pandas": {"reading"},
+    "pint": {"quantity"},
+    "casadi": {"engine"},
+    "llvmlite": {"engine"},
+    "matplotlib": {"report"},
+    "jinja2": {"report"},
+    "yaml": {"yaml_source"},
+    "typer": {"cli"},
+}
+
+
+def _modules() -> Iterator[Path]:
+    yield from sorted(PACKAGE.rglob("*.py"))
+
+
+def _room(path: Path) -> str:
+    return path.relative_to(PACKAGE).with_suffix("").parts[0]
+
+
+def _imported(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+@pytest.mark.parametrize("path", _modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_imports_run_one_way(path: Path) -> None:
+    room = _room(path)
+    if room == "__init__":
+        return
+    assert room in RANK, f"{path.name} lives in no room of the architecture"
+    targets = {name.split(".")[1] for name in _imported(path) if name.startswith("vdyn_cli.")}
+    wrong = {t for t in targets if t in RANK and RANK[t] > RANK[room]}
+    assert not wrong, f"{room} must not import {wrong}"
+
+
+@pytest.mark.parametrize("path", _modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_heavy_libraries_have_one_door(path: Path) -> None:
+    room = _room(path)
+    for name in _imported(path):
+        doors = DOORS.get(name.split(".")[0])
+        assert doors is None or room in doors, f"{room} imports {name}"
+
+
+@pytest.mark.parametrize("folder", ["steps", "effects"])
+def test_steps_and_effects_do_not_import_each_other(folder: str) -> None:
+    for path in (PACKAGE / folder).glob("[a-z]*.py"):
+        siblings = [n for n in _imported(path) if n.startswith(f"vdyn_cli.{folder}.") and n.count(".") == 2]
+        modules = [n for n in siblings if (PACKAGE / folder / f"{n.split('.')[2]}.py").exists()]
+        assert not modules, f"{path.name} imports {modules}"
+
+
+def test_the_plant_shares_nothing_with_the_program() -> None:
+    for path in (PACKAGE.parent / "tests" / "plant").rglob("*.py"):
+        assert not [n for n in _imported(path) if n.startswith("vdyn_cli")], path.name
