@@ -122,6 +122,8 @@ class _Walker:
         if self.nodes > MAX_NODES or len(location) > MAX_DEPTH:
             raise InputError(Finding(self.place(node), "expands to too many values (aliases of aliases)"))
         self.lines[location] = self.place(node)
+        if node.tag.rsplit(":", 1)[0] != "tag:yaml.org,2002":
+            raise InputError(Finding(self.place(node), "holds a tag, which a description has no use for", node.tag))
         if isinstance(node, yaml.MappingNode):
             return self.mapping(node, location)
         if isinstance(node, yaml.SequenceNode):
