@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.triangles import Array
+from vdyn_cli.fit.triangles import Array
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.triangles import Array, Arrow, fold
+from vdyn_cli.fit.triangles import Array, Arrow, fold
 
 Loss = Literal["none", "huber", "soft_l1"]
 
@@ -168,7 +168,8 @@ def losses(residual: Array, loss: Loss, scale: float) -> Array:
         return np.where(size <= knee, 0.5 * size**2, knee * size - 0.5 * knee**2)
     if loss == "soft_l1":
         return np.asarray(scale**2 * (np.sqrt(1 + (residual / scale) ** 2) - 1))
-    return 0.5 * residual**2
+    with np.errstate(over="ignore"):
+        return 0.5 * residual**2
 
 
 def slopes(residual: Array, loss: Loss, scale: float) -> tuple[Array, Array]:

@@ -9,13 +9,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli import identifiability, intervals
 from vdyn_cli.errors import Finding, ResultError, raise_all
-from vdyn_cli.intervals import Evidence, equal_information_blocks
-from vdyn_cli.minimise import Minimum, minimise
-from vdyn_cli.noise import NORMAL_FROM_MEDIAN, white_level, whiten
-from vdyn_cli.regression import Loss, Regression, Rows, Unknown, evaluate, matrix_of, weights
-from vdyn_cli.triangles import Array, Reduced, fold, reduce
+from vdyn_cli.fit import identifiability, intervals
+from vdyn_cli.fit.intervals import Evidence, equal_information_blocks
+from vdyn_cli.fit.minimise import Minimum, minimise
+from vdyn_cli.fit.noise import NORMAL_FROM_MEDIAN, white_level, whiten
+from vdyn_cli.fit.regression import Loss, Regression, Rows, Unknown, evaluate, matrix_of, weights
+from vdyn_cli.fit.triangles import Array, Reduced, fold, reduce
 
 __all__ = [
     "Downweighted",
@@ -312,7 +312,7 @@ def _judge(solved: _Solved, wanted: Literal["auto", "run", "block"]) -> Solution
         )
     std = np.sqrt(np.diag(covariance))
     half = intervals.t_quantile(degrees) * std
-    own = solved.point.x[s:].reshape(-1, m)
+    own = solved.point.x[s:].reshape(len(regression.runs), m)
     own_std = np.array([np.sqrt(solved.variance * np.diag(c)[:m]) for c in local])
     return Solution(
         names=names,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.triangles import Array
+from vdyn_cli.fit.triangles import Array
 
 NEGLIGIBLE_PART = 0.02  # of a direction's largest component: a smaller one is not worth a word
 SINGULAR = 1e-7  # of the largest singular value with columns of unit length: sensitivities are no better than that

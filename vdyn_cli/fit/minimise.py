@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.regression import Point
-from vdyn_cli.triangles import Array, reduce
+from vdyn_cli.fit.regression import Point
+from vdyn_cli.fit.triangles import Array, reduce
 
 NEGLIGIBLE = 1e-14  # of the cost: a step that promises less has arrived
 HARMLESS = 1e-4  # of one residual's variance: a stalled step that promises less moves nothing that matters

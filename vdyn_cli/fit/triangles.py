@@ -67,7 +67,7 @@ class Arrow:
         runs, common = self.runs.copy(), self.common.copy()
         runs[:, :, m : m + s][:, :, held[:s]] = 0.0
         common[:, :s][:, held[:s]] = 0.0
-        own = np.where(held[s:].reshape(-1, 1, m), 0.0, runs[:, :, :m])
+        own = np.where(held[s:].reshape(len(runs), 1, m), 0.0, runs[:, :, :m])
         return Arrow(np.concatenate([own, runs[:, :, m:]], axis=2), common, m)
 
     def gradient(self) -> Array:
