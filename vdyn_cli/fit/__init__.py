@@ -138,7 +138,11 @@ class Solution:
 
 
 def solve(
-    regression: Regression, *, robust: Loss = "none", units: Literal["auto", "run", "block"] = "auto"
+    regression: Regression,
+    *,
+    robust: Loss = "none",
+    units: Literal["auto", "run", "block"] = "auto",
+    most_iterations: int = 200,
 ) -> Solution:
     """Fit shared and per-run unknowns to all runs at once, and say what the answer is worth.
 
@@ -149,6 +153,7 @@ def solve(
     ----------
     robust : "huber" or "soft_l1" give outliers less weight, and ``downweighted`` names them.
     units : what is independent; "auto" takes runs where they are many, else blocks within runs.
+    most_iterations : steps of the fit before it is given up.
 
     Raises
     ------
@@ -156,7 +161,7 @@ def solve(
         The fit does not converge; the data do not determine the unknowns (the combination that they do determine is
         named); or a value lies at its bound.
     """
-    minimum, scale = _minimise(regression, robust)
+    minimum, scale = _minimise(regression, robust, most_iterations)
     solved = _Solved(regression, minimum, robust, scale)
     raise_all(_undetermined(solved), ResultError)
     raise_all(_unconverged(solved), ResultError)
@@ -183,13 +188,13 @@ class _Solved:
         return np.array([u.upper - u.lower for u in self.regression.shared])
 
 
-def _minimise(regression: Regression, loss: Loss) -> tuple[Minimum, float]:
+def _minimise(regression: Regression, loss: Loss, most_iterations: int) -> tuple[Minimum, float]:
     """The minimum; for a robust loss the scale of the residuals is found with it, from their median."""
     lower, upper = regression.bounds()
 
     def run(start: Array, loss: Loss, scale: float) -> Minimum:
         try:
-            return minimise(lambda x: evaluate(regression, x, loss, scale), start, lower, upper)
+            return minimise(lambda x: evaluate(regression, x, loss, scale), start, lower, upper, most_iterations)
         except ArithmeticError as error:
             raise ResultError(
                 Finding("fit", str(error), _words(regression, start), "check the start values and the logs for gaps")

@@ -10,8 +10,9 @@ import numpy as np
 from vdyn_cli.fit.regression import Point
 from vdyn_cli.fit.triangles import Array, reduce
 
-NEGLIGIBLE = 1e-14  # of the cost: a step that promises less has arrived
+NEGLIGIBLE = 1e-16  # of the cost: a step that promises less has arrived
 HARMLESS = 1e-4  # of one residual's variance: a stalled step that promises less moves nothing that matters
+BLIND = 1e-3  # of an unknown's sensitivity left after one step
 LEAST_DAMPING = 1e-13
 MOST_DAMPING = 1e12
 
@@ -41,7 +42,7 @@ def minimise(
     start: Array,
     lower: Array,
     upper: Array,
-    most_iterations: int = 300,
+    most_iterations: int,
 ) -> Minimum:
     """Least squares within bounds from one start.
 
@@ -73,13 +74,13 @@ def minimise(
             trial = evaluate(point.x + step)
             predicted = point.arrow.reduction(step)
             gain = (point.cost - trial.cost) / predicted if trial is not None and predicted > 0 else -1.0
-            if trial is not None and gain > 1e-4 and trial.cost < point.cost:
+            if trial is not None and gain > 1e-4 and not _blinded(point, trial):
                 break
             damping, growth = damping * growth, growth * 2
             if damping > MOST_DAMPING or not np.any(point.x + step != point.x):
                 harmless = promise <= HARMLESS * point.cost / max(point.n_rows - len(point.x), 1)
                 return Minimum(point, active, harmless, promise, full, iteration)
-        damping = max(damping * (0.1 if gain > 0.75 else 0.5 if gain > 0.25 else 2.0), LEAST_DAMPING)
+        damping = max(damping * (0.3 if gain > 0.75 else 1.0 if gain > 0.25 else 2.0), LEAST_DAMPING)
         growth = 2.0
         point = trial
         scale = np.maximum(scale, point.arrow.column_norms())
@@ -88,6 +89,11 @@ def minimise(
 
 def _positive(norms: Array) -> Array:
     return np.where(norms > 0, norms, 1.0)
+
+
+def _blinded(point: Point, trial: Point) -> bool:
+    """Whether a step threw an unknown onto a plateau, where the model has all but forgotten it."""
+    return bool(np.any(trial.arrow.column_norms() < BLIND * point.arrow.column_norms()))
 
 
 def _active(point: Point, lower: Array, upper: Array) -> np.ndarray:
@@ -100,8 +106,8 @@ def _step(point: Point, active: np.ndarray, scale: Array, damping: float, lower:
     arrow = point.arrow.without(active)
     s = arrow.n_shared
     reduced = reduce(arrow, scale * np.where(active, 1.0, np.sqrt(damping)))
-    triangle = reduced.triangle
-    shared: Array = np.asarray(np.linalg.lstsq(triangle[:, :s], -triangle[:, s], rcond=1e-15)[0], dtype=np.float64)
+    columns = reduced.triangle[:, :s] / scale[:s]
+    shared: Array = np.linalg.lstsq(columns, -reduced.triangle[:, s], rcond=1e-15)[0] / scale[:s]
     step = np.concatenate([shared, reduced.own_step(shared).ravel()])
     step[active] = 0.0
     return np.asarray(np.clip(point.x + step, lower, upper) - point.x)
