@@ -1,0 +1,161 @@
+"""The magic formula fitted to slip sweeps with noise in the slip as well as in the force."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.bench import Correction
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.errors import Finding, ResultError
+from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.models.tire_curve import TIRE_CURVE, Bins
+
+Array = NDArray[np.float64]
+
+SHAPE = ("tire_B", "tire_C", "tire_D", "tire_E")
+RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.8), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
+STARTS = (1.3, 1.6, 1.9)  # of C: a wrong one can end in a valley of its own
+SHIFT = 1e-4  # slip, for the curvature of the curve
+
+
+@dataclass(frozen=True)
+class Foot:
+    """Where the bins of one sweep stand on the curve: the slips that fit best between measured slip and force.
+
+    Parameters
+    ----------
+    slip, force, slope : (n,) of the curve at the foot; N and N per unit of slip.
+    mean : (n,) N, what noise of the slip and its drift inside the bin do to the mean of the residual.
+    deviation : (n,) N, standard deviation of the residual.
+    """
+
+    slip: Array
+    force: Array
+    slope: Array
+    mean: Array
+    deviation: Array
+
+
+class TireFit:
+    """Slip sweeps and the unknowns to be found from them.
+
+    Parameters
+    ----------
+    held : values of the shape factors that are not unknown.
+    slip_zero_std : standard deviation of the zero of the slip, from the wheel radius; 0 leaves it out.
+    effects, effect_unknowns : candidate causes that correct the curve, and their unknowns.
+    """
+
+    def __init__(
+        self,
+        sweeps: Sequence[Bins],
+        held: Mapping[str, float] | None = None,
+        slip_zero_std: float = 0.0,
+        effects: Sequence[Correction] = (),
+        effect_unknowns: Sequence[Unknown] = (),
+    ) -> None:
+        self.sweeps, self.held, self.slip_zero_std = tuple(sweeps), dict(held or {}), slip_zero_std
+        self.effect_unknowns = tuple(effect_unknowns)
+        self._unknowns = (*SHAPE, "slip_zero", *(u.name for u in effect_unknowns))
+        values = {**_start(self.sweeps), **self.held, "slip_zero": 0.0}
+        self._simulator = Simulator(TIRE_CURVE, values, self._unknowns, effects)
+        self._values = values
+
+    def solve(self) -> Solution:
+        """Fit from several shapes, projecting the slips anew until the curve no longer moves; the best one.
+
+        Raises
+        ------
+        ResultError : the fit's own, or the projection does not settle.
+        """
+        found, failed = [], []
+        for c in STARTS if "tire_C" not in self.held else (self.held["tire_C"],):
+            b = self._values["tire_B"] * self._values["tire_C"] / c
+            try:
+                found.append(self._settle({**self._values, "tire_B": b, "tire_C": c}))
+            except ResultError as error:
+                failed.append(error)
+        if not found:
+            raise failed[0]
+        return min(found, key=lambda s: s.cost)
+
+    def _settle(self, values: Mapping[str, float]) -> Solution:
+        for _ in range(12):
+            solution = solve(self.regression(values))
+            moved = max(abs(solution.values[n] - values.get(n, 0.0)) / solution.std[n] for n in solution.names)
+            values = solution.values
+            if moved < 1e-2:
+                return solution
+        finding = Finding("fit", "the slips do not settle on the curve", "", "check the slip's noise and the radius")
+        raise ResultError(finding)
+
+    def regression(self, at: Mapping[str, float]) -> Regression:
+        """The regression over all sweeps, slips projected onto the curve ``at``."""
+        shape = [Unknown(n, at.get(n, self._values[n]), *RANGES[n]) for n in SHAPE if n not in self.held]
+        if self.slip_zero_std > 0:
+            prior = (0.0, self.slip_zero_std)
+            shape.append(Unknown("slip_zero", 0.0, -0.2, 0.2, prior=prior, nuisance=True))
+        unknowns = (*shape, *self.effect_unknowns)
+        names = [u.name for u in unknowns]
+        columns = [self._unknowns.index(n) for n in names]
+        feet = [self.foot(run, at) for run in range(len(self.sweeps))]
+
+        def rows(run: int, theta: Array) -> Rows:
+            b, foot = self.sweeps[run], feet[run]
+            force, jacobian, _ = self._curve(b, foot.slip, self._theta(dict(zip(names, theta, strict=True))))
+            residual = force + foot.slope * (b.slip - foot.slip) + foot.mean - b.force
+            return Rows(residual / foot.deviation, jacobian[:, columns] / foot.deviation[:, None], time=b.time)
+
+        return Regression(unknowns, tuple(b.run for b in self.sweeps), rows)
+
+    def foot(self, run: int, values: Mapping[str, float]) -> Foot:
+        """Project one sweep's slips onto the curve.
+
+        A bin's true slip is unknown. Projected onto the curve (orthogonal distance, to first order in the slip's
+        error) it leaves R = F - f(x) - f'(x) (s - x) at the foot x, of variance vF + f'^2 vs, uncorrelated with x.
+        To second order R has the mean f''/2 (S - V): S the spread of the true slip in the bin,
+        V = vs vF/(vF + f'^2 vs) the variance of the foot.
+
+        Source: effective variance after Orear, Am. J. Phys. 50 (1982) 912; the second-order mean is derived here.
+        """
+        b, theta = self.sweeps[run], self._theta(values)
+        slip = b.slip
+        for _ in range(5):
+            force, _, slope = self._curve(b, slip, theta)
+            noise = b.force_variance + (force / b.load) ** 2 * b.load_variance
+            total = noise + slope**2 * b.slip_variance
+            slip = b.slip + slope * b.slip_variance / total * (b.force - force - slope * (b.slip - slip))
+        mean = self._curvature(b, slip, theta) / 2 * (b.spread - b.slip_variance * noise / total)
+        return Foot(slip, force, slope, mean, np.sqrt(total))
+
+    def force(self, slip: Array, load: float, values: Mapping[str, float]) -> Array:
+        """The curve itself, N, at increasing slips."""
+        drive = Drive(np.arange(slip.size, dtype=float), {"slip": slip, "load": load})
+        return np.asarray(self._simulator(drive, self._theta(values), sensitivities=False).outputs["force_x"])
+
+    def _theta(self, values: Mapping[str, float]) -> Array:
+        return np.array([values.get(n, self._values.get(n, 0.0)) for n in self._unknowns])
+
+    def _curve(self, b: Bins, slip: Array, theta: Array) -> tuple[Array, Array, Array]:
+        simulated = self._simulator(Drive(b.time, {"slip": slip, "load": b.load}), theta)
+        jacobian = simulated.sensitivities["force_x"]
+        return simulated.outputs["force_x"], jacobian, jacobian[:, self._unknowns.index("slip_zero")]
+
+    def _curvature(self, b: Bins, slip: Array, theta: Array) -> Array:
+        up, down = (self._curve(b, slip + h, theta)[2] for h in (SHIFT, -SHIFT))
+        return (up - down) / (2 * SHIFT)
+
+
+def _start(sweeps: Sequence[Bins]) -> dict[str, float]:
+    """Starting values: the largest friction seen, and the slope near zero slip."""
+    slip = np.concatenate([b.slip for b in sweeps])
+    friction = np.concatenate([b.force / b.load for b in sweeps])
+    peak = float(np.clip(np.quantile(np.abs(friction), 0.98), 0.1, 2.5))
+    near = np.abs(friction) < 0.6 * peak
+    slope = float(np.sum(friction[near] * slip[near]) / max(np.sum(slip[near] ** 2), 1e-12)) if near.any() else 15.0
+    b = float(np.clip(slope / (1.5 * peak), 2.0, 40.0))
+    return {"tire_B": b, "tire_C": 1.5, "tire_D": peak, "tire_E": 0.0}

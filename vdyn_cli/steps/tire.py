@@ -1,0 +1,268 @@
+"""Tyre curve from slip sweeps: magic formula B, C, D, E and the stiffness at zero slip.
+
+Friction over slip, Fx/Fz = D sin(C atan(B s - E (B s - atan(B s)))), s = om r / V - 1 (SAE J670); the slope at zero
+slip is B C D.
+
+Slip is computed from two noisy speeds. Least squares that blames the force alone then flattens the curve, because
+noise in the slip smears its steep part (B comes out a third too small at 1 % of slip noise). Here the sweeps are
+averaged over short stretches in which slip hardly moves, and each bin is fitted by its distance in slip and in force
+together, with the noise of every channel taken from the channel itself.
+
+C, D and E need slip beyond the peak. Where no sweep gets there, only the slope at zero slip is determined, and only
+that is published, with the spread that plausible shapes of the rest of the curve give it.
+
+Assumes steady state (slow sweeps), pure longitudinal slip, one curve for all loads. An error of 1 % in the wheel
+radius is an error of 1 % of slip everywhere; the radius' standard deviation, where given, is carried into the result.
+
+Sources: Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012; Buggaveeti et al., SAE 2017-01-1574; Orear, Am. J. Phys. 50
+(1982) 912 for errors in both variables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
+from vdyn_cli.fit import Solution
+from vdyn_cli.log import Log
+from vdyn_cli.models.tire_curve import Bins, bin_sweep, peak_slip
+from vdyn_cli.models.tire_regression import SHAPE, TireFit
+from vdyn_cli.parameters import Estimate, Parameters
+from vdyn_cli.quantity import Given
+from vdyn_cli.result import Comparison, Figure, FitSummary, Result, Series, Table
+from vdyn_cli.spec import Si, Strict, TestSpec
+from vdyn_cli.steps import Step
+
+Array = NDArray[np.float64]
+
+# Plausible shapes of the part of the curve that was not driven, (C, E); the first is the typical one.
+SHAPES = ((1.65, 0.0), (1.4, 0.0), (1.9, 0.0), (1.65, -1.5), (1.65, 0.7))
+SHORTEST = 40  # samples of a sweep
+
+
+class TireSettings(Strict):
+    """Which samples count: slip is meaningless at crawling speed, friction without load."""
+
+    minimum_speed: Annotated[Given, Si("m/s", 0.1, 50)] = Given(1.0)
+    minimum_load: Annotated[Given, Si("N", 1, 50_000)] = Given(300.0)
+
+
+class TireSpec(TestSpec):
+    """A tyre test's description."""
+
+    settings: TireSettings = TireSettings()
+
+
+def sweeps(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> tuple[Log, ...]:
+    """The logs with slip where it means something.
+
+    Raises
+    ------
+    InputError : no slip and no speeds to compute it from, an upside-down convention, or too little left.
+    """
+    if not logs:
+        raise InputError(Finding("runs", "no slip sweep is given", remedy="list at least one log under runs"))
+    found, findings = [], []
+    for log in logs:
+        if "slip" not in log and not ("wheel_speed" in log and "vehicle_speed" in log):
+            remedy = "map 'wheel_speed' and 'vehicle_speed', or 'slip'"
+            findings.append(Finding("channels", "slip can't be had", remedy=remedy))
+            break
+        with_slip = log if "slip" in log else _with_slip(log, spec, known)
+        upside_down = _upside_down(with_slip)
+        if upside_down:
+            findings.append(upside_down)
+            continue
+        used = np.isfinite(with_slip["slip"]) & (with_slip["force_z"] > spec.settings.minimum_load.value)
+        used &= np.isfinite(with_slip["force_x"])
+        if np.count_nonzero(used) < SHORTEST:
+            got = f"{np.count_nonzero(used)} of {used.size} samples"
+            findings.append(Finding(log.name, f"fewer than {SHORTEST} samples have speed, load and force", got))
+            continue
+        found.append(with_slip.with_channels(slip=np.where(used, with_slip["slip"], np.nan)))
+    raise_all(dict.fromkeys(findings))
+    return tuple(found)
+
+
+def _with_slip(log: Log, spec: TireSpec, known: Parameters) -> Log:
+    known.require("wheel_radius", where="tire")
+    speed = log["vehicle_speed"]
+    moving = np.abs(speed) > spec.settings.minimum_speed.value
+    radius = known["wheel_radius"].value
+    slip = log["wheel_speed"] * radius / np.where(moving, speed, 1.0) - 1
+    return log.with_channels(slip=np.where(moving, slip, np.nan))
+
+
+def _upside_down(log: Log) -> Finding | None:
+    """A load or force whose sign contradicts physics, with the line that mends it."""
+    load, force, slip = log["force_z"], log["force_x"], log["slip"]
+    line = "add 'sign: -1' to its channel"
+    if np.nanmedian(load) < 0:
+        return Finding(f"{log.name}, force_z", "the tyre is pulled up: Fz must be positive when it is loaded", "", line)
+    good = np.isfinite(force) & np.isfinite(slip) & (np.abs(slip) < 0.3)
+    if np.count_nonzero(good) > SHORTEST and np.sum(force[good] * slip[good]) < 0:
+        return Finding(f"{log.name}, force_x", "the tyre drives while it slips backwards: Fx must be positive when it "
+                       "drives the car", "", line)  # fmt: skip
+    return None
+
+
+def estimate(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> Result:
+    """Fit the curve; publish what the sweeps determine."""
+    data = sweeps(spec, logs, known)
+    bins = [bin_sweep(log) for log in data]
+    radius = known.estimates.get("wheel_radius")
+    zero = radius.std / radius.value if radius and "slip" not in logs[0] else 0.0
+    fit = TireFit(bins, slip_zero_std=zero)
+    furthest = max(float(np.abs(b.slip).max()) for b in bins)
+    try:
+        solution = fit.solve()
+        peak = peak_slip(*(solution.values[n] for n in ("tire_B", "tire_C", "tire_E")))
+        if peak < furthest:
+            return _whole(fit, solution, peak, data)
+    except ResultError:
+        pass  # the shape beyond the slope is not determined
+    return _slope_only(bins, zero, furthest, data)
+
+
+def _slope(solution: Solution, held: Mapping[str, float]) -> tuple[float, float, tuple[float, float]]:
+    """B C D with its standard deviation and interval."""
+    b, c, d = ({**solution.values, **held}[n] for n in ("tire_B", "tire_C", "tire_D"))
+    gradient = {"tire_B": c * d, "tire_C": b * d, "tire_D": b * c}
+    gradient = {n: g for n, g in gradient.items() if n in solution.names}
+    return b * c * d, solution.std_of(gradient), solution.interval_of(b * c * d, gradient)
+
+
+def _whole(fit: TireFit, solution: Solution, peak: float, logs: Sequence[Log]) -> Result:
+    value, std, interval = _slope(solution, {})
+    estimates = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "tire") for n in SHAPE}
+    estimates["tire_longitudinal_stiffness"] = Estimate.of("tire_longitudinal_stiffness", value, std, interval, "tire")
+    correlation = {a: {b: solution.correlation[a][b] for b in SHAPE} for a in SHAPE}
+    grip = solution.values["tire_D"]
+    sentence = (
+        f"The tyre grips with {grip:.3f} (95 %: {_span(solution.interval95['tire_D'], 3)}) at {peak:.1%} of slip and "
+        f"starts with a slope of {value:.2f} per unit of slip (95 %: {_span(interval, 2)})."
+    )
+    return _result(fit, solution, Parameters(estimates, correlation), sentence, (), logs, peak)
+
+
+def _slope_only(bins: Sequence[Bins], zero: float, furthest: float, logs: Sequence[Log]) -> Result:
+    """The slope at zero slip alone, with the spread of plausible shapes of the rest."""
+    fits = [TireFit(bins, {"tire_C": c, "tire_E": e}, zero) for c, e in SHAPES]
+    solutions = [fit.solve() for fit in fits]
+    slopes = [_slope(s, f.held) for s, f in zip(solutions, fits, strict=True)]
+    value, std, (low, high) = slopes[0]
+    below, above = (float(f([v for v, _, _ in slopes])) - value for f in (np.min, np.max))
+    interval = (low + below, high + above)
+    std = float(np.hypot(std, (above - below) / 12**0.5))
+    name = "tire_longitudinal_stiffness"
+    most = max(float(np.max(np.abs(b.force / b.load))) for b in bins)
+    warning = (
+        f"no sweep goes beyond the peak (largest slip {furthest:.1%}, largest friction {most:.2f}): B, C, D and E are "
+        "not determined one by one, only their product B C D is; sweep to two or three times the slip of the peak"
+    )
+    sentence = (
+        f"The tyre's slope at zero slip is {value:.2f} per unit of slip (95 %: {_span(interval, 2)}); "
+        "its peak was not reached."
+    )
+    parameters = Parameters({name: Estimate.of(name, value, std, interval, "tire")})
+    return _result(fits[0], solutions[0], parameters, sentence, (warning,), logs, None)
+
+
+def _span(interval: tuple[float, float], digits: int) -> str:
+    return f"{interval[0]:.{digits}f} to {interval[1]:.{digits}f}"
+
+
+def _result(
+    fit: TireFit,
+    solution: Solution,
+    parameters: Parameters,
+    sentence: str,
+    warnings: tuple[str, ...],
+    logs: Sequence[Log],
+    peak: float | None,
+) -> Result:
+    feet = [fit.foot(run, solution.values) for run in range(len(fit.sweeps))]
+    off = [f.force + f.slope * (b.slip - f.slip) - b.force for f, b in zip(feet, fit.sweeps, strict=True)]
+    comparisons = tuple(
+        Comparison(b.run, "force_x", "N", b.time, "time in s", b.force, b.force + r)
+        for b, r in zip(fit.sweeps, off, strict=True)
+    )
+    every = np.concatenate(off)
+    summary = FitSummary(
+        tuple(b.run for b in fit.sweeps),
+        float(np.sqrt(np.mean(every**2))),
+        float(np.sqrt(np.mean(np.concatenate([f.deviation for f in feet]) ** 2))),
+        "N",
+        solution.names,
+        solution.unit,
+        solution.n_units,
+        warnings=(*solution.warnings, *warnings),
+    )
+    figures = (_curve_figure(fit, solution, peak), _residual_figure(fit, off))
+    findings = tuple(f for log in logs for f in log.findings)
+    return Result("tire", sentence, parameters, summary, METHODS, comparisons, figures, (_noise_table(fit),), findings)
+
+
+def _curve_figure(fit: TireFit, solution: Solution, peak: float | None) -> Figure:
+    slip = np.concatenate([b.slip for b in fit.sweeps])
+    friction = np.concatenate([b.force / b.load for b in fit.sweeps])
+    grid = np.linspace(slip.min(), slip.max(), 300)
+    load = float(np.mean(np.concatenate([b.load for b in fit.sweeps])))
+    curve = fit.force(grid, load, solution.values) / load
+    series = [
+        Series("measured, averaged", slip, friction, "points"),
+        Series("magic formula", grid, curve, role="simulated"),
+    ]
+    if peak is not None:
+        at = np.array([peak])
+        series.append(Series("peak", at, fit.force(at, load, solution.values) / load, "points", role="accent"))
+    caption = (
+        "Friction over slip. Good: the points scatter evenly about the line on both sides of zero and beyond the peak. "
+        "Bad: a cloud that crosses zero beside the origin (wheel radius or force zero), one branch above the other "
+        "(load or speed changes the friction), or points that end before the peak."
+    )
+    return Figure("curve", "Friction over slip", caption, "slip", "Fx / Fz", tuple(series))
+
+
+def _residual_figure(fit: TireFit, off: Sequence[Array]) -> Figure:
+    series = [
+        Series(b.run, b.slip, -r / b.load, "points", role="residual") for b, r in zip(fit.sweeps, off, strict=True)
+    ]
+    caption = (
+        "What the curve leaves, in units of friction. Good: no shape. Bad: a wave near the knee (another curve), a "
+        "slope through zero (slip zero), or sweeps one above the other (load sensitivity)."
+    )
+    return Figure("residual", "Measured less curve, over slip", caption, "slip", "friction", tuple(series))
+
+
+def _noise_table(fit: TireFit) -> Table:
+    rows = [
+        (b.run, f"{b.slip.min():.1%}", f"{b.slip.max():.1%}", f"{np.mean(b.load):.0f} N", str(b.slip.size),
+         f"{np.sqrt(np.mean(b.slip_variance)):.2%}", f"{np.sqrt(np.mean(b.force_variance)):.1f} N")
+        for b in fit.sweeps
+    ]  # fmt: skip
+    columns = ("sweep", "slip from", "slip to", "mean load", "bins", "noise of slip", "noise of force")
+    caption = "Noise is that of a bin's mean, from third differences of the channel."
+    return Table("sweeps", "The sweeps", columns, tuple(rows), caption)
+
+
+METHODS = (
+    "Slip from wheel speed, radius and vehicle speed; samples averaged over stretches in which slip moves by at most "
+    "1.5 %; magic formula fitted by the distance in slip and force together, the noise of each channel taken from its "
+    "third differences and the second-order effect of slip noise removed; wheel radius a nuisance unknown within its "
+    "standard deviation; intervals by jackknife over blocks of equal information."
+)
+
+STEP = Step(
+    name="tire",
+    spec=TireSpec,
+    required=("time", "force_x", "force_z"),
+    optional=("slip", "wheel_speed", "vehicle_speed"),
+    needs=("wheel_radius",),
+    gives=(*SHAPE, "tire_longitudinal_stiffness"),
+    estimate=estimate,
+)
