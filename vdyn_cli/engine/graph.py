@@ -1,4 +1,4 @@
-"""Tracing: a model and its effects become one symbolic graph, and one step of Runge-Kutta on it."""
+"""Tracing: a model and its effects become one symbolic graph."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from functools import lru_cache
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from vdyn_cli.engine.bench import Bench, Correction, Number, Signals
+from vdyn_cli.engine.dual import refuse_unknown_operations
 from vdyn_cli.engine.model import Model
 
 
@@ -18,7 +20,7 @@ from vdyn_cli.engine.model import Model
 class Graph:
     """A traced model.
 
-    ``step(x, u0, u1, dt, p) -> (x at the end, readings at the start)``: the constants ``p`` are the model's parameters,
+    ``field(x, u, p) -> (rates of the states, readings)``: the constants ``p`` are the model's parameters,
     the effects' unknowns and the context, in the order of ``constants``. The readings are the outputs, followed by the
     rate and the clock shift of those in ``shifted``; a rate is None where it must be found from the trace itself.
     """
@@ -30,13 +32,13 @@ class Graph:
     outputs: tuple[str, ...]
     shifted: tuple[str, ...]
     rated: tuple[str, ...]
-    step: ca.Function
+    field: ca.Function
     _symbols: tuple[ca.SX, ca.SX, ca.SX]
     _starts: tuple[Number, ...]
 
     @property
     def readings(self) -> int:
-        return int(self.step.size1_out(1))
+        return int(self.field.size1_out(1))
 
     def start(self, given: frozenset[str]) -> ca.Function:
         """``(x, u, p) -> (x0, dx0/d(x, p))`` where ``given`` starts are taken from x and the others as declared."""
@@ -46,6 +48,17 @@ class Graph:
             if name not in given:
                 starts[i] = ca.substitute(ca.SX(self._starts[i]), x, starts)
         return ca.Function("start", [x, u, p], [starts, ca.densify(ca.jacobian(starts, ca.vertcat(x, p)))])
+
+    def live(self, seeded_starts: frozenset[int], seeded_constants: frozenset[int]) -> frozenset[int]:
+        """The states that can feel the seeds: the others carry no derivatives."""
+        on_states, on_constants = (ca.DM(self.field.jac_sparsity(0, k), 1.0).full() > 0 for k in (0, 2))
+        felt = on_constants[:, sorted(seeded_constants)].any(axis=1)
+        felt[sorted(seeded_starts)] = True
+        # A start that is an expression may depend on anything.
+        felt |= np.array([not ca.SX(start).is_constant() for start in self._starts], dtype=bool)
+        while (wider := felt | on_states[:, felt].any(axis=1)).sum() > felt.sum():
+            felt = wider
+        return frozenset(int(i) for i in np.flatnonzero(felt))
 
 
 def closest(name: str, known: Iterable[str]) -> str:
@@ -120,7 +133,8 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
         + [readings[name][2] for name in shifted]
     )
     names = (column(x.values()), column(u.values()), column(constants.values()))
-    step = _runge_kutta(*names, rates, read_out)
+    field = ca.Function("field", list(names), [rates, read_out], {"cse": True})
+    refuse_unknown_operations(field)
     return Graph(
         states=tuple(x),
         inputs=tuple(u),
@@ -129,7 +143,7 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
         outputs=tuple(readings),
         shifted=shifted,
         rated=rated,
-        step=step,
+        field=field,
         _symbols=names,
         _starts=tuple(starts.values()),
     )
@@ -144,19 +158,3 @@ def _readings(bench: Bench, x: ca.SX, rates: ca.SX, u: ca.SX) -> dict[str, tuple
             rate = ca.jtimes(value, x, rates) if x.numel() else ca.SX(0)
         found[name] = (value, None if rate is None else ca.SX(rate), ca.SX(shift))
     return found
-
-
-def _runge_kutta(x: ca.SX, u: ca.SX, p: ca.SX, rates: ca.SX, readings: ca.SX) -> ca.Function:
-    """Classical fourth order, inputs linear over the step; at dt = 0 the state stays as it is.
-
-    Source: W. Kutta, Zeitschrift fuer Mathematik und Physik 46 (1901) 435-453.
-    """
-    field = ca.Function("field", [x, u, p], [rates])
-    end, dt = ca.SX.sym("u1", u.numel()), ca.SX.sym("dt")
-    middle = (u + end) / 2
-    k1 = rates
-    k2 = field(x + dt / 2 * k1, middle, p)
-    k3 = field(x + dt / 2 * k2, middle, p)
-    k4 = field(x + dt * k3, end, p)
-    after = x + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return ca.Function("step", [x, u, end, dt, p], [ca.densify(after), readings], {"cse": True})

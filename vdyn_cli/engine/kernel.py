@@ -17,21 +17,19 @@ class Kernel(Protocol):
     rows: int
 
     def __call__(
-        self,
-        n: int,
-        x: Array,
-        u: Array,
-        dt: Array,
-        p: Array,
-        x_tangents: Array,
-        p_tangents: Array,
-        readings: Array,
-        reading_tangents: Array,
+        self, n: int, z: Array, u: Array, dt: Array, p: Array, p_tangents: Array, w: Array, trail: Array
     ) -> None:
-        """Advance ``n`` <= rows steps in place.
+        """Take the readings and advance one Runge-Kutta step, ``n`` <= rows times.
 
-        Shapes: x (n+1, states) with row 0 given; u (n+1, inputs); dt (n,); p (constants,); x_tangents (n+1, states, K)
-        with row 0 given; p_tangents (constants, K); readings (n, readings), taken at the start of each step, and
-        reading_tangents (n, readings, K). All C-contiguous: the one door that calls this has checked them.
+        All arrays are C-contiguous; the one door that calls this has checked them.
+
+        Parameters
+        ----------
+        z : (states (K + 1),) [K derivatives of each state | states], given before the first step, left after the last.
+        u : (n + 1, inputs), linear over each step.
+        dt : (n,); a step of length zero leaves the states as they are.
+        p, p_tangents : (constants,) and (constants, K).
+        w : (n, readings (K + 1)), written: before each step, arranged as z.
+        trail : (n, states), written: before each step.
         """
         ...

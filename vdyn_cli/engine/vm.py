@@ -7,22 +7,20 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from vdyn_cli.engine.graph import Graph
+from vdyn_cli.engine.dual import Lanes, Value, instructions, tangent
+from vdyn_cli.engine.graph import Graph, column
 from vdyn_cli.engine.kernel import Array
-
-ROWS = 128
 
 
 class VirtualMachine:
     """A kernel of a fixed number of steps; a shorter call is filled up with steps of length zero."""
 
-    rows = ROWS
+    rows = 128
 
-    def __init__(self, graph: Graph, lanes: int, seeded: frozenset[int]) -> None:
+    def __init__(self, graph: Graph, lanes: int, live: frozenset[int], seeded: frozenset[int]) -> None:
         self.lanes = lanes
         self._seeded = sorted(seeded)
-        step = _with_tangents(graph.step, lanes, self._seeded) if lanes else graph.step
-        chain = step.mapaccum(ROWS)
+        chain = _runge_kutta(_with_lanes(graph.field, lanes, live, self._seeded)).mapaccum(self.rows)
         self._held = [np.zeros(chain.nnz_in(k)) for k in range(chain.n_in())]
         self._got = [np.zeros(chain.nnz_out(k)) for k in range(chain.n_out())]
         self._buffer, self._run = chain.buffer()
@@ -32,36 +30,21 @@ class VirtualMachine:
             self._buffer.set_res(k, memoryview(array))  # type: ignore[call-arg,arg-type]
 
     def __call__(
-        self,
-        n: int,
-        x: Array,
-        u: Array,
-        dt: Array,
-        p: Array,
-        x_tangents: Array,
-        p_tangents: Array,
-        readings: Array,
-        reading_tangents: Array,
+        self, n: int, z: Array, u: Array, dt: Array, p: Array, p_tangents: Array, w: Array, trail: Array
     ) -> None:
-        states, inputs, outputs = x.shape[1], u.shape[1], readings.shape[1]
-        start, before, after, steps, constants = self._held[:5]
-        width = states * (1 + self.lanes)
-        start[:states] = x[0]
-        start[states:] = x_tangents[0].ravel() if self.lanes else ()
-        _fill(before.reshape(ROWS, inputs), u[:n])
-        _fill(after.reshape(ROWS, inputs), u[1 : n + 1])
+        start, before, after, steps, constants, tangents = (array.reshape(-1) for array in self._held)
+        start[:] = z
+        _fill(before.reshape(self.rows, u.shape[1]), u[:n])
+        _fill(after.reshape(self.rows, u.shape[1]), u[1 : n + 1])
         steps[:n], steps[n:] = dt[:n], 0.0
-        constants.reshape(ROWS, p.size)[:] = p
-        if self.lanes:
-            self._held[5].reshape(ROWS, -1)[:] = p_tangents[self._seeded].ravel()
+        constants.reshape(self.rows, p.size)[:] = p
+        chosen = p_tangents[self._seeded].reshape(-1)
+        tangents.reshape(self.rows, chosen.size)[:] = chosen
         self._run()
-        passed = self._got[0].reshape(ROWS, width)[:n]
-        x[1 : n + 1] = passed[:, :states]
-        seen = self._got[1].reshape(ROWS, outputs * (1 + self.lanes))[:n]
-        readings[:n] = seen[:, :outputs]
-        if self.lanes:
-            x_tangents[1 : n + 1] = passed[:, states:].reshape(n, states, self.lanes)
-            reading_tangents[:n] = seen[:, outputs:].reshape(n, outputs, self.lanes)
+        passed = self._got[0].reshape(self.rows, z.size)[:n]
+        trail[:1], trail[1:n] = z[z.size - trail.shape[1] :], passed[:-1, z.size - trail.shape[1] :]
+        z[:] = passed[-1]
+        w[:n] = self._got[1].reshape(self.rows, w.shape[1])[:n]
 
 
 def _fill(rows: Array, given: Array) -> None:
@@ -71,19 +54,62 @@ def _fill(rows: Array, given: Array) -> None:
     rows[n:] = given[-1]
 
 
-def _with_tangents(step: ca.Function, lanes: int, seeded: list[int]) -> ca.Function:
-    """The step that carries K directional derivatives of its state along; rows of a tangent block are the lanes."""
-    x, u0, u1, dt, p = (ca.SX.sym(step.name_in(k), *step.size_in(k)) for k in range(5))
-    x_tangents, p_tangents = ca.SX.sym("dx", lanes, x.numel()), ca.SX.sym("dp", lanes, len(seeded))
-    after, readings = step(x, u0, u1, dt, p)
-    free: Any = ca.vertcat(x, p[seeded])
-    seeds = ca.vertcat(x_tangents.T, p_tangents.T)
-    carried = ca.jtimes(ca.vertcat(after, readings), free, seeds)
-    moved = ca.vertcat(after, ca.vec(carried[: x.numel(), :].T))
-    seen = ca.vertcat(readings, ca.vec(carried[x.numel() :, :].T))
-    state = ca.vertcat(x, ca.vec(x_tangents))
-    whole = ca.Function("carry", [x, x_tangents, u0, u1, dt, p, p_tangents], [moved, seen])
-    flat = ca.SX.sym("state", state.numel())
-    block = ca.reshape(flat[x.numel() :], lanes, x.numel())
-    moved, seen = whole(flat[: x.numel()], block, u0, u1, dt, p, p_tangents)
-    return ca.Function("step", [flat, u0, u1, dt, p, p_tangents], [ca.densify(moved), ca.densify(seen)], {"cse": True})
+class _Symbols:
+    """The algebra that builds a graph: values are symbols, lanes are rows of them."""
+
+    def value(self, op: int, *arguments: Value) -> ca.SX:
+        a = [ca.SX(x) for x in arguments]
+        return ca.SX.unary(op, *a) if len(a) == 1 else ca.SX.binary(op, *a)
+
+    def scale(self, lanes: Lanes, by: Value) -> Lanes:
+        return by * lanes
+
+    def add(self, left: Lanes, right: Lanes) -> Lanes:
+        return left + right
+
+    def subtract(self, left: Lanes, right: Lanes) -> Lanes:
+        return left - right
+
+    def negate(self, lanes: Lanes) -> Lanes:
+        return -lanes
+
+    def choose(self, condition: Value, lanes: Lanes) -> ca.SX:
+        return ca.SX.binary(ca.OP_IF_ELSE_ZERO, condition, lanes)
+
+
+def _with_lanes(field: ca.Function, lanes: int, live: frozenset[int], seeded: list[int]) -> ca.Function:
+    """``(z, u, p, p_tangents of the seeded constants) -> (rates of z, w)``."""
+    algebra = _Symbols()
+    sources = [ca.SX.sym(field.name_in(k), *field.size_in(k)) for k in range(3)]
+    x_tangents, p_tangents = ca.SX.sym("tx", lanes, sources[0].numel()), ca.SX.sym("tp", lanes, len(seeded))
+    seeds = {(0, i): x_tangents[:, i].T for i in live} | {(2, i): p_tangents[:, j].T for j, i in enumerate(seeded)}
+    results: list[list[Any]] = [[None] * int(field.size1_out(k)) for k in range(2)]
+    work: dict[int, tuple[ca.SX, ca.SX | None]] = {}
+    for op, to, of, constant in instructions(field):
+        if op == ca.OP_OUTPUT:
+            results[to[0]][to[1]] = work[of[0]]
+        elif op == ca.OP_CONST:
+            work[to[0]] = ca.SX(constant), None
+        elif op == ca.OP_INPUT:
+            work[to[0]] = sources[of[0]][of[1]], seeds.get((of[0], of[1])) if lanes else None
+        else:
+            a, t = [work[k][0] for k in of], [work[k][1] for k in of]
+            v = algebra.value(op, *a)
+            work[to[0]] = v, tangent(algebra, op, a, v, t) if lanes else None
+    zeros = ca.SX.zeros(1, lanes)
+    outputs = [column([*((zeros if t is None else t).T for _, t in row), *(v for v, _ in row)]) for row in results]
+    z = ca.vertcat(ca.vec(x_tangents), sources[0])
+    return ca.Function("field", [z, *sources[1:], ca.vec(p_tangents)], outputs, {"cse": True})
+
+
+def _runge_kutta(field: ca.Function) -> ca.Function:
+    """``(z, u0, u1, dt, p, p_tangents) -> (z after the step, w before it)``, operation for operation as ir_steps.py."""
+    z, before, p, tangents = (ca.SX.sym(field.name_in(k), *field.size_in(k)) for k in range(4))
+    after, dt = ca.SX.sym("u1", before.numel()), ca.SX.sym("dt")
+    middle = (before + after) / 2
+    k1, w = field(z, before, p, tangents)
+    k2, _ = field(z + dt / 2 * k1, middle, p, tangents)
+    k3, _ = field(z + dt / 2 * k2, middle, p, tangents)
+    k4, _ = field(z + dt * k3, after, p, tangents)
+    moved = z + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return ca.Function("step", [z, before, after, dt, p, tangents], [ca.densify(moved), w], {"cse": True})

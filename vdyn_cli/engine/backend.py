@@ -1,0 +1,47 @@
+"""Which backend runs a graph, and with how many tangent lanes."""
+
+from __future__ import annotations
+
+import os
+from importlib.util import find_spec
+from typing import Literal
+
+from vdyn_cli.engine.graph import Graph
+from vdyn_cli.engine.kernel import Kernel
+
+Backend = Literal["auto", "llvm", "vm"]
+LANES = (1, 2, 4, 8, 16, 32)  # more unknowns take several passes
+VARIABLE = "VDYN_BACKEND"
+
+
+def chosen(backend: Backend) -> Backend:
+    """Machine code where it can be had, unless asked otherwise; the environment decides for "auto" alone.
+
+    Raises
+    ------
+    ValueError : no such backend.
+    """
+    name = os.environ.get(VARIABLE, "auto") if backend == "auto" else backend
+    if name == "auto":
+        return "llvm" if find_spec("llvmlite") else "vm"
+    if name == "vm":
+        return "vm"
+    if name == "llvm":
+        return "llvm"
+    raise ValueError(f"there is no backend {name!r}: llvm, vm or auto (also for the variable {VARIABLE})")
+
+
+def lanes_for(unknowns: int) -> int:
+    """The narrowest kernel that carries so many tangents, or the widest there is."""
+    return next((lanes for lanes in LANES if lanes >= unknowns), LANES[-1]) if unknowns else 0
+
+
+def build(graph: Graph, lanes: int, live: frozenset[int], seeded: frozenset[int], backend: Backend) -> Kernel:
+    """A kernel for a graph; see kernel.py."""
+    if chosen(backend) == "vm":
+        from vdyn_cli.engine.vm import VirtualMachine
+
+        return VirtualMachine(graph, lanes, live, seeded)
+    from vdyn_cli.engine.native import MachineCode
+
+    return MachineCode(graph, lanes, live, seeded)

@@ -1,0 +1,68 @@
+"""What goes into a simulation and what comes out: a run on any time grid, and traces at every sample of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """One run as the simulator sees it.
+
+    Parameters
+    ----------
+    time : (n,) s, increasing; any grid.
+    inputs : each (n,), or one number for the whole run; linear between samples.
+    start : initial states; those not given start as the model declares.
+    parameters : values that differ from the simulator's in this run alone, such as air_density.
+    context : the model's context in this run, such as heading.
+
+    Raises
+    ------
+    ValueError : the time does not increase, a length differs, or an input is not finite.
+    """
+
+    time: NDArray[np.float64]
+    inputs: Mapping[str, ArrayLike]
+    start: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    context: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        time = np.array(self.time, dtype=np.float64)
+        if time.ndim != 1 or not time.size or not np.all(np.isfinite(time)) or not np.all(np.diff(time) > 0):
+            raise ValueError("the time of a drive must be one increasing row of finite numbers")
+        inputs = {}
+        for name, value in self.inputs.items():
+            signal = np.array(value, dtype=np.float64)
+            if signal.shape not in ((), time.shape):
+                raise ValueError(f"input {name!r} has shape {signal.shape}, the time {time.shape}")
+            if not np.all(np.isfinite(signal)):
+                raise ValueError(f"input {name!r} has values that are not finite")
+            inputs[name] = signal
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "inputs", inputs)
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """What a simulation gives, at every sample of the drive.
+
+    Parameters
+    ----------
+    time : (n,) s.
+    outputs : each (n,).
+    sensitivities : each (n, k), derivatives of the outputs to the unknowns, in their order; k = 0 unless asked for.
+    final : the states at the last sample.
+    states : each (n,); empty unless asked for.
+    """
+
+    time: NDArray[np.float64]
+    outputs: Mapping[str, NDArray[np.float64]]
+    sensitivities: Mapping[str, NDArray[np.float64]]
+    final: Mapping[str, float]
+    states: Mapping[str, NDArray[np.float64]]

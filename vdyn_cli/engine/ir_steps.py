@@ -1,0 +1,160 @@
+"""The loop over Runge-Kutta steps as LLVM IR: the same for every model, on values and tangent lanes alike.
+
+The step length has no derivative, so a lane moves as a value does, and one row z of both is integrated. Rows are
+arranged [lanes | values], which keeps the lanes aligned; what is stored as one vector is loaded as one vector, for a
+load that straddles two stores has to wait for memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+UNROLLED = 4  # so many neighbours are written out rather than looped over
+
+Groups = Sequence[tuple[int, int]]  # (width, count): neighbours that are moved together, one group after the other
+
+
+def print_steps(states: int, inputs: int, readings: int, lanes: int) -> list[str]:
+    """``void run(n, z, u, dt, p, tp, w, trail)``, arrays as in kernel.py.
+
+    It calls ``field(z, k, h, u, p, tp, f, w)``: rates f and readings w of the state z + h k.
+    """
+    if not states:
+        return _static(inputs, readings, lanes)
+    row, seen = states * (1 + lanes), readings * (1 + lanes)
+    whole, values = ((lanes, states), (1, states)), ((1, states),)
+    local = {"now": row, "still": row, "k1": row, "k2": row, "k3": row, "k4": row, "unread": seen, "middle": inputs}
+    return [
+        *_function("copy", "out from", "", whole, lambda b: b.store(b.load("from"))),
+        *_function("keep", "out from", "", values, lambda b: b.store(b.load("from"))),
+        *_function("clear", "out", "", whole, lambda b: b.store(b.all("0.0"))),
+        *_function("halfway", "out left right", "", ((1, inputs),), _mean),
+        *_function("finish", "z k1 k2 k3 k4", ", double %h", whole, _finished),
+        "define void @run(i64 %n, ptr %z, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trail) #0 {",
+        "entry:",
+        *(f"%{name} = alloca [{max(size, 1)} x double], align 64" for name, size in local.items()),
+        f"%values = getelementptr double, ptr %now, i64 {states * lanes}",
+        "call void @copy(ptr %now, ptr %z)",
+        "call void @clear(ptr %still)",
+        *_loop(
+            *_address("before", "u", inputs),
+            *_address("seen", "w", seen),
+            *_address("length", "dt", 1),
+            *_address("kept", "trail", states),
+            f"%after = getelementptr double, ptr %before, i64 {inputs}",
+            "%h = load double, ptr %length, align 8",
+            "%half = fdiv double %h, 2.0",
+            "%sixth = fdiv double %h, 6.0",
+            "call void @keep(ptr %kept, ptr %values)",
+            "call void @halfway(ptr %middle, ptr %before, ptr %after)",
+            _field("still", "0.0", "before", "k1", "seen"),
+            _field("k1", "%half", "middle", "k2", "unread"),
+            _field("k2", "%half", "middle", "k3", "unread"),
+            _field("k3", "%h", "after", "k4", "unread"),
+            "call void @finish(ptr %now, ptr %k1, ptr %k2, ptr %k3, ptr %k4, double %sixth)",
+        ),
+        "call void @copy(ptr %z, ptr %now)",
+        "ret void",
+        "}",
+    ]
+
+
+def _static(inputs: int, readings: int, lanes: int) -> list[str]:
+    """A model without states: readings alone."""
+    return [
+        "define void @run(i64 %n, ptr %now, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trail) #0 {",
+        "entry:",
+        *_loop(
+            *_address("before", "u", inputs),
+            *_address("seen", "w", readings * (1 + lanes)),
+            _field("now", "0.0", "before", "now", "seen"),
+        ),
+        "ret void",
+        "}",
+    ]
+
+
+def _field(k: str, h: str, u: str, rates: str, readings: str) -> str:
+    arrays = f"ptr %{u}, ptr %p, ptr %tp, ptr %{rates}, ptr %{readings}"
+    return f"call void @field(ptr %now, ptr %{k}, double {h}, {arrays})"
+
+
+def _loop(*lines: str) -> list[str]:
+    head = ["br label %body", "body:", "%step = phi i64 [0, %entry], [%next, %body]"]
+    tail = ["%next = add i64 %step, 1", "%done = icmp eq i64 %next, %n", "br i1 %done, label %end, label %body", "end:"]
+    return [*head, *lines, *tail]
+
+
+def _address(name: str, array: str, stride: int) -> list[str]:
+    return [f"%o_{name} = mul i64 %step, {stride}", f"%{name} = getelementptr double, ptr %{array}, i64 %o_{name}"]
+
+
+class _Block:
+    """One group of neighbours: loads, arithmetic, one store."""
+
+    def __init__(self, tag: str, width: int, index: str) -> None:
+        self.lines: list[str] = []
+        self._tag, self._index, self._width = tag, index, width
+        self._type = f"<{width} x double>"
+
+    def _name(self, text: str) -> str:
+        name = f"%{self._tag}_{len(self.lines)}"
+        self.lines.append(f"{name} = {text}")
+        return name
+
+    def _at(self, array: str) -> str:
+        return self._name(f"getelementptr double, ptr %{array}, i64 {self._index}")
+
+    def load(self, array: str) -> str:
+        return self._name(f"load {self._type}, ptr {self._at(array)}, align 8")
+
+    def store(self, value: str, array: str = "out") -> None:
+        at = self._at(array)
+        self.lines.append(f"store {self._type} {value}, ptr {at}, align 8")
+
+    def apply(self, op: str, left: str, right: str) -> str:
+        return self._name(f"{op} {self._type} {left}, {right}")
+
+    def all(self, value: str) -> str:
+        one = self._name(f"insertelement {self._type} undef, double {value}, i32 0")
+        zeros = f"<{self._width} x i32> zeroinitializer"
+        return self._name(f"shufflevector {self._type} {one}, {self._type} undef, {zeros}")
+
+
+def _mean(b: _Block) -> None:
+    total = b.apply("fadd", b.load("left"), b.load("right"))
+    b.store(b.apply("fdiv", total, b.all("2.0")))
+
+
+def _finished(b: _Block) -> None:
+    """z + h (((k1 + 2 k2) + 2 k3) + k4), in this order: so does the virtual machine."""
+    total = b.load("k1")
+    for name in ("k2", "k3"):
+        k = b.load(name)
+        total = b.apply("fadd", total, b.apply("fadd", k, k))
+    total = b.apply("fadd", total, b.load("k4"))
+    b.store(b.apply("fadd", b.load("z"), b.apply("fmul", b.all("%h"), total)), "z")
+
+
+def _function(name: str, arrays: str, extra: str, groups: Groups, work: Callable[[_Block], None]) -> list[str]:
+    """A function that works through all groups in turn."""
+    arguments = ", ".join(f"ptr noalias %{array}" for array in arrays.split())
+    lines = [f"define internal void @{name}({arguments}{extra}) #0 {{", "entry:"]
+    start, here = 0, "entry"
+    for width, count in groups:
+        stop = start + width * count
+        if count <= UNROLLED:
+            for offset in range(start, stop, width or 1):
+                block = _Block(f"r{offset}", width, str(offset))
+                work(block)
+                lines += block.lines
+        elif width:
+            block = _Block(f"b{start}", width, f"%i{start}")
+            work(block)
+            lines += [f"br label %loop{start}", f"loop{start}:"]
+            lines += [f"%i{start} = phi i64 [{start}, %{here}], [%j{start}, %loop{start}]", *block.lines]
+            lines += [f"%j{start} = add i64 %i{start}, {width}", f"%e{start} = icmp eq i64 %j{start}, {stop}"]
+            lines += [f"br i1 %e{start}, label %done{start}, label %loop{start}", f"done{start}:"]
+            here = f"done{start}"
+        start = stop
+    return [*lines, "ret void", "}"]
