@@ -22,14 +22,14 @@ WIDEST = 0.015  # slip over which a bin may extend: a fifth of the width of a st
 
 def _assemble(e: Bench, u: Signals) -> None:
     p = e.p
-    slip = e("slip", value=u.slip + p.slip_zero)
+    slip = e("slip", value=(1 + u.slip) * (1 + p.radius_error) - 1)
     load = e("force_z", value=u.load)
     force = e(tire, slip=slip, load=load, tire_B=p.tire_B, tire_C=p.tire_C, tire_D=p.tire_D, tire_E=p.tire_E)
     e.sensor("force_x", force, 0.0)
 
 
 TIRE_CURVE = Model(
-    "tire_curve", _assemble, ("tire_B", "tire_C", "tire_D", "tire_E", "slip_zero"), ("slip", "load")
+    "tire_curve", _assemble, ("tire_B", "tire_C", "tire_D", "tire_E", "radius_error"), ("slip", "load")
 )
 
 

@@ -46,7 +46,7 @@ class TireFit:
     Parameters
     ----------
     held : values of the shape factors that are not unknown.
-    slip_zero_std : standard deviation of the zero of the slip, from the wheel radius; 0 leaves it out.
+    radius_std : relative standard deviation of the wheel radius that the slip was computed with; 0 leaves it out.
     effects, effect_unknowns : candidate causes that correct the curve, and their unknowns.
     """
 
@@ -54,14 +54,14 @@ class TireFit:
         self,
         sweeps: Sequence[Bins],
         held: Mapping[str, float] | None = None,
-        slip_zero_std: float = 0.0,
+        radius_std: float = 0.0,
         effects: Sequence[Correction] = (),
         effect_unknowns: Sequence[Unknown] = (),
     ) -> None:
-        self.sweeps, self.held, self.slip_zero_std = tuple(sweeps), dict(held or {}), slip_zero_std
+        self.sweeps, self.held, self.radius_std = tuple(sweeps), dict(held or {}), radius_std
         self.effect_unknowns = tuple(effect_unknowns)
-        self._unknowns = (*SHAPE, "slip_zero", *(u.name for u in effect_unknowns))
-        values = {**_start(self.sweeps), **self.held, "slip_zero": 0.0}
+        self._unknowns = (*SHAPE, "radius_error", *(u.name for u in effect_unknowns))
+        values = {**_start(self.sweeps), **self.held, "radius_error": 0.0}
         self._simulator = Simulator(TIRE_CURVE, values, self._unknowns, effects)
         self._values = values
 
@@ -96,9 +96,9 @@ class TireFit:
     def regression(self, at: Mapping[str, float]) -> Regression:
         """The regression over all sweeps, slips projected onto the curve ``at``."""
         shape = [Unknown(n, at.get(n, self._values[n]), *RANGES[n]) for n in SHAPE if n not in self.held]
-        if self.slip_zero_std > 0:
-            prior = (0.0, self.slip_zero_std)
-            shape.append(Unknown("slip_zero", 0.0, -0.2, 0.2, prior=prior, nuisance=True))
+        if self.radius_std > 0:
+            prior = (0.0, self.radius_std)
+            shape.append(Unknown("radius_error", 0.0, -0.2, 0.2, prior=prior, nuisance=True))
         unknowns = (*shape, *self.effect_unknowns)
         names = [u.name for u in unknowns]
         columns = [self._unknowns.index(n) for n in names]
@@ -143,7 +143,10 @@ class TireFit:
     def _curve(self, b: Bins, slip: Array, theta: Array) -> tuple[Array, Array, Array]:
         simulated = self._simulator(Drive(b.time, {"slip": slip, "load": b.load}), theta)
         jacobian = simulated.sensitivities["force_x"]
-        return simulated.outputs["force_x"], jacobian, jacobian[:, self._unknowns.index("slip_zero")]
+        # Slip moves by 1 + s per relative radius error; a locked wheel stands still whatever its radius.
+        rolling = np.maximum(1 + slip, 0.02)
+        slope = jacobian[:, self._unknowns.index("radius_error")] / rolling
+        return simulated.outputs["force_x"], jacobian, slope
 
     def _curvature(self, b: Bins, slip: Array, theta: Array) -> Array:
         up, down = (self._curve(b, slip + h, theta)[2] for h in (SHIFT, -SHIFT))

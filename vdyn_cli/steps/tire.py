@@ -115,8 +115,8 @@ def estimate(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> Result:
     data = sweeps(spec, logs, known)
     bins = [bin_sweep(log) for log in data]
     radius = known.estimates.get("wheel_radius")
-    zero = radius.std / radius.value if radius and "slip" not in logs[0] else 0.0
-    fit = TireFit(bins, slip_zero_std=zero)
+    radius_std = radius.std / radius.value if radius and "slip" not in logs[0] else 0.0
+    fit = TireFit(bins, radius_std=radius_std)
     furthest = max(float(np.abs(b.slip).max()) for b in bins)
     try:
         solution = fit.solve()
@@ -125,7 +125,7 @@ def estimate(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> Result:
             return _whole(fit, solution, peak, data)
     except ResultError:
         pass  # the shape beyond the slope is not determined
-    return _slope_only(bins, zero, furthest, data)
+    return _slope_only(bins, radius_std, furthest, data)
 
 
 def _slope(solution: Solution, held: Mapping[str, float]) -> tuple[float, float, tuple[float, float]]:
@@ -149,9 +149,9 @@ def _whole(fit: TireFit, solution: Solution, peak: float, logs: Sequence[Log]) -
     return _result(fit, solution, Parameters(estimates, correlation), sentence, (), logs, peak)
 
 
-def _slope_only(bins: Sequence[Bins], zero: float, furthest: float, logs: Sequence[Log]) -> Result:
+def _slope_only(bins: Sequence[Bins], radius_std: float, furthest: float, logs: Sequence[Log]) -> Result:
     """The slope at zero slip alone, with the spread of plausible shapes of the rest."""
-    fits = [TireFit(bins, {"tire_C": c, "tire_E": e}, zero) for c, e in SHAPES]
+    fits = [TireFit(bins, {"tire_C": c, "tire_E": e}, radius_std) for c, e in SHAPES]
     solutions = [fit.solve() for fit in fits]
     slopes = [_slope(s, f.held) for s, f in zip(solutions, fits, strict=True)]
     value, std, (low, high) = slopes[0]
