@@ -169,8 +169,8 @@ def samples() -> Samples:
         truth=truth(REFERENCE),
         about=(
             "Throttle and brake steps; the force sensor sits between the wheel and everything inboard, brake included, "
-            f"and carries {REFERENCE.wheel_mass} kg of wheel, which its loads and forces do not contain. The accelerometer is "
-            "the car's."
+            f"and carries {REFERENCE.wheel_mass} kg of wheel, whose weight its loads do not contain. The "
+            "accelerometer is the car's."
         ),
     )
 
