@@ -1,0 +1,192 @@
+"""The recovery bench's test days: one random vehicle's logs and description in a folder, the truth, and the bound.
+
+A case writes what a tester would write; what is hidden from the program stays in ``Made``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from tests.plant import bump, cg, coast, shaft, tire, wheel
+from tests.plant.coast_information import information as coast_information
+from tests.plant.sensors import Record
+from tests.plant.vehicle import random_vehicle
+from tests.plant.write_csv import csv_bytes
+
+
+@dataclass(frozen=True)
+class Made:
+    """A description on disk, and for each parameter that these logs determine its truth and Cramer-Rao bound."""
+
+    description: Path
+    truth: Mapping[str, float]
+    bound: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Case:
+    """``make(seed, folder)`` writes one vehicle's test for ``step``."""
+
+    step: str
+    about: str
+    make: Callable[[int, Path], Made]
+
+
+def _write(
+    folder: Path,
+    step: str,
+    vehicle: Mapping[str, float],
+    channels: Mapping[str, tuple[str, str]],
+    records: Sequence[Record],
+    runs: Sequence[Mapping[str, Any]] = (),
+    **more: Any,
+) -> Path:
+    """The logs, and a description that maps ``channels`` (ours to column and unit) and lists them as runs."""
+    entries = []
+    for k, record in enumerate(records):
+        (folder / f"{step}_{k}.csv").write_bytes(csv_bytes(record))
+        entries.append({"log": f"{step}_{k}.csv", **(runs[k] if runs else {})})
+    description = {
+        "test": step,
+        "vehicle": dict(vehicle),
+        "channels": {name: {"column": column, "unit": unit} for name, (column, unit) in channels.items()},
+        "runs": entries,
+        **more,
+    }
+    path = folder / f"{step}.yaml"
+    path.write_text(yaml.safe_dump(description, sort_keys=False), encoding="utf-8")
+    return path
+
+
+COAST_CHANNELS = {"time": ("Time [s]", "s"), "speed": ("GPS Speed [km/h]", "km/h")}
+
+
+def _coastdown(seed: int, folder: Path, day: coast.Day, fixed: bool) -> Made:
+    vehicle = random_vehicle(seed)
+    runs = coast.campaign(vehicle, seed, day)
+    settings: dict[str, Any] = {"speed_window": [3.6 * day.start_speed - 4, 3.6 * day.end_speed + 4]}
+    settings["speed_window"] = [f"{speed:.3f} km/h" for speed in settings["speed_window"]]
+    if fixed:
+        settings["fix"] = {"drag_coefficient": vehicle.drag_coefficient}
+    path = _write(
+        folder,
+        "coastdown",
+        coast.known(vehicle, day),
+        COAST_CHANNELS,
+        [run.record for run in runs],
+        [{"direction": run.direction, "start": run.start} for run in runs],
+        settings=settings,
+    )
+    info = coast_information(vehicle, seed, day)
+    truth = coast.truth(vehicle)
+    if fixed:
+        info, truth = info.known(["drag_area"]), {"rolling_resistance": truth["rolling_resistance"]}
+    return Made(path, truth, info.bound())
+
+
+def _cg(seed: int, folder: Path) -> Made:
+    vehicle = random_vehicle(seed)
+    runs = cg.campaign(vehicle, seed)
+    channels = {
+        "time": ("Time [s]", "s"),
+        "front_left_load": ("FL Fz [N]", "N"),
+        "front_right_load": ("FR Fz [N]", "N"),
+        "rear_left_load": ("RL Fz [N]", "N"),
+        "rear_right_load": ("RR Fz [N]", "N"),
+        "acceleration": ("Antenna Accel [m/s^2]", "m/s^2"),
+        "pitch_rate": ("Pitch Rate [deg/s]", "deg/s"),
+        "speed": ("Speed [km/h]", "km/h"),
+    }
+    records, directions = [run.record for run in runs], [{"direction": run.direction} for run in runs]
+    path = _write(folder, "cg", cg.known(vehicle), channels, records, directions)
+    return Made(path, cg.truth(vehicle), cg.information(vehicle, seed).bound())
+
+
+def _bump(seed: int, folder: Path) -> Made:
+    vehicle = random_vehicle(seed)
+    channels = {
+        "time": ("Time [s]", "s"),
+        "front_load": ("Front Load [N]", "N"),
+        "rear_load": ("Rear Load [N]", "N"),
+        "speed": ("Speed [km/h]", "km/h"),
+        "vertical_acceleration": ("Vertical Accel [m/s^2]", "m/s^2"),
+        "pitch_rate": ("Pitch Rate [deg/s]", "deg/s"),
+    }
+    records = bump.campaign(vehicle, seed)
+    front = bump.DISTANCE
+    places = [{"distance_front": front, "distance_rear": front + vehicle.wheelbase} for _ in records]
+    shape = bump.Bump()
+    obstacle = {"height": shape.height, "width": shape.width, "shape": shape.shape}
+    path = _write(folder, "bump", bump.known(vehicle), channels, records, places, bump=obstacle)
+    return Made(path, bump.truth(vehicle), bump.information(vehicle, seed).bound())
+
+
+def _inertia(seed: int, folder: Path) -> Made:
+    vehicle = random_vehicle(seed)
+    channels = {
+        "time": ("Time [s]", "s"),
+        "hub_torque": ("Hub Torque [N m]", "N m"),
+        "wheel_speed": ("Wheel Speed [rad/s]", "rad/s"),
+        "hub_force_x": ("Hub Fx [N]", "N"),
+        "hub_force_z": ("Hub Fz [N]", "N"),
+        "acceleration": ("Accel [m/s^2]", "m/s^2"),
+        "vehicle_speed": ("Speed [km/h]", "km/h"),
+    }
+    path = _write(folder, "inertia", wheel.known(vehicle), channels, wheel.campaign(vehicle, seed))
+    return Made(path, wheel.truth(vehicle), wheel.information(vehicle, seed).bound())
+
+
+def _tire(seed: int, folder: Path, peak: bool) -> Made:
+    vehicle = random_vehicle(seed)
+    channels = {
+        "time": ("Time [s]", "s"),
+        "wheel_speed": ("Wheel Speed [rad/s]", "rad/s"),
+        "vehicle_speed": ("Vehicle Speed [km/h]", "km/h"),
+        "force_x": ("Fx [N]", "N"),
+        "force_z": ("Fz [N]", "N"),
+    }
+    path = _write(folder, "tire", tire.known(vehicle), channels, tire.campaign(vehicle, seed, peak=peak))
+    info = tire.information(vehicle, seed, peak=peak)
+    slope = "tire_longitudinal_stiffness"
+    bound = {slope: tire.stiffness_bound(vehicle, info)} | (info.bound() if peak else {})
+    return Made(path, {name: tire.truth(vehicle)[name] for name in bound}, bound)
+
+
+def _shaft(seed: int, folder: Path) -> Made:
+    vehicle = random_vehicle(seed)
+    channels = {
+        "time": ("Time [s]", "s"),
+        "shaft_torque": ("Shaft Torque [N m]", "N m"),
+        "motor_speed": ("Motor Speed [rad/s]", "rad/s"),
+        "wheel_speed": ("Wheel Speed [rad/s]", "rad/s"),
+        "twist": ("Twist [deg]", "deg"),
+    }
+    sides = [{"side": "left"}]
+    path = _write(folder, "shaft", shaft.known(vehicle), channels, shaft.campaign(vehicle, seed), sides)
+    truth = {name: shaft.truth(vehicle)[name] for name in ("shaft_stiffness_left", "shaft_damping_left")}
+    return Made(path, truth, shaft.information(vehicle, seed).bound())
+
+
+CASES: dict[str, Case] = {
+    "coastdown": Case(
+        "coastdown",
+        "Eight coasts from 75 to 20 km/h, drag coefficient fixed as in the paper.",
+        lambda seed, folder: _coastdown(seed, folder, coast.DAY, fixed=True),
+    ),
+    "coastdown_wide": Case(
+        "coastdown",
+        "Eight coasts from 36 to 2 m/s, rolling resistance and drag area both unknown.",
+        lambda seed, folder: _coastdown(seed, folder, coast.WIDE, fixed=False),
+    ),
+    "cg": Case("cg", "Four accelerate-and-brake runs.", _cg),
+    "bump": Case("bump", "Four crossings of a haversine bump, wheels lifting off.", _bump),
+    "inertia": Case("inertia", "Three drives with throttle and brake steps.", _inertia),
+    "tire": Case("tire", "Five slip sweeps, beyond the peak.", lambda seed, folder: _tire(seed, folder, True)),
+    "tire_short": Case("tire", "Five sweeps below half the peak.", lambda seed, folder: _tire(seed, folder, False)),
+    "shaft": Case("shaft", "One tip-in of the left half-shaft.", _shaft),
+}
