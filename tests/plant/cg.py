@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.plant import sensors
+from tests.plant import sample, sensors
 from tests.plant.cg_motion import Body, Pedals, Ride, sizes
 from tests.plant.information import Information, from_constraints, prior, total
 from tests.plant.sample import Samples
@@ -55,13 +55,13 @@ def truth(vehicle: Vehicle) -> dict[str, float]:
     return {name: float(getattr(vehicle, name)) for name in ("cg_height", "cg_to_rear", "pitch_inertia")}
 
 
-def known(vehicle: Vehicle) -> dict[str, float]:
+def known(vehicle: Vehicle, air_density: float = AIR_DENSITY) -> dict[str, float]:
     """What the tester writes into the description, whatever is hidden."""
     names = ("mass", "wheelbase", "antenna_height", "drag_area", "drag_height", "wheel_inertia", "wheel_radius")
-    return {name: float(getattr(vehicle, name)) for name in names} | {"air_density": AIR_DENSITY}
+    return {name: float(getattr(vehicle, name)) for name in names} | {"air_density": air_density}
 
 
-def manoeuvres(seed: int, count: int = 4) -> list[Manoeuvre]:
+def manoeuvres(seed: int, count: int = 4, air_density: float = AIR_DENSITY) -> list[Manoeuvre]:
     """Throttle pulses up to about 20 m/s, brake pulses at the pace of the body's own pitching, throttle, brake."""
     rng = np.random.default_rng([seed, 0xC6])
     result = []
@@ -85,7 +85,7 @@ def manoeuvres(seed: int, count: int = 4) -> list[Manoeuvre]:
         wanted = np.concatenate([[0.0, 0.0], np.repeat(level, 2)[:-1]])
         times = sensors.jitter(sensors.regular(float(np.ceil(ends[-1] + 1.5)), RATE), JITTER, rng)
         uphill = 1.0 if k % 2 == 0 else -1.0
-        pedals = Pedals(float(rng.uniform(5.0, 7.0)), knots, wanted, uphill)
+        pedals = Pedals(float(rng.uniform(5.0, 7.0)), knots, wanted, uphill, air_density)
         result.append(Manoeuvre("out" if uphill > 0 else "back", pedals, times))
     return result
 
@@ -118,10 +118,14 @@ def _readings(vehicle: Vehicle, run: Manoeuvre, effects: Mapping[str, float] | N
 
 
 def campaign(
-    vehicle: Vehicle, seed: int, effects: Mapping[str, float] | None = None, count: int = 4
+    vehicle: Vehicle,
+    seed: int,
+    effects: Mapping[str, float] | None = None,
+    count: int = 4,
+    air_density: float = AIR_DENSITY,
 ) -> tuple[Run, ...]:
     """The runs as logged, from a seed; the load cells are zeroed before each."""
-    runs = manoeuvres(seed, count)
+    runs = manoeuvres(seed, count, air_density)
     rng = np.random.default_rng([seed, 0xC7])
     meters = {f"{wheel} Fz [N]": (LOAD, 1.0) for wheel in WHEELS} | {
         "Antenna Accel [m/s^2]": (ACCELERATION, 1.0),
@@ -181,7 +185,7 @@ def _noise_band(vehicle: Vehicle, run: Manoeuvre, per_acceleration: float, lever
 
 def samples() -> Samples:
     """launch_1.csv to launch_4.csv."""
-    runs = campaign(REFERENCE, 20171)
+    runs = campaign(REFERENCE, 20171, air_density=sample.AIR_DENSITY)
     return Samples(
         title="Accelerate-and-brake runs",
         files={
@@ -190,7 +194,7 @@ def samples() -> Samples:
         },
         truth=truth(REFERENCE)
         | {"mass": REFERENCE.mass, "wheelbase": REFERENCE.wheelbase, "antenna_height": REFERENCE.antenna_height}
-        | {"drag_area": REFERENCE.drag_area, "drag_height": REFERENCE.drag_height, "air_density": AIR_DENSITY}
+        | {"drag_area": REFERENCE.drag_area, "drag_height": REFERENCE.drag_height, "air_density": sample.AIR_DENSITY}
         | {"wheel_inertia": REFERENCE.wheel_inertia, "wheel_radius": REFERENCE.wheel_radius},
         about=(
             "Throttle and brake pulses on a flat road, out (1, 3) and back (2, 4), in still air. Loads are those "

@@ -62,6 +62,7 @@ class Pedals:
     knots: Array
     wanted: Array
     uphill: float  # +1 out, -1 back: the way a road grade counts
+    air_density: float = AIR_DENSITY
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ class Body:
         self.slope = float(np.arctan(q["road_grade"] * pedals.uphill))
         self.lift = 0.5 * q["aero_lift"] + np.array([q["aero_lift_front"], q["aero_lift_rear"]])
         self.clock = STEP * np.arange(int(np.ceil(end / STEP)) + 3)
-        self.air = 0.5 * AIR_DENSITY * vehicle.drag_area
+        self.air = 0.5 * pedals.air_density * vehicle.drag_area
         self.speed = self._speeds()
         self.a, self.b = _matrices(vehicle, self.axle, q["pitch_axis"])
         push = self._push(self.speed, self._acceleration(self.clock, self.speed))
@@ -120,7 +121,7 @@ class Body:
         drag = self.air * speed**2
         force = car.mass * (acceleration + GRAVITY * np.sin(self.slope)) + drag
         spin = 4 * car.wheel_inertia * acceleration / car.wheel_radius
-        lift = 0.5 * AIR_DENSITY * np.outer(speed**2, self.lift)
+        lift = 0.5 * self.pedals.air_density * np.outer(speed**2, self.lift)
         moment = car.cg_height * force + drag * (car.drag_height - car.cg_height) + spin
         moment = moment + lift @ [car.cg_to_front, -car.cg_to_rear]
         return np.column_stack([lift.sum(axis=1), moment])

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.plant import sensors
+from tests.plant import sample, sensors
 from tests.plant.coast_motion import BLOCK, STEP, Car, Motion, Plan, Scatter, calm
 from tests.plant.sample import Samples
 from tests.plant.sensors import Array, Record, Sensor
@@ -196,11 +196,10 @@ def _record(car: Car, motion: Motion, run: int, day: Day, zero: float, rng: np.r
     return Record(columns, decimals | {"Drive Torque [N m]": 1})
 
 
-ENVIRONMENT = {"temperature": 297.15, "pressure": 98_900.0}  # 24 degC; K and Pa
 SAMPLE_DAY = DAY.but(
     acceleration=sensors.ACCELEROMETER,
-    air_density=ENVIRONMENT["pressure"] / (287.05 * ENVIRONMENT["temperature"]),
-    temperatures=(24.0,) * 8,
+    air_density=sample.AIR_DENSITY,
+    temperatures=(sample.TEMPERATURE,) * 8,
 )
 
 
@@ -215,7 +214,7 @@ def samples() -> Samples:
         truth=truth(REFERENCE)
         | {"mass": REFERENCE.mass, "rotating_mass": REFERENCE.rotating_mass}
         | {"frontal_area": REFERENCE.frontal_area, "drag_coefficient": REFERENCE.drag_coefficient}
-        | {"air_density": round(SAMPLE_DAY.air_density, 4)},
+        | {"air_density": sample.AIR_DENSITY},
         about=(
             "In neutral from about 75 km/h to 20 km/h on a flat road, out and back in turn, at 24 degC and 98.9 kPa "
             "(the rolling resistance is that of these tires on this day, not corrected to 20 degC). Position is the "

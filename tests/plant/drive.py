@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tests.plant import sensors
+from tests.plant import sample, sensors
 from tests.plant.drive_motion import GUST_STEP, Drive, Pedals, Trip
 from tests.plant.sample import Samples
 from tests.plant.sensors import Array, Record, Sensor
@@ -31,6 +31,8 @@ class Rig:
     """How the drives are measured, and in what wind."""
 
     jitter: float = 0.02  # share of the sample spacing; one device samples all channels
+    air_density: float = AIR_DENSITY
+    temperature: float = 20.0  # degC; 12 to 28 from drive to drive under temperature_rolling
     wind: Wind = GUSTY
     torque: Sensor = TORQUE
     brake: Sensor = BRAKE
@@ -150,7 +152,7 @@ def truth(vehicle: Vehicle) -> dict[str, float]:
         *("tire_longitudinal_stiffness", "tire_relaxation_length", "shaft_stiffness_left", "shaft_stiffness_right"),
         *("shaft_damping_left", "shaft_damping_right"),
     )
-    return {name: float(getattr(vehicle, name)) for name in names} | {"air_density": AIR_DENSITY}
+    return {name: float(getattr(vehicle, name)) for name in names}
 
 
 def noise_free(
@@ -189,13 +191,15 @@ def campaign(
 ) -> tuple[Run, ...]:
     """The drives as logged, from a seed."""
     rng = np.random.default_rng([seed, 0xD2])
-    warm = np.linspace(12.0, 28.0, count) if (effects or {}).get("temperature_rolling") else np.full(count, 20.0)
+    spread = 8.0 if (effects or {}).get("temperature_rolling") else 0.0
+    warm = rig.temperature + np.linspace(-spread, spread, count)
     plans = []
     for plan, temperature in zip(pedals(vehicle, seed, count), warm, strict=True):
         steps = int(plan.knots[-1] / GUST_STEP) + 3
         mean = rig.wind.between_runs * rng.standard_normal()
         gust = gusts(rig.wind, 1, steps, GUST_STEP, rng)[:, 0] + mean
-        plans.append(replace(plan, gust=tuple(gust.tolist()), temperature=float(temperature)))
+        wind = tuple(gust.tolist())
+        plans.append(replace(plan, gust=wind, temperature=float(temperature), air_density=rig.air_density))
     times = [sensors.regular(plan.knots[-1], RATE) for plan in plans]
     times = [sensors.jitter(clock, rig.jitter, rng) if rig.jitter else clock for clock in times]
     clean = noise_free(vehicle, plans, effects, times)
@@ -219,14 +223,15 @@ def _logged(true: Mapping[str, Array], rig: Rig, rng: np.random.Generator) -> Re
 
 def samples() -> Samples:
     """drive_1.csv to drive_3.csv."""
-    runs = campaign(REFERENCE, 20172)
+    rig = Rig(air_density=sample.AIR_DENSITY, temperature=sample.TEMPERATURE)
+    runs = campaign(REFERENCE, 20172, rig=rig)
     return Samples(
         title="Drives for validation",
         files={
             f"drive_{k}.csv": csv_bytes(run.record, CONTINENTAL if k == 2 else PLAIN)
             for k, run in enumerate(runs, start=1)
         },
-        truth=truth(REFERENCE),
+        truth=truth(REFERENCE) | {"air_density": sample.AIR_DENSITY},
         about=(
             "From rest to 90 km/h and back to rest on a flat road, out (1, 3) and back (2), front-wheel drive. "
             "Drive torque is that of the planetary output, before the final drive; brake torque is that of all four"

@@ -50,6 +50,7 @@ class Pedals:
     brake: tuple[float, ...]
     uphill: float = 1.0  # -1 on the way back
     temperature: float = 20.0  # degC
+    air_density: float = AIR_DENSITY
     gust: tuple[float, ...] = ()  # m/s against motion, every GUST_STEP s
 
     def at(self, time: float) -> tuple[float, float]:
@@ -95,7 +96,7 @@ class Drive:
         self.q, self.car, self.pedals = q, vehicle, pedals
         self.mass = vehicle.mass * (1.0 + q["mass_error"])
         self.radius = vehicle.wheel_radius * (1.0 + q["wheel_radius"])
-        self.air = 0.5 * AIR_DENSITY * (vehicle.drag_area + q["extra_drag_area"])
+        self.air = 0.5 * pedals.air_density * (vehicle.drag_area + q["extra_drag_area"])
         self.wheel = vehicle.wheel_inertia * (1.0 + q["wheel_inertia"]) + q["rotating_mass"] * self.radius**2 / 4
         self.end = 0.5 * (vehicle.driveline_inertia + q["motor_inertia"])
         stiffer, damper = 1.0 + q["shaft_stiffness"], 1.0 + q["shaft_damping"]

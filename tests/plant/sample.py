@@ -7,6 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+TEMPERATURE, PRESSURE = 24.0, 98_900.0  # degC and Pa on the test day of the sample logs
+AIR_DENSITY = round(PRESSURE / (287.05 * (TEMPERATURE + 273.15)), 4)  # kg/m^3, dry
+
 
 @dataclass(frozen=True)
 class Samples:

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import tests.plant
+from tests.plant import sample
 from tests.plant.sample import Samples
 
 HEAD = """# Sample logs
@@ -20,7 +21,8 @@ finds the truth below.
 Made by `python -m tests.plant.write sample_logs` from the top of the repository; the same bytes each time.
 
 Conventions: x forward, z up; pitch is nose-up positive; loads are between tire and road, positive in compression;
-driving torque and uphill grade are positive; each column's header says its unit.
+driving torque and uphill grade are positive; each column's header says its unit. The air of the day: {temperature:.0f}
+degC, {pressure:.1f} kPa, {density} kg/m^3.
 """
 
 
@@ -32,17 +34,17 @@ def every_sample() -> list[Samples]:
 
 
 def readme(samples: list[Samples]) -> str:
-    parts = [HEAD]
-    for sample in samples:
-        rows = "\n".join(f"| {name} | {value:.6g} |" for name, value in sample.truth.items())
-        files = ", ".join(f"`{name}`" for name in sample.files)
-        parts.append(f"## {sample.title}\n\n{files}\n\n{sample.about}\n\n| truth (SI) | value |\n|---|---|\n{rows}\n")
+    parts = [HEAD.format(temperature=sample.TEMPERATURE, pressure=sample.PRESSURE / 1e3, density=sample.AIR_DENSITY)]
+    for part in samples:
+        rows = "\n".join(f"| {name} | {value:.6g} |" for name, value in part.truth.items())
+        files = ", ".join(f"`{name}`" for name in part.files)
+        parts.append(f"## {part.title}\n\n{files}\n\n{part.about}\n\n| truth (SI) | value |\n|---|---|\n{rows}\n")
     return "\n".join(parts)
 
 
 def main(folder: Path) -> None:
     samples = every_sample()
-    files = {name: content for sample in samples for name, content in sample.files.items()}
+    files = {name: content for part in samples for name, content in part.files.items()}
     files["README.md"] = readme(samples).encode()
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in files.items():
