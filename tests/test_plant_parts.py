@@ -352,6 +352,28 @@ def test_logs_are_the_same_again_differ_between_seeds_and_know_their_effects(par
         part.campaign(REFERENCE, seed=1, effects={"gravity_waves": 1.0})
 
 
+def _truths(part: ModuleType) -> dict[str, np.ndarray]:
+    """What the first log of seed 1 would be without noise."""
+    if part is bump:
+        return bump.noise_free(REFERENCE, bump.runs(seed=1))[0]
+    if part is wheel:
+        return wheel.noise_free(REFERENCE, wheel.drives(seed=1)[0])
+    if part is tire:
+        return tire.noise_free(REFERENCE, tire.sweeps(REFERENCE, seed=1)[0])
+    return shaft.noise_free(REFERENCE, shaft.campaign(REFERENCE, seed=1)[0]["Time [s]"])
+
+
+@pytest.mark.parametrize("part", [bump, wheel, tire, shaft])
+def test_logs_are_the_truth_and_the_noise_that_the_bounds_reckon_with(part: ModuleType) -> None:
+    log = part.campaign(REFERENCE, seed=1)[0]
+    for header, true in _truths(part).items():
+        sensor = part.SENSORS[header]
+        unit = 3.6 if "km/h" in header else float(np.degrees(1.0)) if "deg" in header else 1.0
+        error = log[header] / unit - true
+        assert np.std(error) == pytest.approx(np.hypot(sensor.noise, sensor.step / 12**0.5), rel=0.1)
+        assert abs(np.mean(error)) < 4 * max(sensor.zero, 1e-4 * np.max(np.abs(true)), sensor.noise / 5)
+
+
 def test_sample_logs_are_small() -> None:
     files = [f for part in (bump, wheel, pendulum, tire, shaft, silhouette) for f in part.samples().files.values()]
     assert sum(map(len, files)) < 6e6
