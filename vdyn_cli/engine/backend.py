@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from importlib.util import find_spec
 from typing import Literal
 
 from vdyn_cli.engine.graph import Graph
@@ -23,7 +22,9 @@ def chosen(backend: Backend) -> Backend:
     """
     name = os.environ.get(VARIABLE, "auto") if backend == "auto" else backend
     if name == "auto":
-        return "llvm" if find_spec("llvmlite") else "vm"
+        from vdyn_cli.engine.native import available
+
+        return "llvm" if available() else "vm"
     if name == "vm":
         return "vm"
     if name == "llvm":

@@ -40,6 +40,15 @@ def _llvm() -> Any:
     return llvm
 
 
+def available() -> bool:
+    """Whether machine code can be had here."""
+    try:
+        _llvm()
+    except (ImportError, OSError):  # not installed, or its library does not load
+        return False
+    return True
+
+
 @lru_cache(maxsize=128)
 def compiled(text: str) -> tuple[Callable[..., None], object]:
     """The function ``run`` of a text, and the object that must outlive it; the same text is compiled once."""

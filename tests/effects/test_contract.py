@@ -1,0 +1,179 @@
+"""What every effect of the catalogue must hold to, now and later: a new file is tested by being there."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import math
+import pkgutil
+from importlib import import_module
+from itertools import product
+from typing import get_args, get_type_hints
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import vdyn_cli.models
+from tests.engine.plants import HALF_CAR, ROAD_LOAD
+from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.engine.graph import Graph, trace
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.errors import ResultError
+
+EFFECTS = catalogue()
+EACH = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+
+
+def shipped_models() -> list[Model]:
+    """Every model of the package, in all variants that its options allow, and the engine's own."""
+    found: list[Model] = [ROAD_LOAD, HALF_CAR]
+    for module in pkgutil.iter_modules(vdyn_cli.models.__path__):
+        for value in vars(import_module(f"vdyn_cli.models.{module.name}")).values():
+            if isinstance(value, Model):
+                found.append(value)
+            elif callable(value) and getattr(value, "__module__", "").startswith("vdyn_cli.models"):
+                found += variants(value)
+    return found
+
+
+def variants(function) -> list[Model]:
+    """All that a function makes whose arguments are choices; others are covered where they are tested."""
+    hints = get_type_hints(inspect.unwrap(function))
+    if hints.pop("return", None) is not Model:
+        return []
+    choices = {name: (False, True) if hint is bool else get_args(hint) for name, hint in hints.items()}
+    names = [name for name in choices if choices[name]]
+    if set(names) != set(inspect.signature(function).parameters):
+        return []
+    return [function(**dict(zip(names, chosen, strict=True))) for chosen in product(*choices.values())]
+
+
+MODELS = shipped_models()
+
+
+def hosts(effect: Effect) -> list[Model]:
+    return [model for model in MODELS if offered(model, {}, (effect,))]
+
+
+def moments(graph: Graph, count: int = 60) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Random states, inputs and constants: at standstill, in reverse, and forward."""
+    random = np.random.default_rng(7)
+    found = []
+    for k in range(count):
+        x = random.normal(size=len(graph.states)) * (0, 1, 10)[k % 3]
+        u = random.normal(size=len(graph.inputs)) * (0, 0.1, 1)[k // 3 % 3]
+        p = random.uniform(0.2, 2.0, len(graph.constants))
+        found.append((x, u, p))
+    return found
+
+
+def with_unknowns(graph: Graph, effect: Effect, p: np.ndarray, size: float) -> np.ndarray:
+    changed = p.copy()
+    for name in effect.unknowns:
+        changed[graph.constants.index(name)] = effect.nominal.get(name, size)
+    return changed
+
+
+@EACH
+def test_it_is_found_under_its_own_name(effect):
+    module = import_module(f"vdyn_cli.effects.{effect.name}")
+    assert getattr(module, effect.name) is effect
+    imported = [
+        node.module for node in ast.walk(ast.parse(inspect.getsource(module))) if isinstance(node, ast.ImportFrom)
+    ]
+    others = [name for name in imported if name and name.startswith("vdyn_cli.effects.")]
+    assert not others, "effects never import effects"
+
+
+@EACH
+def test_it_says_what_it_is_in_units_ranges_and_a_reference(effect):
+    from vdyn_cli.quantity import to_si
+
+    assert effect.summary.endswith(".")
+    assert len(effect.summary) > 20
+    assert len(effect.reference) > 10
+    assert effect.kind in ("within_run", "between_run")
+    assert effect.unknowns
+    for name, quantity in effect.unknowns.items():
+        assert quantity.name == name
+        assert quantity.meaning
+        to_si(1.0, quantity.unit, quantity.unit)
+        assert math.isfinite(quantity.lower)
+        assert math.isfinite(quantity.upper)
+        assert quantity.lower <= effect.nominal.get(name, 0.0) <= quantity.upper
+        assert quantity.lower < quantity.upper
+    assert set(effect.nominal) < set(effect.unknowns), "something must be zero for the effect to be nothing"
+    assert all(quantity.allows(size) for size in effect.probes for quantity in [next(iter(effect.unknowns.values()))])
+
+
+def test_a_name_of_an_unknown_belongs_to_one_effect():
+    names = [name for effect in EFFECTS for name in effect.unknowns]
+    assert len(set(names)) == len(names)
+
+
+def test_the_order_is_that_of_the_names():
+    assert [effect.name for effect in EFFECTS] == sorted(effect.name for effect in EFFECTS)
+
+
+@EACH
+def test_some_model_can_take_it(effect):
+    assert hosts(effect)
+
+
+@EACH
+def test_it_is_exactly_nothing_at_zero(effect):
+    for model in hosts(effect):
+        base, extended = trace(model), trace(model, (effect,))
+        own = [i for i, name in enumerate(extended.states) if name in base.states]
+        for x, u, p in moments(extended):
+            p = with_unknowns(extended, effect, p, 0.0)
+            known = [p[extended.constants.index(name)] for name in base.constants]
+            rates, readings = (value.full()[:, 0] for value in extended.field(x, u, p))
+            plain_rates, plain_readings = (value.full()[:, 0] for value in base.field(x[own], u, known))
+            assert np.array_equal(rates[own], plain_rates, equal_nan=True)
+            assert np.array_equal(readings[: len(base.outputs)], plain_readings[: len(base.outputs)], equal_nan=True)
+            shifts = readings[len(extended.outputs) + len(extended.rated) :]
+            assert not shifts.any()
+
+
+@EACH
+def test_its_derivatives_are_finite_at_zero_and_not_all_zero(effect):
+    for model in hosts(effect):
+        graph = trace(model, (effect,))
+        names = (*model.parameters, *effect.unknowns)
+        felt = {name: False for name in effect.unknowns if name not in effect.nominal}
+        x, u, p = (ca.SX.sym(graph.field.name_in(k), *graph.field.size_in(k)) for k in range(3))
+        columns = [graph.constants.index(name) for name in names]
+        slopes = ca.Function("slopes", [x, u, p], [ca.jacobian(ca.vertcat(*graph.field(x, u, p)), p)[:, columns]])
+        plain = ca.Function("plain", [x, u, p], [ca.vertcat(*graph.field(x, u, p))])
+        for moment in moments(graph):
+            at = (*moment[:2], with_unknowns(graph, effect, moment[2], 0.0))
+            found = slopes(*at).full()
+            if np.all(np.isfinite(plain(*at).full())) and np.all(np.isfinite(found[:, : len(model.parameters)])):
+                assert np.all(np.isfinite(found))
+                for name in felt:
+                    felt[name] |= bool(np.any(found[:, names.index(name)]))
+        assert all(felt.values()) or effect.probes or not felt
+
+
+@EACH
+def test_whole_trajectories_are_bit_identical_at_zero(effect):
+    """With fixed steps they are: no state of an effect can change the steps of the model's."""
+    for model in hosts(effect):
+        graph = trace(model)
+        random = np.random.default_rng(11)
+        time = np.arange(40) * 0.002
+        inputs = {name: random.uniform(0, 0.1, time.size) for name in graph.inputs}
+        start = {name: random.uniform(0, 0.1) for name in graph.states}
+        drive = Drive(time, inputs, start, {}, dict.fromkeys(model.context, 1.0))
+        parameters = {name: random.uniform(0.5, 2.0) for name in model.parameters}
+        try:
+            plain = Simulator(model, parameters)(drive)
+        except ResultError:  # random numbers are no car: the moments above still hold
+            continue
+        found = Simulator(model, parameters, (), (effect,))(drive)
+        for name, value in plain.outputs.items():
+            assert np.array_equal(found.outputs[name], value)
