@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.plant import sample, sensors
-from tests.plant.cg_motion import Body, Pedals, Ride, sizes
+from tests.plant.cg_motion import STEP, Body, Pedals, Ride, sizes
 from tests.plant.information import Information, from_constraints, prior, total
 from tests.plant.sample import Samples
 from tests.plant.sensors import Array, Record
@@ -80,7 +80,7 @@ def manoeuvres(seed: int, count: int = 4, air_density: float = AIR_DENSITY) -> l
         presses.append((0.5, 0.12, -rng.uniform(4.0, 5.5)))
         presses.append((rng.uniform(0.4, 0.6), 0.12, 0.0))
         hold, ramp, level = np.array(presses).T
-        ends = np.cumsum(hold + ramp)
+        ends = np.cumsum(np.round((hold + ramp) / STEP)) * STEP  # corners where the steps of the integration end
         knots = np.concatenate([[0.0], np.column_stack([ends - ramp, ends]).ravel()])
         wanted = np.concatenate([[0.0, 0.0], np.repeat(level, 2)[:-1]])
         times = sensors.jitter(sensors.regular(float(np.ceil(ends[-1] + 1.5)), RATE), JITTER, rng)
