@@ -41,9 +41,11 @@ def shipped_models() -> list[Model]:
 
 def variants(function) -> list[Model]:
     """All that a function makes whose arguments are choices; others are covered where they are tested."""
-    hints = get_type_hints(inspect.unwrap(function))
-    if hints.pop("return", None) is not Model:
+    made = inspect.unwrap(function)
+    if getattr(made, "__annotations__", {}).get("return") not in (Model, "Model"):
         return []
+    hints = get_type_hints(made)
+    del hints["return"]
     choices = {name: (False, True) if hint is bool else get_args(hint) for name, hint in hints.items()}
     names = [name for name in choices if choices[name]]
     if set(names) != set(inspect.signature(function).parameters):
