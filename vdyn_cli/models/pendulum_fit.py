@@ -1,0 +1,269 @@
+"""The period of small swings out of a recording: decaying amplitude, sensor zero, and a knock on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.errors import Finding, ResultError
+from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, white_level
+from vdyn_cli.models.pendulum import MODELS
+
+if TYPE_CHECKING:
+    from vdyn_cli.engine.bench import Correction
+    from vdyn_cli.log import Log
+
+Array = NDArray[np.float64]
+ZEROS = {"angular_rate": "rate_zero", "angle": "angle_zero"}  # channels that can be fitted, the better one first
+STARTS = ("start.angle", "start.angular_rate")
+FEWEST_SAMPLES = 50
+FEWEST_SWINGS = 2.5
+LARGEST_SWING = 1.2  # rad; beyond it a knife edge lifts and cords go slack
+DRAG = 0.05  # 1/rad, expected size: where swings are few it can't be told from damping
+KNOCK = 30.0  # gain in effective chi-square, two unknowns anywhere: by chance less than once in 1 000 recordings
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One channel of a free swing.
+
+    Parameters
+    ----------
+    name : of the log. channel : "angle" (rad) or "angular_rate" (rad/s).
+    time, values : (n,), without gaps in the values.
+    kind, geometry : the way of hanging, and what its model asks for.
+    """
+
+    name: str
+    channel: str
+    time: Array
+    values: Array
+    kind: str
+    geometry: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, log: Log, kind: str, geometry: Mapping[str, float]) -> Recording:
+        channel = next(name for name in ZEROS if name in log)
+        good = np.isfinite(log[channel])
+        return cls(log.name, channel, log.time[good], log[channel][good], kind, geometry)
+
+    def simulator(self, period: float, unknowns: Sequence[str], effects: Sequence[Correction] = ()) -> Simulator:
+        values = {"period": period, "damping": 0.0, "drag": 0.0, "angle_zero": 0.0, "rate_zero": 0.0, **self.geometry}
+        return Simulator(MODELS[self.kind], values, unknowns, effects)
+
+
+@dataclass(frozen=True)
+class Swings:
+    """What a recording tells.
+
+    Parameters
+    ----------
+    solution : of period (s) and damping (1/s), shared by all parts.
+    simulated : (n,) at the recording's times. noise : level of the channel's white noise.
+    amplitude : rad, at the start. swings : how many the recording holds.
+    knocks : s, where the swing was disturbed and the recording was taken apart.
+    """
+
+    recording: Recording
+    solution: Solution
+    simulated: Array
+    noise: float
+    amplitude: float
+    swings: float
+    knocks: tuple[float, ...]
+
+
+def fit_swings(recording: Recording) -> Swings:
+    """Fit a free swing to a recording.
+
+    Raises
+    ------
+    ResultError : no swing to be seen, too short, or too wide.
+    """
+    time, guess = recording.time, first_guess(recording)
+    parts: tuple[slice, ...] = (slice(None),)
+    whole = regression(recording, parts, guess)
+    solution = solve(whole)
+    knock = _knock(whole, solution, time)
+    if knock is not None:
+        parts = (slice(0, knock), slice(knock, None))
+        solution = solve(regression(recording, parts, guess))
+    period = solution.values["period"]
+    angle, rate = (float(solution.per_run[name][0]) for name in STARTS)
+    amplitude = float(np.hypot(angle, rate * period / (2 * np.pi)))
+    if amplitude > LARGEST_SWING:
+        got, remedy = f"{np.degrees(amplitude):.0f} deg", "check the unit of the channel, or let go lower"
+        raise ResultError(Finding(recording.name, "the swing is too wide for a pendulum", got, remedy))
+    simulator = recording.simulator(period, (*solution.names, *STARTS))
+    simulated = []
+    for k, part in enumerate(parts):
+        theta = [*solution.values.values(), *(solution.per_run[name][k] for name in STARTS)]
+        simulated.append(simulator(Drive(time[part], {}), theta, sensitivities=False).outputs[recording.channel])
+    return Swings(
+        recording,
+        solution,
+        np.concatenate(simulated),
+        white_level(recording.values, time),
+        amplitude,
+        float((time[-1] - time[0]) / period),
+        () if knock is None else (float(time[knock]),),
+    )
+
+
+def regression(
+    recording: Recording,
+    parts: Sequence[slice],
+    guess: Guess,
+    effects: Sequence[Correction] = (),
+    extra: Sequence[Unknown] = (),
+) -> Regression:
+    """Period, damping and the sensor's zero shared, each part with a start of its own.
+
+    ``effects`` correct the model's laws, ``extra`` are their unknowns.
+    """
+    time, channel, period = recording.time, recording.channel, guess.period
+    unknowns = (
+        Unknown("period", period, 0.5 * period, 2 * period, "s"),
+        Unknown("damping", guess.damping, -10 / period, 10 / period, "1/s", nuisance=True),
+        Unknown("drag", 0.0, -1.0, 1.0, "1/rad", prior=(0.0, DRAG), nuisance=True),
+        Unknown(ZEROS[channel], guess.zero, nuisance=True),
+        *extra,
+        Unknown("start.angle", 0.0, -np.pi, np.pi, "rad", per_run=True, nuisance=True),
+        Unknown("start.angular_rate", 0.0, -1e3, 1e3, "rad/s", per_run=True, nuisance=True),
+    )
+    simulator = recording.simulator(period, [u.name for u in unknowns], effects)
+    drives = [Drive(time[part], {}) for part in parts]
+    noise = white_level(recording.values, time)
+
+    def rows(part: int, theta: Array) -> Rows:
+        simulated = simulator(drives[part], theta)
+        residual = simulated.outputs[channel] - recording.values[parts[part]]
+        return Rows(residual / noise, simulated.sensitivities[channel] / noise, time=time[parts[part]])
+
+    starts = np.array([guess.state(time[part][0]) for part in parts])
+    names = tuple(f"{recording.name}, part {k + 1}" for k in range(len(parts)))
+    return Regression(unknowns, names, rows, dict(zip(STARTS, starts.T, strict=True)))
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A decaying sine: angle(t) = exp(-damping t') (cosine cos + sine sin)(2 pi t' / period), t' since the start."""
+
+    period: float
+    damping: float
+    zero: float
+    start: float
+    cosine: float
+    sine: float
+
+    def state(self, time: float) -> tuple[float, float]:
+        """Angle and rate at a time."""
+        w, t = 2 * np.pi / self.period, time - self.start
+        c, s, fade = np.cos(w * t), np.sin(w * t), np.exp(-self.damping * t)
+        angle, rate = self.cosine * c + self.sine * s, w * (self.sine * c - self.cosine * s)
+        return float(fade * angle), float(fade * rate)
+
+
+def first_guess(recording: Recording) -> Guess:
+    """The sine that fits best.
+
+    Raises
+    ------
+    ResultError : there is none, or too little of it.
+    """
+    time, values, name = recording.time, recording.values, recording.name
+    remedy = "record at least ten free swings"
+    if time.size < FEWEST_SAMPLES:
+        raise ResultError(Finding(name, "the recording is too short for a swing", f"{time.size} samples", remedy))
+    t = time - time[0]
+    best = _strongest(t, values)
+    (zero, cosine, sine), rest = _sine_fit(best, t, values)
+    if rest > 0.5 * float(np.var(values)):
+        raise ResultError(Finding(name, "the recording does not show a free swing", "no clear period", remedy))
+    if t[-1] * best < FEWEST_SWINGS:
+        got = f"{t[-1] * best:.1f} swings of {1 / best:.3g} s"
+        raise ResultError(Finding(name, "the recording is too short for a period", got, remedy))
+    w = 2 * np.pi * best
+    if recording.channel == "angular_rate":  # rate = w (sine cos - cosine sin)
+        cosine, sine = -sine / w, cosine / w
+    return Guess(1 / best, _decay(t, values - zero, 1 / best), zero, float(time[0]), cosine, sine)
+
+
+def _strongest(t: Array, values: Array) -> float:
+    """The frequency, 1/s, of the strongest sine: from the spectrum, then by a comb around its peak."""
+    count = min(t.size, 4096)
+    grid = np.linspace(t[0], t[-1], count)
+    trace = np.interp(grid, t, values)
+    spectrum = np.abs(np.fft.rfft((trace - trace.mean()) * np.hanning(count), 4 * count))
+    width = (count - 1) / (4 * count * t[-1])
+    peak = (1 + int(np.argmax(spectrum[1:]))) * width
+    for _ in range(3):
+        comb = peak + width * np.linspace(-2, 2, 17)
+        comb = comb[comb > 0]
+        peak = float(comb[int(np.argmin([_sine_fit(f, grid, trace)[1] for f in comb]))])
+        width /= 5
+    return peak
+
+
+def _sine_fit(frequency: float, t: Array, values: Array) -> tuple[tuple[float, float, float], float]:
+    """Constant, cosine and sine of one frequency (1/s), and the variance left."""
+    phase = 2 * np.pi * frequency * t
+    basis = np.column_stack([np.ones_like(t), np.cos(phase), np.sin(phase)])
+    zero, cosine, sine = (float(x) for x in np.linalg.lstsq(basis, values, rcond=None)[0])
+    left = values - basis @ np.array([zero, cosine, sine])
+    return (zero, cosine, sine), float(np.mean(np.square(left)))
+
+
+def _decay(t: Array, swing: Array, period: float) -> float:
+    """Damping (1/s) from the swing's size in each period."""
+    turn = (t / period).astype(int)
+    sizes = np.array([np.sqrt(np.mean(swing[turn == k] ** 2)) for k in range(int(turn[-1]))])
+    return float(-np.polyfit(np.arange(sizes.size) * period, np.log(np.maximum(sizes, 1e-12)), 1)[0])
+
+
+def _knock(whole: Regression, solution: Solution, time: Array) -> int | None:
+    """The sample at which the swing jumped, if it clearly did.
+
+    A knock at time tk adds a free swing exp(-D t) (c cos w t + s sin w t) from there on. Each tk's gain in the sum of
+    squares, after refitting all else linearly, is set against the residual that is left and against how many samples
+    are worth one (residuals of a real swing are correlated).
+    """
+    theta = np.concatenate([list(solution.values.values()), [v[0] for v in solution.per_run.values()]])
+    rows = whole.rows(0, theta)
+    basis = np.linalg.qr(rows.jacobian)[0]
+    left = rows.residual - basis @ (basis.T @ rows.residual)
+    t, period = time - time[0], solution.values["period"]
+    phase, fade = 2 * np.pi * t / period, np.exp(-solution.values["damping"] * t)
+    swing = np.column_stack([fade * np.cos(phase), fade * np.sin(phase)])
+
+    square = _from_here_on(swing[:, :, None] * swing[:, None, :])
+    across = _from_here_on(swing[:, :, None] * basis[:, None, :])
+    told = _from_here_on(swing * left[:, None])
+    inside = np.flatnonzero((t > period / 2) & (t < t[-1] - period / 2))
+    free = square[inside] - across[inside] @ across[inside].transpose(0, 2, 1)
+    change = np.linalg.solve(free, told[inside][:, :, None])[:, :, 0]
+    gain = np.sum(change * told[inside], axis=1)
+    best = int(np.argmax(gain))
+    jump = np.where(np.arange(t.size) >= inside[best], swing @ change[best], 0.0)
+    rest = left - (jump - basis @ (basis.T @ jump))
+    chi_square = float(gain[best]) / (float(np.mean(rest**2)) * _samples_per_independent_one(rest))
+    return int(inside[best]) if chi_square > KNOCK else None
+
+
+def _from_here_on(products: Array) -> Array:
+    """Sums over all later samples, along the first axis."""
+    return np.asarray(np.cumsum(products[::-1], axis=0)[::-1])
+
+
+def _samples_per_independent_one(residual: Array) -> float:
+    """1 + 2 sum of the autocorrelation up to its first zero."""
+    centred = residual - residual.mean()
+    spectrum = np.abs(np.fft.rfft(centred, 2 * centred.size)) ** 2
+    correlation = np.fft.irfft(spectrum)[: centred.size]
+    first = int(np.argmax(correlation < 0)) or correlation.size
+    return float(1 + 2 * np.sum(correlation[1:first]) / correlation[0])
