@@ -33,7 +33,7 @@ description through the whole step, errors against the truth. *rmse*: relative t
 root-mean-square of error over the vehicle's own Cramer-Rao bound (wanted: at most 1.25). *bias/sd*: mean error over
 the spread of the errors (at most 0.2; its own chance error is 1/sqrt(vehicles)). *covered*: share of 95 % intervals
 that hold the truth (92 to 97 %; chance error 0.22/sqrt(vehicles)). *said/true sd*: mean stated standard deviation
-over the rmse. Bold: outside what is wanted.
+over the rmse. *worst*: largest error over its bound. Bold: outside what is wanted.
 """
 
 
@@ -42,6 +42,7 @@ class Trial:
     """One parameter of one vehicle."""
 
     name: str
+    seed: int
     truth: float
     bound: float
     value: float
@@ -83,14 +84,15 @@ def run(name: str, case: Case, vehicles: int, first: int) -> Report:
             entry = found[parameter]
             low, high = entry["interval95"]
             bound = made.bound[parameter]
-            trials.append(Trial(parameter, truth, bound, entry["value"], entry["std"], (low, high)))
+            trials.append(Trial(parameter, seed, truth, bound, entry["value"], entry["std"], (low, high)))
     return Report(name, vehicles, tuple(trials), refused, seconds / vehicles)
 
 
 def section(report: Report, case: Case) -> str:
     """The case as Markdown."""
     lines = [f"## {report.case}", "", f"{case.about} {report.vehicles} vehicles.", ""]
-    lines += ["| parameter | rmse | rmse/bound | bias/sd | covered | said/true sd |", "|---|---|---|---|---|---|"]
+    lines += ["| parameter | rmse | rmse/bound | bias/sd | covered | said/true sd | worst (seed) |"]
+    lines += ["|---|---|---|---|---|---|---|"]
     for parameter in dict.fromkeys(trial.name for trial in report.trials):
         lines.append(_row(parameter, [trial for trial in report.trials if trial.name == parameter]))
     for message, count in report.refused.most_common():
@@ -110,12 +112,14 @@ def _row(parameter: str, trials: Sequence[Trial]) -> str:
     bias = float(np.mean(scaled) / np.std(scaled))
     covered = float(np.mean((low <= column("truth")) & (column("truth") <= high)))
     said = float(np.sqrt(np.mean((column("std") / column("bound")) ** 2)) / rmse)
+    worst = int(np.argmax(np.abs(scaled)))
     cells = [
         f"{share:.3g} %",
         _bold(f"{rmse:.2f}", rmse <= WANTED_RMSE),
         _bold(f"{bias:+.2f}", abs(bias) <= WANTED_BIAS),
         _bold(f"{100 * covered:.0f} %", WANTED_COVERAGE[0] <= round(covered, 9) <= WANTED_COVERAGE[1]),
         f"{said:.2f}",
+        f"{scaled[worst]:+.1f} ({trials[worst].seed})",
     ]
     return f"| {parameter} | " + " | ".join(cells) + " |"
 

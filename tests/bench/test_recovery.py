@@ -22,7 +22,7 @@ def test_each_case_gives_its_parameters_for_the_first_vehicle(name: str) -> None
 def _report(bias: float, stretch: float) -> Report:
     rng = np.random.default_rng(1)
     trials = [
-        Trial("mass", 100.0, 1.0, value := 100.0 + stretch * e + bias, 1.0, (value - 2.0, value + 2.0))
+        Trial("mass", 1, 100.0, 1.0, value := 100.0 + stretch * e + bias, 1.0, (value - 2.0, value + 2.0))
         for e in rng.standard_normal(4000)
     ]
     return Report("tire", 4000, tuple(trials), Counter({"too few samples": 3}), 0.1)
