@@ -103,7 +103,8 @@ def _cg(seed: int, folder: Path) -> Made:
         "speed": ("Speed [km/h]", "km/h"),
     }
     records, directions = [run.record for run in runs], [{"direction": run.direction} for run in runs]
-    path = _write(folder, "cg", cg.known(vehicle), channels, records, directions)
+    settings = {"accelerometer": "gps", "load_zero": cg.LOAD.zero}
+    path = _write(folder, "cg", cg.known(vehicle), channels, records, directions, settings=settings)
     return Made(path, cg.truth(vehicle), cg.information(vehicle, seed).bound())
 
 
