@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -30,7 +31,7 @@ __all__ = [
     "whiten",
 ]
 
-FEWEST_RUNS = 8  # with so many runs the run is the unit of evidence
+FEWEST_RUNS = 6  # with so many runs the run is the unit of evidence
 BLOCKS = 16  # otherwise so many blocks within runs,
 FEWEST_BLOCKS = 12  # and not fewer than these,
 FEWEST_EFFECTIVE = 6.0  # nor worth fewer equal ones than these
@@ -184,6 +185,27 @@ class _Solved:
         n_rows = self.point.n_rows + sum(u.prior is not None for u in regression.shared + regression.own)
         self.variance = squares / max(n_rows - len(self.point.x), 1)
 
+    @cached_property
+    def information(self) -> Array:
+        """Inverse information about the shared unknowns, (s, s)."""
+        inverse = np.linalg.inv(self.reduced.triangle[: self.s, : self.s]) if self.s else np.zeros((0, 0))
+        return inverse @ inverse.T
+
+    @cached_property
+    def own(self) -> Array:
+        """Covariance of each run's own unknowns were the shared ones known, (g, m, m)."""
+        inverse = np.linalg.inv(self.reduced.own[:, :, : self.m])
+        return np.asarray(inverse @ inverse.transpose(0, 2, 1))
+
+    @cached_property
+    def follow(self) -> Array:
+        """How each run's own unknowns follow the shared ones, (g, m, s)."""
+        return np.asarray(-np.linalg.solve(self.reduced.own[:, :, : self.m], self.reduced.own[:, :, self.m : -1]))
+
+    def own_covariance(self, run: int) -> Array:
+        """Inverse information about one run's own unknowns, (m, m)."""
+        return np.asarray(self.own[run] + self.follow[run] @ self.information @ self.follow[run].T)
+
     def ranges(self) -> Array:
         return np.array([u.upper - u.lower for u in self.regression.shared])
 
@@ -289,36 +311,27 @@ def _at_bounds(solved: _Solved) -> list[Finding]:
 
 def _judge(solved: _Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
     regression, s, m = solved.regression, solved.s, solved.m
-    inverse = np.linalg.inv(solved.reduced.triangle[:s, :s]) if s else np.zeros((0, 0))
-    information = inverse @ inverse.T
     names = tuple(u.name for u in regression.shared)
-    values = solved.point.x[:s]
     by_run = wanted == "run" or (wanted == "auto" and len(regression.runs) >= FEWEST_RUNS)
-    units, residuals, downweighted, local = _units(solved, information, by_run)
-    evidence = [
-        Evidence(solved.reduced.runs[u.run], information, s) if by_run else Evidence(u.triangle, local[u.run], s)
-        for u in units
-    ]
-    changes = intervals.deletions(evidence) if s else np.zeros((len(units), 0))
-    units = tuple(Unit(u.run, u.block, u.triangle, c) for u, c in zip(units, changes, strict=True))
-    shares = np.array([_shares(e) for e in evidence])
-    asked = [i for i, u in enumerate(regression.shared) if not u.nuisance] or list(range(s))
-    effective = min((intervals.effective_number(shares[:, i]) for i in asked), default=0.0)
+    units, residuals, downweighted = _units(solved, by_run)
     warnings = [f"down-weighted {d}" for d in downweighted]
-    classical = solved.variance * information
-    honest = len(units) >= 2 and (wanted != "auto" or (effective >= FEWEST_EFFECTIVE and (by_run or len(units) >= 12)))
-    if honest:
-        covariance, degrees = intervals.jackknife_covariance(changes), float(len(units) - 1)
+    found = intervals.spread([_evidence(solved, u, by_run) for u in units], solved.information)
+    asked = [not u.nuisance for u in regression.shared]
+    effective = float(np.min(found.effective, where=asked or [True] * s, initial=len(units)))
+    enough = len(units) >= 2 and (wanted != "auto" or by_run or (len(units) >= FEWEST_BLOCKS and effective >= FEWEST_EFFECTIVE))
+    classical = solved.variance * solved.information
+    if enough:
+        covariance, degrees = found.covariance, found.degrees
     else:
-        covariance, degrees = classical, float(max(solved.point.n_rows - len(solved.point.x), 1))
+        covariance, degrees = classical, np.full(s, float(max(solved.point.n_rows - len(solved.point.x), 1)))
         warnings.append(
             f"the intervals rest on the noise model alone: {len(units)} units of evidence, worth {effective:.1f} equal "
             f"ones, are too few to judge by (at least {FEWEST_BLOCKS}, worth {FEWEST_EFFECTIVE:g})"
         )
-    std = np.sqrt(np.diag(covariance))
-    half = intervals.t_quantile(degrees) * std
+    values, std = solved.point.x[:s], np.sqrt(np.diag(covariance))
+    half = [intervals.t_quantile(d) * e for d, e in zip(degrees, std, strict=True)]
     own = solved.point.x[s:].reshape(len(regression.runs), m)
-    own_std = np.array([np.sqrt(solved.variance * np.diag(c)[:m]) for c in local])
+    own_std = np.sqrt(solved.variance * np.array([np.diag(solved.own_covariance(k)) for k in range(len(own))]))
     return Solution(
         names=names,
         values=dict(zip(names, values.tolist(), strict=True)),
@@ -330,68 +343,53 @@ def _judge(solved: _Solved, wanted: Literal["auto", "run", "block"]) -> Solution
         classical_covariance=classical,
         cost=solved.point.cost,
         residuals=residuals,
-        unit=("run" if by_run else "block") if honest else "model",
+        unit=("run" if by_run else "block") if enough else "model",
         n_units=len(units),
         effective_units=effective,
-        degrees=dict.fromkeys(names, degrees),
-        units=units,
+        degrees=dict(zip(names, degrees.tolist(), strict=True)),
+        units=tuple(Unit(u.run, u.block, u.triangle, c) for u, c in zip(units, found.changes, strict=True)),
         downweighted=tuple(downweighted),
         warnings=tuple(warnings),
         iterations=solved.minimum.iterations,
     )
 
 
-def _shares(evidence: Evidence) -> Array:
-    """What the unit tells about each shared unknown, as a share of its precision, (s,)."""
-    jacobian = evidence.triangle[:, :-1]
-    moved = (jacobian @ evidence.covariance)[:, jacobian.shape[1] - evidence.shared :]
-    return np.asarray(np.sum(moved**2, axis=0))
+def _evidence(solved: _Solved, unit: Unit, by_run: bool) -> Evidence:
+    if by_run:
+        return Evidence(unit.run, solved.reduced.runs[unit.run], np.zeros((0, 0)), np.zeros((0, solved.s)))
+    return Evidence(unit.run, unit.triangle, solved.own[unit.run], solved.follow[unit.run])
 
 
-def _units(
-    solved: _Solved, information: Array, by_run: bool
-) -> tuple[tuple[Unit, ...], tuple[Array, ...], list[Downweighted], list[Array]]:
-    """Second pass at the solution: triangles per unit, residuals, outliers, local covariances [own | shared]."""
-    regression, s, m = solved.regression, solved.s, solved.m
+def _units(solved: _Solved, by_run: bool) -> tuple[list[Unit], tuple[Array, ...], list[Downweighted]]:
+    """Second pass, at the solution: triangles per unit, residuals, outliers."""
+    regression, s = solved.regression, solved.s
     units: list[Unit] = []
-    residuals, downweighted, local = [], [], []
+    residuals, downweighted = [], []
     for run, name in enumerate(regression.runs):
         rows = regression.rows(run, regression.local(solved.point.x, run))
         matrix = matrix_of(rows, s, solved.loss, solved.scale)
-        covariance = _local_covariance(solved.reduced.own[run], information, m)
         if by_run:
             labels = np.zeros(len(matrix), dtype=np.int64)
         elif rows.block is not None:
             labels = np.unique(rows.block, return_inverse=True)[1].astype(np.int64)
         else:
-            labels = _cut(rows, matrix, solved, run, information)
+            labels = _cut(solved, run, rows, matrix)
         for label in range(int(labels.max(initial=-1)) + 1):
             units.append(Unit(run, label, fold(matrix[labels == label]), np.zeros(s)))
         residuals.append(rows.residual)
         downweighted += _outliers(name, rows.residual, solved)
-        local.append(covariance)
-    return tuple(units), tuple(residuals), downweighted, local
+    return units, tuple(residuals), downweighted
 
 
-def _local_covariance(own: Array, information: Array, m: int) -> Array:
-    """Inverse information about one run's [own | shared], all runs considered."""
-    inverse = np.linalg.inv(own[:, :m]) if m else np.zeros((0, 0))
-    follow = -inverse @ own[:, m:-1]
-    corner = follow @ information
-    return np.block([[inverse @ inverse.T + corner @ follow.T, corner], [corner.T, information]])
-
-
-def _cut(rows: Rows, matrix: Array, solved: _Solved, run: int, information: Array) -> NDArray[np.int64]:
+def _cut(solved: _Solved, run: int, rows: Rows, matrix: Array) -> NDArray[np.int64]:
     """Blocks of equal information about the shared unknowns within one run, in the order of time."""
-    own = solved.reduced.own[run]
-    m = solved.m
-    free = matrix[:, m:-1] - matrix[:, :m] @ np.linalg.solve(own[:, :m], own[:, m:-1]) if m else matrix[:, :-1]
-    told = np.sum((free @ information) * free, axis=1)
-    whole = solved.reduced.runs[run, :, :-1]
-    share = np.sum((whole @ information) * whole) / max(solved.s, 1)
+    m, whole = solved.m, solved.reduced.runs[run, :, :-1]
+    total = matrix[:, m:-1] + matrix[:, :m] @ solved.follow[run]
+    told = np.sum((total @ solved.information) * total, axis=1)
+    share = float(np.sum((whole @ solved.information) * whole)) / max(solved.s, 1)
     order = np.argsort(rows.time, kind="stable") if rows.time is not None else np.arange(len(told))
     labels = np.empty(len(told), dtype=np.int64)
-    labels[order] = equal_information_blocks(told[order], max(1, round(BLOCKS * float(share))))
+    labels[order] = equal_information_blocks(told[order], max(1, round(BLOCKS * share)))
     return labels
 
 

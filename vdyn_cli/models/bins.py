@@ -1,0 +1,60 @@
+"""Averages of neighbouring samples: a fit then costs what the gusts need, whatever the logger's rate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Samples in groups that follow one another.
+
+    Parameters
+    ----------
+    first : (b,), index of each group's first sample; ``count`` : (b,), how many there are.
+    time : (b,) s, mean time of each; ``width`` : (b,) s, what each covers.
+    """
+
+    first: NDArray[np.int64]
+    count: NDArray[np.int64]
+    time: Array
+    width: Array
+
+    def mean(self, values: Array) -> Array:
+        """Mean of each group, of (n,) values or (n, k) columns."""
+        sums = np.add.reduceat(values, self.first, axis=0)
+        return np.asarray(sums / (self.count if values.ndim == 1 else self.count[:, None]))
+
+
+def cut(time: Array, width: float, part: NDArray[np.int64] | None = None) -> Bins:
+    """Group samples into equal spans of time.
+
+    Parameters
+    ----------
+    time : (n,) s, increasing, n >= 2.
+    width : s, at most so wide; a log that is sampled more slowly keeps its samples.
+    part : (n,), labels of stretches that no group may join, such as the windows of one log.
+    """
+    part = np.zeros(time.size, dtype=np.int64) if part is None else part
+    begins = np.flatnonzero(np.r_[True, part[1:] != part[:-1]])
+    ends = np.r_[begins[1:], time.size] - 1
+    label = np.empty(time.size, dtype=np.int64)
+    offset = 0
+    for a, b in zip(begins, ends, strict=True):
+        span = float(time[b] - time[a])
+        groups = max(1, int(np.ceil(span / width - 1e-9)))
+        inside = (time[a : b + 1] - time[a]) * (groups / span) if span > 0 else np.zeros(1)
+        label[a : b + 1] = offset + np.minimum(inside.astype(np.int64), groups - 1)
+        offset += groups
+    first = np.flatnonzero(np.r_[True, label[1:] != label[:-1]]).astype(np.int64)
+    count = np.diff(np.r_[first, time.size]).astype(np.int64)
+    # A group reaches to the next one's first sample, and the last of a stretch to its end.
+    until = np.r_[time[first[1:]], time[-1]]
+    closing = np.isin(first + count - 1, ends)
+    until[closing] = time[(first + count - 1)[closing]]
+    return Bins(first, count, np.add.reduceat(time, first) / count, until - time[first])

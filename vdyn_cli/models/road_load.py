@@ -1,0 +1,109 @@
+"""The car as a mass on a road: drive against air, tires, slope and inertia."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Literal
+
+from vdyn_cli.elements.air import air, gust_drag
+from vdyn_cli.elements.brake import brake
+from vdyn_cli.elements.climb import climb
+from vdyn_cli.elements.driveline import drive, driveline
+from vdyn_cli.elements.rolling import rolling
+from vdyn_cli.engine.bench import Bench, Number, Signals
+from vdyn_cli.engine.maths import GRAVITY, sqrt
+from vdyn_cli.engine.model import Model
+
+Driven = Literal["coasting", "torque", "force"]
+
+CAR = ("mass", "rotating_mass", "rolling_resistance", "rolling_speed", "drag_area", "air_density", "wind_variance")
+DRIVELINE = ("gear_ratio", "wheel_radius", "driveline_efficiency")
+ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale")
+
+
+@cache
+def road_load(driven: Driven = "coasting", accelerometer: bool = False) -> Model:
+    """The longitudinal model.
+
+    (M + mr) V' = F - Fd - Rr - Fb - Fs - M g sin(grade)
+
+    with drive force F, air drag Fd, rolling resistance Rr, brake force Fb, spin loss Fs, and mr = sum J/r^2 the
+    inertia of all that turns, as mass at the tire contact.
+
+    Parameters
+    ----------
+    driven : what is known of the drive: "coasting" (F = 0), "torque" (input drive_torque, N m) or "force" (input
+        drive_force, N).
+    accelerometer : the resistances then see the measured speed (input ``speed``), and a second reading is the specific
+        force f = (1 + k) (V' + g sin(grade)) + zero. Over M f + mr V' = F - Fd - Rr the slope drops out, so that
+        hills do not drive the simulated speed away from the measured one.
+
+    Returns
+    -------
+    Model with outputs speed (m/s) and, with accelerometer, acceleration (m/s^2).
+
+    Notes
+    -----
+    Inputs: grade, wind_speed (m/s), elapsed (s since the first run began). Context of a run: heading (+1 out, -1 back,
+    0 unknown), temperature (K). wind_variance (m^2/s^2) is what gusts add to the mean drag.
+    Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass that they leave out.
+    """
+
+    def assemble(e: Bench, u: Signals) -> None:
+        state = e.state("speed", 15.0)
+        speed = e("measured_speed", value=u.speed) if accelerometer else state
+        grade = e("grade", value=u.grade)
+        rate = (_drive_force(e, u, driven) - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)) / (
+            e.p.mass + e.p.rotating_mass
+        )
+        e.integrate(speed=rate)
+        e.sensor("speed", state, rate)
+        if accelerometer:
+            force = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
+            e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * force + e.p.accelerometer_zero)
+
+    drive_input = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}[driven]
+    return Model(
+        name="road load",
+        assemble=assemble,
+        parameters=(
+            *CAR,
+            *(DRIVELINE if driven == "torque" else ()),
+            *(ACCELEROMETER if accelerometer else ()),
+        ),
+        inputs=("grade", "wind_speed", "elapsed", *drive_input, *(("speed",) if accelerometer else ())),
+        context=("heading", "temperature"),
+    )
+
+
+def _drive_force(e: Bench, u: Signals, driven: Driven) -> Number:
+    if driven == "torque":
+        torque = e("drive_torque", value=u.drive_torque)
+        radius, ratio = e.p.wheel_radius, e.p.gear_ratio
+        return e(
+            drive,
+            drive_torque=torque,
+            gear_ratio=ratio,
+            wheel_radius=radius,
+            driveline_efficiency=e.p.driveline_efficiency,
+        )
+    return e("drive_force", value=u.drive_force) if driven == "force" else 0.0
+
+
+def _resistance(e: Bench, u: Signals, speed: Number, grade: Number) -> Number:
+    """All that opposes the motion but the slope, N."""
+    p = e.p
+    day = {"elapsed": u.elapsed, "speed": speed}
+    wind = e("wind_speed", value=u.wind_speed)
+    drag = e(air, air_density=p.air_density, drag_area=p.drag_area, wind=wind, **day)
+    drag = drag + e(gust_drag, air_density=p.air_density, drag_area=p.drag_area, wind_variance=p.wind_variance)
+    tires = e(
+        rolling,
+        rolling_resistance=p.rolling_resistance,
+        rolling_speed=p.rolling_speed,
+        mass=p.mass,
+        grade=grade,
+        **day,
+    )
+    spin = e(driveline, driveline_drag=0.0, driveline_viscous=0.0, **day)
+    return drag + tires + spin + e(brake, brake_force=0.0, **day)

@@ -1,0 +1,307 @@
+"""Estimating the road load from runs: output error on the simulated speed (and specific force), whitened by the gusts.
+
+Every run's start speed is an unknown of its own. Residuals are averaged over short bins and whitened with the
+covariance of what gusts, wind and sensors do to them (gust_noise). Its sizes come from the data
+(restricted_likelihood): found at one fit, they weigh the next.
+
+With an accelerometer the resistances see the measured speed and the specific force tells them without the slope. On a
+track both channels are fitted together: where the road is flat the speed knows more, where it is not the accelerometer
+does, and the noise sizes decide. On an open road (``alone``) the specific force alone is fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.bench import Correction
+from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
+from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, white_level, whiten
+from vdyn_cli.models import gust_noise
+from vdyn_cli.models.bins import Bins, cut
+from vdyn_cli.models.gust_noise import RunNoise, Surroundings
+from vdyn_cli.models.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
+from vdyn_cli.models.road_load import Driven, road_load
+
+Array = NDArray[np.float64]
+Use = Literal["none", "beside", "alone"]
+
+WIDTH = 1.0  # s of a bin: an eighth of the usual gust
+WIDTH_ALONE = 2.0  # s, on an open road, where torque and force are not sampled at the same instant
+MOST_BINS = 300  # of a run, so that its covariance stays small
+ROUNDS = 2  # of noise sizes and fit
+START = "start.speed"
+
+
+@dataclass(frozen=True)
+class RoadRun:
+    """One run as the fit sees it.
+
+    Parameters
+    ----------
+    time, speed : (n,) s, m/s; finite.
+    inputs : grade, wind_speed, and the drive's torque or force: (n,) each, or one number.
+    acceleration : (n,) m/s^2 specific force, NaN where missing; its zero already taken off where ``zero_std`` says how
+        well that is known.
+    part : (n,), label of the window of each row.
+    heading : +1 out, -1 back, 0 unknown. start : s since the first run began. temperature : K.
+    air_density : kg/m^3 of this run, None for the campaign's.
+    """
+
+    name: str
+    time: Array
+    speed: Array
+    inputs: Mapping[str, Array | float]
+    part: NDArray[np.int64]
+    acceleration: Array | None = None
+    zero_std: float = 0.0
+    heading: float = 0.0
+    start: float = 0.0
+    temperature: float = 293.15
+    air_density: float | None = None
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Runs with what is known and what is sought.
+
+    Parameters
+    ----------
+    values : the model's parameters in SI.
+    unknowns : shared unknowns, named as the model's parameters; those known with an uncertainty carry a prior.
+    accelerometer : "none", "beside" the speed, or "alone".
+    """
+
+    runs: tuple[RoadRun, ...]
+    driven: Driven
+    values: Mapping[str, float]
+    unknowns: tuple[Unknown, ...]
+    accelerometer: Use = "none"
+
+    @cached_property
+    def bins(self) -> tuple[Bins, ...]:
+        width = WIDTH_ALONE if self.accelerometer == "alone" else WIDTH
+        return tuple(cut(r.time, max(width, _covered(r) / MOST_BINS), r.part) for r in self.runs)
+
+    @cached_property
+    def drives(self) -> tuple[Drive, ...]:
+        return tuple(_drive(r, self.accelerometer != "none") for r in self.runs)
+
+    @cached_property
+    def levels(self) -> tuple[Mapping[str, float], ...]:
+        """White noise in the samples of each run's channels."""
+        return tuple(_levels(r) for r in self.runs)
+
+    @property
+    def speed_fitted(self) -> bool:
+        return self.accelerometer != "alone"
+
+
+@dataclass(frozen=True)
+class RoadLoadFit:
+    """The answer with the noise that weighed it.
+
+    Parameters
+    ----------
+    sizes : of the noise, by source (gust_noise.SOURCES).
+    at : value of every parameter of the model at the solution.
+    """
+
+    campaign: Campaign
+    regression: Regression
+    solution: Solution
+    sizes: Mapping[str, float]
+    at: Mapping[str, float]
+    simulator: Simulator
+
+    def simulate(self, run: int) -> Simulated:
+        """The run with the fitted parameters."""
+        fitted = self.solution.per_run.get(START)
+        start = float(self.campaign.runs[run].speed[0] if fitted is None else fitted[run])
+        theta = [self.at[n] for n in self.simulator.unknowns[:-1]]
+        return self.simulator(self.campaign.drives[run], [*theta, start], sensitivities=False)
+
+
+def _covered(run: RoadRun) -> float:
+    same = run.part[1:] == run.part[:-1]
+    return float(np.sum(np.diff(run.time)[same]))
+
+
+def _levels(run: RoadRun) -> dict[str, float]:
+    channels = {"speed": run.speed, "acceleration": run.acceleration, **run.inputs}
+    names = ("speed", "acceleration", "drive_torque", "drive_force")
+    found = {n: channels.get(n) for n in names}
+    return {n: white_level(c, run.time) for n, c in found.items() if isinstance(c, np.ndarray)}
+
+
+def _drive(run: RoadRun, measured_speed: bool) -> Drive:
+    inputs: dict[str, Array | float] = {**run.inputs, "elapsed": run.start + run.time - run.time[0]}
+    if measured_speed:
+        inputs["speed"] = run.speed
+    own = {} if run.air_density is None else {"air_density": run.air_density}
+    context = {"heading": run.heading, "temperature": run.temperature}
+    return Drive(run.time, inputs, parameters=own, context=context)
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Binned residuals and derivatives of all runs, before whitening."""
+
+    campaign: Campaign
+    simulator: Simulator
+    shared: tuple[str, ...]
+    wind_variance: float = 0.0
+    factors: tuple[Array, ...] = ()
+    _measured: dict[int, Array] = field(default_factory=dict)
+
+    def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
+        """Residual (m,), simulated less measured, and derivatives (m, s + own) of one run."""
+        campaign, bins = self.campaign, self.campaign.bins[run]
+        s, start = len(self.shared), self.campaign.runs[run].speed[0]
+        seen = self.simulator(
+            campaign.drives[run], [*theta[:s], self.wind_variance, *(theta[s:] if campaign.speed_fitted else [start])]
+        )
+        used = [k for k in range(s + 2) if k != s and (k < s or campaign.speed_fitted)]
+        residuals, slopes = [], []
+        for name, measured in self._channels(run):
+            residuals.append(bins.mean(seen.outputs[name]) - measured)
+            slopes.append(bins.mean(seen.sensitivities[name][:, used]))
+        return np.concatenate(residuals), np.concatenate(slopes)
+
+    def _channels(self, run: int) -> list[tuple[str, Array]]:
+        names = ["speed"] if self.campaign.speed_fitted else []
+        names += ["acceleration"] if self.campaign.accelerometer != "none" else []
+        if run not in self._measured:
+            one = self.campaign.runs[run]
+            values = {"speed": one.speed, "acceleration": one.acceleration}
+            self._measured[run] = np.array([self.campaign.bins[run].mean(values[n]) for n in names])  # type: ignore[arg-type]
+        return list(zip(names, self._measured[run], strict=True))
+
+    def __call__(self, run: int, theta: Array) -> Rows:
+        residual, jacobian = self.binned(run, theta)
+        residual, jacobian = whiten(residual, jacobian, cholesky=self.factors[run])
+        times = self.campaign.bins[run].time
+        return Rows(residual, jacobian, time=np.tile(times, residual.size // times.size))
+
+
+def fit_road_load(
+    campaign: Campaign, effects: Sequence[Correction] = (), extra: Sequence[Unknown] = (), rounds: int = ROUNDS
+) -> RoadLoadFit:
+    """Estimate the unknowns and the noise in turns.
+
+    Parameters
+    ----------
+    effects, extra : corrections of the model's laws, and their unknowns to be fitted beside the campaign's.
+
+    Raises
+    ------
+    ResultError : the data do not determine the unknowns, or a value lies at its bound.
+    """
+    rows, regression = _begin(campaign, effects, extra)
+    sizes = typical_sizes([_noise(campaign, k, campaign.values) for k in range(len(campaign.runs))])
+    at = dict(campaign.values)
+    rows, solution = _weighted_fit(rows, regression, sizes, at)
+    for _ in range(rounds):
+        at.update(solution.values)
+        sizes = _sizes(rows, regression, solution, sizes, at)
+        at["wind_variance"] = wind_variance(sizes)
+        regression = _from(regression, solution)
+        rows, solution = _weighted_fit(rows, regression, sizes, at)
+    at.update(solution.values)
+    return RoadLoadFit(campaign, replace(regression, rows=rows), solution, sizes, at, rows.simulator)
+
+
+def wind_variance(sizes: Mapping[str, float]) -> float:
+    """Variance of the wind along the track, m^2/s^2, within and between runs."""
+    return sizes["gust"] ** 2 + sizes["run_wind"] ** 2
+
+
+def _begin(
+    campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown]
+) -> tuple[_Rows, Regression]:
+    unknowns = (*campaign.unknowns, *extra)
+    names = tuple(u.name for u in unknowns)
+    simulator = Simulator(
+        road_load(campaign.driven, campaign.accelerometer != "none"),
+        campaign.values,
+        unknowns=(*names, "wind_variance", START),
+        effects=effects,
+    )
+    rows = _Rows(campaign, simulator, names)
+    starts = np.array([r.speed[: min(5, r.speed.size)].mean() for r in campaign.runs])
+    own = (Unknown(START, 15.0, -5.0, 160.0, "m/s", per_run=True, nuisance=True),) if campaign.speed_fitted else ()
+    runs = tuple(r.name for r in campaign.runs)
+    return rows, Regression((*unknowns, *own), runs, rows, {START: starts} if own else {})
+
+
+def _weighted_fit(
+    rows: _Rows, regression: Regression, sizes: Mapping[str, float], at: Mapping[str, float]
+) -> tuple[_Rows, Solution]:
+    noises = [_noise(rows.campaign, k, at) for k in range(len(rows.campaign.runs))]
+    factors = tuple(np.asarray(np.linalg.cholesky(n.covariance(sizes)), dtype=np.float64) for n in noises)
+    rows = replace(rows, factors=factors, wind_variance=at["wind_variance"])
+    return rows, solve(replace(regression, rows=rows))
+
+
+def _from(regression: Regression, solution: Solution) -> Regression:
+    """The same regression, beginning at a solution."""
+    unknowns = tuple(replace(u, start=solution.values.get(u.name, u.start)) for u in regression.unknowns)
+    return replace(regression, unknowns=unknowns, run_starts=dict(solution.per_run))
+
+
+def _sizes(
+    rows: _Rows, regression: Regression, solution: Solution, start: Mapping[str, float], at: Mapping[str, float]
+) -> dict[str, float]:
+    s = len(rows.shared)
+    own = [solution.per_run[u.name] for u in regression.own]
+    runs = []
+    for k in range(len(rows.campaign.runs)):
+        theta = np.array([*(solution.values[n] for n in rows.shared), *(o[k] for o in own)])
+        residual, jacobian = rows.binned(k, theta)
+        runs.append(NoisyRun(residual, jacobian[:, :s], jacobian[:, s:], _noise(rows.campaign, k, at)))
+    known = np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
+    return find_sizes(runs, start, known)
+
+
+def _noise(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
+    """The covariance of a run's rows with the model's parameters at ``at``."""
+    one, bins = campaign.runs[run], campaign.bins[run]
+    inertia = at["mass"] + at["rotating_mass"]
+    density = one.air_density if one.air_density is not None else at["air_density"]
+    flow = np.maximum(bins.mean(one.speed) + _binned_input(one, bins, "wind_speed"), 0.0)
+    pull = density * at["drag_area"] * flow / inertia
+    levels = campaign.levels[run]
+    surroundings = Surroundings(
+        bins=bins,
+        pull=pull,
+        fade=pull if campaign.accelerometer == "none" else np.zeros_like(pull),
+        slope_share=at["mass"] / inertia,
+        speed_level=levels["speed"],
+        jolt=_jolt(one, levels, at) / inertia,
+        acceleration_level=levels.get("acceleration", 0.0),
+        zero=one.zero_std,
+    )
+    law = {
+        "none": gust_noise.speed_noise,
+        "beside": gust_noise.speed_and_force_noise,
+        "alone": gust_noise.force_noise,
+    }[campaign.accelerometer]
+    return law(surroundings)
+
+
+def _binned_input(run: RoadRun, bins: Bins, name: str) -> Array | float:
+    value = run.inputs[name]
+    return bins.mean(value) if isinstance(value, np.ndarray) else float(value)
+
+
+def _jolt(run: RoadRun, levels: Mapping[str, float], at: Mapping[str, float]) -> float:
+    """White noise of the drive force, N per root hertz."""
+    level = levels.get("drive_force", 0.0)
+    if "drive_torque" in levels:
+        level = levels["drive_torque"] * at["driveline_efficiency"] * at["gear_ratio"] / at["wheel_radius"]
+    return level * float(np.sqrt(np.median(np.diff(run.time))))
