@@ -14,6 +14,7 @@ from tests.engine.plants import HALF, HALF_CAR, ROAD, ROAD_LOAD
 from vdyn_cli.engine import backend as backends
 from vdyn_cli.engine import maths
 from vdyn_cli.engine.bench import Signals
+from vdyn_cli.engine.kernel import Seeds
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.native import MachineCode
 from vdyn_cli.engine.simulate import Drive, Simulator
@@ -158,7 +159,7 @@ def test_whole_trajectories_are_bit_identical(model, parameters, effects, unknow
 def test_the_environment_decides_where_the_caller_does_not(monkeypatch):
     def kind(backend):
         graph = Simulator(ROAD_LOAD, ROAD)._graph
-        return type(backends.build(graph, 0, frozenset(), frozenset(), backend))
+        return type(backends.build(graph, Seeds(np.empty((6, 0)), frozenset(), frozenset()), backend))
 
     monkeypatch.delenv("VDYN_BACKEND", raising=False)
     assert kind("auto") is MachineCode

@@ -6,10 +6,10 @@ import os
 from typing import Literal
 
 from vdyn_cli.engine.graph import Graph
-from vdyn_cli.engine.kernel import Kernel
+from vdyn_cli.engine.kernel import Kernel, Seeds
 
 Backend = Literal["auto", "llvm", "vm"]
-LANES = (1, 2, 4, 8, 16, 32)  # more unknowns take several passes
+MOST = 32  # unknowns that one kernel carries; more take several passes
 VARIABLE = "VDYN_BACKEND"
 
 
@@ -32,17 +32,12 @@ def chosen(backend: Backend) -> Backend:
     raise ValueError(f"there is no backend {name!r}: llvm, vm or auto (also for the variable {VARIABLE})")
 
 
-def lanes_for(unknowns: int) -> int:
-    """The narrowest kernel that carries so many tangents, or the widest there is."""
-    return next((lanes for lanes in LANES if lanes >= unknowns), LANES[-1]) if unknowns else 0
-
-
-def build(graph: Graph, lanes: int, live: frozenset[int], seeded: frozenset[int], backend: Backend) -> Kernel:
-    """A kernel for a graph; see kernel.py."""
+def build(graph: Graph, seeds: Seeds, backend: Backend) -> Kernel:
+    """A kernel for a graph and at most MOST unknowns; see kernel.py."""
     if chosen(backend) == "vm":
         from vdyn_cli.engine.vm import VirtualMachine
 
-        return VirtualMachine(graph, lanes, live, seeded)
+        return VirtualMachine(graph, seeds)
     from vdyn_cli.engine.native import MachineCode
 
-    return MachineCode(graph, lanes, live, seeded)
+    return MachineCode(graph, seeds)

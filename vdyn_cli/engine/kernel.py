@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -10,15 +11,28 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True, eq=False)
+class Seeds:
+    """Which derivatives a kernel carries.
+
+    Parameters
+    ----------
+    constants : (constants, k) derivatives of the constants to the unknowns; k = 0 for values alone.
+    seeded : constants, and ``live`` : states, whose derivatives can differ from zero; of the others none are computed.
+    """
+
+    constants: Array
+    seeded: frozenset[int]
+    live: frozenset[int]
+
+
 class Kernel(Protocol):
-    """Machine code, or its stand-in, for the steps of one graph with K tangent lanes (K = 0: values alone)."""
+    """Machine code, or its stand-in, for the steps of one graph with K >= k tangent lanes for k unknowns."""
 
     lanes: int
     rows: int
 
-    def __call__(
-        self, n: int, z: Array, u: Array, dt: Array, p: Array, p_tangents: Array, w: Array, trail: Array
-    ) -> None:
+    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:
         """Take the readings and advance one Runge-Kutta step, ``n`` <= rows times.
 
         All arrays are C-contiguous; the one door that calls this has checked them.
@@ -28,7 +42,7 @@ class Kernel(Protocol):
         z : (states (K + 1),) [K derivatives of each state | states], given before the first step, left after the last.
         u : (n + 1, inputs), linear over each step.
         dt : (n,); a step of length zero leaves the states as they are.
-        p, p_tangents : (constants,) and (constants, K).
+        p : (constants,).
         w : (n, readings (K + 1)), written: before each step, arranged as z.
         trail : (n, states), written: before each step.
         """

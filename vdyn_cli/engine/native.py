@@ -7,13 +7,16 @@ from collections.abc import Callable
 from functools import cache, lru_cache
 from typing import Any
 
+import numpy as np
+
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir import print_kernel
-from vdyn_cli.engine.kernel import Array
+from vdyn_cli.engine.kernel import Array, Seeds
 
 # Measured on models of 2 to 44 states: optimisation passes over the text gain nothing (CasADi has shared what can be
 # shared), the code generator's first level gains a factor of two with tangents over level 0, higher levels nothing.
 _LEVEL = 1
+LANES = (0, 1, 2, 4, 8, 16, 32)  # whole vectors: what is in between would be filled up by the processor anyway
 
 
 class MachineCode:
@@ -21,14 +24,15 @@ class MachineCode:
 
     rows = 1024
 
-    def __init__(self, graph: Graph, lanes: int, live: frozenset[int], seeded: frozenset[int]) -> None:
-        self.lanes = lanes
-        self._run, self._owner = compiled(print_kernel(graph, lanes, live, seeded))
+    def __init__(self, graph: Graph, seeds: Seeds) -> None:
+        constants, unknowns = seeds.constants.shape
+        self.lanes = next(lanes for lanes in LANES if lanes >= unknowns)
+        self._p_tangents = np.zeros((constants, self.lanes))
+        self._p_tangents[:, :unknowns] = seeds.constants
+        self._run, self._owner = compiled(print_kernel(graph, self.lanes, seeds.live, seeds.seeded))
 
-    def __call__(
-        self, n: int, z: Array, u: Array, dt: Array, p: Array, p_tangents: Array, w: Array, trail: Array
-    ) -> None:
-        self._run(n, *(array.ctypes.data for array in (z, u, dt, p, p_tangents, w, trail)))
+    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:
+        self._run(n, *(array.ctypes.data for array in (z, u, dt, p, self._p_tangents, w, trail)))
 
 
 @cache

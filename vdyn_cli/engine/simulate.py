@@ -10,12 +10,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vdyn_cli.engine.backend import LANES, Backend, build, lanes_for
+from vdyn_cli.engine.backend import MOST, Backend, build
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.clock import read_at
 from vdyn_cli.engine.drive import Drive, Simulated
 from vdyn_cli.engine.graph import refuse_unknown, trace
-from vdyn_cli.engine.kernel import Array, Kernel
+from vdyn_cli.engine.kernel import Array, Kernel, Seeds
 from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, ResultError
 
@@ -82,7 +82,7 @@ class Simulator:
         self._seeds[self._places, np.arange(self._places.size)] = 1.0
         self._freed = frozenset(name[6:] for name in self.unknowns if name in starts)
         self._packed: WeakKeyDictionary[Drive, _Packed] = WeakKeyDictionary()
-        self._kernels: dict[int, Kernel] = {}
+        self._built: dict[bool, list[Kernel]] = {}
         self._start_laws: dict[frozenset[str], ca.Function] = {}
 
     @property
@@ -119,10 +119,11 @@ class Simulator:
         readings = np.empty((drive.time.size, self._graph.readings))
         tangents = np.empty((*readings.shape, k))
         trail = np.empty((drive.time.size if states else 0, count))
-        for first in range(0, max(k, 1), LANES[-1]):
-            chunk = slice(first, min(first + LANES[-1], k))
-            p, final = everything[count:], start
-            final = self._run(packed, start, p, seeds[:, chunk], drive.time, readings, tangents[:, :, chunk], trail)
+        p, final = everything[count:], start
+        for kernel, some in zip(self._kernels(k), _blocks(k), strict=True):
+            final = self._run(
+                kernel, packed, start, p, seeds[:, some], drive.time, readings, tangents[:, :, some], trail
+            )
         return self._result(drive.time, readings, tangents, trail, final)
 
     def _pack(self, drive: Drive) -> _Packed:
@@ -152,19 +153,18 @@ class Simulator:
         return _Packed(inputs, steps, start, constants, frozenset(drive.start) | self._freed)
 
     def _start(self, packed: _Packed, x: Array, p: Array) -> tuple[Array, Array]:
-        """The initial states, and the derivatives of [states | constants] to the unknowns."""
+        """The initial states, and their derivatives to the unknowns."""
         if len(packed.given) == x.size:
-            return x, self._seeds
+            return x, self._seeds[: x.size]
         law = self._start_laws.get(packed.given)
         if law is None:
             law = self._start_laws[packed.given] = self._graph.start(packed.given)
         start, slopes = law(x, packed.inputs[0], p)
-        seeds = self._seeds.copy()
-        seeds[: x.size] = slopes.full() @ self._seeds
-        return start.full()[:, 0], seeds
+        return start.full()[:, 0], slopes.full() @ self._seeds
 
     def _run(
         self,
+        kernel: Kernel,
         packed: _Packed,
         start: Array,
         p: Array,
@@ -175,37 +175,40 @@ class Simulator:
         trail: Array,
     ) -> Array:
         """All samples with one set of lanes, a chunk at a time so that memory stays small; returns the last state."""
-        kernel, total, sub = self._kernel(tangents.shape[2]), packed.steps.size, self._substeps
-        lanes, nx, m, k = kernel.lanes, start.size, readings.shape[1], tangents.shape[2]
-        rows = min(total, max(kernel.rows - kernel.rows % sub, sub))
+        total, sub, lanes = packed.steps.size, self._substeps, kernel.lanes
+        nx, m, k = start.size, readings.shape[1], tangents.shape[2]
+        rows = min(total, kernel.rows)
         w, passed = np.empty((rows, m * (lanes + 1))), np.empty((rows, nx))
-        carried = np.zeros((nx + p.size, lanes))
-        carried[:, :k] = seeds[:, :k]
-        z = np.concatenate([carried[:nx].ravel(), start + 0.0])  # -0.0 becomes 0.0
+        z = np.zeros(nx * (lanes + 1))
+        z[: nx * lanes].reshape(nx, lanes)[:, :k] = seeds
+        z[nx * lanes :] = start + 0.0  # -0.0 becomes 0.0
         for begin in range(0, total, rows):
             n = min(rows, total - begin)
-            kernel(n, z, packed.inputs[begin:], packed.steps[begin:], p, carried[nx:], w, passed)
-            self._refuse_not_finite(time, begin, passed[:n], w[:n], z)
-            first, last = begin // sub, (begin + n - 1) // sub + 1
-            readings[first:last] = w[:n:sub, m * lanes :]
-            tangents[first:last] = w[:n:sub, : m * lanes].reshape(last - first, m, lanes)[:, :, :k]
+            kernel(n, z, packed.inputs[begin:], packed.steps[begin:], p, w, passed)
+            self._refuse_not_finite(time, begin, passed[:n], w[:n])
+            seen = slice(-begin % sub, n, sub)  # of the substeps, those that begin a sample
+            samples = slice(-(-begin // sub), (begin + n - 1) // sub + 1)
+            readings[samples] = w[seen, m * lanes :]
+            if lanes:
+                tangents[samples] = w[seen, : m * lanes].reshape(-1, m, lanes)[:, :, :k]
             if trail.size:
-                trail[first:last] = passed[:n:sub]
-        return z[nx * lanes :]
+                trail[samples] = passed[seen]
+        final: Array = passed[n - 1]
+        return final
 
-    def _refuse_not_finite(self, time: Array, begin: int, states: Array, w: Array, z: Array) -> None:
+    def _refuse_not_finite(self, time: Array, begin: int, states: Array, w: Array) -> None:
         # A sum is the cheap test; that the sum alone overflows is settled by the full one.
-        if np.isfinite(states.sum() + w.sum() + z.sum()):
-            return
+        with np.errstate(invalid="ignore", over="ignore"):
+            if np.isfinite(states.sum() + w.sum()):
+                return
         values = np.hstack([states, w[:, w.shape[1] - self._graph.readings :]])
-        for what, rows in (("simulation", values), ("derivative to an unknown", w), ("simulation", z[None])):
+        for what, rows in (("simulation", values), ("derivative to an unknown", w)):
             odd = ~np.isfinite(rows).all(axis=1)
             if odd.any():
-                row = int(np.argmax(odd)) if rows is not z else states.shape[0]
-                at = min((begin + row) // self._substeps, time.size - 1)
+                at = time[(begin + int(np.argmax(odd))) // self._substeps]
                 raise ResultError(
                     Finding(
-                        f"model {self.model.name!r} at t = {time[at]:.6g} s",
+                        f"model {self.model.name!r} at t = {at:.6g} s",
                         f"the {what} is not a finite number: step too large or unstable",
                         remedy="use more substeps, or check the parameters and inputs at that time",
                     )
@@ -227,11 +230,21 @@ class Simulator:
         states = {name: np.ascontiguousarray(trail[:, i]) for i, name in enumerate(graph.states)} if trail.size else {}
         return Simulated(time, outputs, sensitivities, dict(zip(graph.states, final.tolist(), strict=True)), states)
 
-    def _kernel(self, unknowns: int) -> Kernel:
-        lanes = lanes_for(unknowns)
-        if lanes not in self._kernels:
+    def _kernels(self, unknowns: int) -> list[Kernel]:
+        """One for each block of unknowns; built when first asked for, with sensitivities or without."""
+        kind = bool(unknowns)
+        if kind not in self._built:
             count = len(self._graph.states)
-            seeded = frozenset(int(i) - count for i in self._places if i >= count)
-            live = self._graph.live(frozenset(int(i) for i in self._places if i < count), seeded)
-            self._kernels[lanes] = build(self._graph, lanes, live, seeded, self._backend)
-        return self._kernels[lanes]
+            own = [int(place) for place in self._places] if kind else []
+            seeded = frozenset(place - count for place in own if place >= count)
+            live = self._graph.live(frozenset(place for place in own if place < count), seeded) if kind else frozenset()
+            self._built[kind] = [
+                build(self._graph, Seeds(self._seeds[count:, some], seeded, live), self._backend)
+                for some in _blocks(unknowns)
+            ]
+        return self._built[kind]
+
+
+def _blocks(unknowns: int) -> list[slice]:
+    """The unknowns in blocks that a kernel can carry; one empty block where there are none."""
+    return [slice(first, min(first + MOST, unknowns)) for first in range(0, max(unknowns, 1), MOST)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from vdyn_cli.engine.dual import Lanes, Value, instructions, tangent
 from vdyn_cli.engine.graph import Graph, column
-from vdyn_cli.engine.kernel import Array
+from vdyn_cli.engine.kernel import Array, Seeds
 
 
 class VirtualMachine:
@@ -17,10 +17,9 @@ class VirtualMachine:
 
     rows = 128
 
-    def __init__(self, graph: Graph, lanes: int, live: frozenset[int], seeded: frozenset[int]) -> None:
-        self.lanes = lanes
-        self._seeded = sorted(seeded)
-        chain = _runge_kutta(_with_lanes(graph.field, lanes, live, self._seeded)).mapaccum(self.rows)
+    def __init__(self, graph: Graph, seeds: Seeds) -> None:
+        self.lanes = seeds.constants.shape[1]
+        chain = _runge_kutta(_with_lanes(graph.field, seeds)).mapaccum(self.rows)
         self._held = [np.zeros(chain.nnz_in(k)) for k in range(chain.n_in())]
         self._got = [np.zeros(chain.nnz_out(k)) for k in range(chain.n_out())]
         self._buffer, self._run = chain.buffer()
@@ -29,17 +28,13 @@ class VirtualMachine:
         for k, array in enumerate(self._got):
             self._buffer.set_res(k, memoryview(array))  # type: ignore[call-arg,arg-type]
 
-    def __call__(
-        self, n: int, z: Array, u: Array, dt: Array, p: Array, p_tangents: Array, w: Array, trail: Array
-    ) -> None:
-        start, before, after, steps, constants, tangents = (array.reshape(-1) for array in self._held)
+    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:
+        start, before, after, steps, constants = self._held
         start[:] = z
         _fill(before.reshape(self.rows, u.shape[1]), u[:n])
         _fill(after.reshape(self.rows, u.shape[1]), u[1 : n + 1])
         steps[:n], steps[n:] = dt[:n], 0.0
         constants.reshape(self.rows, p.size)[:] = p
-        chosen = p_tangents[self._seeded].reshape(-1)
-        tangents.reshape(self.rows, chosen.size)[:] = chosen
         self._run()
         passed = self._got[0].reshape(self.rows, z.size)[:n]
         trail[:1], trail[1:n] = z[z.size - trail.shape[1] :], passed[:-1, z.size - trail.shape[1] :]
@@ -77,12 +72,13 @@ class _Symbols:
         return ca.SX.binary(ca.OP_IF_ELSE_ZERO, condition, lanes)
 
 
-def _with_lanes(field: ca.Function, lanes: int, live: frozenset[int], seeded: list[int]) -> ca.Function:
-    """``(z, u, p, p_tangents of the seeded constants) -> (rates of z, w)``."""
-    algebra = _Symbols()
+def _with_lanes(field: ca.Function, seeds: Seeds) -> ca.Function:
+    """``(z, u, p) -> (rates of z, w)``; the seeds of constants are numbers in the graph, where most of them vanish."""
+    algebra, lanes = _Symbols(), seeds.constants.shape[1]
     sources = [ca.SX.sym(field.name_in(k), *field.size_in(k)) for k in range(3)]
-    x_tangents, p_tangents = ca.SX.sym("tx", lanes, sources[0].numel()), ca.SX.sym("tp", lanes, len(seeded))
-    seeds = {(0, i): x_tangents[:, i].T for i in live} | {(2, i): p_tangents[:, j].T for j, i in enumerate(seeded)}
+    x_tangents = ca.SX.sym("tx", lanes, sources[0].numel())
+    carried = {(0, i): x_tangents[:, i].T for i in seeds.live}
+    carried |= {(2, i): ca.SX(seeds.constants[i : i + 1]) for i in seeds.seeded}
     results: list[list[Any]] = [[None] * int(field.size1_out(k)) for k in range(2)]
     work: dict[int, tuple[ca.SX, ca.SX | None]] = {}
     for op, to, of, constant in instructions(field):
@@ -91,7 +87,7 @@ def _with_lanes(field: ca.Function, lanes: int, live: frozenset[int], seeded: li
         elif op == ca.OP_CONST:
             work[to[0]] = ca.SX(constant), None
         elif op == ca.OP_INPUT:
-            work[to[0]] = sources[of[0]][of[1]], seeds.get((of[0], of[1])) if lanes else None
+            work[to[0]] = sources[of[0]][of[1]], carried.get((of[0], of[1])) if lanes else None
         else:
             a, t = [work[k][0] for k in of], [work[k][1] for k in of]
             v = algebra.value(op, *a)
@@ -99,17 +95,17 @@ def _with_lanes(field: ca.Function, lanes: int, live: frozenset[int], seeded: li
     zeros = ca.SX.zeros(1, lanes)
     outputs = [column([*((zeros if t is None else t).T for _, t in row), *(v for v, _ in row)]) for row in results]
     z = ca.vertcat(ca.vec(x_tangents), sources[0])
-    return ca.Function("field", [z, *sources[1:], ca.vec(p_tangents)], outputs, {"cse": True})
+    return ca.Function("field", [z, *sources[1:]], outputs, {"cse": True})
 
 
 def _runge_kutta(field: ca.Function) -> ca.Function:
-    """``(z, u0, u1, dt, p, p_tangents) -> (z after the step, w before it)``, operation for operation as ir_steps.py."""
-    z, before, p, tangents = (ca.SX.sym(field.name_in(k), *field.size_in(k)) for k in range(4))
+    """``(z, u0, u1, dt, p) -> (z after the step, w before it)``, operation for operation as ir_steps.py."""
+    z, before, p = (ca.SX.sym(field.name_in(k), *field.size_in(k)) for k in range(3))
     after, dt = ca.SX.sym("u1", before.numel()), ca.SX.sym("dt")
     middle = (before + after) / 2
-    k1, w = field(z, before, p, tangents)
-    k2, _ = field(z + dt / 2 * k1, middle, p, tangents)
-    k3, _ = field(z + dt / 2 * k2, middle, p, tangents)
-    k4, _ = field(z + dt * k3, after, p, tangents)
+    k1, w = field(z, before, p)
+    k2, _ = field(z + dt / 2 * k1, middle, p)
+    k3, _ = field(z + dt / 2 * k2, middle, p)
+    k4, _ = field(z + dt * k3, after, p)
     moved = z + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return ca.Function("step", [z, before, after, dt, p, tangents], [ca.densify(moved), w], {"cse": True})
+    return ca.Function("step", [z, before, after, dt, p], [ca.densify(moved), w], {"cse": True})
