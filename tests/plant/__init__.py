@@ -2,4 +2,9 @@
 
 Independent on purpose: nothing here imports ``vdyn_cli`` or repeats its equations, and it integrates in its own ways.
 SI units; x forward, z up; pitch nose-up positive; headwind positive against motion; grade positive uphill.
+
+Each test's module offers ``truth(vehicle)``, ``campaign(vehicle, seed, effects={...})`` (the logs, noise and all),
+``noise_free(...)``, and ``information(vehicle, seed, effects={...})``, whose ``bound()`` is the Cramer-Rao bound (of
+coast-downs: ``coast_information.information``); ``known(vehicle)``, where there is one, is what the tester may write
+down; ``samples()`` makes the files of sample_logs/. ``python -m tests.plant.write sample_logs`` writes them all.
 """
