@@ -1,7 +1,8 @@
 """How long the engine takes: ``python -m tests.bench.engine`` prints a table.
 
-Eight coast-downs of 750 samples and four bump crossings of 3.5 s at 500 Hz, on clocks that jitter, with ten unknowns;
-one core, processor time. "first" is the first simulation, with tracing and compiling; "pass" is all runs once, the best of several.
+Eight coast-downs of 750 samples and four bump crossings of 3.5 s at 500 Hz, on clocks that jitter, with ten unknowns,
+in processor time of one core. "first" is the first simulation, with tracing and compiling; "pass" is all runs once, the
+best of several.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from time import process_time
 
 import numpy as np
 
+from tests.engine.effects import FADING
 from tests.engine.plants import HALF, HALF_CAR, ROAD, ROAD_LOAD
 from vdyn_cli.effects import catalogue
 from vdyn_cli.engine.graph import trace
@@ -34,8 +36,8 @@ CASES = {
     "road load, 8 x 750 samples": (
         ROAD_LOAD,
         ROAD,
-        ("headwind", "extra_drag_area"),
-        (*ROAD_UNKNOWNS, "start.speed", "start.position"),
+        ("headwind", "extra_drag_area", "fading_drag"),
+        (*ROAD_UNKNOWNS, "fading", "start.speed", "start.position"),
         8,
     ),
     "half car, 4 x 1750 samples, 2 substeps": (
@@ -73,7 +75,7 @@ def best(function: Callable[[], object], repeats: int) -> float:
 
 def row(name: str, backend: str, with_sensitivities: bool) -> str:
     model, parameters, effects, unknowns, count = CASES[name]
-    chosen = tuple(effect for effect in catalogue() if effect.name in effects)
+    chosen = tuple(effect for effect in (*catalogue(), FADING) if effect.name in effects)
     runs = drives(name, count)
     theta = [{**parameters, "start.speed": 20.0}.get(unknown, 0.0) for unknown in unknowns]
     trace.cache_clear()

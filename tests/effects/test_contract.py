@@ -57,7 +57,7 @@ MODELS = shipped_models()
 
 
 def hosts(effect: Effect) -> list[Model]:
-    return [model for model in MODELS if offered(model, {}, (effect,))]
+    return [model for model in MODELS if offered(model, (effect,))]
 
 
 def moments(graph: Graph, count: int = 60) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:

@@ -314,6 +314,12 @@ def test_drives_that_do_not_fit_are_refused(drive, message):
         Simulator(ROAD_LOAD, ROAD)(drive())
 
 
+def test_an_unknown_cannot_be_given_by_a_drive():
+    drive = Drive([0, 1], {"drive_force": 0.0, "wind": 0.0, "grade": 0.0}, {}, {"mass": 1.0}, {"heading": 1.0})
+    with pytest.raises(ValueError, match="mass cannot be an unknown"):
+        road()(drive, ROAD_THETA)
+
+
 def test_theta_must_have_one_number_for_each_unknown():
     with pytest.raises(ValueError, match="there are 5 unknowns"):
         road()(coast(), [1.0])

@@ -17,8 +17,8 @@ class Drive:
     ----------
     time : (n,) s, increasing; any grid.
     inputs : each (n,), or one number for the whole run; linear between samples.
-    start : initial states; those not given start as the model declares.
-    parameters : values that differ from the simulator's in this run alone, such as air_density.
+    start : initial states; those neither given nor among the unknowns start as the model declares.
+    parameters : values that differ from the simulator's in this run alone, such as air_density; no unknowns.
     context : the model's context in this run, such as heading.
 
     Raises

@@ -1,4 +1,8 @@
-"""The functions that element laws may use: they accept floats and symbols alike. The door to CasADi for laws."""
+"""The functions that element laws may use: they accept floats and symbols alike. The door to CasADi for laws.
+
+``where(condition, a, b)`` computes both sides, so both must have a value where they are not taken. A power with a
+fractional exponent has none below zero. At a tie fmax and fmin have half of each side's slope; fabs has slope 0 at 0.
+"""
 
 from __future__ import annotations
 

@@ -45,10 +45,10 @@ def _llvm() -> Any:
 
 
 def available() -> bool:
-    """Whether machine code can be had here."""
+    """Whether machine code can be had here: by trying."""
     try:
-        _llvm()
-    except (ImportError, OSError):  # not installed, or its library does not load
+        compiled("define void @run(ptr %z) {\nret void\n}")
+    except (ImportError, OSError, RuntimeError):  # not installed, its library does not load, too old, or no such CPU
         return False
     return True
 

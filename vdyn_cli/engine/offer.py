@@ -46,7 +46,7 @@ class _Asking(Bench):
         return attempt
 
 
-def offered(model: Model, parameters: Mapping[str, float], catalogue: Iterable[E]) -> tuple[E, ...]:
+def offered(model: Model, catalogue: Iterable[E]) -> tuple[E, ...]:
     """The effects of a catalogue that a model can take, in its order; one pass, nothing is simulated.
 
     Raises

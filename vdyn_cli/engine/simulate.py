@@ -133,6 +133,8 @@ class Simulator:
         refuse_unknown(f"state {what}", drive.start, graph.states)
         refuse_unknown(f"context {what}", drive.context, self.model.context)
         refuse_unknown(f"parameter {what}", drive.parameters, set(graph.constants) - set(self.model.context))
+        if fixed := set(drive.parameters) & set(self.unknowns):
+            raise ValueError(f"{', '.join(sorted(fixed))} cannot be an unknown and be given by a drive")
         missing = [name for name in graph.inputs if name not in drive.inputs]
         missing += [name for name in self.model.context if name not in drive.context]
         if missing:
