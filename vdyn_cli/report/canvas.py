@@ -1,0 +1,239 @@
+"""The sheet that figures are drawn on, in page pixels, and its way into a page as lean SVG. The door to matplotlib."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Literal
+
+from vdyn_cli.report import words
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Sheet
+
+# Okabe and Ito's palette: told apart by colour-blind readers, and in black and white by line style.
+INK, GREY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
+BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+ORANGE, SKY, YELLOW = "#E69F00", "#56B4E9", "#F0E442"
+GRID, HELD_OUT, CLOUD = "#e3e3e3", "#fdf3c8", "#8d8d8d"
+
+FONT = 13.0  # px; the page's figures are drawn at their natural size on a laptop
+_CHARACTER = 0.5 * FONT  # mean advance of the page's sans serif
+
+_STYLE: Any = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "vdyn",
+    "svg.image_inline": True,
+    "text.parse_math": False,
+    "path.simplify": False,
+    "path.snap": False,
+    "font.size": FONT,
+    "font.family": ["DejaVu Sans"],
+    "axes.unicode_minus": True,
+    "image.composite_image": False,
+}
+
+
+@dataclass(frozen=True)
+class Box:
+    """A panel's place on the sheet, px from its upper left corner."""
+
+    left: float
+    top: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True)
+class Key:
+    """An entry of the legend."""
+
+    label: str
+    colour: str
+    look: Literal["line", "points", "patch"] = "line"
+    dashes: str | tuple[float, tuple[float, ...]] = "-"
+    width: float = 1.8
+    alpha: float = 1.0
+
+
+def style() -> Any:
+    """The drawing settings as a context; the user's own matplotlib settings never reach a report."""
+    import matplotlib
+
+    return matplotlib.rc_context(_STYLE)
+
+
+def sheet(width: float, height: float) -> Sheet:
+    from matplotlib.figure import Figure as Sheet
+
+    return Sheet(figsize=(width / 72, height / 72), dpi=72, facecolor="none")
+
+
+def panel(page: Sheet, box: Box) -> Axes:
+    """Axes with a thin left and bottom line and no ticks yet."""
+    width, height = page.get_size_inches() * 72
+    place = (box.left / width, 1 - (box.top + box.height) / height, box.width / width, box.height / height)
+    axes = page.add_axes(place, facecolor="none")
+    for side, spine in axes.spines.items():
+        spine.set_visible(side in ("left", "bottom"))
+        spine.set(color=INK, linewidth=0.8)
+    axes.tick_params(length=4, width=0.8, color=INK, labelcolor=INK, labelsize=FONT, pad=4)
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.set_axisbelow(True)
+    return axes
+
+
+def words_at(
+    page: Sheet, x: float, y: float, text: str, size: float = FONT, colour: str = INK, **settings: Any
+) -> None:
+    """Text with its baseline at px (x, y) from the sheet's upper left corner."""
+    width, height = page.get_size_inches() * 72
+    page.text(x / width, 1 - y / height, words.clean(text), size=size, color=colour, va="baseline", **settings)
+
+
+def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[list[float], list[str]]:
+    """Round numbers between two limits, at least ``apart`` px from each other, and their texts."""
+    from matplotlib.ticker import MaxNLocator
+
+    number = max(int(room // apart), 1)
+    locator = MaxNLocator(nbins=number, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2)
+    slack = 1e-9 * (high - low)
+    places = [float(v) for v in locator.tick_values(low, high) if low - slack <= v <= high + slack]
+    step = min((b - a for a, b in pairwise(places)), default=abs(high - low) or 1.0)
+    grouped = max(abs(low), abs(high)) >= 10_000
+    return places, [tick_text(v, step, grouped) for v in places]
+
+
+def tick_text(value: float, step: float, grouped: bool = False) -> str:
+    """A tick's number with the decimals that its spacing needs, its thousands set apart where asked."""
+    largest = max(abs(value), step)
+    if step < 1e-5 or largest >= 1e7:
+        return "0" if abs(value) < 1e-9 * step else words.significant(value, 3)
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+    if abs(step * 10**decimals - round(step * 10**decimals)) > 1e-6:
+        decimals += 1  # steps of 2.5
+    text = words.fixed(value, decimals)
+    whole, point, fraction = text.partition(".")
+    digits = whole.lstrip(words.MINUS)
+    if grouped and len(digits) > 3:
+        whole = whole[: -len(digits)] + f"{int(digits):,}".replace(",", words.NARROW)
+    return whole + point + fraction
+
+
+def scale_axis(axes: Axes, which: Literal["x", "y"], room: float, apart: float, grid: bool = False) -> None:
+    """Put round ticks on an axis whose limits are set."""
+    low, high = sorted(axes.get_xlim() if which == "x" else axes.get_ylim())
+    places, texts = ticks(low, high, room, apart)
+    (axes.set_xticks if which == "x" else axes.set_yticks)(places, texts)
+    if grid:
+        axes.grid(axis=which, color=GRID, linewidth=0.8)
+
+
+def legend_rows(keys: Sequence[Key], width: float) -> list[list[tuple[float, Key]]]:
+    """The legend's entries set in lines of a given width: each with its px from the left."""
+    rows: list[list[tuple[float, Key]]] = []
+    at = math.inf
+    for key in keys:
+        need = 34 + len(key.label) * _CHARACTER + 22
+        if at + need > width + 22:
+            rows.append([])
+            at = 0.0
+        rows[-1].append((at, key))
+        at += need
+    return rows
+
+
+def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, Key]]], left: float, top: float) -> None:
+    """Draw a legend's lines, 20 px apart."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Rectangle
+
+    height = page.get_size_inches()[1] * 72
+    for number, row in enumerate(rows):
+        middle = height - (top + 20 * number + 10)
+        for at, key in row:
+            x = left + at
+            if key.look == "patch":
+                page.add_artist(
+                    Rectangle((x, middle - 5), 26, 10, color=key.colour, alpha=key.alpha, lw=0, transform=None)
+                )
+            elif key.look == "points":
+                page.add_artist(Line2D([x + 13], [middle], marker="o", ms=6, color=key.colour, lw=0, transform=None))
+            else:
+                page.add_artist(
+                    Line2D(
+                        [x, x + 26],
+                        [middle, middle],
+                        color=key.colour,
+                        lw=key.width,
+                        ls=key.dashes,
+                        alpha=key.alpha,
+                        transform=None,
+                    )
+                )
+            words_at(page, x + 33, top + 20 * number + 14.5, key.label)
+
+
+def label_room(text: str, size: float = FONT) -> float:
+    """About how many px a text takes."""
+    return len(text) * _CHARACTER * size / FONT
+
+
+_TAG = re.compile(r"<[^>]+>")
+_TENTHS = re.compile(r"(\.\d)\d+")
+_WHOLE = re.compile(r"\.0(?!\d)")
+_DOT = re.compile(r"M(-?[\d.]+ -?[\d.]+)L\1(?=[M\"])")
+_PLACES = re.compile(r' (?:d|x|y)="[^"]*"')
+_HEAD = re.compile(r"<svg[^>]*viewBox=\"([^\"]*)\"[^>]*>")
+_DROPPED = re.compile(r"\s*<metadata>.*?</metadata>|\s*<defs>\s*<style.*?</style>\s*</defs>|<!--.*?-->", re.DOTALL)
+
+
+def to_svg(page: Sheet, label: str, name: str) -> str:
+    """The sheet as an SVG element for a page: no prolog, no metadata, ids that start with ``name``, short numbers."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    stream = io.StringIO()
+    backend: Any = FigureCanvasSVG(page)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # glyphs that matplotlib's own font lacks; the reader's browser has them
+        backend.print_svg(stream, metadata={"Date": None, "Creator": None})
+    text = stream.getvalue()
+    text = _DROPPED.sub("", text[text.index("<svg") :])
+    prefix = re.sub(r"[^A-Za-z0-9]+", "-", name)
+    text = _TAG.sub(lambda tag: _lean(tag[0], prefix), text)
+    text = re.sub(r">\s+<", "><", text).strip().replace("<g/>", "").replace("<g></g>", "")
+    width, height = page.get_size_inches() * 72
+    head = (
+        f'<svg class="plot" viewBox="0 0 {width:.0f} {height:.0f}" style="max-width:{width:.0f}px" role="img" '
+        f'aria-label="{escape(words.clean(label))}">'
+    )
+    return _HEAD.sub(lambda _: head, text, count=1)
+
+
+def _lean(tag: str, prefix: str) -> str:
+    """One tag without what only an editor needs; text between tags never passes here."""
+    if tag.startswith(("<svg", "</")):
+        return tag
+    tag = re.sub(r' id="[^"]*"', "", tag, count=1) if tag.startswith("<g ") else tag.replace(' id="', f' id="{prefix}-')
+    tag = tag.replace("xlink:href", "href")
+    tag = re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}-", tag)
+    if tag.startswith("<image"):
+        return tag
+    tag = re.sub(r" font-family: [^;\"]*;?|;\s*(?=\")", "", tag)
+    tag = re.sub(r' transform="rotate\(-0 [^"]*\)"', "", tag)
+    return _PLACES.sub(_rounded, tag)
+
+
+def _rounded(attribute: re.Match[str]) -> str:
+    """Places to a tenth of a px, path commands without needless spaces, a dot as a stroke of no length."""
+    text = _WHOLE.sub("", _TENTHS.sub(r"\1", attribute[0]))
+    text = text.replace("\n", "").replace("M ", "M").replace(" L", "L").replace("L ", "L").replace(" M", "M")
+    return _DOT.sub(r"M\1h0", text)

@@ -1,0 +1,250 @@
+"""The standard figure of every step: measured and simulated above, what is left below, run beside run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vdyn_cli.report import canvas, thin, words
+from vdyn_cli.report.canvas import Box, Key
+from vdyn_cli.report.figures import dots, padded
+from vdyn_cli.report.lanes import Channel, Lane, Trace, chosen, judged, lay, rms
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Sheet
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+WIDTH = 1170.0
+_LEFT, _RIGHT = 72.0, 14.0
+_STRIP = WIDTH - _LEFT - _RIGHT
+_ABOVE, _BELOW, _BETWEEN, _BOTTOM = 250.0, 140.0, 34.0, 46.0
+_BAND = 1.96  # of the noise floor: 95 % of pure sensor noise stays inside
+_MEASURED = Key("measured", canvas.PALE, width=3.6)
+_SIMULATED = Key("simulated", canvas.BLUE, width=1.6)
+_BEFORE = Key("simulated before the extension", canvas.VERMILLION, dashes=(0, (5, 2)), width=1.4)
+
+
+def comparison_svg(channel: Channel, name: str = "comparison") -> str:
+    """Draw one channel's runs side by side, the residuals below on the same strip."""
+    traces = chosen(channel.traces)
+    lanes = lay(traces, _STRIP)
+    keys = canvas.legend_rows(_legend(channel, traces), WIDTH - _LEFT - 180)
+    top = 52.0 + 20.0 * (len(keys) - 1)
+    rests = _rests(channel, traces)
+    height = top + _ABOVE + len(rests) * (_BETWEEN + _BELOW) + _BOTTOM
+    with canvas.style():
+        page = canvas.sheet(WIDTH, height)
+        canvas.draw_legend(page, keys, _LEFT + 150, 0)
+        unit = f", {words.unit(channel.unit)}" if channel.unit else ""
+        canvas.words_at(page, 4, 14.5, words.name(channel.name) + unit)
+        canvas.words_at(page, WIDTH - _RIGHT, height - 6, words.prose(channel.x_label), ha="right")
+        _draw_runs(page, traces, lanes, top)
+        for number, (title, reach, before) in enumerate(rests):
+            box = Box(_LEFT, top + _ABOVE + _BETWEEN + number * (_BETWEEN + _BELOW), _STRIP, _BELOW)
+            canvas.words_at(page, 4, box.top - 8, title + unit)
+            axes = _draw_residuals(page, lanes, box, reach, before, channel.noise)
+            if number == len(rests) - 1:
+                _x_ticks(axes, lanes)
+        return canvas.to_svg(page, f"{words.name(channel.name)}: measured and simulated, and what is left", name)
+
+
+def _rests(channel: Channel, traces: tuple[Trace, ...]) -> list[tuple[str, float, bool]]:
+    """The residual panels: title, reach of the scale, whether the residual before the extension is in it.
+
+    Where the extension mended much, what is left gets a panel of its own scale.
+    """
+    least = 3 * (channel.noise or 0.0)
+    after = max(_reach([judged(t) for t in traces]), least)
+    before = _reach([t.before for t in traces if t.before is not None])
+    title = "measured − simulated"
+    if before <= 2.5 * after:
+        return [(title, max(after, before) or 1.0, True)]
+    return [(f"{title}, before and after the extension", before, True), ("after the extension, enlarged", after, False)]
+
+
+def _reach(residuals: list[Array]) -> float:
+    """The size that all but the outermost few samples stay below, 0 without any."""
+    size = np.abs(np.concatenate([*residuals, np.empty(0)]))
+    size = size[np.isfinite(size)]
+    return float(np.percentile(size, 99.8)) if size.size else 0.0
+
+
+def _legend(channel: Channel, traces: tuple[Trace, ...]) -> list[Key]:
+    keys = [_MEASURED, _SIMULATED]
+    if any(t.baseline is not None for t in traces):
+        keys.append(_BEFORE)
+    if any(_smoothable(t) for t in traces):
+        keys.append(Key("residual, its running mean dark", canvas.SKY, width=1.2))
+    if channel.noise is not None:
+        keys.append(Key("noise floor, 95 %", canvas.GREEN, "patch", alpha=0.2))
+    if any(t.held_out for t in traces):
+        keys.append(Key("held-out run", canvas.HELD_OUT, "patch"))
+    return keys
+
+
+def _draw_runs(page: Sheet, traces: tuple[Trace, ...], lanes: tuple[Lane, ...], top: float) -> None:
+    """The upper panel: what was measured and simulated, under the runs' names."""
+    seen = [v[np.isfinite(v)] for t in traces for v in (t.measured, t.simulated, t.baseline) if v is not None]
+    values = np.concatenate([*seen, np.empty(0)])
+    axes = canvas.panel(page, Box(_LEFT, top, _STRIP, _ABOVE))
+    axes.set(xlim=(0, _STRIP), ylim=padded(float(values.min()), float(values.max()), 0.05) if values.size else (0, 1))
+    canvas.scale_axis(axes, "y", _ABOVE, 42, grid=True)
+    for lane in lanes:
+        _draw_run(axes, lane)
+        _furnish(axes, lane)
+        name = words.shortened(lane.trace.run, max(int(lane.width / canvas.label_room("x", 12)), 2))
+        canvas.words_at(page, _LEFT + lane.left + 0.5 * lane.width, top - 8, name, 12, canvas.GREY, ha="center")
+
+
+def _draw_residuals(
+    page: Sheet, lanes: tuple[Lane, ...], box: Box, reach: float, before: bool, noise: float | None
+) -> Axes:
+    axes = canvas.panel(page, box)
+    axes.set(xlim=(0, box.width), ylim=(-1.08 * reach, 1.08 * reach))
+    canvas.scale_axis(axes, "y", box.height, 30, grid=True)
+    for lane in lanes:
+        _draw_residual(axes, lane, before)
+        _furnish(axes, lane)
+    if noise is not None:
+        axes.axhspan(-_BAND * noise, _BAND * noise, color=canvas.GREEN, alpha=0.2, lw=0, zorder=1.2)
+    axes.axhline(0, color=canvas.INK, lw=0.8, zorder=4)
+    axes.spines["bottom"].set_visible(False)
+    return axes
+
+
+def _draw_run(axes: Axes, lane: Lane) -> None:
+    one, box = lane.trace, Box(0, 0, lane.width, _ABOVE)
+    if one.along:
+        for used, colour in ((True, canvas.CLOUD), (False, "#d9d9d9")):
+            _line(axes, lane, _where(one.measured, one.used == used), Key("", colour, width=_MEASURED.width), 2.0)
+        _line(axes, lane, one.simulated, _SIMULATED, 3.0)
+        if one.baseline is not None:
+            _line(axes, lane, one.baseline, _BEFORE, 2.5)
+        return
+    dots(axes, lane.px(one.x), one.measured, canvas.CLOUD, box, 2.0)
+    order = np.argsort(one.x, kind="stable")
+    for values, key, level in ((one.simulated, _SIMULATED, 3.0), (one.baseline, _BEFORE, 2.5)):
+        if values is not None:
+            x, y = thin.envelope(*thin.connected(lane.px(one.x)[order], values[order], np.inf), int(lane.width))
+            axes.plot(x, y, color=key.colour, lw=key.width, ls=key.dashes, zorder=level)
+
+
+def _draw_residual(axes: Axes, lane: Lane, before: bool) -> None:
+    one = lane.trace
+    smooth = _smoothable(one)
+    if before and one.before is not None:
+        _rest(axes, lane, one.before, Key("", canvas.ORANGE, width=0.9), canvas.VERMILLION, smooth, 2.0)
+    unused = ~one.used if one.used.any() else np.zeros(one.used.size, dtype=bool)
+    if unused.any():
+        _rest(axes, lane, _where(one.residual, unused), Key("", "#d0d0d0", width=0.9), "", False, 1.9)
+    _rest(axes, lane, _where(one.residual, ~unused), Key("", canvas.SKY, width=0.9), canvas.BLUE, smooth, 3.0)
+
+
+def _rest(axes: Axes, lane: Lane, residual: Array, key: Key, dark: str, smooth: bool, level: float) -> None:
+    """One residual: as a line where x runs on, as dots elsewhere, with its running mean on top."""
+    if lane.trace.along:
+        _line(axes, lane, residual, key if smooth or not dark else Key("", dark, width=1.2), level)
+    else:
+        dots(
+            axes,
+            lane.px(lane.trace.x),
+            residual,
+            key.colour if smooth else dark or key.colour,
+            Box(0, 0, lane.width, _BELOW),
+            level,
+        )
+    if smooth and dark:
+        edges = np.linspace(0, lane.width, _bins(lane) + 1) + lane.left
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        axes.plot(middle, thin.means(lane.px(lane.trace.x), residual, edges, 3), color=dark, lw=1.8, zorder=level + 0.1)
+
+
+def _bins(lane: Lane) -> int:
+    return int(np.clip(lane.width / 9, 6, 60))
+
+
+def _smoothable(one: Trace) -> bool:
+    return bool(np.count_nonzero(np.isfinite(one.residual)) >= 200)
+
+
+def _where(values: Array, mask: NDArray[np.bool_]) -> Array:
+    return np.where(mask, values, np.nan)
+
+
+def _line(axes: Axes, lane: Lane, values: Array, key: Key, level: float) -> None:
+    x, y = thin.envelope(*thin.connected(lane.px(lane.trace.x), values), max(int(lane.width), 40))
+    if np.count_nonzero(np.isfinite(y)) == 1:
+        axes.plot(x, y, color=key.colour, marker="o", ms=5, lw=0, zorder=level)
+    elif x.size:
+        axes.plot(x, y, color=key.colour, lw=key.width, ls=key.dashes, zorder=level, solid_joinstyle="round")
+
+
+def _furnish(axes: Axes, lane: Lane) -> None:
+    """A held-out lane's shade, and the line to its neighbour."""
+    if lane.trace.held_out:
+        axes.axvspan(lane.left, lane.left + lane.width, color=canvas.HELD_OUT, lw=0, zorder=0.5)
+    if lane.left:
+        axes.axvline(lane.left - 5, color=canvas.CLOUD, lw=0.8, zorder=1)
+
+
+def _x_ticks(axes: Axes, lanes: tuple[Lane, ...]) -> None:
+    """Every lane's own scale; a tick whose text would run into the next lane's goes without."""
+    at, texts = [], []
+    free = -np.inf
+    for lane in lanes:
+        places, labels = canvas.ticks(lane.start, lane.end, lane.width, 55)
+        for place, label in zip(places, labels, strict=True):
+            px = float(lane.px(np.array([place]))[0])
+            half = 0.5 * canvas.label_room(label) + 4
+            shown = px - half >= free
+            at.append(px)
+            texts.append(label if shown else "")
+            free = px + half if shown else free
+    axes.set_xticks(at, texts)
+
+
+def caption(channel: Channel) -> str:
+    """What the standard figure shows, in numbers of these very runs, and how good and bad look."""
+    traces = chosen(channel.traces)
+    text = f"Measured (grey) and simulated (blue) {words.name(channel.name)}, {_beside(traces)};"
+    text += " below, measured minus simulated."
+    if len(traces) < len(channel.traces):
+        text += (
+            f" Drawn are the {len(traces)} of {len(channel.traces)} runs with the smallest, middle and largest error."
+        )
+    if channel.noise is not None:
+        left = np.concatenate([judged(t) for t in channel.traces] or [np.empty(0)])
+        left = left[np.isfinite(left)]
+        if left.size:
+            share = 100 * float(np.mean(np.abs(left) <= _BAND * channel.noise))
+            text += f" {share:.0f} % of the samples lie inside the noise band; sensor noise alone would leave 95 %."
+    if channel.extended:
+        text += f" {_gain(channel)}"
+    good = "fills its band evenly" if channel.noise is not None else "is an even noise"
+    return text + (
+        f" Good: the residual {good}, its running mean stays"
+        " near zero, and all runs look alike. Bad: a slope, a hump at the same place in every run, or signs that change"
+        " with the direction, which speak of a force or a sensor error that the model lacks."
+    )
+
+
+def _beside(traces: tuple[Trace, ...]) -> str:
+    if len(traces) == 1:
+        return "one run"
+    return f"{len(traces)} runs side by side" + (", each from its own start" if traces and traces[0].along else "")
+
+
+def _gain(channel: Channel) -> str:
+    """Before and after the extension, on the runs that the extension has not seen where there are any."""
+    extended = [t for t in channel.traces if t.before is not None]
+    unseen = [t for t in extended if t.held_out]
+    judged_on = unseen or extended
+    before = rms(np.concatenate([t.before for t in judged_on if t.before is not None]))
+    after = rms(np.concatenate([t.residual for t in judged_on]))
+    where = "On the held-out runs" if unseen else "On these runs"
+    numbers = f"{words.significant(before, 2)} to {words.quantity(after, channel.unit, 2)}"
+    return f"{where} the extension takes the root mean square from {numbers}."

@@ -1,0 +1,223 @@
+"""Draws a step's figures, which are data (``result.Figure``), as SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vdyn_cli.report import canvas, thin, words
+from vdyn_cli.report.canvas import Box, Key
+from vdyn_cli.result import Figure, Series
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+WIDTH, PLOT_HEIGHT = 570.0, 270.0
+_LEFT, _RIGHT, _BOTTOM = 68.0, 16.0, 48.0
+_DOTS = 3000  # of one cloud; more could not be told apart
+_IMAGE = 640  # px, the longer side of a picture
+
+# Colour and dash of the first, second ... series of a role.
+_ROLES: dict[str, tuple[str, ...]] = {
+    "measured": (canvas.INK, canvas.GREY, canvas.PURPLE, canvas.GREEN),
+    "simulated": (canvas.BLUE, canvas.SKY, canvas.PURPLE, canvas.GREEN),
+    "baseline": (canvas.VERMILLION, canvas.ORANGE),
+    "residual": (canvas.BLUE, canvas.VERMILLION, canvas.GREEN, canvas.PURPLE),
+    "accent": (canvas.VERMILLION, canvas.PURPLE, canvas.GREEN, canvas.BLUE),
+    "muted": (canvas.PALE, canvas.GREY),
+    "reference": (canvas.GREEN, canvas.PURPLE, canvas.ORANGE),
+}
+_DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = ("-", (0, (6, 2)), (0, (2, 2)), (0, (7, 2, 1.5, 2)))
+
+
+def figure_svg(figure: Figure, name: str = "") -> str:
+    """Draw a figure as one SVG element; ids start with ``name`` (the figure's key when empty), same input same text."""
+    looks = _looks(figure.series)
+    keys = _keys(figure.series, looks)
+    rows = canvas.legend_rows(keys, WIDTH - _LEFT) if len(keys) > 1 else []
+    top = 34.0 + 20.0 * len(rows)
+    box = Box(_LEFT, top, WIDTH - _LEFT - _RIGHT, _plot_height(figure))
+    with canvas.style():
+        page = canvas.sheet(WIDTH, top + box.height + _BOTTOM)
+        canvas.draw_legend(page, rows, 4, 0)
+        axes = canvas.panel(page, box)
+        picture = None if figure.image is None else _picture(figure.image)
+        limits = _limits(figure)
+        if limits is None and picture is None:
+            canvas.words_at(page, box.left + 12, box.top + 24, "No data to draw.", colour=canvas.GREY)
+        else:
+            _frame(axes, figure, limits, box)
+            if picture is not None and figure.image is not None:
+                rows_px, columns_px = figure.image.shape[:2]
+                extent = (-0.5, columns_px - 0.5, rows_px - 0.5, -0.5)
+                axes.imshow(picture, extent=extent, aspect="equal", interpolation="none", zorder=0)
+            for series, key in zip(figure.series, looks, strict=True):
+                _draw(axes, series, key, box)
+            canvas.scale_axis(axes, "x", box.width, 70)
+            canvas.scale_axis(axes, "y", box.height, 42, grid=picture is None)
+        canvas.words_at(page, 4, top - 12, words.prose(figure.y_label))
+        canvas.words_at(page, WIDTH - _RIGHT, top + box.height + 40, words.prose(figure.x_label), ha="right")
+        return canvas.to_svg(page, figure.title, name or figure.key)
+
+
+def _plot_height(figure: Figure) -> float:
+    if figure.image is not None and figure.image.size:
+        rows, columns = figure.image.shape[:2]
+        return float(np.clip((WIDTH - _LEFT - _RIGHT) * rows / columns, 120, 420))
+    return 380.0 if figure.equal_axes else PLOT_HEIGHT
+
+
+def _looks(series: Sequence[Series]) -> list[Key]:
+    """Colour and line style of every series: those of a role with one label share theirs."""
+    seen: dict[str, list[str]] = {}
+    looks = []
+    for one in series:
+        label = words.prose(one.label)
+        known = seen.setdefault(one.role + "/band" * (one.kind == "band"), [])
+        mark = label or "#"
+        if mark not in known:
+            known.append(mark)
+        index = known.index(mark)
+        colours = _ROLES[one.role]
+        turn, colour = divmod(index, len(colours))
+        dashes = _DASHES[turn % len(_DASHES)] if turn or one.role not in ("baseline", "reference") else _DASHES[1]
+        look = {"points": "points", "band": "patch", "bars": "patch"}.get(one.kind, "line")
+        alpha = 0.22 if one.kind == "band" else 0.55 if one.kind == "bars" else 1.0
+        looks.append(Key(words.shortened(label, 64), colours[colour], look, dashes, alpha=alpha))  # type: ignore[arg-type]
+    return looks
+
+
+def _keys(series: Sequence[Series], looks: Sequence[Key]) -> list[Key]:
+    unique: dict[tuple[str, str, str], Key] = {}
+    for one, key in zip(series, looks, strict=True):
+        if key.label:
+            unique.setdefault((key.label, key.colour, one.kind), key)
+    return list(unique.values())
+
+
+def _limits(figure: Figure) -> tuple[float, float, float, float] | None:
+    """Lowest and highest x and y of all that is drawn."""
+    xs, ys = [], []
+    for one in figure.series:
+        x, y = thin.finite(one.x), thin.finite(one.y)
+        n = min(x.size, y.size)
+        xs.append(x[:n][np.isfinite(y[:n])])
+        ys.append(y)
+        if one.y2 is not None:
+            ys.append(thin.finite(one.y2))
+        if one.error is not None:
+            error = np.resize(thin.finite(one.error), n) if np.size(one.error) == 1 else thin.finite(one.error)[:n]
+            ys += [y[: error.size] - error, y[: error.size] + error]
+        if one.kind == "bars":
+            ys.append(np.zeros(1))
+            half = 0.5 * _bar_width(x)
+            xs += [x - half, x + half]
+    flat_x, flat_y = (np.concatenate([*v, np.empty(0)]) for v in (xs, ys))
+    flat_x, flat_y = flat_x[np.isfinite(flat_x)], flat_y[np.isfinite(flat_y)]
+    if not flat_x.size or not flat_y.size:
+        return None
+    return float(flat_x.min()), float(flat_x.max()), float(flat_y.min()), float(flat_y.max())
+
+
+def _frame(axes: Axes, figure: Figure, limits: tuple[float, float, float, float] | None, box: Box) -> None:
+    """Set the axes' limits with a little air around the data."""
+    if figure.image is not None:
+        rows, columns = figure.image.shape[:2]
+        axes.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
+    elif limits is not None:
+        x0, x1, y0, y1 = limits
+        bars = any(one.kind == "bars" for one in figure.series)
+        axes.set_xlim(*padded(x0, x1, 0.02))
+        axes.set_ylim(*((0.0, 1.06 * y1) if bars and y0 >= 0 < y1 else padded(y0, y1, 0.06)))
+        if figure.equal_axes:
+            _equalise(axes, box)
+
+
+def padded(low: float, high: float, share: float) -> tuple[float, float]:
+    """Limits with air around them, also where all values are one."""
+    span = high - low
+    air = span * share if span > 1e-12 * max(abs(low), abs(high)) and span > 0 else 0.1 * abs(high) or 1.0
+    return low - air, high + air
+
+
+def _equalise(axes: Axes, box: Box) -> None:
+    """Widen the narrower range until a unit is as long in x as in y."""
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    per_px = max((x1 - x0) / box.width, (y1 - y0) / box.height)
+    for low, high, room, put in ((x0, x1, box.width, axes.set_xlim), (y0, y1, box.height, axes.set_ylim)):
+        middle, half = 0.5 * (low + high), 0.5 * per_px * room
+        put(middle - half, middle + half)
+
+
+def _draw(axes: Axes, series: Series, key: Key, box: Box) -> None:
+    x, y = thin.finite(series.x), thin.finite(series.y)
+    n = min(x.size, y.size)
+    x, y = x[:n], y[:n]
+    if not n:
+        return
+    order = 2.0 + {"band": 0.0, "bars": 0.1, "points": 0.5}.get(series.kind, 1.0) - (series.role == "muted")
+    if series.kind == "band":
+        _band(axes, x, y, thin.finite(series.y2 if series.y2 is not None else np.zeros(n)), key, order)
+    elif series.kind == "bars":
+        axes.bar(x, y, width=_bar_width(x), color=key.colour, alpha=key.alpha, linewidth=0, zorder=order)
+    elif series.kind == "points":
+        dots(axes, x, y, key.colour, box, order)
+    elif series.kind == "step":
+        axes.step(x, y, where="mid", color=key.colour, lw=key.width, ls=key.dashes, zorder=order)
+    else:
+        a, b = thin.envelope(*thin.connected(x, y), int(box.width))
+        axes.plot(a, b, color=key.colour, lw=key.width, ls=key.dashes, zorder=order, solid_joinstyle="round")
+    if series.error is not None:
+        error = np.broadcast_to(thin.finite(series.error)[:n], (n,)) if np.size(series.error) in (1, n) else None
+        if error is not None:
+            _error_bars(axes, x, y, error, key.colour, order)
+
+
+def _band(axes: Axes, x: Array, y: Array, y2: Array, key: Key, order: float) -> None:
+    n = min(x.size, y2.size)
+    x, y, y2 = x[:n], y[:n], y2[:n]
+    stride = -(-n // 1500)
+    x, y, y2 = x[::stride], y[::stride], y2[::stride]
+    known = np.isfinite(x) & np.isfinite(y) & np.isfinite(y2)
+    axes.fill_between(x, y, y2, where=known.tolist(), color=key.colour, alpha=key.alpha, linewidth=0, zorder=order)
+
+
+def dots(axes: Axes, x: Array, y: Array, colour: str, box: Box, order: float, alpha: float = 1.0) -> None:
+    """A cloud of points as one path of round-capped dots, which is a tenth of the size of markers."""
+    # A dense cloud steps back, so that the curve through it can be seen.
+    if colour == canvas.INK and np.count_nonzero(np.isfinite(x) & np.isfinite(y)) > 300:
+        colour = canvas.CLOUD
+    chosen = thin.cloud(x, y, (int(box.width / 1.5), int(box.height / 1.5)), _DOTS)
+    count = chosen.size
+    size = 7.0 if count <= 60 else 5.0 if count <= 300 else 3.4 if count <= 1000 else 2.4
+    gap = np.full(count, np.nan)
+    xs = np.stack([x[chosen], x[chosen], gap], axis=1).ravel()
+    ys = np.stack([y[chosen], y[chosen], gap], axis=1).ravel()
+    axes.plot(xs, ys, color=colour, lw=size, alpha=alpha, solid_capstyle="round", zorder=order)
+
+
+def _error_bars(axes: Axes, x: Array, y: Array, error: Array, colour: str, order: float) -> None:
+    stride = -(-x.size // 400)
+    x, y, error = x[::stride], y[::stride], error[::stride]
+    gap = np.full(x.size, np.nan)
+    xs = np.stack([x, x, gap], axis=1).ravel()
+    ys = np.stack([y - error, y + error, gap], axis=1).ravel()
+    axes.plot(xs, ys, color=colour, lw=1.2, zorder=order - 0.01)
+
+
+def _bar_width(x: Array) -> float:
+    places = np.unique(x[np.isfinite(x)])
+    return 0.8 * float(np.diff(places).min()) if places.size > 1 else 0.8
+
+
+def _picture(image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+    """The picture at a size a page can show, by leaving out rows and columns."""
+    if image.ndim < 2 or not image.size:
+        return None
+    stride = -(-max(image.shape[:2]) // _IMAGE)
+    return np.ascontiguousarray(image[::stride, ::stride])

@@ -1,0 +1,158 @@
+"""Runs side by side on one strip of the page: each in its own lane, from its own start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vdyn_cli.report import thin, words
+from vdyn_cli.result import Comparison
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+MOST = 12  # lanes that still show the shape of a trace on a laptop
+_GAP = 10.0  # px between lanes
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A comparison ready to draw: plain floats in the unit shown, equal lengths.
+
+    ``used`` marks the samples behind the fit; ``residual`` is measured minus simulated, ``before`` the same for the
+    model before its extension (None without one).
+    """
+
+    run: str
+    x: Array
+    measured: Array
+    simulated: Array
+    baseline: Array | None
+    used: NDArray[np.bool_]
+    held_out: bool
+
+    @property
+    def residual(self) -> Array:
+        return self.measured - self.simulated
+
+    @property
+    def before(self) -> Array | None:
+        return None if self.baseline is None else self.measured - self.baseline
+
+    @property
+    def along(self) -> bool:
+        """Whether x only ever rises, as time does; a slip or an angle goes to and fro."""
+        x = self.x[np.isfinite(self.x)]
+        return bool(x.size < 2 or np.all(np.diff(x) >= 0))
+
+
+@dataclass(frozen=True)
+class Channel:
+    """All runs of one channel in one unit, with the noise floor where it is known."""
+
+    name: str
+    unit: str
+    x_label: str
+    traces: tuple[Trace, ...]
+    noise: float | None
+
+    @property
+    def extended(self) -> bool:
+        return any(t.baseline is not None for t in self.traces)
+
+
+@dataclass(frozen=True)
+class Lane:
+    """Where a trace stands: its x range and its px range on the strip."""
+
+    trace: Trace
+    start: float
+    end: float
+    left: float
+    width: float
+
+    def px(self, x: Array) -> Array:
+        return self.left + (x - self.start) / (self.end - self.start) * self.width
+
+
+def channels(comparisons: Sequence[Comparison], noise: float, noise_unit: str) -> tuple[Channel, ...]:
+    """Group comparisons by channel, in everyday units, in the order in which they come."""
+    groups: dict[tuple[str, str, str], list[Comparison]] = {}
+    for one in comparisons:
+        groups.setdefault((one.channel, one.unit, one.x_label), []).append(one)
+    out = []
+    for (channel, unit, x_label), members in groups.items():
+        shown_unit, factor = _shown_unit(channel, unit)
+        known = unit == noise_unit and np.isfinite(noise) and noise > 0
+        traces = tuple(trace(one, factor) for one in members)
+        out.append(Channel(channel, shown_unit, x_label, traces, noise * factor if known else None))
+    return tuple(out)
+
+
+def _shown_unit(channel: str, unit: str) -> tuple[str, float]:
+    everyday = words.everyday(unit)
+    return everyday if everyday and (unit != "m/s" or "speed" in channel) else (unit, 1.0)
+
+
+def trace(one: Comparison, factor: float = 1.0) -> Trace:
+    """A comparison as plain floats of one length."""
+    arrays = [thin.finite(v) for v in (one.x, one.measured, one.simulated)]
+    baseline = None if one.baseline is None else thin.finite(one.baseline)
+    used = None if one.used is None else np.asarray(one.used, dtype=bool).ravel()
+    n = min(a.size for a in (*arrays, *(a for a in (baseline, used) if a is not None)))
+    return Trace(
+        words.clean(one.run),
+        arrays[0][:n],
+        arrays[1][:n] * factor,
+        arrays[2][:n] * factor,
+        None if baseline is None else baseline[:n] * factor,
+        np.ones(n, dtype=bool) if used is None else used[:n],
+        one.held_out,
+    )
+
+
+def rms(values: Array) -> float:
+    """Root mean square of the known values, NaN without any."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
+
+
+def judged(one: Trace) -> Array:
+    """The residual by which a run is judged: of the samples used, or of all where none was (a held-out run)."""
+    return one.residual[one.used] if one.used.any() else one.residual
+
+
+def chosen(traces: Sequence[Trace]) -> tuple[Trace, ...]:
+    """The traces to draw: all, or of many the best, middle and worst by their residual, in their own order."""
+    drawable = [i for i, t in enumerate(traces) if np.isfinite(t.x).any()]
+    if len(drawable) <= MOST:
+        return tuple(traces[i] for i in drawable)
+    sizes = np.nan_to_num(np.array([rms(judged(traces[i])) for i in drawable]), nan=-1.0)
+    ranked = np.argsort(sizes, kind="stable")
+    third = MOST // 3
+    middle = (len(ranked) - third) // 2
+    picks = {*ranked[:third].tolist(), *ranked[middle : middle + third].tolist(), *ranked[-third:].tolist()}
+    return tuple(traces[drawable[i]] for i in sorted(picks))
+
+
+def lay(traces: Sequence[Trace], width: float) -> tuple[Lane, ...]:
+    """Share a strip's width: by the length of the runs, but none below a third of an equal share."""
+    if not traces:
+        return ()
+    ends = [(float(np.nanmin(t.x)), float(np.nanmax(t.x))) for t in traces]
+    spans = np.array([b - a for a, b in ends])
+    room = width - _GAP * (len(traces) - 1)
+    shares = spans / spans.sum() if spans.sum() > 0 else np.full(spans.size, 1 / spans.size)
+    shares = np.maximum(shares, 1 / (3 * spans.size))
+    widths = room * shares / shares.sum()
+    lefts = np.concatenate([[0.0], np.cumsum(widths + _GAP)[:-1]])
+    lanes = []
+    for one, (a, b), left, wide in zip(traces, ends, lefts, widths, strict=True):
+        half = 0.0 if b > a else 0.5 * (abs(a) or 1.0)  # one sample stands in the middle
+        lanes.append(Lane(one, a - half, b + half, float(left), float(wide)))
+    return tuple(lanes)

@@ -1,0 +1,125 @@
+"""Where the simulation is wrong: the mean residual of every run, over x and over the measured value, as colours."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vdyn_cli.report import canvas, thin, words
+from vdyn_cli.report.canvas import Box
+from vdyn_cli.report.lanes import Channel, Trace
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure as Sheet
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+WIDTH = 1170.0
+_BINS = 32
+_LEFT, _GAP, _RIGHT, _TOP, _BOTTOM = 130.0, 26.0, 96.0, 30.0, 46.0
+_LEAST = 3  # samples behind a cell
+
+
+def has_map(channel: Channel) -> bool:
+    """Whether there are runs to compare: at least two with samples enough to average."""
+    return sum(int(np.count_nonzero(np.isfinite(t.residual) & np.isfinite(t.x)) >= 60) for t in channel.traces) >= 2
+
+
+def map_svg(channel: Channel, name: str = "map") -> str:
+    """Draw the mean residual per run and bin, twice: along x, and along the measured value."""
+    traces = channel.traces
+    row = float(np.clip(320 / len(traces), 4, 22))
+    tall = row * len(traces)
+    half = (WIDTH - _LEFT - _GAP - _RIGHT) / 2
+    along = _cells(traces, [t.x for t in traces])
+    over = _cells(traces, [t.measured for t in traces])
+    limit = _limit(channel, along[1], over[1])
+    with canvas.style():
+        page = canvas.sheet(WIDTH, _TOP + tall + _BOTTOM)
+        unit = f", {words.unit(channel.unit)}" if channel.unit else ""
+        for number, ((edges, cells), label) in enumerate(
+            ((along, words.prose(channel.x_label)), (over, f"measured {words.name(channel.name)}{unit}"))
+        ):
+            box = Box(_LEFT + number * (half + _GAP), _TOP, half, tall)
+            axes = canvas.panel(page, box)
+            _draw_cells(axes, edges, cells, limit)
+            canvas.scale_axis(axes, "x", half, 70)
+            canvas.words_at(page, box.left + half, _TOP + tall + 40, label, ha="right")
+        canvas.words_at(page, 4, 14.5, f"mean of measured − simulated{unit}")
+        _name_rows(page, traces, row)
+        _draw_scale(page, Box(WIDTH - _RIGHT + 22, _TOP, 14, max(tall, 66)), limit)
+        return canvas.to_svg(page, f"Where the simulated {words.name(channel.name)} is wrong", name)
+
+
+def caption(channel: Channel) -> str:
+    """How to read the map."""
+    return (
+        f"Mean residual of the {words.name(channel.name)}, one row a run; left along the run, right over the"
+        " measured value. Good: pale everywhere, or colours without order. Bad: the same colour down a"
+        " column (an error that every run has there), or rows that alternate with the direction (wind or grade)."
+    )
+
+
+def _cells(traces: tuple[Trace, ...], positions: list[Array]) -> tuple[Array, Array]:
+    """Edges (bins+1,) and mean residuals (runs, bins)."""
+    known = np.concatenate([p[np.isfinite(p) & t.used] for p, t in zip(positions, traces, strict=True)])
+    if not known.size:
+        known = np.concatenate([p[np.isfinite(p)] for p in positions] + [np.zeros(1)])
+    low, high = float(known.min()), float(known.max())
+    if high <= low:
+        high = low + 1.0
+    edges = np.linspace(low, high, _BINS + 1)
+    return edges, np.stack([thin.means(p, t.residual, edges, _LEAST) for p, t in zip(positions, traces, strict=True)])
+
+
+def _limit(channel: Channel, *cells: Array) -> float:
+    """The residual of full colour: what all but the outermost cells stay below, at least the noise floor."""
+    size = np.abs(np.concatenate([c.ravel() for c in cells]))
+    size = size[np.isfinite(size)]
+    return max(float(np.percentile(size, 98)) if size.size else 0.0, channel.noise or 0.0) or 1.0
+
+
+def _draw_cells(axes: Axes, edges: Array, cells: Array, limit: float) -> None:
+    rows = np.arange(cells.shape[0] + 1, dtype=float)
+    axes.pcolormesh(
+        edges,
+        rows,
+        np.ma.masked_invalid(cells),
+        cmap=_colours(),
+        vmin=-limit,
+        vmax=limit,
+        edgecolors="none",
+        linewidth=0,
+    )
+    axes.set(xlim=(edges[0], edges[-1]), ylim=(rows[-1], 0))
+    axes.spines["left"].set_visible(False)
+
+
+def _colours() -> Colormap:
+    from matplotlib.colors import LinearSegmentedColormap
+
+    shades = ["#00456b", canvas.BLUE, "#a6cfe8", "#f7f7f5", "#f3c39c", canvas.VERMILLION, "#7a3500"]
+    return LinearSegmentedColormap.from_list("residual", shades, N=41)
+
+
+def _name_rows(page: Sheet, traces: tuple[Trace, ...], row: float) -> None:
+    stride = max(int(np.ceil(14 / row)), 1)
+    for number in range(0, len(traces), stride):
+        name = words.shortened(traces[number].run, 16)
+        canvas.words_at(page, _LEFT - 8, _TOP + (number + 0.5) * row + 4.5, name, 12, ha="right")
+
+
+def _draw_scale(page: Sheet, box: Box, limit: float) -> None:
+    axes = canvas.panel(page, box)
+    edges = np.linspace(-limit, limit, 22)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    axes.pcolormesh([0, 1], edges, middle[:, None], cmap=_colours(), vmin=-limit, vmax=limit)
+    axes.yaxis.tick_right()
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    axes.set_ylim(-limit, limit)
+    canvas.scale_axis(axes, "y", box.height, 40)

@@ -1,0 +1,89 @@
+"""As many points as the page can show: thinning that keeps every peak and every gap."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+def finite(values: Array) -> Array:
+    """The values as floats with every infinity as NaN."""
+    array = np.asarray(values, dtype=np.float64).ravel()
+    return np.where(np.isfinite(array), array, np.nan)
+
+
+def connected(x: Array, y: Array, jump: float = 8.0) -> tuple[Array, Array]:
+    """The known samples in line, broken by a NaN only where x jumps by so many times its usual step.
+
+    A slow channel in a fast log has a NaN between all its samples: those are no gaps.
+    """
+    known = np.isfinite(x) & np.isfinite(y)
+    x, y = x[known], y[known]
+    if x.size < 3:
+        return x, y
+    steps = np.abs(np.diff(x))
+    holes = np.flatnonzero(steps > jump * np.median(steps)) + 1 if np.median(steps) > 0 else np.empty(0, np.intp)
+    return np.insert(x, holes, np.nan), np.insert(y, holes, np.nan)
+
+
+def envelope(x: Array, y: Array, columns: int) -> tuple[Array, Array]:
+    """Lowest and highest sample of every one of so many blocks, in their order; short lines stay as they are.
+
+    A line drawn through the result looks like the line through all samples on a page so many columns wide. A block
+    with any gap (NaN) ends in a gap, so that a gap stays visible.
+    """
+    n = min(x.size, y.size)
+    if n <= 4 * columns:
+        return x[:n], y[:n]
+    block = -(-n // columns)
+    rows = -(-n // block)
+    pad = rows * block - n
+    ys = np.concatenate([y[:n], np.full(pad, np.nan)]).reshape(rows, block)
+    xs = np.concatenate([x[:n], np.full(pad, np.nan)]).reshape(rows, block)
+    gap = np.isnan(ys) | np.isnan(xs)
+    lowest = np.where(gap, np.inf, ys).argmin(axis=1)
+    highest = np.where(gap, -np.inf, ys).argmax(axis=1)
+    order = np.sort(np.stack([lowest, highest], axis=1), axis=1)
+    row = np.arange(rows)[:, None]
+    gap[-1, block - pad :] = False  # the padding is no gap of the data
+    breaks = gap.any(axis=1)
+    out_x = np.concatenate([xs[row, order], xs[row, order[:, 1:]]], axis=1)
+    out_y = np.concatenate([ys[row, order], np.full((rows, 1), np.nan)], axis=1)
+    keep = np.ones((rows, 3), dtype=bool)
+    keep[:, 2] = breaks
+    return out_x[keep], out_y[keep]
+
+
+def cloud(x: Array, y: Array, cells: tuple[int, int], most: int) -> NDArray[np.intp]:
+    """Indices of one point per cell of the page's grid, at most so many, the first and outermost among them."""
+    index = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if index.size <= most:
+        return index
+    cell = _cells(x[index], cells[0]) * cells[1] + _cells(y[index], cells[1])
+    _, first = np.unique(cell, return_index=True)
+    chosen: NDArray[np.intp] = index[np.sort(first)]
+    return chosen[:: -(-chosen.size // most)]
+
+
+def _cells(values: Array, number: int) -> Array:
+    """Which of so many equal cells each value falls into."""
+    low, high = float(values.min()), float(values.max())
+    return np.floor(np.minimum((values - low) / ((high - low) or 1.0) * number, number - 1))
+
+
+def means(position: Array, values: Array, edges: Array, least: int = 1) -> Array:
+    """Mean of the values whose position falls between two edges (n+1,), NaN where fewer than ``least`` do: (n,)."""
+    known = np.isfinite(position) & np.isfinite(values)
+    cells = edges.size - 1
+    cell = np.searchsorted(edges, position[known], side="right") - 1
+    cell = np.where(position[known] == edges[-1], cells - 1, cell)
+    inside = (cell >= 0) & (cell < cells)
+    number = np.bincount(cell[inside], minlength=cells)
+    total = np.bincount(cell[inside], weights=values[known][inside], minlength=cells)
+    return np.where(number >= max(least, 1), total / np.maximum(number, 1), np.nan)

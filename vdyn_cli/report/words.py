@@ -1,0 +1,220 @@
+"""Numbers, units and names as a well-set page shows them: digits from the interval, superscripts, real minus signs."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vdyn_cli.parameters import Estimate
+
+MINUS = "\N{MINUS SIGN}"
+NARROW = "\N{NARROW NO-BREAK SPACE}"
+NO_BREAK = "\N{NO-BREAK SPACE}"
+DASH = "\N{EN DASH}"
+
+_SUPERSCRIPT = str.maketrans("0123456789-+.", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺·")
+_GREEK = {"sigma": "σ", "rho": "ρ", "eta": "η", "om": "ω", "phi": "φ", "th": "θ", "mu": "μ", "tau": "τ", "alpha": "α"}
+_UNITS = {"deg": "°", "degree": "°", "degC": "°C", "degF": "°F", "um": "µm", "us": "µs", "ohm": "Ω", "percent": "%"}
+
+# Units kept on one line with the number before them.
+_SHORT_UNITS = r"kg|N|kN|Nm|m|mm|km/h|m/s|s|ms|Hz|rad|°C|°|m²|N·m|kg·m²|kN/m|N/m"
+
+# Units that a test engineer thinks in, beside the SI ones: unit -> (everyday unit, factor).
+_EVERYDAY = {"m/s": ("km/h", 3.6), "rad": ("°", 180 / math.pi)}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A value with its 95 % interval, written with the digits that the interval justifies.
+
+    ``plus`` and ``minus`` are the half-widths, the same text when they differ by less than a tenth, and empty
+    where there is no interval. ``exponent`` is the power of ten common to all, or 0.
+    """
+
+    value: str
+    plus: str = ""
+    minus: str = ""
+    low: str = ""
+    high: str = ""
+    exponent: int = 0
+
+    @property
+    def symmetric(self) -> bool:
+        return self.plus == self.minus
+
+
+def clean(text: object) -> str:
+    """Text without what no page can hold: control characters become spaces, lone surrogates a replacement mark."""
+    plain = str(text).encode("utf-8", "replace").decode("utf-8")
+    return "".join(" " if (ord(c) < 32 and c != "\n") or 127 <= ord(c) < 160 else c for c in plain)
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A number with so many decimals (negative: rounded to tens, hundreds ...), never "-0"."""
+    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return text.lstrip("-") if float(text) == 0 else text.replace("-", MINUS)
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """A number of so many significant digits; powers of ten only where a plain number would be unreadable."""
+    if not math.isfinite(value):
+        return DASH
+    if value == 0:
+        return "0"
+    magnitude = _magnitude(value, digits)
+    if -4 <= magnitude < 7:
+        return fixed(value, digits - 1 - magnitude)
+    return f"{fixed(value / 10.0**magnitude, digits - 1)}{NARROW}×{NARROW}10{superscript(magnitude)}"
+
+
+def superscript(power: int) -> str:
+    return str(power).translate(_SUPERSCRIPT)
+
+
+def reading(value: float, low: float = math.nan, high: float = math.nan) -> Reading:
+    """Write a value and its interval with two significant digits of the narrower half-width."""
+    if not math.isfinite(value):
+        return Reading(DASH)
+    above, below = high - value, value - low
+    halves = [h for h in (above, below) if math.isfinite(h) and h > 0]
+    if not halves:
+        return _exact(value)
+    if len(halves) == 2 and max(halves) <= 1.1 * min(halves):
+        above = below = 0.5 * (above + below)
+    exponent = _exponent(max(abs(value), max(halves)))
+    scale = 10.0**-exponent
+    # A half-width far below the value's own double precision would only print noise digits.
+    decimals = 1 - _magnitude(max(min(halves), abs(value) * 1e-12) * scale, 2)
+
+    def shown(x: float) -> str:
+        return fixed(x * scale, decimals) if math.isfinite(x) else DASH
+
+    return Reading(shown(value), shown(above), shown(below), shown(low), shown(high), exponent)
+
+
+def _exact(value: float) -> Reading:
+    exponent = _exponent(abs(value))
+    text = f"{value * 10.0**-exponent:.6g}"
+    if "e" in text:
+        return Reading(significant(value, 6))
+    return Reading(text.replace("-", MINUS), exponent=exponent)
+
+
+def _exponent(size: float) -> int:
+    if size == 0 or 1e-4 <= size < 1e7:
+        return 0
+    return math.floor(math.log10(size))
+
+
+def _magnitude(value: float, digits: int) -> int:
+    """The power of ten of the leading digit after rounding to so many digits (9.99 to two digits is 10)."""
+    return int(f"{abs(value):.{digits - 1}e}".partition("e")[2])
+
+
+def estimate_text(estimate: Estimate) -> str:
+    """One line for the terminal: ``0.560 ± 0.013 m²  (2.4 %)``."""
+    r = reading(estimate.value, *estimate.interval95)
+    power = f"{NARROW}×{NARROW}10{superscript(r.exponent)}" if r.exponent else ""
+    shown = unit(estimate.unit)
+    if not r.plus:
+        return f"{r.value}{power} {shown}".rstrip()
+    spread = f"± {r.plus}" if r.symmetric else f"+{r.plus} {MINUS}{r.minus}"
+    number = f"({r.value} {spread}){power}" if power else f"{r.value} {spread}"
+    return f"{number} {shown}".rstrip() + f"  ({relative(estimate.value, *estimate.interval95)} %)"
+
+
+def relative(value: float, low: float, high: float) -> str:
+    """The interval's half-width as a percentage of the value, or a dash where that says nothing."""
+    half = 0.5 * (high - low)
+    if not (math.isfinite(half) and math.isfinite(value)) or value == 0 or half <= 0:
+        return DASH
+    percent = 100 * half / abs(value)
+    return significant(percent, 2) if percent < 1000 else ">\N{NARROW NO-BREAK SPACE}1000"
+
+
+def unit(text: str) -> str:
+    """``N s^2/m^2`` as N·s²/m²."""
+    shown = re.sub(r"\s*(?:\*\*|\^)\s*\(?(-?\d+(?:\.\d+)?)\)?", lambda m: m[1].translate(_SUPERSCRIPT), clean(text))
+    shown = re.sub(r"\s*/\s*", "/", shown.strip())
+    shown = re.sub(r"(?<=\w)\s*[*·]\s*(?=\w)|(?<=[^\W\d])[ ](?=[^\W\d])|(?<=[⁰¹²³⁴⁵⁶⁷⁸⁹])[ ](?=\w)", "·", shown)
+    return re.sub(r"[A-Za-z]+", lambda m: _UNITS.get(m[0], m[0]), shown)
+
+
+def quantity(value: float, unit_text: str, digits: int = 3) -> str:
+    """A number with its unit: ``0.0312 m/s``."""
+    shown = unit(unit_text)
+    return significant(value, digits) + ("" if not shown else NARROW + shown)
+
+
+def everyday(unit_text: str) -> tuple[str, float] | None:
+    """The unit an engineer would say instead, and the factor to it: km/h for m/s, degrees for radians."""
+    return _EVERYDAY.get(unit_text.strip())
+
+
+def name(identifier: str) -> str:
+    """``cg_height`` as "CG height"."""
+    text = clean(identifier).replace("_", " ").strip()
+    return re.sub(r"\b(cg|epa|gps|imu|wltp|rms)\b", lambda m: m[1].upper(), text)
+
+
+def title(identifier: str) -> str:
+    text = name(identifier)
+    return text[:1].upper() + text[1:]
+
+
+def symbol(text: str) -> tuple[tuple[str, str], ...]:
+    """A textbook symbol as (base, subscript) pairs: ``Cd A`` is ((C, d), (A, "")), ``frr`` is ((f, rr),)."""
+    return tuple(_part(word) for word in clean(text).split())
+
+
+def _part(word: str) -> tuple[str, str]:
+    if word in _GREEK:
+        return _GREEK[word], ""
+    match = re.fullmatch(r"([A-Za-z])([a-z]{1,3}|\d)", word)
+    return (match[1], match[2]) if match else (word, "")
+
+
+def prose(text: object) -> str:
+    """A sentence with the signs a typesetter would use: +- as ±, m^2 as m², hyphen before digits as minus."""
+    shown = re.sub(r"\s*(?:\+-|\+/-)\s*", " ± ", clean(text))
+    shown = re.sub(r"(?<=[A-Za-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPT), shown)
+    shown = re.sub(r"(?<![\w.)\]%])-(?=\d)", MINUS, shown)
+    return re.sub(rf"(?<=\d) (?=[%±])|(?<=\d) (?=(?:{_SHORT_UNITS})(?![\w-]))", NO_BREAK, shown).strip()
+
+
+def plain(value: Any) -> str:
+    """Any value of a JSON document as words."""
+    if value is None:
+        return DASH
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return str(value).replace("-", MINUS)
+    if isinstance(value, float):
+        text = significant(value, 3)
+        return (
+            re.sub(r"(\.\d*?)0+(?!\d)", r"\1", text).replace(f".{NARROW}", NARROW).rstrip(".") if "." in text else text
+        )
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name(str(k))} {plain(v)}" for k, v in value.items())
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return ", ".join(plain(v) for v in value)
+    return prose(value)
+
+
+def count(number: int, noun: str) -> str:
+    """``1 run``, ``8 runs``."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def shortened(text: str, length: int) -> str:
+    """Text of at most so many characters, cut in the middle: the ends of run names tell runs apart."""
+    if len(text) <= length:
+        return text
+    head = max((length - 1) // 2, 0)
+    tail = max(length - 1 - head, 0)
+    return text[:head] + "…" + (text[-tail:] if tail else "")
