@@ -22,7 +22,8 @@ class Graph:
 
     ``field(x, u, p) -> (rates of the states, readings)``: the constants ``p`` are the model's parameters,
     the effects' unknowns and the context, in the order of ``constants``. The readings are the outputs, followed by the
-    rate and the clock shift of those in ``shifted``; a rate is None where it must be found from the trace itself.
+    rates of those in ``rated`` and the clock shifts of those in ``shifted``. What is shifted and not rated has no rate that
+    the graph knows: it must be found from the trace itself.
     """
 
     states: tuple[str, ...]
@@ -77,6 +78,7 @@ def refuse_unknown(what: str, names: Iterable[str], known: Iterable[str]) -> Non
 
 
 def symbols(names: Iterable[str]) -> dict[str, Any]:
+    """One scalar symbol for each name."""
     return {name: ca.SX.sym(name) for name in names}
 
 
@@ -150,11 +152,11 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
 
 
 def _readings(bench: Bench, x: ca.SX, rates: ca.SX, u: ca.SX) -> dict[str, tuple[ca.SX, ca.SX | None, ca.SX]]:
-    """Each output with its rate, exact where it depends on states alone, and its clock shift."""
+    """Each output with its rate, exact where it depends on states alone and needed for a shift, and its clock shift."""
     found = {}
     for name, (value, rate, shift) in bench.outputs.items():
-        value = ca.SX(value)
-        if not u.numel() or not ca.depends_on(value, u):
-            rate = ca.jtimes(value, x, rates) if x.numel() else ca.SX(0)
-        found[name] = (value, None if rate is None else ca.SX(rate), ca.SX(shift))
+        value, shift = ca.SX(value), ca.SX(shift)
+        if not shift.is_zero() and x.numel() and not (u.numel() and ca.depends_on(value, u)):
+            rate = ca.jtimes(value, x, rates)
+        found[name] = (value, None if rate is None else ca.SX(rate), shift)
     return found
