@@ -22,8 +22,8 @@ class Graph:
 
     ``field(x, u, p) -> (rates of the states, readings)``: the constants ``p`` are the model's parameters,
     the effects' unknowns and the context, in the order of ``constants``. The readings are the outputs, followed by the
-    rates of those in ``rated`` and the clock shifts of those in ``shifted``. What is shifted and not rated has no rate that
-    the graph knows: it must be found from the trace itself.
+    rates of those in ``rated`` and the clock shifts of those in ``shifted``. What is shifted and not rated has no rate
+    that the graph knows: it must be found from the trace itself.
     """
 
     states: tuple[str, ...]
