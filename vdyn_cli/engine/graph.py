@@ -30,24 +30,25 @@ class Graph:
     inputs: tuple[str, ...]
     constants: tuple[str, ...]
     defaults: Mapping[str, float]
+    starts: Mapping[str, float]
     outputs: tuple[str, ...]
     shifted: tuple[str, ...]
     rated: tuple[str, ...]
     field: ca.Function
     _symbols: tuple[ca.SX, ca.SX, ca.SX]
-    _starts: tuple[Number, ...]
+    _start_laws: Mapping[str, ca.SX]
 
     @property
     def readings(self) -> int:
         return int(self.field.size1_out(1))
 
     def start(self, given: frozenset[str]) -> ca.Function:
-        """``(x, u, p) -> (x0, dx0/d(x, p))`` where ``given`` starts are taken from x and the others as declared."""
+        """``(x, u, p) -> (x0, dx0/d(x, p))`` where ``given`` starts are taken from x and the others by their laws."""
         x, u, p = self._symbols
         starts = ca.SX(x)
         for i, name in enumerate(self.states):
             if name not in given:
-                starts[i] = ca.substitute(ca.SX(self._starts[i]), x, starts)
+                starts[i] = ca.substitute(self._start_laws[name], x, starts)
         return ca.Function("start", [x, u, p], [starts, ca.densify(ca.jacobian(starts, ca.vertcat(x, p)))])
 
     def live(self, seeded_starts: frozenset[int], seeded_constants: frozenset[int]) -> frozenset[int]:
@@ -56,7 +57,7 @@ class Graph:
         felt = on_constants[:, sorted(seeded_constants)].any(axis=1)
         felt[sorted(seeded_starts)] = True
         # A start that is an expression may depend on anything.
-        felt |= np.array([not ca.SX(start).is_constant() for start in self._starts], dtype=bool)
+        felt |= np.array([name in self._start_laws for name in self.states], dtype=bool)
         while (wider := felt | on_states[:, felt].any(axis=1)).sum() > felt.sum():
             felt = wider
         return frozenset(int(i) for i in np.flatnonzero(felt))
@@ -134,6 +135,7 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
         + [readings[name][1] for name in rated]
         + [readings[name][2] for name in shifted]
     )
+    laws = {name: ca.SX(start) for name, start in starts.items() if not ca.SX(start).is_constant()}
     names = (column(x.values()), column(u.values()), column(constants.values()))
     field = ca.Function("field", list(names), [rates, read_out], {"cse": True})
     refuse_unknown_operations(field)
@@ -142,12 +144,13 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
         inputs=tuple(u),
         constants=tuple(constants),
         defaults=defaults,
+        starts={name: float(start) for name, start in starts.items() if name not in laws},
         outputs=tuple(readings),
         shifted=shifted,
         rated=rated,
         field=field,
         _symbols=names,
-        _starts=tuple(starts.values()),
+        _start_laws=laws,
     )
 
 

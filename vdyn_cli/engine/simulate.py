@@ -151,8 +151,9 @@ class Simulator:
         constants = self._constants.copy()
         for name, value in {**drive.parameters, **drive.context}.items():
             constants[graph.constants.index(name)] = value
-        start = np.array([drive.start.get(name, 0.0) for name in graph.states], dtype=np.float64)
-        return _Packed(inputs, steps, start, constants, frozenset(drive.start) | self._freed)
+        starts = {**graph.starts, **drive.start}
+        start = np.array([starts.get(name, 0.0) for name in graph.states], dtype=np.float64)
+        return _Packed(inputs, steps, start, constants, frozenset(starts) | self._freed)
 
     def _start(self, packed: _Packed, x: Array, p: Array) -> tuple[Array, Array]:
         """The initial states, and their derivatives to the unknowns."""
