@@ -1,0 +1,303 @@
+"""Centre of gravity and pitch inertia from accelerate-and-brake runs: height, distance to the axles.
+
+Moments of the whole car about the rear contact, nose-up positive::
+
+    L Ff - lr (Ff + Fr) + (M h + J) a + Fd hd = I th'',      a = a_antenna + (H - h) th''
+
+with axle loads Ff, Fr; antenna at height H; drag Fd at height hd; J = sum of wheel inertia over radius (wheels that
+spin up unload the front axle too; left out, it reads as 1 to 2 % of height). Without rear loads, Fr = M g - Ff, which
+is the paper's equation (5): the body is then taken not to heave.
+
+The loads at rest give lr; the load moved per acceleration gives M h; the load moved per pitch acceleration gives
+I - (M h + J) (H - h). The last two oppose: a pitch rate of the wrong sign silently turns I into I - 2 M h (H - h), so
+the sign is checked against physics (a car squats, nose up, when it is driven).
+
+The balance is integrated over 20 ms, so the pitch rate is never differentiated; noise in loads, acceleration and pitch
+rate is treated alike (total least squares). Each run has its own zero of the load cells, within ``load_zero``.
+
+Assumes a flat road, no lift, rigid body; a road grade reads as an accelerometer offset. Source: SAE 2017-01-1574,
+equations (5) to (7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.errors import Finding, InputError, raise_all
+from vdyn_cli.fit import Solution
+from vdyn_cli.log import Log
+from vdyn_cli.models.load_regression import LoadFit, Windows, cut_windows
+from vdyn_cli.parameters import Estimate, Parameters
+from vdyn_cli.quantity import Given
+from vdyn_cli.result import Comparison, Figure, FitSummary, Result, Series, Table
+from vdyn_cli.spec import Si, Strict, TestSpec
+from vdyn_cli.steps import Step
+from vdyn_cli.vocabulary import PARAMETERS
+
+Array = NDArray[np.float64]
+
+SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
+SHORTEST = 2.0  # s
+LEAST_PULL = 0.5  # m/s^2, standard deviation of the acceleration below which no height can be had
+LEAST_ALIKE = 0.3  # correlation that makes a sign certain
+
+
+class CgSettings(Strict):
+    """``accelerometer``: gps (rate of the antenna's speed) or body (fixed to it, feels gravity when it pitches)."""
+
+    accelerometer: Literal["gps", "body"] = "gps"
+    load_zero: Annotated[Given, Si("N", 0, 5_000)] = Given(15.0)
+
+
+class CgSpec(TestSpec):
+    """A load-transfer test's description."""
+
+    settings: CgSettings = CgSettings()
+
+
+def prepare(spec: CgSpec, logs: Sequence[Log]) -> tuple[Log, ...]:
+    """The logs with acceleration free of gravity and a pitch rate, signs checked.
+
+    Raises
+    ------
+    InputError : no runs, runs too short or too gentle, no pitch, or a sign that contradicts physics.
+    """
+    if not logs:
+        raise InputError(Finding("runs", "no run is given", remedy="list accelerate-and-brake runs under runs"))
+    findings: list[Finding] = []
+    ready = []
+    for log in logs:
+        if "pitch_rate" not in log and "pitch" not in log:
+            remedy = "map 'pitch_rate' (or 'pitch')"
+            findings.append(Finding("channels", "the body's pitch is not logged", remedy=remedy))
+            continue
+        turned = log if "pitch_rate" in log else log.with_channels(pitch_rate=np.gradient(log["pitch"], log.time))
+        if spec.settings.accelerometer == "body":
+            turned = turned.with_channels(acceleration=turned["acceleration"] - GRAVITY * _pitch(turned))
+        findings += _wrong(turned)
+        ready.append(turned)
+    raise_all(dict.fromkeys(findings))
+    return tuple(ready)
+
+
+def _pitch(log: Log) -> Array:
+    """Pitch angle from the rate, without the drift that the gyro's zero gives it."""
+    if "pitch" in log:
+        return log["pitch"]
+    rate = np.where(np.isfinite(log["pitch_rate"]), log["pitch_rate"], 0.0)
+    steps = np.diff(log.time) * (rate[1:] + rate[:-1]) / 2
+    angle = np.concatenate([[0.0], np.cumsum(steps)])
+    return np.asarray(angle - np.polyval(np.polyfit(log.time, angle, 1), log.time))
+
+
+def _alike(a: Array, b: Array) -> float:
+    good = np.isfinite(a) & np.isfinite(b)
+    if np.count_nonzero(good) < 10 or np.std(a[good]) == 0 or np.std(b[good]) == 0:
+        return 0.0
+    return float(np.corrcoef(a[good], b[good])[0, 1])
+
+
+def _wrong(log: Log) -> list[Finding]:
+    """What makes a run unusable, signs above all."""
+    line = "add 'sign: -1' to its channel"
+    if log.duration < SHORTEST:
+        return [Finding(log.name, f"is shorter than {SHORTEST:g} s", f"{log.duration:.2f} s")]
+    acceleration, load = log["acceleration"], log["front_load"]
+    if not np.isfinite(acceleration).any() or np.nanstd(acceleration) < LEAST_PULL:
+        got = f"standard deviation {np.nanstd(acceleration):.2g} m/s^2" if np.isfinite(acceleration).any() else "empty"
+        return [Finding(f"{log.name}, acceleration", "the car is hardly accelerated or braked", got,
+                        "accelerate and brake with 3 m/s^2 or more")]  # fmt: skip
+    findings = []
+    for name in ("front_load", "rear_load"):
+        if name in log and np.nanmedian(log[name]) < 0:
+            findings.append(Finding(f"{log.name}, {name}", "the axle is pulled up: loads must be positive", "", line))
+    if findings:
+        return findings
+    if _alike(acceleration, load) > LEAST_ALIKE:
+        what = "the front axle gains load when the car is driven: acceleration must be positive forward"
+        return [Finding(f"{log.name}, acceleration", what, "", line)]
+    pitch = _pitch(log) if "pitch" not in log else log["pitch"] - np.nanmean(log["pitch"])
+    if _alike(acceleration, pitch) < -LEAST_ALIKE:
+        what = "the nose dives when the car is driven: pitch must be positive nose-up (else the inertia is wrong)"
+        findings.append(Finding(f"{log.name}, pitch_rate", what, "", line))
+    return findings
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The parameters that are taken as known, and where they are uncertain."""
+
+    values: Mapping[str, float]
+    std: Mapping[str, float]
+    notes: tuple[Finding, ...]
+
+
+def setting(known: Parameters) -> Setting:
+    """What the balance needs of the vehicle, from what is known of it."""
+    known.require("mass", "wheelbase", "antenna_height", where="cg")
+    notes = []
+    values = {n: known[n].value for n in ("mass", "wheelbase", "antenna_height")}
+    values["antenna_offset"] = known.value("antenna_offset", 0.0)
+    values["air_density"] = known.value("air_density", 1.2)
+    values["drag_area"] = known.value("drag_area", 0.0)
+    values["drag_height"] = known.value("drag_height", 0.6)
+    if "drag_area" not in known:
+        remedy = "give drag_area, or pass the result of 'vdyn coastdown' with --known"
+        notes.append(Finding("cg", "the moment of the air drag is left out (some 1 % of height)", "", remedy))
+    spin_std = 0.0
+    if "wheel_inertia" in known and "wheel_radius" in known:
+        values["spin"] = 4 * known["wheel_inertia"].value / known["wheel_radius"].value
+        spin_std = 4 * known["wheel_inertia"].std / known["wheel_radius"].value
+    else:
+        values["spin"] = 0.0
+        remedy = "give wheel_inertia and wheel_radius, or pass the result of 'vdyn inertia' with --known"
+        notes.append(Finding("cg", "the spin of the wheels is left out: cg_height reads 1 to 2 % high", "", remedy))
+    std = {n: known[n].std for n in values if n in known and known[n].std > 0}
+    if spin_std > 0:
+        std["spin"] = spin_std
+    return Setting(values, std, tuple(notes))
+
+
+def regression_of(windows: Sequence[Windows], values: Mapping[str, float], zero_std: float) -> LoadFit:
+    """The fit of all runs, from a starting guess of an ordinary car."""
+    both = "rear_load" in windows[0].channels
+    # Four wheel zeros make two axle zeros; without the rear axle the balance has no other use for them.
+    zeros = {f"{n}_zero": zero_std * 2**0.5 for n in (("front_load", "rear_load") if both else ("front_load",))}
+    start = {"cg_height": 0.55, "cg_to_rear": values["wheelbase"] / 2, "pitch_inertia": 1.3 * values["mass"]}
+    ranges = {n: (PARAMETERS[n].lower, PARAMETERS[n].upper) for n in SOUGHT}
+    return LoadFit(windows, values, start, zeros, ranges)
+
+
+def estimate(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> Result:
+    """Fit height, position and pitch inertia to all runs at once."""
+    given = setting(known)
+    windows = [cut_windows(log) for log in prepare(spec, logs)]
+
+    def fitted(values: Mapping[str, float]) -> tuple[LoadFit, Solution]:
+        fit = regression_of(windows, values, spec.settings.load_zero.value)
+        return fit, fit.solve()
+
+    fit, solution = fitted(given.values)
+    moved = _moved(lambda values: fitted(values)[1], given, solution)
+    estimates = _estimates(solution, moved, given)
+    findings = (*given.notes, *(f for log in logs for f in log.findings))
+    h, lr, inertia = (estimates[n] for n in SOUGHT)
+    sentence = (
+        f"The centre of gravity is {h.value:.3f} m high (95 %: {h.interval95[0]:.3f} to {h.interval95[1]:.3f}) and "
+        f"{lr.value:.3f} m ahead of the rear axle ({lr.interval95[0]:.3f} to {lr.interval95[1]:.3f}); the pitch "
+        f"inertia is {inertia.value:.0f} kg m^2 ({inertia.interval95[0]:.0f} to {inertia.interval95[1]:.0f})."
+    )
+    correlation = {a: {b: solution.correlation[a][b] for b in SOUGHT} for a in SOUGHT}
+    comparisons, figures, rms, floor = _pictures(fit, solution)
+    summary = FitSummary(
+        tuple(w.run for w in windows), rms, floor, "N", solution.names, solution.unit, solution.n_units,
+        warnings=solution.warnings,
+    )  # fmt: skip
+    table = _budget(solution, moved)
+    parameters = Parameters(estimates, correlation)
+    return Result("cg", sentence, parameters, summary, METHODS, comparisons, figures, (table,), findings)
+
+
+def _moved(
+    refit: Callable[[Mapping[str, float]], Solution], given: Setting, base: Solution
+) -> dict[str, dict[str, float]]:
+    """How far each result moves when a given number is one standard deviation larger."""
+    moved = {}
+    for name, std in given.std.items():
+        other = refit({**given.values, name: given.values[name] + std})
+        moved[name] = {n: other.values[n] - base.values[n] for n in SOUGHT}
+    return moved
+
+
+def _estimates(solution: Solution, moved: Mapping[str, Mapping[str, float]], given: Setting) -> dict[str, Estimate]:
+    """Values with intervals that hold both the runs' scatter and the given numbers' uncertainty."""
+    estimates = {}
+    for name in SOUGHT:
+        value, std = solution.values[name], solution.std[name]
+        low, high = solution.interval95[name]
+        inherited = float(np.sqrt(sum(row[name] ** 2 for row in moved.values())))
+        half = float(np.hypot((high - low) / 2, 1.96 * inherited))
+        estimates[name] = Estimate.of(name, value, float(np.hypot(std, inherited)), (value - half, value + half), "cg")
+    rear, wheelbase = estimates["cg_to_rear"], given.values["wheelbase"]
+    low, high = rear.interval95
+    estimates["cg_to_front"] = Estimate.of(
+        "cg_to_front", wheelbase - rear.value, rear.std, (wheelbase - high, wheelbase - low), "cg"
+    )
+    return estimates
+
+
+def _pictures(
+    fit: LoadFit, solution: Solution
+) -> tuple[tuple[Comparison, ...], tuple[Figure, ...], float, float]:
+    comparisons, off, expected, loads, pulls = [], [], [], [], []
+    for run, windows in enumerate(fit.runs):
+        own = np.array([solution.per_run[u.name][run] for u in fit.unknowns if u.per_run])
+        shared = np.array([solution.values[n] for n in solution.names])
+        imbalance, deviation = fit.balance(run, np.concatenate([shared, own]))
+        measured = windows.integral(windows.channels["front_load"]) / windows.width
+        comparisons.append(
+            Comparison(windows.run, "front_load", "N", windows.middle, "time in s", measured, measured - imbalance)
+        )
+        off.append(imbalance)
+        expected.append(deviation)
+        loads.append(measured)
+        pulls.append(windows.integral(windows.channels["acceleration"]) / windows.width)
+    pull, residual = np.concatenate(pulls), np.concatenate(off)
+    caption = (
+        "Front axle load over acceleration. Good: a narrow band with one slope; its width is the pitching of the body. "
+        "Bad: two parallel bands (a load cell's zero, or a road grade that changes sign with the direction), or a bend."
+    )
+    figure = Figure(
+        "transfer", "Load transfer", caption, "acceleration in m/s²", "front axle load in N",
+        tuple(Series(c.run, p, m, "points") for c, p, m in zip(comparisons, pulls, loads, strict=True)),
+    )  # fmt: skip
+    caption = (
+        "What the balance leaves, as front axle load. Good: no slope and no shape. Bad: a slope (force gain, height), "
+        "a fan at both ends (clock offset between loads and acceleration)."
+    )
+    rest = Figure(
+        "imbalance", "Imbalance over acceleration", caption, "acceleration in m/s²", "N",
+        (Series("imbalance", pull, residual, "points", role="residual"),),
+    )  # fmt: skip
+    rms = float(np.sqrt(np.mean(residual**2)))
+    floor = float(np.sqrt(np.mean(np.concatenate(expected) ** 2)))
+    return tuple(comparisons), (figure, rest), rms, floor
+
+
+def _budget(solution: Solution, moved: Mapping[str, Mapping[str, float]]) -> Table:
+    """Where each result's standard deviation comes from."""
+    units = {"cg_height": ("mm", 1e3), "cg_to_rear": ("mm", 1e3), "pitch_inertia": ("kg m²", 1.0)}
+    rows = [("the runs' scatter", *(f"{solution.std[n] * units[n][1]:.2g} {units[n][0]}" for n in SOUGHT))]
+    rows += [
+        (name, *(f"{abs(row[n]) * units[n][1]:.2g} {units[n][0]}" for n in SOUGHT)) for name, row in moved.items()
+    ]
+    caption = "Standard deviations, by what they come from; given numbers are moved by one standard deviation each."
+    return Table("budget", "Where the uncertainty comes from", ("from", *SOUGHT), tuple(rows), caption)
+
+
+METHODS = (
+    "Moment balance about the rear contact, integrated over windows of some 20 ms by Simpson's rule, the pitch "
+    "acceleration entering as the change of the pitch rate. Loads, acceleration and pitch rate are all taken as noisy, "
+    "each with the white level of its third differences, and their true values eliminated (total least squares). Every "
+    "run has its own zero of the load cells within its standard deviation. Intervals by jackknife over blocks of equal "
+    "information; the uncertainty of given numbers is added."
+)
+
+STEP = Step(
+    name="cg",
+    spec=CgSpec,
+    required=("time", "front_load|front_left_load+front_right_load", "acceleration"),
+    optional=("pitch_rate", "pitch", "rear_load|rear_left_load+rear_right_load", "speed"),
+    needs=(
+        *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density"),
+        *("wheel_inertia", "wheel_radius"),
+    ),
+    gives=("cg_height", "cg_to_rear", "cg_to_front", "pitch_inertia"),
+    estimate=estimate,
+)
