@@ -318,7 +318,8 @@ def _judge(solved: _Solved, wanted: Literal["auto", "run", "block"]) -> Solution
     found = intervals.spread([_evidence(solved, u, by_run) for u in units], solved.information)
     asked = [not u.nuisance for u in regression.shared]
     effective = float(np.min(found.effective, where=asked or [True] * s, initial=len(units)))
-    enough = len(units) >= 2 and (wanted != "auto" or by_run or (len(units) >= FEWEST_BLOCKS and effective >= FEWEST_EFFECTIVE))
+    many = len(units) >= FEWEST_BLOCKS and effective >= FEWEST_EFFECTIVE
+    enough = len(units) >= 2 and (wanted != "auto" or by_run or many)
     classical = solved.variance * solved.information
     if enough:
         covariance, degrees = found.covariance, found.degrees
