@@ -200,7 +200,7 @@ def _strongest(t: Array, values: Array) -> float:
     grid = np.linspace(t[0], t[-1], count)
     trace = np.interp(grid, t, values)
     spectrum = np.abs(np.fft.rfft((trace - trace.mean()) * np.hanning(count), 4 * count))
-    width = (count - 1) / (4 * count * t[-1])
+    width = (count - 1) / (4 * count * float(t[-1]))
     peak = (1 + int(np.argmax(spectrum[1:]))) * width
     for _ in range(3):
         comb = peak + width * np.linspace(-2, 2, 17)

@@ -1,0 +1,39 @@
+"""One wheel between its force sensor and the road: the measured torque and forces turn it."""
+
+from __future__ import annotations
+
+from vdyn_cli.elements.brake import brake
+from vdyn_cli.elements.wheel import bearing, wheel_spin
+from vdyn_cli.engine.bench import Bench, Signals
+from vdyn_cli.engine.model import Model
+
+INPUTS = ("hub_torque", "hub_force_x", "hub_force_z", "acceleration", "wheel_speed")
+
+
+def _assemble(e: Bench, u: Signals) -> None:
+    """The wheel's speed from the readings at its hub; ``u.wheel_speed`` only says how fast it starts."""
+    p = e.p
+    speed = e.state("wheel_speed", u.wheel_speed)
+    rubbing = e(brake, brake_force=0.0, speed=speed * p.wheel_radius) * p.wheel_radius
+    turning = e(
+        wheel_spin,
+        hub_torque=e("hub_torque", value=u.hub_torque) - p.hub_torque_zero,
+        hub_force_x=e("hub_force_x", value=u.hub_force_x),
+        hub_force_z=e("hub_force_z", value=u.hub_force_z),
+        acceleration=e("acceleration", value=u.acceleration),
+        bearing_torque=e(bearing, bearing_torque=0.0, wheel_speed=speed) + rubbing,
+        wheel_mass=p.wheel_mass,
+        wheel_radius=p.wheel_radius,
+        rolling_resistance=p.rolling_resistance,
+        wheel_inertia=p.wheel_inertia,
+    )
+    e.integrate(wheel_speed=turning)
+    e.sensor("wheel_speed", speed, turning)
+
+
+WHEEL_SPIN = Model(
+    "wheel spin",
+    _assemble,
+    ("wheel_inertia", "wheel_mass", "wheel_radius", "rolling_resistance", "hub_torque_zero"),
+    INPUTS,
+)

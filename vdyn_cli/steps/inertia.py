@@ -1,0 +1,226 @@
+"""Wheel inertia from drives with a wheel force sensor, from a pendulum, or from both.
+
+On the road the wheel's moment balance is integrated over short windows::
+
+    Jw (om(t2) - om(t1)) = integral of T - (Fx + mw a) r - frr (Fz + mw g) r
+
+with hub torque T, hub forces Fx and Fz, specific force a, and mass mw and radius r of what turns outside the sensor.
+The wheel's speed is never differentiated: a differentiated or smoothed speed biases Jw by a seventh to a third. Each
+run has a zero of the torque of its own, within the sensors' data sheets.
+
+Two traps. Since a is nearly r om', only Jw + mw r^2 is observable: 2 kg of error in mw is 0.19 kg m^2. And Jw is the
+small difference of two large torques: 1 mm of r, or 0.5 % between the gains of torque and force, moves it by a sixth
+or more. Stated standard deviations of mw, r and frr ("20.0 +- 0.1 kg") are carried into the interval.
+
+Hung up, the wheel tells its inertia by the period T of small swings::
+
+    compound    J = m g d T^2 / (4 pi^2) - m d^2       a pivot at distance d from the axis
+    bifilar     J = m g (s/2)^2 T^2 / (4 pi^2 l)       two cords of length l, s apart
+    torsional   J = kt T^2 / (4 pi^2)                  a rod, its stiffness given or found with a bar
+
+T is given, timed, or fitted to a recording of angle or rate; wide swings are corrected (T = T0 (1 + phi^2/16 + ...)),
+and a knock during the recording is noticed. Uncertainty is propagated from everything measured.
+
+With both, agreement is judged in standard deviations. Where they agree the published value is their mean weighted by
+inverse variance; where they do not, it is the pendulum's, since nothing but lengths, mass and time enters it. The
+pendulum weighs the wheel alone; a sensor's rotating part and brake disc that turn on the road belong to the road's.
+
+Sources: SAE 2017-01-1574, equations (19) to (22); JCGM 100:2008 for the propagation of uncertainty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.csv_reader import Column, ReadOptions, read_csv
+from vdyn_cli.errors import Finding, InputError, ResultError
+from vdyn_cli.log import Log
+from vdyn_cli.models import pendulum_views, wheel_views
+from vdyn_cli.models.pendulum_rig import Rig
+from vdyn_cli.models.wheel_inertia import UNIT, Pendulum, advice, apart, cure, pendulum_inertia, published, value
+from vdyn_cli.models.wheel_road import KNOWN, Road, road_inertia
+from vdyn_cli.parameters import Estimate, Parameters
+from vdyn_cli.quantity import Given
+from vdyn_cli.result import FitSummary, Result, Table
+from vdyn_cli.spec import Si, Strict, TestSpec
+from vdyn_cli.steps import Step
+from vdyn_cli.vocabulary import CHANNELS
+
+Array = NDArray[np.float64]
+ANY_TYRE = Given(0.010, 0.003)  # rolling resistance of car tyres
+
+
+class InertiaSettings(Strict):
+    """``window``: s of integration. ``torque_zero``, ``force_zero``: standard deviations of the sensors' zeros (0.1 %
+    of full scale). ``gain_std``: that of the torque's gain against the force's, 0.001 for 0.1 %."""
+
+    window: Annotated[Given, Si("s", 0.02, 5)] = Given(0.25)
+    torque_zero: Annotated[Given, Si("N m", 1e-3, 500)] = Given(4.0)
+    force_zero: Annotated[Given, Si("N", 1e-3, 5_000)] = Given(24.0)
+    gain_std: Annotated[Given, Si("", 0, 0.1)] = Given(0.0)
+
+
+class InertiaSpec(TestSpec):
+    """A wheel-inertia test's description: runs on the road, a pendulum, or both."""
+
+    settings: InertiaSettings = InertiaSettings()
+    pendulum: Rig | None = None
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The runs on the road, and the pendulum's recording if there is one."""
+
+    runs: tuple[Log, ...]
+    recording: Log | None = None
+
+
+def load(spec: InertiaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[Measured, tuple[Path, ...]]:
+    """Read the pendulum's recording beside the runs."""
+    rig = spec.pendulum
+    if rig is None or rig.log is None:
+        return Measured(logs), ()
+    columns: dict[str, Column] = {
+        name: Column(c.column, c.unit, CHANNELS[name].unit, c.sign, where=f"pendulum.channels.{name}")
+        for name, c in rig.channels.items()
+    }
+    path = folder / rig.log
+    recording = read_csv(path, columns, ReadOptions(**rig.reading.model_dump()))
+    return Measured(logs, replace(recording, name=rig.log)), (path,)
+
+
+def _road(spec: InertiaSpec, logs: Sequence[Log], known: Parameters) -> Road:
+    """Rolling resistance, hardly told from the torque's zero, may be missing: then any car tyre's is assumed."""
+    known.require("wheel_mass", "wheel_radius", where="inertia")
+    given = {name: Given(known[name].value, known[name].std) for name in KNOWN if name in known}
+    given.setdefault("rolling_resistance", ANY_TYRE)
+    settings = spec.settings
+    zero = float(np.hypot(settings.torque_zero.value, given["wheel_radius"].value * settings.force_zero.value))
+    return road_inertia(logs, given, settings.window.value, zero, settings.gain_std.value)
+
+
+def estimate(spec: InertiaSpec, data: Measured, known: Parameters) -> Result:
+    """The wheel's inertia from whatever was measured."""
+    if not data.runs and spec.pendulum is None:
+        raise InputError(Finding("runs", "neither a drive nor a pendulum is given", "", "add 'runs' or 'pendulum'"))
+    pendulum = None if spec.pendulum is None else pendulum_inertia(spec.pendulum, data.recording)
+    road: Road | None = None
+    failed: tuple[Finding, ...] = ()
+    if data.runs:
+        try:
+            road = _road(spec, data.runs, known)
+        except ResultError as error:
+            if pendulum is None:
+                raise
+            failed = error.findings
+    answer, how = published(road, pendulum)
+    low, high = answer.interval95
+    if low <= 0:
+        got = f"{answer.value:.3g} {UNIT}, 95 %: {low:.3g} to {high:.3g}"
+        what = "is not determined: its interval holds zero"
+        raise ResultError(Finding("wheel_inertia", what, got, advice(answer)))
+    estimates = {"wheel_inertia": Estimate.of("wheel_inertia", answer.value, answer.std, (low, high), "inertia")}
+    logs = (*data.runs, *(f for f in (data.recording,) if f is not None))
+    swings = [pendulum.swings] if pendulum and pendulum.swings else []
+    findings = [f for log in data.runs for f in log.findings]
+    if road and "rolling_resistance" not in known:
+        what = f"not known: {ANY_TYRE.value} +- {ANY_TYRE.std} is assumed, as of any car tyre"
+        findings.append(Finding("rolling_resistance", what, "", "pass the coast-down's result with --known"))
+    findings += [*failed, *(road.findings if road else ()), *(pendulum.findings if pendulum else ())]
+    return Result(
+        "inertia",
+        f"One wheel's moment of inertia is {value(answer)} {UNIT}. {how}",
+        Parameters(estimates),
+        _summary(road, pendulum, tuple(log.name for log in logs)),
+        METHODS,
+        (*(wheel_views.comparisons(road) if road else ()), *(pendulum_views.comparison(s) for s in swings)),
+        (*(wheel_views.figures(road) if road else ()), *(pendulum_views.figure(s) for s in swings)),
+        _tables(road, pendulum),
+        tuple(dict.fromkeys(findings)),
+        _extra(road, pendulum),
+    )
+
+
+def _summary(road: Road | None, pendulum: Pendulum | None, runs: tuple[str, ...]) -> FitSummary:
+    """The road's fit where there is one, else the recording's, else what a stated period allows."""
+    solutions = [road.solution] if road else []
+    swings = pendulum.swings if pendulum else None
+    solutions += [swings.solution] if swings else []
+    warnings = tuple(w for s in solutions for w in s.warnings)
+    unknowns = tuple(dict.fromkeys(n for s in solutions for n in (*s.names, *s.per_run)))
+    if road is not None:
+        off = np.concatenate([measured - simulated for measured, simulated in road.torque])
+        floor = np.concatenate([r.torque_noise * r.spread / r.duration for r in road.runs])
+        numbers, unit = (_rms(off), _rms(floor)), "N m"
+    elif swings is not None:
+        off = swings.recording.values - swings.simulated
+        numbers, unit = (_rms(off), swings.noise), pendulum_views.UNITS[swings.recording.channel]
+    else:
+        return FitSummary(("pendulum",), 0.0, 0.0, "s", ())
+    first = solutions[0]
+    return FitSummary(runs, *numbers, unit, unknowns, first.unit, first.n_units, warnings=warnings)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _tables(road: Road | None, pendulum: Pendulum | None) -> tuple[Table, ...]:
+    tables = [*(wheel_views.tables(road) if road else ())]
+    if pendulum is not None:
+        tables.append(pendulum_views.table(pendulum.budget))
+    if road is not None and pendulum is not None:
+        gap = road.budget.value - pendulum.budget.value
+        rows = [
+            ("road", f"{road.budget.value:.4f}", f"{road.budget.std:.2g}"),
+            ("pendulum", f"{pendulum.budget.value:.4f}", f"{pendulum.budget.std:.2g}"),
+            ("road less pendulum", f"{gap:+.4f}", f"{np.hypot(road.budget.std, pendulum.budget.std):.2g}"),
+            ("in standard deviations", f"{apart(road, pendulum):+.1f}", ""),
+        ]
+        columns = ("from", f"inertia [{UNIT}]", "standard deviation")
+        tables.insert(0, Table("two_ways", "Road against pendulum", columns, tuple(rows), cure(road, pendulum)))
+    return tuple(tables)
+
+
+def _extra(road: Road | None, pendulum: Pendulum | None) -> dict[str, Any]:
+    """Both answers in numbers, for scripts."""
+    extra: dict[str, Any] = {}
+    for name, answer in (("road", road), ("pendulum", pendulum)):
+        if isinstance(answer, (Road, Pendulum)):
+            budget = answer.budget
+            low, high = budget.interval95
+            parts = {c.name: {"slope": c.slope, "std": c.std} for c in budget.contributions}
+            extra[name] = {"wheel_inertia": budget.value, "std": budget.std, "interval95": [low, high], "inputs": parts}
+    if pendulum is not None:
+        extra["pendulum"]["period"] = pendulum.period.value.value
+    if road is not None and pendulum is not None:
+        extra["road_less_pendulum_in_std"] = apart(road, pendulum)
+    return extra
+
+
+METHODS = (
+    "Road: the wheel's moment balance integrated over windows of a quarter of a second (setting window), so that the "
+    "wheel's speed is never differentiated; least squares on the impulses, whitened by the noise of torque, forces and "
+    "speed, neighbours sharing one reading of the speed; each run's torque zero a nuisance unknown within the sensors' "
+    "data sheets; the scatter of the data from a jackknife over blocks of equal information; standard deviations of "
+    "wheel mass, radius, rolling resistance and gain propagated. Pendulum: the swing's equation of motion with its "
+    "sine, viscous and rate-dependent friction and the sensor's zero fitted to the recording; a knock splits it; period "
+    "and rig propagated to first order."
+)
+
+STEP = Step(
+    name="inertia",
+    spec=InertiaSpec,
+    required=("time", "hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleration"),
+    optional=("vehicle_speed",),
+    needs=("wheel_mass", "wheel_radius", "rolling_resistance"),
+    gives=("wheel_inertia",),
+    estimate=estimate,
+    load=load,
+)
