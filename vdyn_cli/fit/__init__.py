@@ -322,7 +322,10 @@ def _judge(solved: _Solved, wanted: Literal["auto", "run", "block"]) -> Solution
     enough = len(units) >= 2 and (wanted != "auto" or by_run or many)
     classical = solved.variance * solved.information
     if enough:
-        covariance, degrees = found.covariance, found.degrees
+        stated = _from_priors(solved, by_run)
+        covariance = found.covariance + stated
+        # Satterthwaite: what the units scatter has few degrees of freedom, what the priors state has none to lose.
+        degrees = found.degrees * (np.diag(covariance) / np.diag(found.covariance)) ** 2
     else:
         covariance, degrees = classical, np.full(s, float(max(solved.point.n_rows - len(solved.point.x), 1)))
         warnings.append(
@@ -353,6 +356,20 @@ def _judge(solved: _Solved, wanted: Literal["auto", "run", "block"]) -> Solution
         warnings=tuple(warnings),
         iterations=solved.minimum.iterations,
     )
+
+
+def _from_priors(solved: _Solved, by_run: bool) -> Array:
+    """What the priors' own uncertainty adds to the covariance of the shared unknowns.
+
+    The scatter of blocks cannot show it: a prior says the same to every block. Where the run is the unit, the runs'
+    own priors are within it already.
+    """
+    rows = [np.eye(solved.s)[i] / u.prior[1] for i, u in enumerate(solved.regression.shared) if u.prior]
+    if not by_run:
+        own = [(i, u.prior[1]) for i, u in enumerate(solved.regression.own) if u.prior]
+        rows += [follow[i] / std for follow in solved.follow for i, std in own]
+    moved = np.array(rows).reshape(-1, solved.s) @ solved.information
+    return np.asarray(moved.T @ moved)
 
 
 def _evidence(solved: _Solved, unit: Unit, by_run: bool) -> Evidence:
