@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
-from tests.plant import bump, cg, coast, shaft, tire, wheel
+from tests.plant import bump, cg, coast, pendulum, shaft, tire, wheel
 from tests.plant.coast_information import information as coast_information
 from tests.plant.sensors import Record
-from tests.plant.vehicle import random_vehicle
+from tests.plant.vehicle import GRAVITY, random_vehicle
 from tests.plant.write_csv import csv_bytes
 
 
@@ -138,8 +139,38 @@ def _inertia(seed: int, folder: Path) -> Made:
         "acceleration": ("Accel [m/s^2]", "m/s^2"),
         "vehicle_speed": ("Speed [km/h]", "km/h"),
     }
-    path = _write(folder, "inertia", wheel.known(vehicle), channels, wheel.campaign(vehicle, seed))
+    settings = {"torque_zero": wheel.WHEEL_TORQUE.zero, "force_zero": wheel.WHEEL_FORCE.zero}
+    records = wheel.campaign(vehicle, seed)
+    path = _write(folder, "inertia", wheel.known(vehicle), channels, records, settings=settings)
     return Made(path, wheel.truth(vehicle), wheel.information(vehicle, seed).bound())
+
+
+# How well a tester weighs and measures the pendulum, standard deviations in SI.
+RULER = {"mass": 0.01, "pivot_distance": 1e-4, "separation": 2e-4, "length": 1e-3, "torsional_stiffness": 0.05}
+UNITS = dict.fromkeys(RULER, "m") | {"mass": "kg", "torsional_stiffness": "N m/rad"}
+
+
+def _pendulum(seed: int, folder: Path, kind: str) -> Made:
+    """A recording; the tester's scales and ruler err within what he states, and the bound reckons with that too."""
+    vehicle = random_vehicle(seed)
+    rng = np.random.default_rng([seed, 0xAB])
+    hung = pendulum.known(vehicle, kind)
+    sd = {name: RULER[name] for name in hung}
+    (log,) = pendulum.campaign(vehicle, seed, kind=kind)
+    (folder / "pendulum.csv").write_bytes(csv_bytes(log))
+    stated = {name: f"{rng.normal(value, sd[name])!r} +- {sd[name]!r} {UNITS[name]}" for name, value in hung.items()}
+    channels = {"time": ("Time [s]", "s"), "angular_rate": ("Angular Rate [rad/s]", "rad/s")}
+    rig = {
+        "kind": kind,
+        **stated,
+        "gravity": f"{GRAVITY} m/s^2",
+        "log": "pendulum.csv",
+        "channels": {name: {"column": column, "unit": unit} for name, (column, unit) in channels.items()},
+    }
+    path = _write(folder, "inertia", {}, {}, [], pendulum=rig)
+    swing = pendulum.information(vehicle, seed, kind).bound()["wheel_inertia"]
+    bound = np.hypot(swing, pendulum.by_ruler(vehicle, kind, sd))
+    return Made(path, pendulum.truth(vehicle), {"wheel_inertia": float(bound)})
 
 
 def _tire(seed: int, folder: Path, peak: bool) -> Made:
@@ -187,6 +218,14 @@ CASES: dict[str, Case] = {
     "cg": Case("cg", "Four accelerate-and-brake runs.", _cg),
     "bump": Case("bump", "Four crossings of a haversine bump, wheels lifting off.", _bump),
     "inertia": Case("inertia", "Three drives with throttle and brake steps.", _inertia),
+    **{
+        f"pendulum_{kind}": Case(
+            "inertia",
+            f"Gyro recording of the wheel as a {kind} pendulum, weighed and measured with errors as stated.",
+            lambda seed, folder, kind=kind: _pendulum(seed, folder, kind),  # type: ignore[misc]
+        )
+        for kind in ("compound", "bifilar", "torsional")
+    },
     "tire": Case("tire", "Five slip sweeps, beyond the peak.", lambda seed, folder: _tire(seed, folder, True)),
     "tire_short": Case("tire", "Five sweeps below half the peak.", lambda seed, folder: _tire(seed, folder, False)),
     "shaft": Case("shaft", "One tip-in of the left half-shaft.", _shaft),

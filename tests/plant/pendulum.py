@@ -64,8 +64,8 @@ def known(vehicle: Vehicle, kind: str = "compound") -> dict[str, float]:
     hung = rig(vehicle, kind)
     return {
         "compound": {"mass": hung.mass, "pivot_distance": hung.distance},
-        "bifilar": {"mass": hung.mass, "half_spacing": hung.distance, "cord_length": hung.cord},
-        "torsional": {"stiffness": hung.stiffness},
+        "bifilar": {"mass": hung.mass, "separation": 2 * hung.distance, "length": hung.cord},
+        "torsional": {"torsional_stiffness": hung.stiffness},
     }[kind]
 
 
@@ -134,6 +134,24 @@ def information(vehicle: Vehicle, seed: int, kind: str = "compound", duration: f
     sd = np.full(swung.times.size, np.hypot(GYRO.noise, GYRO.step / 12**0.5))
     names = ("wheel_inertia", "friction", "angle", "rate", "zero")
     return total([from_means(names, mean, at, np.full(5, 1e-5), sd), prior({"zero": GYRO.zero})])
+
+
+def by_ruler(vehicle: Vehicle, kind: str, sd: Mapping[str, float]) -> float:
+    """Standard deviation of an inertia found from an exact period and a rig measured with these errors.
+
+    Each error's part is how far the inertia must move to keep the period when the true rig is off by it.
+    """
+    hung, inertia = rig(vehicle, kind), vehicle.wheel_inertia
+    own = {"mass": "mass", "pivot_distance": "distance", "separation": "distance", "length": "cord",
+           "torsional_stiffness": "stiffness"}  # fmt: skip
+    wanted = period(hung, inertia, 1e-3)
+    per_inertia = (period(hung, 1.001 * inertia, 1e-3) - period(hung, 0.999 * inertia, 1e-3)) / (0.002 * inertia)
+    variance = 0.0
+    for name, error in sd.items():
+        off = error / 2 if name == "separation" else error
+        moved = replace(hung, **{own[name]: getattr(hung, own[name]) + off})
+        variance += ((period(moved, inertia, 1e-3) - wanted) / per_inertia) ** 2
+    return float(variance**0.5)
 
 
 def samples() -> Samples:
