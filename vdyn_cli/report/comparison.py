@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-WIDTH = 1170.0
+WIDTH = 1240.0
 _LEFT, _RIGHT = 72.0, 14.0
 _STRIP = WIDTH - _LEFT - _RIGHT
 _ABOVE, _BELOW, _BETWEEN, _BOTTOM = 250.0, 140.0, 34.0, 46.0
@@ -32,15 +32,17 @@ def comparison_svg(channel: Channel, name: str = "comparison") -> str:
     """Draw one channel's runs side by side, the residuals below on the same strip."""
     traces = chosen(channel.traces)
     lanes = lay(traces, _STRIP)
-    keys = canvas.legend_rows(_legend(channel, traces), WIDTH - _LEFT - 180)
+    unit = f", {words.unit(channel.unit)}" if channel.unit else ""
+    title = words.name(channel.name) + unit
+    aside = max(_LEFT, 34 + canvas.label_room(title))
+    keys = canvas.legend_rows(_legend(channel, traces), WIDTH - aside)
     top = 52.0 + 20.0 * (len(keys) - 1)
     rests = _rests(channel, traces)
     height = top + _ABOVE + len(rests) * (_BETWEEN + _BELOW) + _BOTTOM
     with canvas.style():
         page = canvas.sheet(WIDTH, height)
-        canvas.draw_legend(page, keys, _LEFT + 150, 0)
-        unit = f", {words.unit(channel.unit)}" if channel.unit else ""
-        canvas.words_at(page, 4, 14.5, words.name(channel.name) + unit)
+        canvas.draw_legend(page, keys, aside, 0)
+        canvas.words_at(page, 4, 14.5, title)
         canvas.words_at(page, WIDTH - _RIGHT, height - 6, words.prose(channel.x_label), ha="right")
         _draw_runs(page, traces, lanes, top)
         for number, (title, reach, before) in enumerate(rests):

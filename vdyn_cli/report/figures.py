@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-WIDTH, PLOT_HEIGHT = 570.0, 270.0
+WIDTH, PLOT_HEIGHT = 600.0, 270.0
 _LEFT, _RIGHT, _BOTTOM = 68.0, 16.0, 48.0
 _DOTS = 3000  # of one cloud; more could not be told apart
 _IMAGE = 640  # px, the longer side of a picture
@@ -77,7 +77,7 @@ def _looks(series: Sequence[Series]) -> list[Key]:
     seen: dict[str, list[str]] = {}
     looks = []
     for one in series:
-        label = words.prose(one.label)
+        label = words.run_name(words.prose(one.label))
         known = seen.setdefault(one.role + "/band" * (one.kind == "band"), [])
         mark = label or "#"
         if mark not in known:
@@ -114,9 +114,10 @@ def _limits(figure: Figure) -> tuple[float, float, float, float] | None:
             error = np.resize(thin.finite(one.error), n) if np.size(one.error) == 1 else thin.finite(one.error)[:n]
             ys += [y[: error.size] - error, y[: error.size] + error]
         if one.kind == "bars":
-            ys.append(np.zeros(1))
             half = 0.5 * _bar_width(x)
-            xs += [x - half, x + half]
+            known = x[:n][np.isfinite(y[:n])]
+            ys.append(np.zeros(min(known.size, 1)))
+            xs += [known - half, known + half]
     flat_x, flat_y = (np.concatenate([*v, np.empty(0)]) for v in (xs, ys))
     flat_x, flat_y = flat_x[np.isfinite(flat_x)], flat_y[np.isfinite(flat_y)]
     if not flat_x.size or not flat_y.size:

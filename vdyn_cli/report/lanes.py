@@ -106,7 +106,7 @@ def trace(one: Comparison, factor: float = 1.0) -> Trace:
     used = None if one.used is None else np.asarray(one.used, dtype=bool).ravel()
     n = min(a.size for a in (*arrays, *(a for a in (baseline, used) if a is not None)))
     return Trace(
-        words.clean(one.run),
+        words.run_name(words.clean(one.run)),
         arrays[0][:n],
         arrays[1][:n] * factor,
         arrays[2][:n] * factor,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-WIDTH = 1170.0
+WIDTH = 1240.0
 _BINS = 32
 _LEFT, _GAP, _RIGHT, _TOP, _BOTTOM = 130.0, 26.0, 96.0, 30.0, 46.0
 _LEAST = 3  # samples behind a cell

@@ -154,7 +154,7 @@ def cells(table: Table) -> Cells:
     columns = tuple(words.prose(c) for c in table.columns)
     width = max([len(columns), *(len(row) for row in table.rows)], default=0)
     columns += ("",) * (width - len(columns))
-    rows = tuple(tuple(words.prose(c) for c in row) + ("",) * (width - len(row)) for row in table.rows)
+    rows = tuple(tuple(words.run_name(words.prose(c)) for c in row) + ("",) * (width - len(row)) for row in table.rows)
     numeric = tuple(_is_numeric([row[i] for row in rows]) for i in range(width))
     return Cells(words.prose(table.title), words.prose(table.caption), columns, rows, numeric)
 

@@ -27,6 +27,9 @@ _SHORT_UNITS = r"kg|N|kN|Nm|m|mm|km/h|m/s|s|ms|Hz|rad|°C|°|m²|N·m|kg·m²|kN
 _EVERYDAY = {"m/s": ("km/h", 3.6), "rad": ("°", 180 / math.pi)}
 
 
+_NOTHING = 1e-280  # below, a double has lost its digits
+
+
 @dataclass(frozen=True)
 class Reading:
     """A value with its 95 % interval, written with the digits that the interval justifies.
@@ -63,7 +66,7 @@ def significant(value: float, digits: int = 3) -> str:
     """A number of so many significant digits; powers of ten only where a plain number would be unreadable."""
     if not math.isfinite(value):
         return DASH
-    if value == 0:
+    if abs(value) < _NOTHING:
         return "0"
     magnitude = _magnitude(value, digits)
     if -4 <= magnitude < 7:
@@ -80,15 +83,16 @@ def reading(value: float, low: float = math.nan, high: float = math.nan) -> Read
     if not math.isfinite(value):
         return Reading(DASH)
     above, below = high - value, value - low
-    halves = [h for h in (above, below) if math.isfinite(h) and h > 0]
+    halves = [h for h in (above, below) if math.isfinite(h) and h > _NOTHING]
     if not halves:
         return _exact(value)
     if len(halves) == 2 and max(halves) <= 1.1 * min(halves):
         above = below = 0.5 * (above + below)
-    exponent = _exponent(max(abs(value), max(halves)))
+    largest = max(abs(value), max(halves))
+    exponent = _exponent(largest)
     scale = 10.0**-exponent
-    # A half-width far below the value's own double precision would only print noise digits.
-    decimals = 1 - _magnitude(max(min(halves), abs(value) * 1e-12) * scale, 2)
+    # Digits a billion times finer than the number itself would only print its rounding errors.
+    decimals = 1 - _magnitude(max(min(halves), largest * 1e-9) * scale, 2)
 
     def shown(x: float) -> str:
         return fixed(x * scale, decimals) if math.isfinite(x) else DASH
@@ -105,7 +109,7 @@ def _exact(value: float) -> Reading:
 
 
 def _exponent(size: float) -> int:
-    if size == 0 or 1e-4 <= size < 1e7:
+    if size < _NOTHING or 1e-4 <= size < 1e7:
         return 0
     return math.floor(math.log10(size))
 
@@ -159,6 +163,15 @@ def name(identifier: str) -> str:
     """``cg_height`` as "CG height"."""
     text = clean(identifier).replace("_", " ").strip()
     return re.sub(r"\b(cg|epa|gps|imu|wltp|rms)\b", lambda m: m[1].upper(), text)
+
+
+_LOG = re.compile(r"(?:.*[/\\])?([^/\\]+?)\.(?:csv|txt|dat|asc|mf4)(?:\.gz)?", re.IGNORECASE)
+
+
+def run_name(text: str) -> str:
+    """A run that is called by its log's path, by the file's bare name; other texts as they are."""
+    match = _LOG.fullmatch(text.strip())
+    return match[1] if match else text
 
 
 def title(identifier: str) -> str:
