@@ -22,10 +22,10 @@ _MAPS = 4  # channels that get a residual map; more would say the same again
 def render(result: Result, document: Mapping[str, Any]) -> str:
     """The page of one step, from its result and its JSON document."""
     context = _step(result, document)
-    section = markup(START) + fill("step.html", **context) + markup(END)
+    section = markup(START + fill("step.html", **context) + END)
     return fill(
         "page.html",
-        title=f"{result.step}: {words.prose(result.sentence)}",
+        title=f"{context['step']}: {words.prose(result.sentence)}",
         name=context["step"],
         nav=_nav(context),
         body=section,
@@ -35,7 +35,7 @@ def render(result: Result, document: Mapping[str, Any]) -> str:
 def render_failure(name: str, findings: Sequence[Finding]) -> str:
     """The page of a step whose answer is not good: every reason with its remedy, and no parameters."""
     shown = words.clean(name)
-    body = fill("failure.html", name=shown, findings=[views.finding(f) for f in findings])
+    body = markup(fill("failure.html", name=shown, findings=[views.finding(f) for f in findings]))
     return fill("page.html", title=f"{shown}: no result", name=shown, nav=(), body=body)
 
 

@@ -58,7 +58,7 @@ def pipeline_page(
         provenance=views.provenance(document.get("provenance")),
     )
     nav = [("parameters", "Parameter set"), *((f"step-{s['slug']}", s["name"]) for s in steps if s["section"])]
-    return fill("page.html", title=f"{words.prose(title)}: parameter set", name="pipeline", nav=nav, body=body)
+    return fill("page.html", title=f"{words.prose(title)}: parameter set", name="pipeline", nav=nav, body=markup(body))
 
 
 def _estimates(parameters: Any) -> dict[str, Estimate]:

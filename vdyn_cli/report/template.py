@@ -50,8 +50,10 @@ def grouped(text: str) -> Markup:
     return escape(sign) + parts[0] + spaced + escape(rest or "")
 
 
-def fill(template: str, **context: Any) -> Markup:
-    return markup(_environment().get_template(template).render(**context))
+def fill(template: str, **context: Any) -> str:
+    """A template with its context set in, every text escaped but what is marked as markup."""
+    page = _environment().get_template(template).render(**context)
+    return page.encode("utf-8", "replace").decode("utf-8")  # names of files may hold what no page can
 
 
 def section_of(page: str) -> str:

@@ -25,6 +25,7 @@ class ParameterRow:
     name: str
     symbol: tuple[tuple[str, str], ...]
     reading: words.Reading
+    exact: bool
     unit: str
     relative: str
     meaning: str
@@ -69,6 +70,7 @@ def _parameter_row(key: str, e: Estimate) -> ParameterRow:
         words.title(key),
         symbol(key, quantity.symbol if quantity else ""),
         reading,
+        e.interval95 == (e.value, e.value),
         words.unit(e.unit),
         words.relative(e.value, *e.interval95) if reading.plus else "",
         words.prose(e.meaning),
