@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +81,7 @@ class Parameters(Mapping[str, Estimate]):
             correlation[name] = {**correlation.get(name, {}), **row}
         return Parameters({**self.estimates, **later.estimates}, correlation)
 
-    def require(self, *names: str, where: str, givers: Mapping[str, str] | None = None) -> None:
+    def require(self, *names: str, where: str) -> None:
         """Refuse with every missing parameter at once, each with who could give it.
 
         Raises
@@ -90,35 +90,26 @@ class Parameters(Mapping[str, Estimate]):
         """
         missing = [n for n in names if n not in self.estimates]
         if missing:
-            raise MissingParameterError(*(_missing(name, where, (givers or GIVERS).get(name)) for name in missing))
+            raise MissingParameterError(*(_missing(name, where) for name in missing))
 
 
-# Which step gives a parameter that another step may need: for the remedy of "missing" errors.
-GIVERS: Mapping[str, str] = {
-    "frontal_area": "area",
-    "drag_area": "coastdown",
-    "rolling_resistance": "coastdown",
-    "cg_height": "cg",
-    "cg_to_rear": "cg",
-    "cg_to_front": "cg",
-    "pitch_inertia": "cg",
-    "wheel_inertia": "inertia",
-    "shaft_stiffness_left": "shaft",
-    "shaft_stiffness_right": "shaft",
-    "tire_vertical_stiffness": "bump",
-    "suspension_stiffness_front": "bump",
-    "suspension_stiffness_rear": "bump",
-    "suspension_damping_front": "bump",
-    "suspension_damping_rear": "bump",
-    "tire_B": "tire",
-    "tire_C": "tire",
-    "tire_D": "tire",
-    "tire_E": "tire",
+_BY_STEP = {
+    "area": "frontal_area",
+    "coastdown": "rolling_resistance drag_area drag_coefficient road_load_f0 road_load_f1 road_load_f2",
+    "cg": "cg_height cg_to_rear cg_to_front pitch_inertia",
+    "bump": "suspension_stiffness_front suspension_stiffness_rear suspension_damping_front suspension_damping_rear "
+    "tire_vertical_stiffness",
+    "inertia": "wheel_inertia",
+    "tire": "tire_B tire_C tire_D tire_E tire_longitudinal_stiffness",
+    "shaft": "shaft_stiffness_left shaft_stiffness_right shaft_damping_left shaft_damping_right",
 }
 
+# Which step gives a parameter, for the remedy where it is missing; a test holds it against the steps themselves.
+GIVERS: Mapping[str, str] = {name: step for step, names in _BY_STEP.items() for name in names.split()}
 
-def _missing(name: str, where: str, giver: str | None) -> Finding:
-    quantity = PARAMETERS[name]
+
+def _missing(name: str, where: str) -> Finding:
+    quantity, giver = PARAMETERS[name], GIVERS.get(name)
     remedy = f"add '{name}: <number> {quantity.unit}'".rstrip() + " under vehicle"
     if giver:
         remedy += f", or pass the result of 'vdyn {giver}' with --known"
@@ -181,8 +172,3 @@ def read_parameters(path: Path) -> Parameters:
     if findings:
         raise InputError(*findings)
     return Parameters(estimates, document.get("correlation") or {})
-
-
-def with_source(parameters: Parameters, source: str) -> Parameters:
-    """The same estimates under another source."""
-    return replace(parameters, estimates={n: replace(e, source=source) for n, e in parameters.items()})
