@@ -131,7 +131,9 @@ def read_numbers(
 
 
 def _count_lines(text: bytes) -> int:
-    ends = text.count(b"\n") + text.count(b"\r") - text.count(b"\r\n")
+    ends = text.count(b"\n")
+    if b"\r" in text:
+        ends += text.count(b"\r") - text.count(b"\r\n")
     return ends + (not text.endswith((b"\n", b"\r")))
 
 

@@ -14,7 +14,7 @@ from typing import BinaryIO, cast
 
 from vdyn_cli.errors import Finding, InputError
 
-BLOCK = 4 << 20  # bytes; a few blocks in memory are small beside the channels, and parsing one is not slower than all
+BLOCK = 1 << 20  # bytes; a few blocks in memory are small beside the channels, and larger ones are not faster
 _LONGEST_LINE = 64 << 20
 
 # In these every ASCII byte means itself, so numbers and delimiters can be read without decoding the file.
