@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 INK, GREY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
 BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 ORANGE, SKY, YELLOW = "#E69F00", "#56B4E9", "#F0E442"
+DARK_GREEN = "#00553e"
 GRID, HELD_OUT, CLOUD = "#e3e3e3", "#fdf3c8", "#8d8d8d"
 
 FONT = 13.0  # px; the page's figures are drawn at their natural size on a laptop
@@ -32,7 +33,8 @@ _STYLE: Any = {
     "svg.hashsalt": "vdyn",
     "svg.image_inline": True,
     "text.parse_math": False,
-    "path.simplify": False,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.2,  # px
     "path.snap": False,
     "font.size": FONT,
     "font.family": ["DejaVu Sans"],
@@ -68,6 +70,13 @@ def style() -> Any:
     import matplotlib
 
     return matplotlib.rc_context(_STYLE)
+
+
+def every_stroke() -> Any:
+    """A context in which lines keep all their points: a dot is a stroke of no length and would be simplified away."""
+    import matplotlib
+
+    return matplotlib.rc_context({"path.simplify": False})
 
 
 def sheet(width: float, height: float) -> Sheet:
@@ -188,7 +197,7 @@ def label_room(text: str, size: float = FONT) -> float:
 
 
 _TAG = re.compile(r"<[^>]+>")
-_TENTHS = re.compile(r"(\.\d)\d+")
+_TENTHS = re.compile(r"(?<=\.\d)\d+")
 _WHOLE = re.compile(r"\.0(?!\d)")
 _DOT = re.compile(r"M(-?[\d.]+ -?[\d.]+)L\1(?=[M\"])")
 _PLACES = re.compile(r' (?:d|x|y)="[^"]*"')
@@ -234,6 +243,6 @@ def _lean(tag: str, prefix: str) -> str:
 
 def _rounded(attribute: re.Match[str]) -> str:
     """Places to a tenth of a px, path commands without needless spaces, a dot as a stroke of no length."""
-    text = _WHOLE.sub("", _TENTHS.sub(r"\1", attribute[0]))
+    text = _WHOLE.sub("", _TENTHS.sub("", attribute[0]))
     text = text.replace("\n", "").replace("M ", "M").replace(" L", "L").replace("L ", "L").replace(" M", "M")
     return _DOT.sub(r"M\1h0", text)

@@ -113,6 +113,9 @@ def _draw_residuals(
         _furnish(axes, lane)
     if noise is not None:
         axes.axhspan(-_BAND * noise, _BAND * noise, color=canvas.GREEN, alpha=0.2, lw=0, zorder=1.2)
+        edges = (-_BAND * noise, _BAND * noise) if _BAND * noise > 0.1 * reach else ()
+        for edge in edges:
+            axes.axhline(edge, color=canvas.DARK_GREEN, lw=1, ls=(0, (4, 2)), zorder=2.9)
     axes.axhline(0, color=canvas.INK, lw=0.8, zorder=4)
     axes.spines["bottom"].set_visible(False)
     return axes
@@ -137,32 +140,31 @@ def _draw_run(axes: Axes, lane: Lane) -> None:
 
 def _draw_residual(axes: Axes, lane: Lane, before: bool) -> None:
     one = lane.trace
-    smooth = _smoothable(one)
-    if before and one.before is not None:
-        _rest(axes, lane, one.before, Key("", canvas.ORANGE, width=0.9), canvas.VERMILLION, smooth, 2.0)
     unused = ~one.used if one.used.any() else np.zeros(one.used.size, dtype=bool)
     if unused.any():
-        _rest(axes, lane, _where(one.residual, unused), Key("", "#d0d0d0", width=0.9), "", False, 1.9)
-    _rest(axes, lane, _where(one.residual, ~unused), Key("", canvas.SKY, width=0.9), canvas.BLUE, smooth, 3.0)
+        _samples(axes, lane, _where(one.residual, unused), "#d0d0d0", 1.9)
+    both = [(_where(one.residual, ~unused), canvas.SKY, canvas.BLUE, 2.2)]
+    if before and one.before is not None:
+        both.append((one.before, "#f3c79f", canvas.VERMILLION, 2.0))
+    for residual, pale, dark, level in both:
+        smooth = _smoothable(one)
+        _samples(axes, lane, residual, pale if smooth else dark, level)
+        if smooth:
+            _running_mean(axes, lane, residual, dark, level + 1.2)
 
 
-def _rest(axes: Axes, lane: Lane, residual: Array, key: Key, dark: str, smooth: bool, level: float) -> None:
-    """One residual: as a line where x runs on, as dots elsewhere, with its running mean on top."""
+def _samples(axes: Axes, lane: Lane, residual: Array, colour: str, level: float) -> None:
+    """A residual as a line where x runs on, as dots elsewhere."""
     if lane.trace.along:
-        _line(axes, lane, residual, key if smooth or not dark else Key("", dark, width=1.2), level)
+        _line(axes, lane, residual, Key("", colour, width=0.9), level)
     else:
-        dots(
-            axes,
-            lane.px(lane.trace.x),
-            residual,
-            key.colour if smooth else dark or key.colour,
-            Box(0, 0, lane.width, _BELOW),
-            level,
-        )
-    if smooth and dark:
-        edges = np.linspace(0, lane.width, _bins(lane) + 1) + lane.left
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        axes.plot(middle, thin.means(lane.px(lane.trace.x), residual, edges, 3), color=dark, lw=1.8, zorder=level + 0.1)
+        dots(axes, lane.px(lane.trace.x), residual, colour, Box(0, 0, lane.width, _BELOW), level)
+
+
+def _running_mean(axes: Axes, lane: Lane, residual: Array, colour: str, level: float) -> None:
+    edges = np.linspace(0, lane.width, _bins(lane) + 1) + lane.left
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    axes.plot(middle, thin.means(lane.px(lane.trace.x), residual, edges, 3), color=colour, lw=2, zorder=level)
 
 
 def _bins(lane: Lane) -> int:

@@ -199,7 +199,8 @@ def dots(axes: Axes, x: Array, y: Array, colour: str, box: Box, order: float, al
     gap = np.full(count, np.nan)
     xs = np.stack([x[chosen], x[chosen], gap], axis=1).ravel()
     ys = np.stack([y[chosen], y[chosen], gap], axis=1).ravel()
-    axes.plot(xs, ys, color=colour, lw=size, alpha=alpha, solid_capstyle="round", zorder=order)
+    with canvas.every_stroke():
+        axes.plot(xs, ys, color=colour, lw=size, alpha=alpha, solid_capstyle="round", zorder=order)
 
 
 def _error_bars(axes: Axes, x: Array, y: Array, error: Array, colour: str, order: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,15 +37,15 @@ class Trace:
     used: NDArray[np.bool_]
     held_out: bool
 
-    @property
+    @cached_property
     def residual(self) -> Array:
         return self.measured - self.simulated
 
-    @property
+    @cached_property
     def before(self) -> Array | None:
         return None if self.baseline is None else self.measured - self.baseline
 
-    @property
+    @cached_property
     def along(self) -> bool:
         """Whether x only ever rises, as time does; a slip or an angle goes to and fro."""
         x = self.x[np.isfinite(self.x)]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 WIDTH = 1240.0
 _BINS = 32
 _LEFT, _GAP, _RIGHT, _TOP, _BOTTOM = 130.0, 26.0, 96.0, 30.0, 46.0
-_LEAST = 3  # samples behind a cell
+_LEAST, _SHARE = 3, 1 / 8  # samples behind a cell, at least: so many, and so much of an equal share
 
 
 def has_map(channel: Channel) -> bool:
@@ -73,7 +73,11 @@ def _cells(traces: tuple[Trace, ...], positions: list[Array]) -> tuple[Array, Ar
     if high <= low:
         high = low + 1.0
     edges = np.linspace(low, high, _BINS + 1)
-    return edges, np.stack([thin.means(p, t.residual, edges, _LEAST) for p, t in zip(positions, traces, strict=True)])
+    return edges, np.stack([_row(p, t, edges) for p, t in zip(positions, traces, strict=True)])
+
+
+def _row(position: Array, one: Trace, edges: Array) -> Array:
+    return thin.means(position, one.residual, edges, max(_LEAST, int(_SHARE * one.x.size / _BINS)))
 
 
 def _limit(channel: Channel, *cells: Array) -> float:

@@ -115,7 +115,9 @@ def chips(fit: FitSummary, findings: int, slug: str, gained: bool = False) -> tu
         out.append(Chip("residual rms", words.significant(fit.rms, 2), shown, _noise_note(fit), _mood(fit)))
     if fit.held_out_rms is not None and math.isfinite(fit.held_out_rms) and not gained:
         out.append(Chip("held-out rms", words.significant(fit.held_out_rms, 2), shown, "on runs not seen by the fit"))
-    out.append(Chip("runs", str(len(fit.runs)), "", words.count(len(fit.unknowns), "unknown") + " estimated"))
+    if fit.runs:
+        note = words.count(len(fit.unknowns), "unknown") + " estimated" if fit.unknowns else ""
+        out.append(Chip("runs", str(len(fit.runs)), "", note))
     if fit.interval_units:
         kind = words.count(fit.interval_units, fit.interval_unit or "unit").partition(" ")[2]
         out.append(Chip("intervals from", str(fit.interval_units), kind, "independent units of evidence"))
