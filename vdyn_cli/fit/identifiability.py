@@ -3,79 +3,115 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from vdyn_cli.fit.triangles import Array
 
-NEGLIGIBLE_PART = 0.02  # of a direction's largest component: a smaller one is not worth a word
-SINGULAR = 1e-7  # of the largest singular value with columns of unit length: sensitivities are no better than that
+SINGULAR = 1e-7  # of the largest singular value, columns of unit length: sensitivities are not exact beyond that
+WIDEST = 0.5  # of the physical range: an interval at a larger standard deviation tells less than the range
+NEGLIGIBLE_PART = 0.02  # of a direction's largest component: not worth a word
+TIED = 0.7  # correlation from which an unknown is said to go with another
 
 
-def undetermined(triangle: Array, scale: Array) -> Array:
-    """Directions along which the data do not hold the unknowns.
+@dataclass(frozen=True)
+class Open:
+    """What the data leave open.
+
+    Parameters
+    ----------
+    directions : (s, d), moves of the unknowns that the data do not resist.
+    members : which unknowns such a move changes.
+    free : d of the members; the data do determine the others plus a multiple of these.
+    """
+
+    directions: Array
+    members: tuple[int, ...]
+    free: tuple[int, ...]
+
+    def combinations(self) -> list[Array]:
+        """Coefficients, (s,) each, of the combinations that are determined: p_i - N_i N_F^-1 p_F."""
+        free = list(self.free)
+        rows = []
+        for i in (i for i in self.members if i not in free):
+            row = np.zeros(len(self.directions))
+            row[i] = 1.0
+            row[free] = -np.linalg.solve(self.directions[free].T, self.directions[i])
+            rows.append(row)
+        return rows
+
+
+def find_open(triangle: Array, ranges: Array) -> Open | None:
+    """What the data do not determine, or None where they determine everything.
 
     Parameters
     ----------
     triangle : (s, s), triangle of the whitened Jacobian, per-run unknowns eliminated.
-    scale : (s,), the physical range of each unknown; infinite where there is none.
+    ranges : (s,), width of each unknown's physical range; infinite where it has none.
 
-    Returns
-    -------
-    (s, d), columns span the directions, in units of the unknowns. A direction is not determined where the
-    sensitivities are parallel to 1e-7, or where one standard deviation exceeds the whole physical range.
+    An unknown is open where sensitivities are parallel to 1e-7, or where its standard deviation exceeds half its
+    physical range.
     """
     norms = np.linalg.norm(triangle, axis=0)
-    blind = norms == 0
-    unit = np.where(blind, 1.0, norms)
+    unit = np.where(norms > 0, norms, 1.0)
     _, values, axes = np.linalg.svd(triangle / unit)
-    parallel: Array = axes[values <= SINGULAR * max(values.max(initial=0.0), 1e-300)].T / unit[:, None]
-    finite = np.where(np.isfinite(scale), scale, np.inf)
-    bounded = np.isfinite(finite)
-    if not bounded.any():
-        return parallel
-    ranged = np.where(bounded, finite, 1.0 / unit)
-    _, values, axes = np.linalg.svd(triangle * ranged)
-    loose = axes[values < 1.0].T * ranged[:, None]
-    keep = [v for v in loose.T if np.max(np.abs(v[bounded] / finite[bounded]), initial=0.0) > 0.3]
-    return np.array(keep).T if len(keep) > parallel.shape[1] else parallel
+    parallel: Array = axes[values <= SINGULAR * max(values.max(initial=0.0), 1e-300)].T
+    if parallel.shape[1]:
+        return _of_null_space(parallel, unit)
+    inverse = np.linalg.inv(triangle)
+    return _of_wide(inverse @ inverse.T, ranges)
 
 
-def combinations(names: Sequence[str], directions: Array, scale: Array) -> tuple[list[str], list[Array], list[str]]:
-    """The combinations that are determined although their members are not.
-
-    For directions N (s, d), d free members F are chosen and each other member i gives the row
-    p_i - N_i N_F^-1 p_F, which no direction changes.
-
-    Returns
-    -------
-    Words and coefficients (s,) of each combination, and the members that are not determined alone.
-    """
+def _of_null_space(parallel: Array, unit: Array) -> Open:
+    """From directions (s, d) in units of one over the columns' lengths."""
     from scipy.linalg import qr
 
-    parts = directions / scale[:, None]
-    sizes = np.max(np.abs(parts) / np.max(np.abs(parts), axis=0), axis=1)
-    members = [i for i in range(len(names)) if sizes[i] > NEGLIGIBLE_PART]
-    order = [members[i] for i in qr(parts[members].T, pivoting=True, mode="r")[1]]
-    free = sorted(order[: directions.shape[1]])
-    words, rows = [], []
-    for i in (i for i in members if i not in free):
-        row = np.zeros(len(names))
-        row[i] = 1.0
-        row[free] = -np.linalg.solve(directions[free].T, directions[i])
-        large = np.abs(row) * scale > NEGLIGIBLE_PART * scale[i]
-        large[i] = True
-        if large.sum() > 1:
-            words.append(phrase(names, np.where(large, row, 0.0)))
-            rows.append(row)
-    return words, rows, [names[i] for i in members]
+    sizes = np.max(np.abs(parallel) / np.max(np.abs(parallel), axis=0), axis=1)
+    members = [i for i, size in enumerate(sizes) if size > NEGLIGIBLE_PART]
+    order = qr(parallel[members].T, pivoting=True, mode="r")[1]
+    free = sorted(members[i] for i in order[: parallel.shape[1]])
+    return _open(parallel / unit[:, None], members, free)
+
+
+def _of_wide(covariance: Array, ranges: Array) -> Open | None:
+    """From standard deviations that exceed the physical ranges: the widest is taken as given, then the next ..."""
+    left, free = covariance.copy(), list[int]()
+    while True:
+        share = np.sqrt(np.maximum(np.diag(left), 0.0)) / ranges
+        worst = int(np.argmax(share))
+        if share[worst] <= WIDEST:
+            break
+        free.append(worst)
+        left = left - np.outer(left[worst], left[worst]) / left[worst, worst]
+        left[worst], left[:, worst] = 0.0, 0.0
+    if not free:
+        return None
+    free.sort()
+    remaining = np.maximum(np.diag(left), 0.0) / np.diag(covariance)
+    members = [i for i in range(len(ranges)) if 1.0 - remaining[i] > TIED**2 or i in free]
+    return _open(covariance[:, free] @ np.linalg.inv(covariance[np.ix_(free, free)]), members, free)
+
+
+def _open(directions: Array, members: Sequence[int], free: Sequence[int]) -> Open:
+    kept = np.zeros_like(directions)
+    kept[list(members)] = directions[list(members)]
+    return Open(kept, tuple(members), tuple(free))
 
 
 def phrase(names: Sequence[str], row: Array) -> str:
-    """A linear combination in words: ``rolling_resistance + 0.8 x drag_area``."""
+    """A linear combination in words, to two digits: ``rolling_resistance + 0.8 x drag_area``."""
     text = ""
-    for name, factor in sorted(((n, f) for n, f in zip(names, row, strict=True) if f), key=lambda p: p[1] != 1.0):
-        size = float(f"{abs(factor):.2g}")
-        term = name if size == 1.0 else f"{size:g} x {name}"
-        text += f" {'-' if factor < 0 else '+'} {term}" if text else f"{'-' if factor < 0 else ''}{term}"
+    terms = [(name, float(f"{factor:.2g}")) for name, factor in zip(names, row, strict=True) if factor]
+    for name, factor in sorted(terms, key=lambda term: term[1] != 1.0):
+        term = name if abs(factor) == 1.0 else f"{abs(factor):g} x {name}"
+        if text:
+            text += f" {'-' if factor < 0 else '+'} {term}"
+        else:
+            text = f"-{term}" if factor < 0 else term
     return text
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names as a sentence has them: a, b and c."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.fit.triangles import Array
 
-ALONE = 1e-9  # of a residual left by leaving one unit out: nothing else tells about that direction
+ALONE = 1e-9  # of a direction's information that other units give: as good as none
 
 
 @dataclass(frozen=True)
@@ -37,51 +37,58 @@ class Spread:
 
     Parameters
     ----------
-    changes : (units, s), each unit's pull on the shared unknowns.
+    deletions : (units, s), change of the shared unknowns, to first order, when each unit is left out.
     covariance : (s, s), of the shared unknowns.
-    degrees : (s,), of Student's t, from how evenly the units pull.
+    degrees : (s,), of Student's t, from how evenly the units tell.
     effective : (s,), how many equal units would tell as much.
     """
 
-    changes: Array
+    deletions: Array
     covariance: Array
     degrees: Array
     effective: Array
 
 
-def spread(units: Sequence[Evidence], covariance: Array, power: float = 0.5) -> Spread:
+def spread(units: Sequence[Evidence], covariance: Array) -> Spread:
     """Covariance of the shared unknowns from the residuals of whole units.
 
     With J the unit's total derivative to the shared unknowns, r its residual, C the covariance from the information
-    of everything, and H = J C J' + (own unknowns alike) the unit's leverage, the unit pulls by::
+    of everything, and H = J C J' + (own unknowns alike) the unit's leverage::
 
-        d = C J' (1 - H)^(-power) r,    cov = sum d d'
+        pull      d = C J' (1 - H)^(-1/2) r        cov = sum d d', unbiased where the noise model holds
+        deletion      C J' (1 - H)^(-1) r          the jackknife's, whose cov is too large where units share unknowns
 
-    power 1 leaves the unit out (the jackknife); power 1/2 makes cov unbiased where the noise model holds. Degrees of
-    freedom after Satterthwaite: twice the squared mean over the variance of cov under that noise model.
+    Degrees of freedom after Satterthwaite: 2 mean^2 / variance of cov under the noise model.
 
     Parameters
     ----------
     covariance : (s, s), inverse information about the shared unknowns, priors and all units considered.
 
+    Assumes that units err independently; within a unit the noise may be anything.
     Source: Bell and McCaffrey, Survey Methodology 28 (2002) 169-181, there called bias-reduced linearisation.
     """
-    pulls, ways, told = [], [], []
+    pulls, deletions, ways, told = [], [], [], []
     for unit in units:
         m = len(unit.own)
         own = unit.triangle[:, :m]
         total = unit.triangle[:, m:-1] + own @ unit.follow
         leverage, axes = np.linalg.eigh(total @ covariance @ total.T + own @ unit.own @ own.T)
-        left = 1.0 - leverage
-        root = axes * np.where(left > ALONE, np.where(left > ALONE, left, 1.0) ** -power, 0.0) @ axes.T
-        way = covariance @ total.T @ root
+        # Where nothing but this unit tells about a direction, its residual there is zero by the fit.
+        left = np.where(1.0 - leverage > ALONE, 1.0 - leverage, np.inf)
+        gain, residual = covariance @ total.T @ axes, axes.T @ unit.triangle[:, -1]
+        way = gain / np.sqrt(left) @ axes.T
         pulls.append(way @ unit.triangle[:, -1])
+        deletions.append(gain @ (residual / left))
         ways.append((way, way @ total, way @ own))
         told.append(np.sum((total @ covariance) ** 2, axis=0))
-    changes, shares = np.array(pulls), np.array(told)
+    moved = np.array(pulls)
     degrees = np.array([_degrees(units, ways, covariance, i) for i in range(len(covariance))])
-    effective = np.sum(shares, axis=0) ** 2 / np.maximum(np.sum(shares**2, axis=0), 1e-300)
-    return Spread(changes, changes.T @ changes, degrees, effective)
+    return Spread(np.array(deletions), moved.T @ moved, degrees, effective_number(np.array(told)))
+
+
+def effective_number(shares: Array) -> Array:
+    """How many equal units would tell as much as units with these shares, (units, s): (sum I)^2 / sum I^2."""
+    return np.asarray(np.sum(shares, axis=0) ** 2 / np.maximum(np.sum(shares**2, axis=0), 1e-300))
 
 
 def _degrees(units: Sequence[Evidence], ways: list[tuple[Array, Array, Array]], covariance: Array, i: int) -> float:
@@ -93,7 +100,7 @@ def _degrees(units: Sequence[Evidence], ways: list[tuple[Array, Array, Array]], 
         at = np.flatnonzero(run == k)
         own = np.array([ways[j][2][i] for j in at])
         matrix[np.ix_(at, at)] -= own @ units[at[0]].own @ own.T
-    return float(np.trace(matrix) ** 2 / np.sum(matrix**2))
+    return float(np.trace(matrix) ** 2 / max(np.sum(matrix**2), 1e-300))
 
 
 def equal_information_blocks(information: Array, blocks: int) -> NDArray[np.int64]:
@@ -117,7 +124,7 @@ def equal_information_blocks(information: Array, blocks: int) -> NDArray[np.int6
 
 
 def t_quantile(degrees: float, probability: float = 0.975) -> float:
-    """Student's quantile."""
+    """Student's quantile; a normal variable's where the degrees of freedom are many or infinite."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(degrees, probability))
+    return float(stdtrit(min(degrees, 1e9), probability))

@@ -113,12 +113,17 @@ class Point:
     ----------
     x : (s + g m), shared first, then run by run.
     cost : half the sum of squares, or of losses, priors included.
-    arrow : the linearisation. n_rows : of all runs.
+    arrow : the linearisation.
+    squares : sum of rho'(r)^2, priors included: of r^2 where no loss is robust.
+    curvature : mean of rho''(r): 1 where no loss is robust.
+    n_rows : of all runs, and one for each prior.
     """
 
     x: Array
     cost: float
     arrow: Arrow
+    squares: float
+    curvature: float
     n_rows: int
 
 
@@ -133,9 +138,15 @@ def prior_rows(unknowns: tuple[Unknown, ...], values: Array) -> Array:
 
 def evaluate(regression: Regression, x: Array, loss: Loss = "none", scale: float = 1.0) -> Point | None:
     """Cost and triangles at x, or None where the model cannot be computed."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _evaluate(regression, x, loss, scale)
+
+
+def _evaluate(regression: Regression, x: Array, loss: Loss, scale: float) -> Point | None:
     s, m = len(regression.shared), len(regression.own)
     common = prior_rows(regression.shared, x[:s])
-    cost, n_rows, runs = 0.5 * float(np.sum(common[:, -1] ** 2)), 0, []
+    squares = float(np.sum(common[:, -1] ** 2))
+    cost, runs, curvatures = 0.5 * squares, [], [np.ones(len(common))]
     for run in range(len(regression.runs)):
         local = regression.local(x, run)
         try:
@@ -146,11 +157,17 @@ def evaluate(regression: Regression, x: Array, loss: Loss = "none", scale: float
         if not np.all(np.isfinite(matrix)):
             return None
         own = prior_rows(regression.own, local[s:])
-        cost += float(np.sum(losses(rows.residual, loss, scale))) + 0.5 * float(np.sum(own[:, -1] ** 2))
+        slope, curvature = slopes(rows.residual, loss, scale)
+        priors = float(np.sum(own[:, -1] ** 2))
+        cost += float(np.sum(losses(rows.residual, loss, scale))) + 0.5 * priors
+        squares += float(np.sum(slope**2)) + priors
+        curvatures += [curvature, np.ones(len(own))]
         known = np.column_stack([own[:, :m], np.zeros((len(own), s)), own[:, -1]])
         runs.append(fold(np.vstack([matrix, known])))
-        n_rows += len(rows.residual)
-    return Point(x, cost, Arrow(np.array(runs), common, m), n_rows) if np.isfinite(cost) else None
+    if not np.isfinite(cost):
+        return None
+    every = np.concatenate(curvatures)
+    return Point(x, cost, Arrow(np.array(runs), common, m), squares, float(np.mean(every)), len(every))
 
 
 def matrix_of(rows: Rows, n_shared: int, loss: Loss = "none", scale: float = 1.0) -> Array:
@@ -168,8 +185,7 @@ def losses(residual: Array, loss: Loss, scale: float) -> Array:
         return np.where(size <= knee, 0.5 * size**2, knee * size - 0.5 * knee**2)
     if loss == "soft_l1":
         return np.asarray(scale**2 * (np.sqrt(1 + (residual / scale) ** 2) - 1))
-    with np.errstate(over="ignore"):
-        return 0.5 * residual**2
+    return np.asarray(0.5 * residual**2)
 
 
 def slopes(residual: Array, loss: Loss, scale: float) -> tuple[Array, Array]:
