@@ -9,7 +9,15 @@ import pytest
 
 from vdyn_cli import steps
 from vdyn_cli.document import to_json
-from vdyn_cli.parameters import FORMAT, GIVERS, Estimate, MissingParameterError, Parameters, read_parameters, to_document
+from vdyn_cli.parameters import (
+    FORMAT,
+    GIVERS,
+    Estimate,
+    MissingParameterError,
+    Parameters,
+    read_parameters,
+    to_document,
+)
 from vdyn_cli.vocabulary import PARAMETERS, TABLE
 
 
