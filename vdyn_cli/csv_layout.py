@@ -166,6 +166,8 @@ def _table(
     if at is None:
         return None
     header = cells[at]
+    if header[:1] == ["#"] and at + 1 < len(records) and len(header) == len(records[at + 1].fields) + 1:
+        header = header[1:]  # a header written as a comment
     clock = header.index(wanted[0]) if wanted and wanted[0] in header else None
     start = next((i for i in range(at + 1, len(records)) if _is_numbers(records[i].fields, clock)), None)
     if start is None or len(header) < 2:
@@ -185,7 +187,7 @@ def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[
         return []
     names = [_decoded(f, encoding) for f in fields]
     if names[0] not in wanted and len(names[0]) > 1:
-        names[0] = names[0].removeprefix("#").strip()  # a header written as a comment
+        names[0] = names[0].removeprefix("#").strip()
     return names
 
 

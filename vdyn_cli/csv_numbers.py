@@ -25,6 +25,7 @@ _GROUPED = {
 }
 _TRUTH = {"true": 1.0, "false": 0.0}
 _WHITE = r"\s+"
+_END_MARK = b"\x1a"  # as DOS programs write it
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ def read_numbers(
     grouped = multiline = row = 0
     line, skip, last = layout.first_line, layout.offset, b""
     for block in blocks:
-        text, skip = block[skip:], 0
+        text, skip = block[skip:].rstrip(_END_MARK), 0
         if not text:
             continue
         table, cells, n_grouped = _parse(text, layout, positions, encoding, f"{name}:{line}")
@@ -165,9 +166,7 @@ def _parse(
     return columns, sorted(bad, key=lambda c: (c.row, c.column)), grouped
 
 
-def _frame(
-    text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T], where: str
-) -> dict[int, NDArray[T]]:
+def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T], where: str) -> dict[int, NDArray[T]]:
     import pandas as pd
 
     # The parser pads each row to the width of the one before: a first row of full width makes all rows that wide.
