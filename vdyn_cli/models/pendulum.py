@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from math import cos, pi
 
-from vdyn_cli.elements.pendulum import bifilar, compound, torsional
+from vdyn_cli.elements.pendulum import bifilar, compound, slowing, torsional
 from vdyn_cli.engine.bench import Bench, Law, Signals
 from vdyn_cli.engine.model import Model
 
-_OWN = ("period", "damping", "drag", "angle_zero", "rate_zero")
+_OWN = ("period", "damping", "drag", "friction", "angle_zero", "rate_zero")
 
 
 def _swinging(law: Law, *geometry: str) -> Model:
@@ -19,7 +19,8 @@ def _swinging(law: Law, *geometry: str) -> Model:
         angle, rate = e.state("angle"), e.state("angular_rate")
         given = {name: getattr(p, name) for name in geometry}
         stiffness = (2 * pi / p.period) ** 2
-        turning = e(law, angle=angle, rate=rate, stiffness=stiffness, damping=p.damping, drag=p.drag, **given)
+        slowed = e(slowing, rate=rate, damping=p.damping, drag=p.drag, friction=p.friction)
+        turning = e(law, angle=angle, rate=rate, stiffness=stiffness, slowing=slowed, **given)
         e.integrate(angle=rate, angular_rate=turning)
         e.sensor("angle", angle + p.angle_zero, rate)
         e.sensor("angular_rate", rate + p.rate_zero, turning)

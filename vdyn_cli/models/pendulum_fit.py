@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,7 +24,8 @@ STARTS = ("start.angle", "start.angular_rate")
 FEWEST_SAMPLES = 50
 FEWEST_SWINGS = 2.5
 LARGEST_SWING = 1.2  # rad; beyond it a knife edge lifts and cords go slack
-DRAG = 0.05  # 1/rad, expected size: where swings are few it can't be told from damping
+DRAG, FRICTION = 0.05, 0.05  # 1/rad, rad/s^2, expected sizes: where swings are few they can't be told from damping
+FADED = 0.25  # of the first swing's size; what is smaller is left to friction
 KNOCK = 30.0  # gain in effective chi-square, two unknowns anywhere: by chance less than once in 1 000 recordings
 
 
@@ -52,8 +53,14 @@ class Recording:
         good = np.isfinite(log[channel])
         return cls(log.name, channel, log.time[good], log[channel][good], kind, geometry)
 
+    def until(self, time: float) -> Recording:
+        """The recording up to a time."""
+        early = self.time <= time
+        return replace(self, time=self.time[early], values=self.values[early])
+
     def simulator(self, period: float, unknowns: Sequence[str], effects: Sequence[Correction] = ()) -> Simulator:
-        values = {"period": period, "damping": 0.0, "drag": 0.0, "angle_zero": 0.0, "rate_zero": 0.0, **self.geometry}
+        nothing = dict.fromkeys(("damping", "drag", "friction", "angle_zero", "rate_zero"), 0.0)
+        values = {"period": period, **nothing, **self.geometry}
         return Simulator(MODELS[self.kind], values, unknowns, effects)
 
 
@@ -85,7 +92,8 @@ def fit_swings(recording: Recording) -> Swings:
     ------
     ResultError : no swing to be seen, too short, or too wide.
     """
-    time, guess = recording.time, first_guess(recording)
+    recording, guess = first_guess(recording)
+    time = recording.time
     parts: tuple[slice, ...] = (slice(None),)
     whole = regression(recording, parts, guess)
     solution = solve(whole)
@@ -131,6 +139,7 @@ def regression(
         Unknown("period", period, 0.5 * period, 2 * period, "s"),
         Unknown("damping", guess.damping, -10 / period, 10 / period, "1/s", nuisance=True),
         Unknown("drag", 0.0, -1.0, 1.0, "1/rad", prior=(0.0, DRAG), nuisance=True),
+        Unknown("friction", 0.0, -1.0, 1.0, "rad/s^2", prior=(0.0, FRICTION), nuisance=True),
         Unknown(ZEROS[channel], guess.zero, nuisance=True),
         *extra,
         Unknown("start.angle", 0.0, -np.pi, np.pi, "rad", per_run=True, nuisance=True),
@@ -141,7 +150,10 @@ def regression(
     noise = white_level(recording.values, time)
 
     def rows(part: int, theta: Array) -> Rows:
-        simulated = simulator(drives[part], theta)
+        try:
+            simulated = simulator(drives[part], theta)
+        except ResultError as error:  # friction that drives the swing: the fit steps back
+            raise ArithmeticError from error
         residual = simulated.outputs[channel] - recording.values[parts[part]]
         return Rows(residual / noise, simulated.sensitivities[channel] / noise, time=time[parts[part]])
 
@@ -169,38 +181,43 @@ class Guess:
         return float(fade * angle), float(fade * rate)
 
 
-def first_guess(recording: Recording) -> Guess:
-    """The sine that fits best.
+def first_guess(recording: Recording) -> tuple[Recording, Guess]:
+    """The part of the recording in which the wheel swings well, and the sine that fits it best.
 
     Raises
     ------
     ResultError : there is none, or too little of it.
     """
-    time, values, name = recording.time, recording.values, recording.name
-    remedy = "record at least ten free swings"
-    if time.size < FEWEST_SAMPLES:
-        raise ResultError(Finding(name, "the recording is too short for a swing", f"{time.size} samples", remedy))
-    t = time - time[0]
-    best = _strongest(t, values)
-    (zero, cosine, sine), rest = _sine_fit(best, t, values)
-    if rest > 0.5 * float(np.var(values)):
+    name, remedy = recording.name, "record at least ten free swings"
+    if recording.time.size < FEWEST_SAMPLES:
+        got = f"{recording.time.size} samples"
+        raise ResultError(Finding(name, "the recording is too short for a swing", got, remedy))
+    frequency = _strongest(recording)
+    recording = recording.until(_faded(recording, 1 / frequency))
+    frequency = _strongest(recording)
+    (zero, cosine, sine), rest = _sine_fit(frequency, recording.time - recording.time[0], recording.values)
+    if rest > 0.5 * float(np.var(recording.values)):
         raise ResultError(Finding(name, "the recording does not show a free swing", "no clear period", remedy))
-    if t[-1] * best < FEWEST_SWINGS:
-        got = f"{t[-1] * best:.1f} swings of {1 / best:.3g} s"
+    swings = float(recording.time[-1] - recording.time[0]) * frequency
+    if swings < FEWEST_SWINGS:
+        got = f"{swings:.1f} swings of {1 / frequency:.3g} s"
         raise ResultError(Finding(name, "the recording is too short for a period", got, remedy))
-    w = 2 * np.pi * best
+    w = 2 * np.pi * frequency
     if recording.channel == "angular_rate":  # rate = w (sine cos - cosine sin)
         cosine, sine = -sine / w, cosine / w
-    return Guess(1 / best, _decay(t, values - zero, 1 / best), zero, float(time[0]), cosine, sine)
+    _, sizes = _sizes(recording, 1 / frequency)
+    damping = -np.polyfit(np.arange(sizes.size) / frequency, np.log(np.maximum(sizes, 1e-12)), 1)[0]
+    return recording, Guess(1 / frequency, float(damping), zero, float(recording.time[0]), cosine, sine)
 
 
-def _strongest(t: Array, values: Array) -> float:
+def _strongest(recording: Recording) -> float:
     """The frequency, 1/s, of the strongest sine: from the spectrum, then by a comb around its peak."""
+    t, values = recording.time - recording.time[0], recording.values
     count = min(t.size, 4096)
     grid = np.linspace(t[0], t[-1], count)
     trace = np.interp(grid, t, values)
     spectrum = np.abs(np.fft.rfft((trace - trace.mean()) * np.hanning(count), 4 * count))
-    width = (count - 1) / (4 * count * float(t[-1]))
+    width: float = (count - 1) / (4 * count * float(t[-1]))
     peak = (1 + int(np.argmax(spectrum[1:]))) * width
     for _ in range(3):
         comb = peak + width * np.linspace(-2, 2, 17)
@@ -219,11 +236,19 @@ def _sine_fit(frequency: float, t: Array, values: Array) -> tuple[tuple[float, f
     return (zero, cosine, sine), float(np.mean(np.square(left)))
 
 
-def _decay(t: Array, swing: Array, period: float) -> float:
-    """Damping (1/s) from the swing's size in each period."""
-    turn = (t / period).astype(int)
-    sizes = np.array([np.sqrt(np.mean(swing[turn == k] ** 2)) for k in range(int(turn[-1]))])
-    return float(-np.polyfit(np.arange(sizes.size) * period, np.log(np.maximum(sizes, 1e-12)), 1)[0])
+def _sizes(recording: Recording, period: float) -> tuple[Array, Array]:
+    """Start (s) and size (standard deviation) of each whole swing."""
+    turn = ((recording.time - recording.time[0]) / period).astype(int)
+    swings = range(max(int(turn[-1]), 1))
+    sizes = np.array([np.std(recording.values[turn == k]) for k in swings])
+    return recording.time[0] + period * np.array(swings), sizes
+
+
+def _faded(recording: Recording, period: float) -> float:
+    """When the swing has become too small to tell more than friction does."""
+    starts, sizes = _sizes(recording, period)
+    small = np.flatnonzero(sizes[3:] < FADED * sizes[0])
+    return float(starts[3 + small[0]] if small.size else recording.time[-1])
 
 
 def _knock(whole: Regression, solution: Solution, time: Array) -> int | None:
