@@ -270,7 +270,7 @@ def test_pipeline_shows_status_parameters_and_what_is_missing() -> None:
     outline = Outline(page)
     text = " ".join(outline.text.split())
     assert f"5 parameters known, {len(TABLE) - 5} parameters still missing; 1 of 3 steps done." in text
-    for part in ("✓ done", "✗ failed", "skipped", "wrong sign", "add it", "missing: cg failed", "vdyn cg gives it"):
+    for part in ("✓ done", "✗ failed", "skipped", "wrong sign", "add it", "missing: cg failed", "vdyn bump gives it"):
         assert part in text, part
     assert text.count("Magic") <= 1
     assert [t for t, _ in outline.tags].count("h1") == 1
@@ -310,6 +310,24 @@ def test_null_of_a_json_is_an_unknown_number() -> None:
     entry = {"value": 1.0, "std": None, "interval95": [None, None], "unit": "kg", "meaning": "", "source": "given"}
     text = Outline(pipeline_page("A", [], json.loads(json.dumps({"parameters": {"mass": entry}})), {})).text
     assert "Mass" in text
+
+
+def test_settings_are_outlined_in_few_lines() -> None:
+    settings = {
+        "window": 0.25,
+        "channels": {n: {"column": n.title(), "unit": "m/s"} for n in ("speed", "wind", "gust")},
+    }
+    assert views.outline(settings) == [
+        "window: 0.25",
+        "channels:",
+        '  speed: {"column": "Speed", "unit": "m/s"}',
+        '  wind: {"column": "Wind", "unit": "m/s"}',
+        '  gust: {"column": "Gust", "unit": "m/s"}',
+    ]
+    assert views.outline({"runs": [{"log": "a" * 60}, {"log": "b" * 60}]})[1:] == [
+        '  - {"log": "' + "a" * 60 + '"}',
+        '  - {"log": "' + "b" * 60 + '"}',
+    ]
 
 
 def test_numbers_group_by_space_that_is_not_copied() -> None:

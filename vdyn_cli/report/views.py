@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from vdyn_cli.errors import Finding
 from vdyn_cli.parameters import Estimate
 from vdyn_cli.report import words
@@ -172,17 +174,16 @@ def run_table(channel: Channel) -> Cells:
     """Run by run: samples behind the fit, error before and after, mean and largest residual."""
     rows = []
     for one in channel.traces:
-        residual = judged(one)
-        size = abs(residual)[~(residual != residual)]
-        rest = residual[residual == residual]
+        residual = judged(one)[np.isfinite(judged(one))]
+        error, mean = rms(residual), float(residual.mean()) if residual.size else math.nan
         rows.append(
             (
                 one.run + (" (held out)" if one.held_out else ""),
-                f"{int((one.used & (one.residual == one.residual)).sum())} of {one.x.size}",
-                words.significant(rms(residual), 3),
+                f"{int(np.count_nonzero(one.used & np.isfinite(one.residual)))} of {one.x.size}",
+                words.significant(error, 3),
                 "" if one.before is None else words.significant(rms(one.before), 3),
-                signed(float(rest.mean()), 2) if rest.size else words.DASH,
-                words.significant(float(size.max()), 2) if size.size else words.DASH,
+                "0" if abs(mean) < 1e-3 * error else signed(mean, 2),
+                words.significant(float(abs(residual).max()), 2) if residual.size else words.DASH,
             )
         )
     unit = words.unit(channel.unit)
@@ -263,6 +264,20 @@ def widths(rows: Sequence[ParameterRow]) -> dict[str, int]:
     return out
 
 
+def outline(value: Any, indent: str = "", width: int = 108) -> list[str]:
+    """Lines of a nested mapping, YAML's way: what fits stands on one line."""
+    lines = []
+    items = value.items() if isinstance(value, Mapping) else (("-", v) for v in value)
+    for key, inner in items:
+        head = f"{indent}{words.clean(key)}" + ("" if key == "-" else ":")
+        flat = json.dumps(inner, ensure_ascii=False, default=str)
+        if isinstance(inner, (Mapping, list, tuple)) and inner and len(head) + len(flat) > width:
+            lines += [head, *outline(inner, indent + "  ", width)]
+        else:
+            lines.append(f"{head} {words.clean(flat)}")
+    return lines
+
+
 def provenance(source: Any) -> dict[str, Any]:
     made = source if isinstance(source, Mapping) else {}
     inputs = made.get("inputs")
@@ -272,7 +287,7 @@ def provenance(source: Any) -> dict[str, Any]:
         "inputs": [
             (words.clean(k), words.clean(v)) for k, v in (inputs.items() if isinstance(inputs, Mapping) else ())
         ],
-        "settings": json.dumps(settings, indent=2, ensure_ascii=False, default=str) if settings else "",
+        "settings": "\n".join(outline(settings)) if isinstance(settings, Mapping) else "",
         "versions": ", ".join(f"{k} {v}" for k, v in (versions.items() if isinstance(versions, Mapping) else ())),
         "command": words.clean(made.get("command", "")),
     }
