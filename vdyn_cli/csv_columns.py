@@ -52,7 +52,9 @@ def match_columns(layout: Layout, columns: Mapping[str, Column], name: str) -> M
     problems: list[Finding] = []
     for channel, column in columns.items():
         at = _positions(layout.header, tidy(column.column))
-        if len(at) == 1:
+        if wrong := _unit_problem(column, name):
+            problems.append(wrong)
+        elif len(at) == 1:
             position[channel] = at[0]
             findings += _unit_findings(layout, at[0], channel, column, name)
         elif at:
@@ -96,6 +98,14 @@ def _suggestion(header: Sequence[str], wanted: str) -> str:
 
 def _bare(name: str) -> str:
     return re.sub(r"[\W_]+", "", _BRACKET.sub("", name).casefold()) or name
+
+
+def _unit_problem(column: Column, name: str) -> Finding | None:
+    try:
+        to_si(1.0, column.unit, column.si_unit)
+    except UnitError as error:
+        return Finding(column.where or name, str(error))
+    return None
 
 
 def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: str) -> list[Finding]:

@@ -59,6 +59,7 @@ class Numbers:
     bad : cells that are no numbers, in file order; reading stops after `MOST_BAD` of them.
     lines : the file's line of each row.
     grouped : how many numbers had thousands separators.
+    infinite : how many numbers were infinite; they count as not written.
     multiline : how many rows had a quoted line break, so that lines within a block are approximate.
     unfinished : whether the last row ends without a line end and short of fields.
     complete : whether the whole file was read.
@@ -68,6 +69,7 @@ class Numbers:
     bad: tuple[BadCell, ...]
     lines: Lines
     grouped: int = 0
+    infinite: int = 0
     multiline: int = 0
     unfinished: bool = False
     complete: bool = True
@@ -109,7 +111,7 @@ def read_numbers(
     growing = {p: _Growing() for p in positions}
     rows, lines = [0], [layout.first_line]
     bad: list[BadCell] = []
-    grouped = multiline = row = 0
+    grouped = infinite = multiline = row = 0
     line, skip, last = layout.first_line, layout.offset, b""
     for block in blocks:
         text, skip = block[skip:].rstrip(_END_MARK), 0
@@ -118,7 +120,9 @@ def read_numbers(
         table, cells, n_grouped = _parse(text, layout, positions, encoding, f"{name}:{line}")
         size, height = table[positions[0]].size, _count_lines(text)
         for position in positions:
-            growing[position].extend(table[position])
+            values, count = _finite(table[position])
+            infinite += count
+            growing[position].extend(values)
         bad += [BadCell(row + c.row, c.column, c.text) for c in cells]
         grouped, multiline = grouped + n_grouped, multiline + height - size
         row, line, last = row + size, line + height, text
@@ -128,7 +132,15 @@ def read_numbers(
             break
     columns = {p: g.values for p, g in growing.items()}
     where = Lines(tuple(rows), tuple(lines))
-    return Numbers(columns, tuple(bad), where, grouped, multiline, _unfinished(last, layout), len(bad) <= MOST_BAD)
+    unfinished = _unfinished(last, layout)
+    return Numbers(columns, tuple(bad), where, grouped, infinite, multiline, unfinished, len(bad) <= MOST_BAD)
+
+
+def _finite(values: Array) -> tuple[Array, int]:
+    """Values without the infinite ones, and the number of these."""
+    infinite = np.isinf(values)
+    count = int(np.count_nonzero(infinite))
+    return (np.where(infinite, np.nan, values) if count else values), count
 
 
 def _count_lines(text: bytes) -> int:

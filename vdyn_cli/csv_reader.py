@@ -18,9 +18,9 @@ from vdyn_cli.csv_layout import Layout, ReadOptions, find_layout
 from vdyn_cli.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.csv_source import open_source
-from vdyn_cli.errors import Finding, InputError, raise_all
+from vdyn_cli.errors import Finding, raise_all
 from vdyn_cli.log import Log
-from vdyn_cli.quantity import UnitError, to_si
+from vdyn_cli.quantity import to_si
 
 __all__ = ["Column", "ReadOptions", "read_csv"]
 
@@ -113,8 +113,8 @@ def _rising(
         raw = {channel: values[rows] for channel, values in raw.items()}
         kept = rows if kept is None else kept[rows]
     line_of = partial(_line, lines, kept)
-    findings += check_steps(raw["time"], where, line_of)
     problems = list(rising.problems)
+    findings += [] if problems else check_steps(raw["time"], where, line_of)
     if raw["time"].size < 2:
         problems.append(Finding(where, "fewer than two rows of data", remedy="export the log again, with its data"))
     return raw, line_of, problems
@@ -125,9 +125,6 @@ def _line(lines: Lines, kept: Rows | None, row: int) -> int:
 
 
 def _si(values: Array, column: Column) -> Array:
-    """Values in SI with the sign of our convention; an infinite value is none."""
-    try:
-        converted = to_si(values, column.unit, column.si_unit)
-    except UnitError as error:
-        raise InputError(Finding(column.where or column.column, str(error))) from None
+    """Values in SI with the sign of our convention."""
+    converted = to_si(values, column.unit, column.si_unit)
     return -converted if column.sign < 0 else converted

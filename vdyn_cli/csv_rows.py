@@ -61,6 +61,8 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
         findings.append(Finding(name, what, remedy="look for a stray quote if rows seem to be missing"))
     if numbers.grouped:
         findings.append(Finding(name, f"thousands separators removed from {numbers.grouped} numbers"))
+    if numbers.infinite:
+        findings.append(Finding(name, f"{numbers.infinite} infinite number(s) taken as not written"))
     empty = np.flatnonzero(blank[:stop])
     if empty.size:
         what = f"{empty.size} row(s) without any mapped value left out (line {lines_of(empty, line_of)})"

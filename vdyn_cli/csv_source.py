@@ -70,8 +70,9 @@ def _lookup(path: Path, encoding: str | None) -> str | None:
     if encoding is None:
         return None
     try:
+        codecs.getincrementaldecoder(encoding)(errors="replace").decode(b"\xff;1\n" + encoding.encode(encoding), True)
         return codecs.lookup(encoding).name
-    except (LookupError, ValueError):
+    except (LookupError, ValueError, AssertionError):  # unknown, or one that makes no text of bytes, such as base64
         remedy = "use utf-8, utf-16, latin-1 or cp1252, or leave it out"
         raise InputError(Finding(str(path), "unknown encoding", repr(encoding), remedy)) from None
 
