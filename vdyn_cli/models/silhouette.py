@@ -1,0 +1,127 @@
+"""The area of a silhouette in a picture, to a fraction of a pixel, and what limits it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+EDGE = 4  # pixels on either side of the threshold's line in which the picture's blur is looked for
+SMALLEST = 0.02  # a piece of less than this share of the largest one is dirt, not car
+
+
+@dataclass(frozen=True)
+class Silhouette:
+    """What is car in a picture.
+
+    Parameters
+    ----------
+    cover : (rows, columns), share of each pixel that is car.
+    inside : where the car covers more than half.
+    threshold : grey level between car and background.
+    pixels : area in pixels. edge_std : its standard deviation from where in the blur the edge is taken to be.
+    contrast : grey levels between car and background in units of their noise.
+    pieces : number of pieces kept. dropped : area of the small pieces left out, as a share of those kept.
+    """
+
+    cover: Array
+    inside: Mask
+    threshold: float
+    pixels: float
+    edge_std: float
+    contrast: float
+    pieces: int
+    dropped: float
+
+
+def otsu(grey: Array) -> float:
+    """The grey level that separates two classes best: largest variance between them.
+
+    Source: Otsu, IEEE Trans. SMC 9 (1979) 62.
+    """
+    count, edges = np.histogram(grey, bins=256)
+    level = (edges[:-1] + edges[1:]) / 2
+    below = np.cumsum(count)
+    above = below[-1] - below
+    first = np.cumsum(count * level)
+    mean_below = first / np.maximum(below, 1)
+    mean_above = (float(np.sum(count * level)) - first) / np.maximum(above, 1)
+    return float(level[np.argmax(below * above * (mean_below - mean_above) ** 2)])
+
+
+def find_silhouette(grey: Array, threshold: float | None, dark: bool, exclude: Mask) -> Silhouette:
+    """Separate a dark (or bright) car from its background.
+
+    The threshold finds the car; at its edge, a pixel counts by where its grey level lies between the car's and the
+    background's around it, each a smooth surface over the picture (light falls off towards the corners).
+
+    Parameters
+    ----------
+    grey : (rows, columns), 0 to 1. threshold : grey level, or None for Otsu's. dark : the car is darker.
+    exclude : pixels that do not count (mirrors).
+
+    Raises
+    ------
+    ValueError : car and background can't be told apart, or nothing is found.
+    """
+    from scipy.ndimage import binary_dilation, binary_erosion
+
+    level = otsu(grey) if threshold is None else threshold
+    inside = (grey < level) if dark else (grey > level)
+    inside, pieces, dropped = _large_pieces(inside & ~exclude)
+    if not inside.any() or inside.all():
+        raise ValueError("nothing in the picture is on either side of the threshold")
+    core, around = binary_erosion(inside, iterations=EDGE), ~binary_dilation(inside, iterations=EDGE)
+    if core.sum() < 100 or around.sum() < 100:
+        raise ValueError("the silhouette is too small, or fills the whole picture")
+    car, wall = _surface(grey, core), _surface(grey, around & ~exclude)
+    noise = float(np.hypot(np.std((grey - car)[core]), np.std((grey - wall)[around & ~exclude])))
+    step = car - wall
+    contrast = float(np.median(np.abs(step))) / max(noise, 1e-4)
+    if contrast < 4:
+        raise ValueError("car and background are too alike")
+    share = np.clip((grey - wall) / np.where(np.abs(step) > 1e-3, step, 1e-3), 0.0, 1.0)
+    zone = ~core & ~around
+    cover = np.where(core, 1.0, np.where(zone, share, 0.0))
+    cover[exclude] = 0.0
+    # Where in the blur the edge lies is taken as known to a tenth of the step between car and background.
+    edge = float(np.sum((share > 0.4) & zone) - np.sum((share > 0.6) & zone)) / 2
+    return Silhouette(cover, inside, level, float(cover.sum()), abs(edge), contrast, pieces, dropped)
+
+
+def _large_pieces(inside: Mask) -> tuple[Mask, int, float]:
+    """The largest connected piece and others of some size, holes filled; their number; the share left out."""
+    from scipy.ndimage import binary_fill_holes, label
+
+    labels, count = label(inside)
+    if count == 0:
+        return inside, 0, 0.0
+    sizes = np.bincount(np.asarray(labels).ravel()).astype(float)
+    sizes[0] = 0.0
+    kept = np.flatnonzero(sizes >= SMALLEST * sizes.max())
+    filled = np.asarray(binary_fill_holes(np.isin(labels, kept)), dtype=bool)
+    return filled, len(kept), float(sizes.sum() / sizes[kept].sum() - 1)
+
+
+def _surface(grey: Array, where: Mask) -> Array:
+    """A quadratic surface through the grey levels of the marked pixels, over the whole picture."""
+    rows, columns = grey.shape
+    y, x = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
+    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
+    step = max(1, int(where.sum() // 40_000))
+    at = np.flatnonzero(where)[::step]
+    weights, *_ = np.linalg.lstsq(terms.reshape(-1, 6)[at], grey.ravel()[at], rcond=None)
+    return np.asarray(terms @ weights)
+
+
+def outline(inside: Mask) -> Sequence[tuple[Array, Array]]:
+    """The outline as points (x, y) in pixels: left and right ends of each row, top and bottom of each column."""
+    from scipy.ndimage import binary_erosion
+
+    y, x = np.nonzero(inside & ~binary_erosion(inside))
+    return [(x.astype(float), y.astype(float))]

@@ -1,0 +1,1 @@
+"""Reading what instruments wrote: CSV logs and pictures. Nothing here knows physics."""
