@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -20,6 +19,7 @@ _SAMPLE = 20_000  # values that show how fine a channel is
 _CHUNK = 1 << 20
 _CLIPPED = 4  # equal values in a row, at least
 _FROZEN = 20
+_APART = 5.0  # times the longest ordinary stretch
 _MOST = 5  # stretches that are worth naming one by one
 
 
@@ -55,8 +55,8 @@ def check_channel(values: Array, unit: str, where: str, line_of: LineOf) -> Qual
     too steeply for a natural peak. A parabola that spends L samples in its top quantum q enters it at a slope s with
     s L / 4 <= q, so an overshoot s L / 4 of many quanta means that the top was cut off. Zero, and 100 %, are places
     of rest, and a channel that holds other values too, as a slow or well-controlled one does, shows nothing by holding
-    these. *Frozen*: one value, neither extreme nor zero, stands far longer than chance allows in a channel whose other
-    repetitions are as short as chance has them; a channel that rests at times has rests of every length.
+    these. *Frozen*: one value, neither extreme nor zero, stands far longer than any other, since a channel that rests at times
+    has rests of every length; and the signal flickers before and after, or jumps at the end.
     *Held*: it changes every k-th row only, as a slower sensor does on a faster clock.
     """
     missing = np.isnan(values)
@@ -189,21 +189,18 @@ def _quantum(values: Array) -> float:
 
 
 def _frozen(values: Array, runs: _Runs, held: int, unit: str, where: str, line: LineOf) -> list[Finding]:
-    ordinary = runs.length[runs.length <= _FROZEN * held]
-    if ordinary.size < 100:
-        return []
-    # Share of samples that repeat the one before, were the channel noise.
-    repeats = max(1.0 - ordinary.size * held / float(ordinary.sum()), 1e-3)
-    chance = held * (2.0 + 2.0 * math.log(values.size) / -math.log(repeats))  # no stretch is longer by chance
-    if ordinary.max() > chance or repeats > 0.5:
+    lengths = np.sort(runs.length)
+    # Rests come in every length; a fault stands alone, far above the longest of the ordinary stretches.
+    above = np.flatnonzero((lengths[1:] >= _APART * lengths[:-1]) & (lengths[1:] >= _FROZEN * held)) + 1
+    if above.size == 0 or above[-1] < 100 or lengths[above[-1] :].sum() > 0.3 * values.size:
         return []
     value = values[runs.start]
-    long = runs.length > max(_FROZEN * held, 3.0 * chance)
-    long &= (value != 0.0) & (value != values.max()) & (value != values.min())
+    long = np.flatnonzero(runs.length >= lengths[above[-1]])
     found: list[Finding] = []
-    for i in np.flatnonzero(long):
+    for i in long:
         span = (int(runs.start[i]), int(runs.length[i]))
-        if len(found) == _MOST or not _broken_off(values, *span):
+        rest = value[i] in (0.0, values.max(), values.min()) or np.count_nonzero(value[long] == value[i]) > 1
+        if rest or len(found) == _MOST or not _broken_off(values, *span):
             continue
         what = f"holds {value[i]:.6g} {unit} for {span[1]} samples in {_span(span, line)} as nowhere else: frozen"
         found.append(Finding(where, what, remedy="the sensor or its signal stood still: leave that part out"))
@@ -211,13 +208,15 @@ def _frozen(values: Array, runs: _Runs, held: int, unit: str, where: str, line: 
 
 
 def _broken_off(values: Array, start: int, length: int) -> bool:
-    """Whether a signal flickers on both sides of a stretch, or jumps at its end, rather than coming to rest in it."""
+    """Whether a signal flickers around a stretch, or jumps at its end, rather than coming to rest in it."""
     before, after = np.diff(values[max(start - 50, 0) : start + 1]), np.diff(values[start + length - 1 :][:51])
-    around = np.concatenate([before, after])
-    around = around[around != 0.0]
-    flickers = around.size > 10 and float(np.mean(around[1:] * around[:-1] < 0.0)) > 0.3
     jump = np.abs(after[0]) if after.size else 0.0
-    return flickers or bool(jump > 8.0 * np.quantile(np.abs(around), 0.9, method="higher") > 0.0)
+    steps = np.concatenate([before, after])
+    steps = steps[steps != 0.0]
+    bends = np.concatenate([np.diff(before), np.diff(after[1:])])
+    # Noise bends to and fro, three times in four; a smooth signal keeps bending one way.
+    flickers = bends.size > 20 and float(np.mean(bends[1:] * bends[:-1] < 0.0)) > 0.5
+    return flickers or bool(jump > 3.0 * np.quantile(np.abs(steps), 0.9, method="higher") > 0.0)
 
 
 def _times(n: int) -> str:

@@ -40,7 +40,9 @@ RATE = 500.0
 DISTANCE = 3.0  # m from a log's start to the bump, as paced out: see DISTANCE_SD
 DISTANCE_SD = 0.03
 SPEED_SCALE_SD = 1e-4
-AXLE_LOAD = WHEEL_FORCE.but(noise=WHEEL_FORCE.noise * 2**0.5, zero=WHEEL_FORCE.zero * 2**0.5)  # two wheels' sensors
+AXLE_LOAD = WHEEL_FORCE.but(  # two wheels' sensors
+    noise=WHEEL_FORCE.noise * 2**0.5, zero=WHEEL_FORCE.zero * 2**0.5, limit=WHEEL_FORCE.limit * 2
+)
 SENSORS: dict[str, Sensor] = {
     "Front Load [N]": AXLE_LOAD,
     "Rear Load [N]": AXLE_LOAD,
@@ -67,9 +69,10 @@ def truth(vehicle: Vehicle) -> dict[str, float]:
 
 
 def known(vehicle: Vehicle) -> dict[str, float]:
-    """What the tester writes into the description; the pitch inertia is the sprung body's."""
-    names = ("sprung_mass", "unsprung_mass_front", "unsprung_mass_rear", "wheelbase", "cg_to_front")
-    return {name: float(getattr(vehicle, name)) for name in names} | {"pitch_inertia": vehicle.sprung_pitch_inertia}
+    """What the tester writes into the description."""
+    masses = ("sprung_mass", "unsprung_mass_front", "unsprung_mass_rear")
+    names = (*masses, "wheelbase", "cg_to_front", "sprung_pitch_inertia")
+    return {name: float(getattr(vehicle, name)) for name in names}
 
 
 def runs(seed: int, count: int = 4, duration: float = 3.5) -> list[Crossing]:

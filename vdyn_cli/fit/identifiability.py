@@ -42,19 +42,19 @@ class Open:
         return rows
 
 
-def find_open(triangle: Array, ranges: Array) -> Open | None:
+def find_open(triangle: Array, ranges: Array, lengths: Array) -> Open | None:
     """What the data do not determine, or None where they determine everything.
 
     Parameters
     ----------
     triangle : (s, s), triangle of the whitened Jacobian, per-run unknowns eliminated.
     ranges : (s,), width of each unknown's physical range; infinite where it has none.
+    lengths : (s,), of the Jacobian's columns before the per-run unknowns were eliminated.
 
     An unknown is open where sensitivities are parallel to 1e-7, or where its standard deviation exceeds half its
     physical range.
     """
-    norms = np.linalg.norm(triangle, axis=0)
-    unit = np.where(norms > 0, norms, 1.0)
+    unit = np.where(lengths > 0, lengths, 1.0)
     _, values, axes = np.linalg.svd(triangle / unit)
     parallel: Array = axes[values <= SINGULAR * max(values.max(initial=0.0), 1e-300)].T
     if parallel.shape[1]:

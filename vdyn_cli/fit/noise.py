@@ -42,7 +42,8 @@ def white_level(trace: Array, time: Array | None = None) -> float:
     differences = np.sum(weights * np.lib.stride_tricks.sliding_window_view(x, 4), axis=1)
     differences = differences / np.sqrt(np.sum(weights**2, axis=1))
     level = NORMAL_FROM_MEDIAN * float(np.median(np.abs(differences)))
-    return level if level > 0 else float(np.sqrt(np.mean(differences**2)))
+    whole = float(np.sqrt(np.mean(differences**2)))
+    return level if level > 1e-9 * whole else whole
 
 
 def whiten(

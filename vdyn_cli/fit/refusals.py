@@ -41,7 +41,8 @@ def _undetermined(solved: Solved) -> list[Finding]:
     if not s:
         return []
     ranges = np.array([u.upper - u.lower for u in regression.shared])
-    found = find_open(solved.reduced.triangle[:s, :s] / max(np.sqrt(solved.variance), 1.0), ranges)
+    noise = max(float(np.sqrt(solved.variance)), 1.0)
+    found = find_open(solved.reduced.triangle[:s, :s] / noise, ranges, solved.point.arrow.column_norms()[:s] / noise)
     if found is None:
         return []
     names = [u.name for u in regression.shared]

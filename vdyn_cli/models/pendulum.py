@@ -74,9 +74,12 @@ def small_swing(
     """
     if kind == "torsional":
         return period
+    sine = period * _agm(1.0, cos(amplitude / 2))
+    if kind == "compound":
+        return sine
     half = separation / 2
     rise = (2 * pi / period) ** 2 * half**2 / (4 * gravity * length) - 3 * (half / length) ** 2 / 16
-    return period * _agm(1.0, cos(amplitude / 2)) / (1 + amplitude**2 * rise)
+    return sine / (1 + amplitude**2 * rise)
 
 
 def _agm(a: float, b: float) -> float:

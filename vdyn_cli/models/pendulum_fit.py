@@ -24,7 +24,11 @@ STARTS = ("start.angle", "start.angular_rate")
 FEWEST_SAMPLES = 50
 FEWEST_SWINGS = 2.5
 LARGEST_SWING = 1.2  # rad; beyond it a knife edge lifts and cords go slack
-DRAG, FRICTION = 0.05, 0.05  # 1/rad, rad/s^2, expected sizes: where swings are few they can't be told from damping
+# Friction beyond the viscous one, with expected sizes: where swings are few they can't be told from damping.
+FINER = (
+    Unknown("drag", 0.0, -1.0, 1.0, "1/rad", prior=(0.0, 0.05), nuisance=True),
+    Unknown("friction", 0.0, -1.0, 1.0, "rad/s^2", prior=(0.0, 0.05), nuisance=True),
+)
 FADED = 0.25  # of the first swing's size; what is smaller is left to friction
 KNOCK = 30.0  # gain in effective chi-square, two unknowns anywhere: by chance less than once in 1 000 recordings
 
@@ -95,18 +99,19 @@ def fit_swings(recording: Recording) -> Swings:
     recording, guess = first_guess(recording)
     time = recording.time
     parts: tuple[slice, ...] = (slice(None),)
-    whole = regression(recording, parts, guess)
+    noise = white_level(recording.values, time)
+    # With viscous friction alone first: what that leaves is the scale against which finer friction is judged.
+    plain = solve(regression(recording, parts, guess, noise, ()))
+    noise = max(noise, noise * float(np.sqrt(np.mean(plain.residuals[0] ** 2))))
+    whole = regression(recording, parts, guess, noise)
     solution = solve(whole)
     knock = _knock(whole, solution, time)
     if knock is not None:
         parts = (slice(0, knock), slice(knock, None))
-        solution = solve(regression(recording, parts, guess))
+        solution = solve(regression(recording, parts, guess, noise))
     period = solution.values["period"]
     angle, rate = (float(solution.per_run[name][0]) for name in STARTS)
     amplitude = float(np.hypot(angle, rate * period / (2 * np.pi)))
-    if amplitude > LARGEST_SWING:
-        got, remedy = f"{np.degrees(amplitude):.0f} deg", "check the unit of the channel, or let go lower"
-        raise ResultError(Finding(recording.name, "the swing is too wide for a pendulum", got, remedy))
     simulator = recording.simulator(period, (*solution.names, *STARTS))
     simulated = []
     for k, part in enumerate(parts):
@@ -127,27 +132,25 @@ def regression(
     recording: Recording,
     parts: Sequence[slice],
     guess: Guess,
+    noise: float,
+    finer: Sequence[Unknown] = FINER,
     effects: Sequence[Correction] = (),
-    extra: Sequence[Unknown] = (),
 ) -> Regression:
     """Period, damping and the sensor's zero shared, each part with a start of its own.
 
-    ``effects`` correct the model's laws, ``extra`` are their unknowns.
+    ``noise`` is the scale of the residuals; ``finer`` are further unknowns of the model or of ``effects``.
     """
     time, channel, period = recording.time, recording.channel, guess.period
     unknowns = (
         Unknown("period", period, 0.5 * period, 2 * period, "s"),
         Unknown("damping", guess.damping, -10 / period, 10 / period, "1/s", nuisance=True),
-        Unknown("drag", 0.0, -1.0, 1.0, "1/rad", prior=(0.0, DRAG), nuisance=True),
-        Unknown("friction", 0.0, -1.0, 1.0, "rad/s^2", prior=(0.0, FRICTION), nuisance=True),
         Unknown(ZEROS[channel], guess.zero, nuisance=True),
-        *extra,
+        *finer,
         Unknown("start.angle", 0.0, -np.pi, np.pi, "rad", per_run=True, nuisance=True),
         Unknown("start.angular_rate", 0.0, -1e3, 1e3, "rad/s", per_run=True, nuisance=True),
     )
     simulator = recording.simulator(period, [u.name for u in unknowns], effects)
     drives = [Drive(time[part], {}) for part in parts]
-    noise = white_level(recording.values, time)
 
     def rows(part: int, theta: Array) -> Rows:
         try:
@@ -186,7 +189,7 @@ def first_guess(recording: Recording) -> tuple[Recording, Guess]:
 
     Raises
     ------
-    ResultError : there is none, or too little of it.
+    ResultError : there is none, too little of it, or it is too wide.
     """
     name, remedy = recording.name, "record at least ten free swings"
     if recording.time.size < FEWEST_SAMPLES:
@@ -205,6 +208,9 @@ def first_guess(recording: Recording) -> tuple[Recording, Guess]:
     w = 2 * np.pi * frequency
     if recording.channel == "angular_rate":  # rate = w (sine cos - cosine sin)
         cosine, sine = -sine / w, cosine / w
+    if np.hypot(cosine, sine) > LARGEST_SWING:
+        got, remedy = f"{np.degrees(np.hypot(cosine, sine)):.0f} deg", "check the unit of the channel, or let go lower"
+        raise ResultError(Finding(name, "the swing is too wide for a pendulum", got, remedy))
     _, sizes = _sizes(recording, 1 / frequency)
     damping = -np.polyfit(np.arange(sizes.size) / frequency, np.log(np.maximum(sizes, 1e-12)), 1)[0]
     return recording, Guess(1 / frequency, float(damping), zero, float(recording.time[0]), cosine, sine)

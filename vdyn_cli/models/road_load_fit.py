@@ -22,6 +22,9 @@ from numpy.typing import NDArray
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, white_level, whiten
+from vdyn_cli.fit.intervals import t_quantile
+from vdyn_cli.fit.regression import evaluate
+from vdyn_cli.fit.triangles import reduce
 from vdyn_cli.models import gust_noise
 from vdyn_cli.models.bins import Bins, cut
 from vdyn_cli.models.gust_noise import RunNoise, Surroundings
@@ -126,6 +129,14 @@ class RoadLoadFit:
         theta = [self.at[n] for n in self.simulator.unknowns[:-1]]
         return self.simulator(self.campaign.drives[run], [*theta, start], sensitivities=False)
 
+    def residual(self, run: int) -> tuple[Array, Array]:
+        """Binned rows of a run, simulated less measured, and their derivatives to the run's own unknowns."""
+        rows = self.regression.rows
+        assert isinstance(rows, _Rows)
+        own = [float(v[run]) for v in self.solution.per_run.values()]
+        residual, jacobian = rows.binned(run, np.array([*(self.at[n] for n in rows.shared), *own]))
+        return residual, jacobian[:, len(rows.shared) :]
+
 
 def _covered(run: RoadRun) -> float:
     same = run.part[1:] == run.part[:-1]
@@ -203,7 +214,7 @@ def fit_road_load(
     ResultError : the data do not determine the unknowns, or a value lies at its bound.
     """
     rows, regression = _begin(campaign, effects, extra)
-    sizes = typical_sizes([_noise(campaign, k, campaign.values) for k in range(len(campaign.runs))])
+    sizes = typical_sizes([noise_of(campaign, k, campaign.values) for k in range(len(campaign.runs))])
     at = dict(campaign.values)
     rows, solution = _weighted_fit(rows, regression, sizes, at)
     for _ in range(rounds):
@@ -213,7 +224,8 @@ def fit_road_load(
         regression = _from(regression, solution)
         rows, solution = _weighted_fit(rows, regression, sizes, at)
     at.update(solution.values)
-    return RoadLoadFit(campaign, replace(regression, rows=rows), solution, sizes, at, rows.simulator)
+    final = replace(_from(regression, solution), rows=rows)
+    return RoadLoadFit(campaign, final, with_prior_errors(final, solution), sizes, at, rows.simulator)
 
 
 def wind_variance(sizes: Mapping[str, float]) -> float:
@@ -221,9 +233,7 @@ def wind_variance(sizes: Mapping[str, float]) -> float:
     return sizes["gust"] ** 2 + sizes["run_wind"] ** 2
 
 
-def _begin(
-    campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown]
-) -> tuple[_Rows, Regression]:
+def _begin(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown]) -> tuple[_Rows, Regression]:
     unknowns = (*campaign.unknowns, *extra)
     names = tuple(u.name for u in unknowns)
     simulator = Simulator(
@@ -242,7 +252,7 @@ def _begin(
 def _weighted_fit(
     rows: _Rows, regression: Regression, sizes: Mapping[str, float], at: Mapping[str, float]
 ) -> tuple[_Rows, Solution]:
-    noises = [_noise(rows.campaign, k, at) for k in range(len(rows.campaign.runs))]
+    noises = [noise_of(rows.campaign, k, at) for k in range(len(rows.campaign.runs))]
     factors = tuple(np.asarray(np.linalg.cholesky(n.covariance(sizes)), dtype=np.float64) for n in noises)
     rows = replace(rows, factors=factors, wind_variance=at["wind_variance"])
     return rows, solve(replace(regression, rows=rows))
@@ -263,12 +273,12 @@ def _sizes(
     for k in range(len(rows.campaign.runs)):
         theta = np.array([*(solution.values[n] for n in rows.shared), *(o[k] for o in own)])
         residual, jacobian = rows.binned(k, theta)
-        runs.append(NoisyRun(residual, jacobian[:, :s], jacobian[:, s:], _noise(rows.campaign, k, at)))
+        runs.append(NoisyRun(residual, jacobian[:, :s], jacobian[:, s:], noise_of(rows.campaign, k, at)))
     known = np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
     return find_sizes(runs, start, known)
 
 
-def _noise(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
+def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
     """The covariance of a run's rows with the model's parameters at ``at``."""
     one, bins = campaign.runs[run], campaign.bins[run]
     inertia = at["mass"] + at["rotating_mass"]
@@ -305,3 +315,33 @@ def _jolt(run: RoadRun, levels: Mapping[str, float], at: Mapping[str, float]) ->
     if "drive_torque" in levels:
         level = levels["drive_torque"] * at["driveline_efficiency"] * at["gear_ratio"] / at["wheel_radius"]
     return level * float(np.sqrt(np.median(np.diff(run.time))))
+
+
+def with_prior_errors(regression: Regression, solution: Solution) -> Solution:
+    """The solution with what the errors of shared priors put into it, which no run shows by differing from others.
+
+    With C the inverse information of everything and P that of the priors alone, cov + C P C; degrees of freedom after
+    Welch and Satterthwaite.
+    """
+    known = np.array([0.0 if u.prior is None else 1.0 / u.prior[1] for u in regression.shared])
+    if not known.any():
+        return solution
+    own = [solution.per_run[u.name] for u in regression.own]
+    x = np.concatenate([[solution.values[n] for n in solution.names], np.array(own).T.ravel()])
+    point = evaluate(regression, x)
+    assert point is not None
+    weak = np.where(np.arange(x.size) < known.size, 0.0, 1e-9 * point.arrow.column_norms())
+    inverse = np.linalg.inv(reduce(point.arrow, weak).triangle[: known.size, : known.size])
+    pulled = inverse @ inverse.T * known
+    covariance = solution.covariance + pulled @ pulled.T
+    std, before = np.sqrt(np.diag(covariance)), np.sqrt(np.diag(solution.covariance))
+    degrees = np.array([solution.degrees[n] for n in solution.names]) * (std / np.maximum(before, 1e-300)) ** 4
+    half = np.array([t_quantile(float(min(d, 1e6))) for d in degrees]) * std
+    values = np.array([solution.values[n] for n in solution.names])
+    return replace(
+        solution,
+        covariance=covariance,
+        std=dict(zip(solution.names, std.tolist(), strict=True)),
+        degrees=dict(zip(solution.names, np.minimum(degrees, 1e6).tolist(), strict=True)),
+        interval95={n: (float(v - h), float(v + h)) for n, v, h in zip(solution.names, values, half, strict=True)},
+    )

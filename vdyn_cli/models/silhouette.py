@@ -90,8 +90,8 @@ def find_silhouette(grey: Array, threshold: float | None, dark: bool, exclude: M
     cover = np.where(core, 1.0, np.where(zone, share, 0.0))
     cover[exclude] = 0.0
     # Where in the blur the edge lies is taken as known to a tenth of the step between car and background.
-    edge = float(np.sum((share > 0.4) & zone) - np.sum((share > 0.6) & zone)) / 2
-    return Silhouette(cover, inside, level, float(cover.sum()), abs(edge), contrast, pieces, dropped)
+    edge = float(np.count_nonzero((share > 0.4) & (share <= 0.6) & zone)) / 2
+    return Silhouette(cover, inside, level, float(cover.sum()), edge, contrast, pieces, dropped)
 
 
 def _large_pieces(inside: Mask) -> tuple[Mask, int, float]:

@@ -120,7 +120,7 @@ def _causes(causes: Sequence[Mapping[str, Any]]) -> Cells | None:
 def _size(name: str, value: Any) -> str:
     if not isinstance(value, Mapping):
         return f"{words.name(name)} {words.plain(value)}"
-    low, high = ([*(value.get("interval95") or ()), math.nan, math.nan])[:2]
+    low, high = [*_list(value.get("interval95")), math.nan, math.nan][:2]
     r = words.reading(_number(value.get("value")), _number(low), _number(high))
     power = f" × 10{words.superscript(r.exponent)}" if r.exponent else ""
     spread = f" ± {r.plus}" if r.plus and r.symmetric else f" +{r.plus} −{r.minus}" if r.plus else ""
@@ -128,7 +128,7 @@ def _size(name: str, value: Any) -> str:
 
 
 def _ambiguous(sets: Any) -> Cells | None:
-    rows = [(" or ".join(words.name(str(n)) for n in one),) for one in sets or () if isinstance(one, Sequence)]
+    rows = [(" or ".join(_names(one)),) for one in _list(sets) if _names(one)]
     caption = "Each line's causes leave the same trace in these data; the next test below would tell them apart."
     return _table("Can't be told apart", caption, ("any of",), rows, (False,))
 
@@ -151,7 +151,7 @@ def _next_tests(entries: Sequence[Mapping[str, Any]]) -> Cells | None:
     rows = [
         (
             words.plain(e.get("manoeuvre")),
-            " from ".join(words.name(str(n)) for n in e.get("separates") or ()),
+            " from ".join(_names(e.get("separates"))),
             words.plain(e.get("runs")),
             words.plain(e.get("expected_t")),
         )
@@ -196,8 +196,16 @@ def _number(value: Any) -> float:
         return math.nan
 
 
+def _list(value: Any) -> list[Any]:
+    return list(value) if isinstance(value, (list, tuple)) else []
+
+
+def _names(value: Any) -> list[str]:
+    return [words.name(str(n)) for n in _list(value)]
+
+
 def _maps(value: Any) -> list[Mapping[str, Any]]:
-    return [v for v in value if isinstance(v, Mapping)] if isinstance(value, (list, tuple)) else []
+    return [v for v in _list(value) if isinstance(v, Mapping)]
 
 
 def _items(value: Any) -> list[tuple[Any, Any]]:

@@ -241,7 +241,7 @@ def _picture(photo: Pixels, shape: Silhouette, edges: tuple[float, float, float,
     series.append(Series("box", box_x / step, box_y / step, "line", role="reference"))
     caption = (
         "The picture with the outline found and the reference box. Good: the outline follows the car, tyres included, "
-        "and nothing else. Bad: it runs along a shadow under the car, holds the mirrors, or is bitten where paint shines."
+        "and nothing else. Bad: it runs along a shadow under the car, holds the mirrors, or dents where paint shines."
     )
     image = np.repeat(small[:, :, None], 3, axis=2)
     return Figure("outline", "Outline and box", caption, "pixels", "pixels", tuple(series), True, image)
