@@ -77,7 +77,7 @@ def check_channel(values: Array, unit: str, where: str, line_of: LineOf) -> Qual
     if np.unique(sample).size <= _LEVELS:
         return Quality(tuple(findings))
     runs = _equal_runs(values)
-    held = _held(runs, where)
+    held = _held(values, runs, where)
     findings += held[1]
     for extreme, word in ((float(values.max()), "largest"), (float(values.min()), "smallest")):
         findings += _clipped(values, runs, extreme, word, unit, where, line)
@@ -124,11 +124,14 @@ def _equal_runs(values: Array) -> _Runs:
     return _Runs(start, np.diff(start, append=np.int32(values.size)))
 
 
-def _held(runs: _Runs, where: str) -> tuple[int, list[Finding]]:
+def _held(values: Array, runs: _Runs, where: str) -> tuple[int, list[Finding]]:
     """How many rows each value is held for, 1 where it is not."""
     usual = int(np.median(runs.length))
     near = np.abs(runs.length - usual) <= (0 if usual < 5 else 1)
     if usual < 2 or runs.length.size < 30 or near.mean() < 0.8:
+        return 1, []
+    # A steady slope of a coarse channel changes as regularly, but always by its resolution.
+    if np.median(np.abs(np.diff(values[runs.start]))) < 1.5 * _quantum(values):
         return 1, []
     what = f"changes only once in {usual} rows: a slower sensor whose value is held"
     return usual, [Finding(where, what, remedy="map a faster channel if there is one; its delay is up to one hold")]
