@@ -229,6 +229,13 @@ def test_a_table_of_uneven_rows_and_columns_of_numbers() -> None:
     assert all(len(row) == 3 for row in cells.rows)
 
 
+def test_a_table_without_column_names_has_no_head() -> None:
+    tables = (Table("t", "T", ("", ""), (("share of the box", "84.2 %"),)),)
+    outline = Outline(html.render(bare(tables=tables), {}))
+    assert "84.2\N{NO-BREAK SPACE}%" in outline.text
+    assert "thead" not in [tag for tag, _ in outline.tags]
+
+
 @pytest.mark.parametrize("verdict", sorted(VERDICTS))
 def test_every_verdict_has_words(verdict: str) -> None:
     told = diagnosis({"verdict": verdict, "sentence": "So it is."})
