@@ -55,9 +55,12 @@ def check_channel(values: Array, unit: str, where: str, line_of: LineOf) -> Qual
     too steeply for a natural peak. A parabola that spends L samples in its top quantum q enters it at a slope s with
     s L / 4 <= q, so an overshoot s L / 4 of many quanta means that the top was cut off. Zero, and 100 %, are places
     of rest, and a channel that holds other values too, as a slow or well-controlled one does, shows nothing by holding
-    these. *Frozen*: one value, neither extreme nor zero, stands far longer than any other, since a channel that rests at times
+    these.
+
+    *Frozen*: one value, neither extreme nor zero, stands far longer than any other, since a channel that rests at times
     has rests of every length; and the signal flickers before and after, or jumps at the end.
-    *Held*: it changes every k-th row only, as a slower sensor does on a faster clock.
+
+    *Held*: it changes every k-th row only, by more than its resolution, as a slower sensor does on a faster clock.
     """
     missing = np.isnan(values)
     rows: Rows | None = None
