@@ -20,8 +20,8 @@ FEWEST_RUNS = 6  # with so many runs, worth no fewer equal ones than the next li
 FEWEST_EFFECTIVE_RUNS = 4.0
 BLOCKS = 16  # otherwise so many blocks within runs,
 FEWEST_BLOCKS = 12  # no fewer than these,
-FEWEST_EFFECTIVE_BLOCKS = 6.0  # nor worth fewer equal ones
-OUTLIER = 0.5  # a row whose weight is less is named
+FEWEST_EFFECTIVE_BLOCKS = 4.0  # nor worth fewer equal ones
+OUTLIER = 0.3  # a row whose weight is less is named
 NEIGHBOURS = 3  # rows apart: outliers this near are named together
 
 

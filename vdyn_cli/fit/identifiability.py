@@ -9,7 +9,7 @@ import numpy as np
 
 from vdyn_cli.fit.triangles import Array
 
-SINGULAR = 1e-7  # of the largest singular value, columns of unit length: sensitivities are not exact beyond that
+SINGULAR = 1e-7  # singular value with columns of unit length: sensitivities are not exact beyond that
 WIDEST = 0.5  # of the physical range: an interval at a larger standard deviation tells less than the range
 NEGLIGIBLE_PART = 0.02  # of a direction's largest component: not worth a word
 TIED = 0.7  # correlation from which an unknown is said to go with another
@@ -56,7 +56,7 @@ def find_open(triangle: Array, ranges: Array, lengths: Array) -> Open | None:
     """
     unit = np.where(lengths > 0, lengths, 1.0)
     _, values, axes = np.linalg.svd(triangle / unit)
-    parallel: Array = axes[values <= SINGULAR * max(values.max(initial=0.0), 1e-300)].T
+    parallel: Array = axes[values <= SINGULAR].T
     if parallel.shape[1]:
         return _of_null_space(parallel, unit)
     inverse = np.linalg.inv(triangle)
@@ -69,7 +69,8 @@ def _of_null_space(parallel: Array, unit: Array) -> Open:
 
     sizes = np.max(np.abs(parallel) / np.max(np.abs(parallel), axis=0), axis=1)
     members = [i for i, size in enumerate(sizes) if size > NEGLIGIBLE_PART]
-    order = qr(parallel[members].T, pivoting=True, mode="r")[1]
+    later = 1.0 + 1e-3 * np.arange(len(members))  # of equals the one named first is said to be determined
+    order = qr((parallel[members] * later[:, None]).T, pivoting=True, mode="r")[1]
     free = sorted(members[i] for i in order[: parallel.shape[1]])
     return _open(parallel / unit[:, None], members, free)
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vdyn_cli.fit.regression import Point
 from vdyn_cli.fit.triangles import Array, reduce
@@ -30,7 +31,7 @@ class Minimum:
     """
 
     point: Point
-    active: np.ndarray
+    active: NDArray[np.bool_]
     converged: bool
     promise: float
     step: Array
@@ -47,7 +48,8 @@ def minimise(
     """Least squares within bounds from one start.
 
     Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that no bound holds, D the largest column norms
-    met so far, and is cut at the bounds; mu falls where the linearisation predicts well and rises where it does not.
+    met so far; what would leave its range stops at the bound. mu falls where the linearisation predicts well and
+    rises where it does not.
 
     Parameters
     ----------
@@ -65,13 +67,13 @@ def minimise(
     damping, growth = 1e-3, 2.0
     for iteration in range(most_iterations):
         active = _active(point, lower, upper)
-        full = _step(point, active, scale, LEAST_DAMPING, lower, upper)
+        full = _step(point, active, scale, LEAST_DAMPING)
         promise = point.arrow.reduction(full)
         if promise <= NEGLIGIBLE * point.cost:
             return Minimum(point, active, True, promise, full, iteration)
         while True:
-            step = _step(point, active, scale, damping, lower, upper)
-            trial = evaluate(point.x + step)
+            step = _step_within(point, active, scale, damping, lower, upper)
+            trial = evaluate(_snapped(point.x + step, lower, upper))
             predicted = point.arrow.reduction(step)
             gain = (point.cost - trial.cost) / predicted if trial is not None and predicted > 0 else -1.0
             if trial is not None and gain > 1e-4 and not _blinded(point, trial):
@@ -87,6 +89,12 @@ def minimise(
     return Minimum(point, _active(point, lower, upper), False, promise, full, most_iterations)
 
 
+def _snapped(x: Array, lower: Array, upper: Array) -> Array:
+    """x with what rounding left beside a bound put on it."""
+    x = np.where(np.isclose(x, lower, rtol=1e-14, atol=0), lower, x)
+    return np.where(np.isclose(x, upper, rtol=1e-14, atol=0), upper, x)
+
+
 def _positive(norms: Array) -> Array:
     return np.where(norms > 0, norms, 1.0)
 
@@ -96,18 +104,35 @@ def _blinded(point: Point, trial: Point) -> bool:
     return bool(np.any(trial.arrow.column_norms() < BLIND * point.arrow.column_norms()))
 
 
-def _active(point: Point, lower: Array, upper: Array) -> np.ndarray:
+def _active(point: Point, lower: Array, upper: Array) -> NDArray[np.bool_]:
     gradient = point.arrow.gradient()
     return np.asarray(((point.x <= lower) & (gradient >= 0)) | ((point.x >= upper) & (gradient <= 0)))
 
 
-def _step(point: Point, active: np.ndarray, scale: Array, damping: float, lower: Array, upper: Array) -> Array:
-    """The damped step, cut at the bounds."""
-    arrow = point.arrow.without(active)
+def _step(point: Point, active: NDArray[np.bool_], scale: Array, damping: float) -> Array:
+    """The damped step of the unknowns that no bound holds."""
+    return _rest(point, np.zeros_like(point.x), active, scale, damping)
+
+
+def _step_within(
+    point: Point, active: NDArray[np.bool_], scale: Array, damping: float, lower: Array, upper: Array
+) -> Array:
+    """The damped step within the bounds: what would leave stops at its bound, and the rest is solved again."""
+    held, step = active.copy(), np.zeros_like(point.x)
+    while True:
+        step = _rest(point, step, held, scale, damping)
+        inside = np.clip(point.x + step, lower, upper) - point.x
+        leaving = ~held & (inside != step) & ((point.x + step < lower) | (point.x + step > upper))
+        if not leaving.any():
+            return np.asarray(inside)
+        step, held = inside, held | leaving
+
+
+def _rest(point: Point, step: Array, held: NDArray[np.bool_], scale: Array, damping: float) -> Array:
+    """The step completed: what is held is given, the others make the best of it."""
+    arrow = point.arrow.after(step, held)
     s = arrow.n_shared
-    reduced = reduce(arrow, scale * np.where(active, 1.0, np.sqrt(damping)))
+    reduced = reduce(arrow, scale * np.where(held, 1.0, np.sqrt(damping)))
     columns = reduced.triangle[:, :s] / scale[:s]
     shared: Array = np.linalg.lstsq(columns, -reduced.triangle[:, s], rcond=1e-15)[0] / scale[:s]
-    step = np.concatenate([shared, reduced.own_step(shared).ravel()])
-    step[active] = 0.0
-    return np.asarray(np.clip(point.x + step, lower, upper) - point.x)
+    return np.where(held, step, np.concatenate([shared, reduced.own_step(shared).ravel()]))

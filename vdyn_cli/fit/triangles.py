@@ -59,16 +59,20 @@ class Arrow:
         shared = squares[:, m : m + s].sum(axis=0) + np.einsum("pk,pk->k", self.common[:, :s], self.common[:, :s])
         return np.asarray(np.sqrt(np.concatenate([shared, squares[:, :m].ravel()])))
 
-    def without(self, held: NDArray[np.bool_]) -> Arrow:
-        """The same rows, blind to the unknowns, (s + g m), that are held where they are."""
+    def after(self, step: Array, held: NDArray[np.bool_]) -> Arrow:
+        """The rows once the held unknowns, (s + g m), have made their part of the step: blind to them from then on."""
         if not held.any():
             return self
         s, m = self.n_shared, self.n_own
+        done = np.where(held, step, 0.0)
         runs, common = self.runs.copy(), self.common.copy()
-        runs[:, :, m : m + s][:, :, held[:s]] = 0.0
-        common[:, :s][:, held[:s]] = 0.0
-        own = np.where(held[s:].reshape(len(runs), 1, m), 0.0, runs[:, :, :m])
-        return Arrow(np.concatenate([own, runs[:, :, m:]], axis=2), common, m)
+        runs[:, :, -1] += self.runs[:, :, m:-1] @ done[:s]
+        runs[:, :, -1] += np.einsum("ghk,gk->gh", self.runs[:, :, :m], done[s:].reshape(len(runs), m))
+        common[:, -1] += common[:, :s] @ done[:s]
+        runs[:, :, m:-1] *= ~held[:s]
+        runs[:, :, :m] *= ~held[s:].reshape(len(runs), 1, m)
+        common[:, :s] *= ~held[:s]
+        return Arrow(runs, common, m)
 
     def gradient(self) -> Array:
         """J'r, (s + g m): shared first, then run by run."""
