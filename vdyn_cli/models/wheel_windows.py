@@ -2,9 +2,9 @@
 
     Jw (om(t2) - om(t1)) = integral of the net torque from t1 to t2
 
-The wheel's speed is never differentiated: a derivative's noise, or what a smoothing filter takes from the steps that
-carry the information, biases Jw by a seventh to a third. Over a quarter of a second the speed gained is known a hundred
-times better than the noise of its two readings, so least squares on the impulse is unbiased.
+The wheel's speed is never differentiated: noise of the derivative biases Jw low, by half at 1 kHz, and a smoothing
+filter takes from the steps that carry the information. Over a quarter of a second the speed gained is a hundred times
+the noise of its two readings, so least squares on the impulse is unbiased.
 """
 
 from __future__ import annotations
