@@ -1,0 +1,106 @@
+"""The pipeline on sample logs: the parameter set, what a failure costs, what is reused, and the same bytes as steps."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from vdyn_cli.commands.run_pipeline import run_pipeline
+from vdyn_cli.commands.run_step import write_step
+from vdyn_cli.vocabulary import TABLE
+
+
+def silent(text: str, detail: bool = False) -> None:
+    pass
+
+
+@pytest.fixture
+def day(tmp_path: Path, root: Path) -> Path:
+    """A pipeline of three quick steps, in a folder of its own."""
+    configs = tmp_path / "configs"
+    configs.mkdir()
+    (tmp_path / "sample_logs").symlink_to(root / "sample_logs")
+    for name in ("vehicle", "area", "cg", "tire"):
+        (configs / f"{name}.yaml").write_text((root / "configs" / f"{name}.yaml").read_text())
+    steps = "".join(f"  - {name}.yaml\n" for name in ("tire", "cg", "area"))
+    (configs / "pipeline.yaml").write_text(f"pipeline: a day\nvehicle: vehicle.yaml\nsteps:\n{steps}")
+    return configs
+
+
+def run(day: Path, out: str, jobs: int = 1) -> tuple[int, dict]:  # type: ignore[type-arg]
+    folder = day.parent / out
+    code = run_pipeline(day / "pipeline.yaml", folder, keep_going=True, jobs=jobs, tell=silent)
+    return code, json.loads((folder / "parameters.json").read_text())
+
+
+def test_every_parameter_is_there_or_said_to_be_missing(day: Path) -> None:
+    code, document = run(day, "out")
+    assert code == 0
+    known, missing = set(document["parameters"]), set(document["missing"])
+    assert known | missing >= set(TABLE)
+    assert not known & missing
+    assert document["parameters"]["mass"]["source"] == "given"
+    assert document["parameters"]["cg_height"]["source"] == "cg"
+    assert "no 'coastdown' test" in document["missing"]["rolling_resistance"]
+    page = (day.parent / "out" / "report.html").read_text()
+    assert "a day" in page
+
+
+def test_side_by_side_step_by_step_and_again_the_bytes_are_the_same(day: Path) -> None:
+    run(day, "one")
+    run(day, "two", jobs=2)
+    alone = day.parent / "alone"
+    for name in ("area", "cg", "tire"):
+        write_step(name, day / f"{name}.yaml", (), alone)
+    files = sorted(p.name for p in (day.parent / "one").iterdir())
+    own = [f"{name}.{ending}" for name in ("area", "cg", "tire") for ending in ("html", "json")]
+    assert files == sorted(["report.html", "parameters.json", *own])
+    for name in files:
+        first = (day.parent / "one" / name).read_bytes()
+        assert first == (day.parent / "two" / name).read_bytes(), name
+        if (alone / name).exists():
+            assert first == (alone / name).read_bytes(), name
+
+
+def test_what_is_unchanged_is_reused_and_what_changed_is_not(day: Path) -> None:
+    told: list[str] = []
+
+    def tell(text: str, detail: bool = False) -> None:
+        told.append(text)
+
+    out = day.parent / "out"
+    run(day, "out")
+    first = (out / "report.html").read_bytes()
+    vehicle = day / "vehicle.yaml"
+    run_pipeline(day / "pipeline.yaml", out, keep_going=True, jobs=1, tell=tell)
+    assert sum("reused" in line for line in told) == 3
+    assert (out / "report.html").read_bytes() == first
+    told.clear()
+    vehicle.write_text(vehicle.read_text().replace("antenna_height: 1.52 m", "antenna_height: 1.53 m"))
+    run_pipeline(day / "pipeline.yaml", out, keep_going=True, jobs=1, tell=tell)
+    statuses = [line.split()[1:3] for line in told if line.startswith("[")]
+    assert statuses == [["tire", "done"], ["cg", "done"], ["area", "reused"]]
+
+
+def test_a_failed_step_costs_no_other_and_is_said(day: Path) -> None:
+    run(day, "out")
+    good = (day.parent / "out" / "tire.json").read_bytes()
+    (day / "tire.yaml").write_text((day / "tire.yaml").read_text().replace("Fx [N]", "F x [N]"))
+    code, document = run(day, "out")
+    assert code == 2
+    assert document["steps"]["tire"]["good"] is False
+    assert document["steps"]["area"]["good"] is True
+    assert "tire failed" in document["missing"]["tire_D"]
+    assert (day.parent / "out" / "tire.json").read_bytes() == good
+    page = (day.parent / "out" / "report.html").read_text()
+    assert "F x [N]" in page
+
+
+def test_stop_skips_what_comes_after_a_failure(day: Path) -> None:
+    (day / "tire.yaml").write_text("test: tire\nnonsense: 1\n")
+    code = run_pipeline(day / "pipeline.yaml", day.parent / "out", keep_going=False, jobs=1, tell=silent)
+    document = json.loads((day.parent / "out" / "parameters.json").read_text())
+    assert code == 2
+    assert "tire failed before" in document["steps"]["cg"]["sentence"]
