@@ -10,18 +10,16 @@ from numpy.typing import NDArray
 
 from vdyn_cli.errors import Finding, InputError
 from vdyn_cli.log import Log
+from vdyn_cli.sampled import FINE, Signal, smoothed
 
 Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _WIDTHS = (2.0, 8.0, 32.0, 128.0, 512.0)  # smoothing, in steps of the slower logger
-_FINE = 8  # grid points in the narrowest smoothing width
 _BLOCKS = 16
 _ITERATIONS = 30
 _LEAST_OVERLAP = 0.5  # of the shorter log
 _MOST_POINTS = 1 << 21  # of the coarse search
-_LEAST_LIKENESS = 0.5  # correlation of the two recordings' slopes, less what gain and offset explain
-_GAP = 2.6  # usual steps; no value is made up inside a longer one
+_LEAST_LIKENESS = 0.5  # concordance of the recordings, and correlation of their slopes
 
 
 def align(reference: Log, other: Log, channel: str) -> tuple[float, float]:
@@ -47,7 +45,7 @@ def align(reference: Log, other: Log, channel: str) -> tuple[float, float]:
 
     Raises
     ------
-    InputError : the channel is missing, does not move, or does not match anywhere.
+    InputError : the channel is missing, moves too little or too evenly, or matches at no delay or at several.
     """
     found = _align(reference, other, channel)
     return found.delay, found.std
@@ -60,45 +58,11 @@ class _Alignment:
     gain: float
     offset: float
     noise: float  # variance of the delay for white residuals of variance 1, less scattered than std is
-    drift: float  # delay in the second half less that in the first
+    drift: float  # change of the delay from the start to the end
     drift_std: float
 
 
-@dataclass(frozen=True)
-class _Signal:
-    """A channel's written samples, and where they have gaps."""
-
-    time: Array
-    values: Array
-
-    @property
-    def step(self) -> float:
-        return float(np.median(np.diff(self.time)))
-
-    def averages(self, grid: Array, width: float) -> Array:
-        """Means over cells of ``width`` of the straight lines between samples, NaN across gaps and ends."""
-        area = np.concatenate([[0.0], np.cumsum(np.diff(self.time) * (self.values[1:] + self.values[:-1]) / 2.0)])
-        mean = (self._area(area, grid + width / 2.0) - self._area(area, grid - width / 2.0)) / width
-        mean[self.gap_within(grid, width / 2.0)] = np.nan
-        return mean
-
-    def _area(self, area: Array, t: Array) -> Array:
-        i = np.clip(np.searchsorted(self.time, t, "right") - 1, 0, self.time.size - 2)
-        into = t - self.time[i]
-        slope = (self.values[i + 1] - self.values[i]) / (self.time[i + 1] - self.time[i])
-        return np.asarray(area[i] + into * (self.values[i] + slope * into / 2.0))
-
-    def gap_within(self, grid: Array, reach: float) -> Flags:
-        """Grid points nearer than ``reach`` to a gap or beyond an end."""
-        wide = np.concatenate([[0], np.cumsum(np.diff(self.time) > _GAP * self.step)])
-        last = self.time.size - 1
-        left = np.searchsorted(self.time, grid - reach, "right") - 1
-        right = np.searchsorted(self.time, grid + reach, "left")
-        outside = (left < 0) | (right > last)
-        return np.asarray(outside | (wide[np.clip(right, 0, last)] > wide[np.clip(left, 0, last)]))
-
-
-def _signal(log: Log, channel: str) -> _Signal:
+def _signal(log: Log, channel: str) -> Signal:
     if channel not in log or channel == "time":
         remedy = "map it for every logger, or name another channel with 'align_on'"
         raise InputError(Finding(log.name, f"has no channel '{channel}' to align the loggers on", remedy=remedy))
@@ -107,23 +71,23 @@ def _signal(log: Log, channel: str) -> _Signal:
     if values.size < 20 or np.ptp(values) == 0.0:
         what = f"channel '{channel}' does not move: the loggers' clocks cannot be aligned on it"
         raise InputError(Finding(log.name, what, remedy="name another channel with 'align_on'"))
-    return _Signal(log.time[written], values)
+    return Signal(log.time[written], values)
 
 
 def _align(reference: Log, other: Log, channel: str) -> _Alignment:
     x, y = _signal(reference, channel), _signal(other, channel)
     where = f"{reference.name}, {other.name}: channel '{channel}'"
     coarse = _coarse_delay(x, y, where)
-    width = _WIDTHS[0] * max(x.step, y.step)
-    grids = tuple(np.arange(s.time[0], s.time[-1], width / _FINE) for s in (x, y))
+    span = float(np.ptp(x.time) + np.ptp(y.time))
+    width = max(_WIDTHS[0] * max(x.step, y.step), FINE * span / _MOST_POINTS)
+    grids = tuple(np.arange(s.time[0], s.time[-1], width / FINE) for s in (x, y))
+    cells = tuple(s.averages(grid, width / FINE) for s, grid in zip((x, y), grids, strict=True))
+    smooth = tuple(smoothed(c, 1.0) for c in cells)
     found: list[_Alignment] = []
-    if min(g.size for g in grids) > 4 * _FINE and sum(g.size for g in grids) < 4 * _MOST_POINTS:
-        cells = tuple(s.averages(grid, width / _FINE) for s, grid in zip((x, y), grids, strict=True))
-        smooth = tuple(_smoothed(c, 1.0) for c in cells)
-        for times in _WIDTHS:
-            slopes = tuple(np.gradient(_smoothed(c, times / _WIDTHS[0]), width / _FINE) for c in cells)
-            fit = _refined(grids, smooth, slopes, coarse, 4.0 * times * width / _WIDTHS[0])
-            found += [fit] if fit is not None else []
+    for times in _WIDTHS:
+        slopes = tuple(np.gradient(smoothed(c, times / _WIDTHS[0]), width / FINE) for c in cells)
+        fit = _refined(grids, smooth, slopes, coarse, 4.0 * times * width / _WIDTHS[0])
+        found += [fit] if fit is not None else []
     if not found:
         what = "moves too little or too evenly to tell a delay from a gain and an offset"
         remedy = "log accelerating and braking too, or name another channel with 'align_on'"
@@ -131,11 +95,38 @@ def _align(reference: Log, other: Log, channel: str) -> _Alignment:
     return min(found, key=lambda f: f.noise)
 
 
-def _coarse_delay(x: _Signal, y: _Signal, where: str) -> float:
-    """The delay of largest concordance on a common grid, to about one step of it."""
+def _coarse_delay(x: Signal, y: Signal, where: str) -> float:
+    """The delay of largest concordance on a common grid, to about one step of it.
+
+    Raises
+    ------
+    InputError : no delay matches, only the opposite sign does, or two delays match equally well.
+    """
     span = np.ptp(x.time) + np.ptp(y.time)
     step = max(x.step, y.step, span / _MOST_POINTS)
     a, b = (s.averages(np.arange(s.time[0], s.time[-1] + step / 2.0, step), step) for s in (x, y))
+    concordance = _concordance(a, b)
+    best = int(np.argmax(concordance))
+    lags = (np.arange(concordance.size) - (a.size - 1)) * step
+    if concordance[best] < _LEAST_LIKENESS:
+        opposite = _concordance(a, -b).max() >= _LEAST_LIKENESS
+        got = f"best concordance {concordance[best]:.2f}"
+        remedy = "check the unit for both loggers, or name another channel with 'align_on'"
+        remedy = "one logger has the opposite sign: add 'sign: -1' to its channel" if opposite else remedy
+        raise InputError(Finding(where, "the two recordings do not match at any delay", got, remedy))
+    miss = 1.0 - concordance
+    far = np.flatnonzero(miss > 4.0 * miss[best])  # where the match is plainly lost, on either side of the best
+    left, right = (int(far[far < best].max(initial=-1)), int(far[far > best].min(initial=miss.size)))
+    rivals = [i for i in np.flatnonzero(miss < 1.2 * miss[best]) if i < left or i > right]
+    if rivals:
+        got = f"{lags[best] + y.time[0] - x.time[0]:.4g} s or {lags[rivals[0]] + y.time[0] - x.time[0]:.4g} s"
+        remedy = "log a manoeuvre that does not repeat itself, or name another channel with 'align_on'"
+        raise InputError(Finding(where, "the two recordings match at several delays", got, remedy))
+    return float(y.time[0] - x.time[0] + lags[best])
+
+
+def _concordance(a: Array, b: Array) -> Array:
+    """Concordance of a and b for each lag of b, -1 where too little of them overlaps."""
     centre = float(np.nanmean(a))
     a, b = a - centre, b - centre
     count, sum_a, sum_b, sum_aa, sum_bb, sum_ab = _lagged_sums(a, b)
@@ -144,14 +135,7 @@ def _coarse_delay(x: _Signal, y: _Signal, where: str) -> float:
     var_a, var_b = sum_aa / n - (sum_a / n) ** 2, sum_bb / n - (sum_b / n) ** 2
     cov = sum_ab / n - sum_a * sum_b / n**2
     spread = np.maximum(var_a + var_b + ((sum_a - sum_b) / n) ** 2, 1e-9 * (np.nanvar(a) + np.nanvar(b)) + 1e-300)
-    concordance = np.where(enough, 2.0 * cov / spread, -1.0)
-    best = int(np.argmax(concordance))
-    if concordance[best] < 0.5:
-        got = f"best concordance {concordance[best]:.2f}"
-        remedy = "check units and signs of both loggers, or name another channel with 'align_on'"
-        raise InputError(Finding(where, "the two recordings do not match at any delay", got, remedy))
-    lag = best - (a.size - 1)
-    return float(y.time[0] - x.time[0] + lag * step)
+    return np.asarray(np.where(enough, 2.0 * cov / spread, -1.0))
 
 
 def _lagged_sums(a: Array, b: Array) -> tuple[Array, ...]:
@@ -178,7 +162,7 @@ def _refined(
     The channels are smoothed just enough to be interpolated, so that neighbouring blocks stay independent; the slopes
     that weight them are smoothed as much as pays.
     """
-    every = slice(None, None, _FINE // 2)
+    every = slice(None, None, FINE // 2)
     t, fine, start = grids[0][every], grids[1], delay
     for _ in range(_ITERATIONS):
         value, slope = (np.interp(t + delay, fine, v, np.nan, np.nan) for v in (smooth[1], slopes[1]))
@@ -201,30 +185,8 @@ def _refined(
     if not abs(delay - start) <= reach:
         return None
     offset = float(np.mean(value[use]) - gain * np.mean(base))
-    std, drift, drift_std = _uncertainty(own * residual, gain * information)
+    std, drift, drift_std = _uncertainty((t + delay)[use], own * residual, gain * information)
     return _Alignment(delay, std, gain, offset, noise, drift, drift_std)
-
-
-def _smoothed(cells: Array, widths: float) -> Array:
-    """Smoothed by a bell of the given width, in the narrowest widths; NaN where it reaches over an end or a gap."""
-    half = round(widths * _FINE)
-    kernel = np.hanning(2 * half + 3)[1:-1]
-    if kernel.size > cells.size:
-        return np.full(cells.size, np.nan)
-    missing = np.isnan(cells)
-    centre = float(np.mean(cells[~missing])) if not missing.all() else 0.0
-    smooth = centre + _convolved(np.where(missing, 0.0, cells - centre), kernel / kernel.sum())
-    reached = _convolved(missing.astype(float), np.ones(kernel.size)) > 0.5
-    reached[:half] = reached[-half:] = True
-    smooth[reached] = np.nan
-    return smooth
-
-
-def _convolved(values: Array, kernel: Array) -> Array:
-    """The convolution's middle part, as long as the values, by fast transforms; the kernel's length is odd."""
-    size = 1 << int(values.size + kernel.size - 1).bit_length()
-    whole = np.fft.irfft(np.fft.rfft(values, size) * np.fft.rfft(kernel, size), size)
-    return np.asarray(whole[kernel.size // 2 :][: values.size])
 
 
 def _without(base: Array, values: Array) -> Array:
@@ -237,19 +199,23 @@ def _dot(a: Array, b: Array) -> float:
     return float(np.sum(a * b))  # a threaded product of short vectors takes longer than it saves
 
 
-def _uncertainty(scores: Array, information: Array) -> tuple[float, float, float]:
-    """Standard error of the delay, the change of the delay from first to second half, and that change's error.
+def _uncertainty(time: Array, scores: Array, information: Array) -> tuple[float, float, float]:
+    """Standard error of the delay, the change of the delay from the start to the end, and that change's error.
 
     The delay's error is -sum(scores) / sum(information), with scores s r of the part s of the slope that gain and
-    offset cannot imitate; its spread is seen in blocks.
+    offset cannot imitate; its spread is seen in blocks, and its change is the slope of the blocks' delays over time.
     """
     gathered = np.cumsum(np.maximum(information, 0.0))
     block = np.minimum((gathered / gathered[-1] * _BLOCKS).astype(int), _BLOCKS - 1)
     score, weight = np.bincount(block, scores, _BLOCKS), np.bincount(block, information, _BLOCKS)
     std = float(np.sqrt(_BLOCKS / (_BLOCKS - 3.0) * np.sum(score**2)) / weight.sum())
-    halves = (slice(0, _BLOCKS // 2), slice(_BLOCKS // 2, None))
-    first, second = (-float(score[half].sum() / weight[half].sum()) for half in halves)
-    return std, second - first, 2.0 * std
+    middle = np.bincount(block, time, _BLOCKS) / np.maximum(np.bincount(block, minlength=_BLOCKS), 1)
+    middle -= float(np.sum(weight * middle) / weight.sum())
+    spread = float(np.sum(weight * middle**2))
+    rate = -float(np.sum(score * middle)) / spread
+    left = score + weight * rate * middle
+    rate_std = float(np.sqrt(_BLOCKS / (_BLOCKS - 3.0) * np.sum((left * middle) ** 2))) / spread
+    return std, rate * float(np.ptp(time)), rate_std * float(np.ptp(time))
 
 
 def merge(reference: Log, others: Sequence[Log], shared: str) -> Log:
@@ -288,7 +254,7 @@ def _resampled(log: Log, channel: str, at: Array, step: float) -> tuple[Array, s
     written = np.isfinite(log[channel])
     if written.sum() < 2:
         return np.full(at.size, np.nan), "nothing written"
-    signal = _Signal(log.time[written], log[channel][written])
+    signal = Signal(log.time[written], log[channel][written])
     if signal.step < 0.75 * step:
         return signal.averages(at, step), f"means over {step:.4g} s"
     values = np.interp(at, signal.time, signal.values)
@@ -306,6 +272,6 @@ def _merge_findings(reference: Log, other: Log, shared: str, found: _Alignment, 
         what += f"; {names} put on its clock as {words}"
     findings = [Finding(other.name, what)]
     if abs(found.drift) > 4.0 * found.drift_std:
-        what = f"clock drifts by {found.drift:+.4f} s +- {found.drift_std:.4f} s from the first half to the second"
+        what = f"clock drifts by {found.drift:+.4f} s +- {found.drift_std:.4f} s from start to end"
         findings.append(Finding(other.name, what, remedy="cut the log into shorter runs, or synchronise the loggers"))
     return findings

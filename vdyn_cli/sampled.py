@@ -1,0 +1,70 @@
+"""A channel as the samples it is: means over time that no delay enters, gaps, and smoothing that moves nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+FINE = 8  # cells in the narrowest smoothing width
+_GAP = 2.6  # usual steps; no value is made up inside a longer one
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A channel's written samples, and where they have gaps."""
+
+    time: Array
+    values: Array
+
+    @property
+    def step(self) -> float:
+        return float(np.median(np.diff(self.time)))
+
+    def averages(self, grid: Array, width: float) -> Array:
+        """Means over cells of ``width`` of the straight lines between samples, NaN across gaps and ends."""
+        area = np.concatenate([[0.0], np.cumsum(np.diff(self.time) * (self.values[1:] + self.values[:-1]) / 2.0)])
+        mean = (self._area(area, grid + width / 2.0) - self._area(area, grid - width / 2.0)) / width
+        mean[self.gap_within(grid, width / 2.0)] = np.nan
+        return mean
+
+    def _area(self, area: Array, t: Array) -> Array:
+        i = np.clip(np.searchsorted(self.time, t, "right") - 1, 0, self.time.size - 2)
+        into = t - self.time[i]
+        slope = (self.values[i + 1] - self.values[i]) / (self.time[i + 1] - self.time[i])
+        return np.asarray(area[i] + into * (self.values[i] + slope * into / 2.0))
+
+    def gap_within(self, grid: Array, reach: float) -> Flags:
+        """Grid points nearer than ``reach`` to a gap or beyond an end."""
+        wide = np.concatenate([[0], np.cumsum(np.diff(self.time) > _GAP * self.step)])
+        last = self.time.size - 1
+        left = np.searchsorted(self.time, grid - reach, "right") - 1
+        right = np.searchsorted(self.time, grid + reach, "left")
+        outside = (left < 0) | (right > last)
+        return np.asarray(outside | (wide[np.clip(right, 0, last)] > wide[np.clip(left, 0, last)]))
+
+
+def smoothed(cells: Array, widths: float) -> Array:
+    """Smoothed by a bell of the given width, in the narrowest widths; NaN where it reaches over an end or a gap."""
+    half = round(widths * FINE)
+    kernel = np.hanning(2 * half + 3)[1:-1]
+    if kernel.size > cells.size:
+        return np.full(cells.size, np.nan)
+    missing = np.isnan(cells)
+    centre = float(np.mean(cells[~missing])) if not missing.all() else 0.0
+    smooth = centre + _convolved(np.where(missing, 0.0, cells - centre), kernel / kernel.sum())
+    reached = _convolved(missing.astype(float), np.ones(kernel.size)) > 0.5
+    reached[:half] = reached[-half:] = True
+    smooth[reached] = np.nan
+    return smooth
+
+
+def _convolved(values: Array, kernel: Array) -> Array:
+    """The convolution's middle part, as long as the values, by fast transforms; the kernel's length is odd."""
+    size = 1 << int(values.size + kernel.size - 1).bit_length()
+    whole = np.fft.irfft(np.fft.rfft(values, size) * np.fft.rfft(kernel, size), size)
+    return np.asarray(whole[kernel.size // 2 :][: values.size])
