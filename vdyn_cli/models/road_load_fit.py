@@ -22,9 +22,6 @@ from numpy.typing import NDArray
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, white_level, whiten
-from vdyn_cli.fit.intervals import t_quantile
-from vdyn_cli.fit.regression import evaluate
-from vdyn_cli.fit.triangles import reduce
 from vdyn_cli.models import gust_noise
 from vdyn_cli.models.bins import Bins, cut
 from vdyn_cli.models.gust_noise import RunNoise, Surroundings
@@ -225,7 +222,7 @@ def fit_road_load(
         rows, solution = _weighted_fit(rows, regression, sizes, at)
     at.update(solution.values)
     final = replace(_from(regression, solution), rows=rows)
-    return RoadLoadFit(campaign, final, with_prior_errors(final, solution), sizes, at, rows.simulator)
+    return RoadLoadFit(campaign, final, solution, sizes, at, rows.simulator)
 
 
 def wind_variance(sizes: Mapping[str, float]) -> float:
@@ -315,33 +312,3 @@ def _jolt(run: RoadRun, levels: Mapping[str, float], at: Mapping[str, float]) ->
     if "drive_torque" in levels:
         level = levels["drive_torque"] * at["driveline_efficiency"] * at["gear_ratio"] / at["wheel_radius"]
     return level * float(np.sqrt(np.median(np.diff(run.time))))
-
-
-def with_prior_errors(regression: Regression, solution: Solution) -> Solution:
-    """The solution with what the errors of shared priors put into it, which no run shows by differing from others.
-
-    With C the inverse information of everything and P that of the priors alone, cov + C P C; degrees of freedom after
-    Welch and Satterthwaite.
-    """
-    known = np.array([0.0 if u.prior is None else 1.0 / u.prior[1] for u in regression.shared])
-    if not known.any():
-        return solution
-    own = [solution.per_run[u.name] for u in regression.own]
-    x = np.concatenate([[solution.values[n] for n in solution.names], np.array(own).T.ravel()])
-    point = evaluate(regression, x)
-    assert point is not None
-    weak = np.where(np.arange(x.size) < known.size, 0.0, 1e-9 * point.arrow.column_norms())
-    inverse = np.linalg.inv(reduce(point.arrow, weak).triangle[: known.size, : known.size])
-    pulled = inverse @ inverse.T * known
-    covariance = solution.covariance + pulled @ pulled.T
-    std, before = np.sqrt(np.diag(covariance)), np.sqrt(np.diag(solution.covariance))
-    degrees = np.array([solution.degrees[n] for n in solution.names]) * (std / np.maximum(before, 1e-300)) ** 4
-    half = np.array([t_quantile(float(min(d, 1e6))) for d in degrees]) * std
-    values = np.array([solution.values[n] for n in solution.names])
-    return replace(
-        solution,
-        covariance=covariance,
-        std=dict(zip(solution.names, std.tolist(), strict=True)),
-        degrees=dict(zip(solution.names, np.minimum(degrees, 1e6).tolist(), strict=True)),
-        interval95={n: (float(v - h), float(v + h)) for n, v, h in zip(solution.names, values, half, strict=True)},
-    )
