@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vdyn_cli import csv_source
 from vdyn_cli.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.errors import InputError
 
@@ -132,6 +133,21 @@ def test_a_repeated_header_asks_which(tmp_path: Path) -> None:
 )
 def test_damaged_rows_are_named_by_line(tmp_path: Path, line: int, text: str, message: str) -> None:
     assert message in refused(tmp_path, changed(line, text))
+
+
+def test_lines_are_right_in_later_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = csv_source.open_source
+    monkeypatch.setattr("vdyn_cli.csv_reader.open_source", lambda path, encoding: opened(path, encoding, 100))
+    assert "run.csv:38: text among the numbers" in refused(tmp_path, changed(38, "3.6,ERR,ok"))
+    assert "a quote that is opened is never closed" in refused(tmp_path, changed(38, '3.6,1,"ok'))
+    assert "steps back in 1 row (line 33)" in refused(tmp_path, changed(33, "0.05,1,ok"))
+
+
+def test_a_clock_of_times_of_day_is_answered_with_the_remedy(tmp_path: Path) -> None:
+    content = "t;v [m/s];a\n" + "".join(f"12:30:{i:02d}.5;{i};{i}\n" for i in range(20))
+    message = refused(tmp_path, content)
+    assert "channel 'time', column 't': 20 cells" in message
+    assert "export it as seconds instead of a time of day" in message
 
 
 def test_text_in_several_columns_is_reported_together(tmp_path: Path) -> None:

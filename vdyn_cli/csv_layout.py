@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import csv
-import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from typing import Literal
 
+from vdyn_cli.csv_cells import decimal_mark, is_number, is_written
 from vdyn_cli.errors import Finding, InputError
 from vdyn_cli.quantity import UnitError, to_si
 
@@ -17,11 +17,6 @@ _RECORDS = 1000
 _SHOWN = 200  # rows that show the decimal mark
 _DELIMITERS = (";", "\t", ",", "|", " ")
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
-
-NOT_WRITTEN = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "#n/a", "null", "none", "<na>", "-nan"})
-_DOT = re.compile(r"[+-]?(\d+(,\d{3})*\.\d*|\.\d+)([eE][+-]?\d+)?")
-_COMMA = re.compile(r"[+-]?(\d+(\.\d{3})*,\d*|,\d+)([eE][+-]?\d+)?")
-_WHOLE = re.compile(r"[+-]?(\d+([eE][+-]?\d+)?|inf|infinity)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -69,9 +64,7 @@ def tidy(name: str) -> str:
     return " ".join(name.split())
 
 
-def find_layout(
-    head: bytes, encoding: str, wanted: Collection[str], options: ReadOptions, name: str, whole: bool = True
-) -> Layout:
+def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: ReadOptions, name: str) -> Layout:
     """Find the header, the units row and the first row of numbers.
 
     The header is the row that holds most of the wanted columns; where no row holds any, the text row above the
@@ -82,7 +75,6 @@ def find_layout(
     head : the first block of the file; lines end where the block ends.
     wanted : columns that the description names; the first is the clock.
     name : of the file, for messages.
-    whole : whether the head is the whole file.
 
     Raises
     ------
@@ -169,7 +161,10 @@ def _table(
     if header[:1] == ["#"] and at + 1 < len(records) and len(header) == len(records[at + 1].fields) + 1:
         header = header[1:]  # a header written as a comment
     clock = header.index(wanted[0]) if wanted and wanted[0] in header else None
-    start = next((i for i in range(at + 1, len(records)) if _is_numbers(records[i].fields, clock)), None)
+    below = range(at + 1, len(records))
+    start = next((i for i in below if _is_numbers(records[i].fields, clock)), None)
+    if start is None:  # the clock may be a time of day, which deserves a message of its own
+        start = next((i for i in below if _is_numbers(records[i].fields, None)), None)
     if start is None or len(header) < 2:
         return None
     numbers = records[start:]
@@ -183,7 +178,7 @@ def _table(
 
 def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[str]:
     """The cells as column names; none in a row that begins with a number, which saves decoding the data."""
-    if not fields or fields[0][:1].isdigit() or is_number(fields[0]):
+    if not fields or is_number(fields[0]):
         return []
     names = [_decoded(f, encoding) for f in fields]
     if names[0] not in wanted and len(names[0]) > 1:
@@ -219,14 +214,8 @@ def _is_numbers(fields: Sequence[str], clock: int | None) -> bool:
 
 
 def _share_of_numbers(fields: Sequence[str]) -> float:
-    written = [f for f in fields if f.strip().lower() not in NOT_WRITTEN]
+    written = [f for f in fields if is_written(f)]
     return sum(map(is_number, written)) / len(written) if written else 0.0
-
-
-def is_number(text: str) -> bool:
-    """Whether a cell is a number, with either decimal mark."""
-    text = text.strip()
-    return any(pattern.fullmatch(text) is not None for pattern in (_WHOLE, _DOT, _COMMA))
 
 
 def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: str) -> Layout:
@@ -260,7 +249,7 @@ def _units_row(table: _Table, name: str) -> tuple[tuple[str, ...], tuple[Finding
 
 
 def _holds_units(fields: Sequence[str]) -> bool:
-    written = [unit_text(f) for f in fields if f.strip().lower() not in NOT_WRITTEN]
+    written = [unit_text(f) for f in fields if is_written(f)]
     known = sum(is_unit(f) for f in written)
     return known > 0 and known >= 0.5 * len(written)
 
@@ -280,15 +269,14 @@ def is_unit(text: str) -> bool:
 
 def _decimal(table: _Table) -> str:
     """The decimal mark that most numbers of the mapped columns have."""
-    dots = commas = 0
+    counts = {".": 0, ",": 0, "": 0}
     for record in table.numbers[:_SHOWN]:
         for i in table.mapped or range(len(record.fields)):
-            cell = record.fields[i].strip() if i < len(record.fields) else ""
-            dots += _DOT.fullmatch(cell) is not None
-            commas += _COMMA.fullmatch(cell) is not None
-    if not dots and not commas:
+            if i < len(record.fields):
+                counts[decimal_mark(record.fields[i])] += 1
+    if not counts["."] and not counts[","]:
         return ""
-    return "," if commas > dots else "."
+    return "," if counts[","] > counts["."] else "."
 
 
 def _no_table(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -11,7 +10,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.csv_layout import NOT_WRITTEN, Layout
+from vdyn_cli.csv_cells import NOT_WRITTEN, is_written, number_of
+from vdyn_cli.csv_layout import Layout
 from vdyn_cli.errors import Finding, InputError
 
 Array = NDArray[np.float64]
@@ -19,11 +19,6 @@ T = TypeVar("T", bound=np.generic)
 
 MOST_BAD = 1000  # cells that are no numbers, after which reading on would only repeat the message
 
-_GROUPED = {
-    ".": re.compile(r"[+-]?\d{1,3}(,\d{3})+\.\d*"),  # 1,234.5
-    ",": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d*"),  # 1.234,5
-}
-_TRUTH = {"true": 1.0, "false": 0.0}
 _WHITE = r"\s+"
 _END_MARK = b"\x1a"  # as DOS programs write it
 
@@ -174,7 +169,9 @@ def _parse(
         columns[position], wrong, n = _converted(cells[position], layout.decimal or ".")
         bad += [BadCell(i, position, _shown(cells[position][i], encoding)) for i in wrong]
         grouped += n
-    bad += [BadCell(i, -1, _shown(c, encoding)) for i, c in enumerate(cells[extra]) if _written(c)]
+    bad += [
+        BadCell(i, -1, _shown(c, encoding)) for i, c in enumerate(cells[extra]) if isinstance(c, str) and is_written(c)
+    ]
     return columns, sorted(bad, key=lambda c: (c.row, c.column)), grouped
 
 
@@ -206,10 +203,6 @@ def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T]
     return {p: frame[p].to_numpy()[1:] for p in positions}
 
 
-def _written(cell: object) -> bool:
-    return isinstance(cell, str) and cell.strip().lower() not in NOT_WRITTEN
-
-
 def _shown(cell: object, encoding: str) -> str:
     return str(cell).encode("latin-1", "replace").decode(encoding, "replace").strip()
 
@@ -218,20 +211,13 @@ def _converted(cells: NDArray[np.object_], decimal: str) -> tuple[Array, list[in
     """Cells as numbers; the places that hold something else; how many had thousands separators."""
     values = np.full(cells.size, np.nan)
     wrong, grouped = [], 0
-    separator = "," if decimal == "." else "."
     for i, cell in enumerate(cells):
-        if not _written(cell):
+        if not isinstance(cell, str) or not is_written(cell):
             continue
-        text = str(cell).strip()
-        if _GROUPED[decimal].fullmatch(text):
-            text, grouped = text.replace(separator, ""), grouped + 1
-        try:
-            if separator in text or "_" in text:
-                raise ValueError
-            values[i] = float(text.replace(decimal, "."))
-        except ValueError:
-            if (truth := _TRUTH.get(text.lower())) is None:
-                wrong.append(i)
-            else:
-                values[i] = truth
+        number, separated = number_of(cell, decimal)
+        grouped += separated
+        if number is None:
+            wrong.append(i)
+        else:
+            values[i] = number
     return values, wrong, grouped
