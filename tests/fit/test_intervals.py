@@ -69,7 +69,7 @@ def test_the_variance_is_unbiased_where_the_noise_is_as_believed(
 ) -> None:
     """Over campaigns of one design the mean of std^2 is the model's variance, and its scatter gives the degrees."""
     squares, degrees, classical = [], [], 0.0
-    for seed in range(300):
+    for seed in range(200):
         rng = np.random.default_rng(seed)
         fixed = line(runs, 99, lengths)
         truth = np.array([2.0, 0.5])
