@@ -1,8 +1,10 @@
-"""One cell of a table: whether it is written, whether it is a number, and which."""
+"""One cell of a table: a name, a unit, or a number, and which."""
 
 from __future__ import annotations
 
 import re
+
+from vdyn_cli.quantity import UnitError, to_si
 
 NOT_WRITTEN = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "#n/a", "null", "none", "<na>", "-nan"})
 
@@ -20,6 +22,28 @@ _GROUPED = {
     ",": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d*"),  # 1.234,5
 }
 _TRUTH = {"true": 1.0, "false": 0.0}
+_UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
+
+
+def tidy(name: str) -> str:
+    """A header cell without outer or repeated blanks and line breaks."""
+    return " ".join(name.split())
+
+
+def unit_text(cell: str) -> str:
+    """A unit as a header writes it, without its brackets."""
+    return tidy(cell).strip("[](){}<> ")
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text from a file is a unit; what cannot be one is not given to the parser of units."""
+    if _UNIT.fullmatch(text) is None:
+        return False
+    try:
+        to_si(1.0, text, text)
+    except UnitError:
+        return False
+    return True
 
 
 def is_written(text: str) -> bool:

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from vdyn_cli.csv_layout import Layout, is_unit, tidy, unit_text
+from vdyn_cli.csv_cells import is_unit, tidy, unit_text
+from vdyn_cli.csv_layout import Layout
 from vdyn_cli.errors import Finding
 from vdyn_cli.quantity import UnitError, to_si
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from typing import Literal
 
-from vdyn_cli.csv_cells import decimal_mark, is_number, is_written
+from vdyn_cli.csv_cells import decimal_mark, is_number, is_unit, is_written, tidy, unit_text
 from vdyn_cli.errors import Finding, InputError
-from vdyn_cli.quantity import UnitError, to_si
 
 _HEADS = (1 << 16, 1 << 20)  # bytes to look at; the second for files of thousands of columns
 _RECORDS = 1000
@@ -57,11 +56,6 @@ class Layout:
 class _Record:
     line: int
     fields: list[str]
-
-
-def tidy(name: str) -> str:
-    """A header cell without outer or repeated blanks and line breaks."""
-    return " ".join(name.split())
 
 
 def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: ReadOptions, name: str) -> Layout:
@@ -252,19 +246,6 @@ def _holds_units(fields: Sequence[str]) -> bool:
     written = [unit_text(f) for f in fields if is_written(f)]
     known = sum(is_unit(f) for f in written)
     return known > 0 and known >= 0.5 * len(written)
-
-
-def unit_text(cell: str) -> str:
-    """A unit as a header writes it, without its brackets."""
-    return tidy(cell).strip("[](){}<> ")
-
-
-def is_unit(text: str) -> bool:
-    try:
-        to_si(1.0, text, text)
-    except UnitError:
-        return False
-    return True
 
 
 def _decimal(table: _Table) -> str:
