@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-from vdyn_cli.align import merge
-from vdyn_cli.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.elements.atmosphere import air_density
 from vdyn_cli.errors import Finding, InputError, raise_all
 from vdyn_cli.log import Log
 from vdyn_cli.parameters import Estimate, Parameters, read_parameters
 from vdyn_cli.quantity import Quantity
+from vdyn_cli.reading.align import merge
+from vdyn_cli.reading.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.spec import Channel, Environment, Logger, Run, TestSpec, Vehicle, check_channels, load_spec
 from vdyn_cli.steps import Step
 from vdyn_cli.vocabulary import PARAMETERS

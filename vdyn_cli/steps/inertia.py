@@ -39,7 +39,6 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.errors import Finding, InputError, ResultError
 from vdyn_cli.log import Log
 from vdyn_cli.models import pendulum_views, wheel_views
@@ -48,6 +47,7 @@ from vdyn_cli.models.wheel_inertia import UNIT, Pendulum, advice, apart, cure, p
 from vdyn_cli.models.wheel_road import KNOWN, Road, road_inertia
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
+from vdyn_cli.reading.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.result import FitSummary, Result, Table
 from vdyn_cli.spec import Si, Strict, TestSpec
 from vdyn_cli.steps import Step

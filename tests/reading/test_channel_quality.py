@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vdyn_cli.channel_quality import Quality, check_channel
+from vdyn_cli.reading.channel_quality import Quality, check_channel
 
 Array = NDArray[np.float64]
 N = 4000

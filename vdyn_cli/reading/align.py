@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.errors import Finding, InputError
 from vdyn_cli.log import Log
-from vdyn_cli.sampled import FINE, Signal, smoothed
+from vdyn_cli.reading.sampled import FINE, Signal, smoothed
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vdyn_cli.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.errors import InputError
+from vdyn_cli.reading.csv_reader import Column, ReadOptions, read_csv
 
 COLUMNS = {"time": Column("t", "s", "s"), "speed": Column("v [m/s]", "m/s", "m/s")}
 GOOD = "t,v [m/s],note\n" + "".join(f"{i / 10:.1f},{np.sin(i):.3f},ok\n" for i in range(40))

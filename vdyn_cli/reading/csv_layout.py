@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from typing import Literal
 
-from vdyn_cli.csv_cells import decimal_mark, is_number, is_unit, is_written, tidy, unit_text
 from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.reading.csv_cells import decimal_mark, is_number, is_unit, is_written, tidy, unit_text
 
 _HEADS = (1 << 16, 1 << 20)  # bytes to look at; the second for files of thousands of columns
 _RECORDS = 1000

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vdyn_cli.clock import Rising, check_rising, check_steps
+from vdyn_cli.reading.clock import Rising, check_rising, check_steps
 
 Array = NDArray[np.float64]
 

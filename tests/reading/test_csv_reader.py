@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vdyn_cli import csv_source
-from vdyn_cli.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.log import Log
+from vdyn_cli.reading import csv_source
+from vdyn_cli.reading.csv_reader import Column, ReadOptions, read_csv
 
 N = 50
 TIME = np.arange(N) * 0.01
@@ -222,7 +222,7 @@ def test_repeated_headers_are_told_apart_by_number(tmp_path: Path) -> None:
 
 def test_blocks_are_joined_without_a_seam(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = csv_source.open_source
-    monkeypatch.setattr("vdyn_cli.csv_reader.open_source", lambda path, encoding: opened(path, encoding, 700))
+    monkeypatch.setattr("vdyn_cli.reading.csv_reader.open_source", lambda path, encoding: opened(path, encoding, 700))
     check(read(tmp_path, table(newline="\r\n")))
     check(read(tmp_path, table(";").encode("utf-16")))
 

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from vdyn_cli.csv_cells import is_unit, tidy, unit_text
-from vdyn_cli.csv_layout import Layout
 from vdyn_cli.errors import Finding
 from vdyn_cli.quantity import UnitError, to_si
+from vdyn_cli.reading.csv_cells import is_unit, tidy, unit_text
+from vdyn_cli.reading.csv_layout import Layout
 
 _BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*$")
 _NTH = re.compile(r"(.*)#(\d+)")

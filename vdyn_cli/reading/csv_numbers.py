@@ -10,9 +10,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.csv_cells import NOT_WRITTEN, is_written, number_of
-from vdyn_cli.csv_layout import Layout
 from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.reading.csv_cells import NOT_WRITTEN, is_written, number_of
+from vdyn_cli.reading.csv_layout import Layout
 
 Array = NDArray[np.float64]
 T = TypeVar("T", bound=np.generic)

@@ -11,16 +11,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.channel_quality import check_channel
-from vdyn_cli.clock import LineOf, check_rising, check_steps
-from vdyn_cli.csv_columns import Column, match_columns
-from vdyn_cli.csv_layout import Layout, ReadOptions, find_layout
-from vdyn_cli.csv_numbers import Lines, Numbers, read_numbers
-from vdyn_cli.csv_rows import data_rows, has_decimal_commas
-from vdyn_cli.csv_source import open_source
 from vdyn_cli.errors import Finding, raise_all
 from vdyn_cli.log import Log
 from vdyn_cli.quantity import to_si
+from vdyn_cli.reading.channel_quality import check_channel
+from vdyn_cli.reading.clock import LineOf, check_rising, check_steps
+from vdyn_cli.reading.csv_columns import Column, match_columns
+from vdyn_cli.reading.csv_layout import Layout, ReadOptions, find_layout
+from vdyn_cli.reading.csv_numbers import Lines, Numbers, read_numbers
+from vdyn_cli.reading.csv_rows import data_rows, has_decimal_commas
+from vdyn_cli.reading.csv_source import open_source
 
 __all__ = ["Column", "ReadOptions", "read_csv"]
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.clock import lines_of
-from vdyn_cli.csv_layout import Layout
-from vdyn_cli.csv_numbers import MOST_BAD, BadCell, Numbers
 from vdyn_cli.errors import Finding
+from vdyn_cli.reading.clock import lines_of
+from vdyn_cli.reading.csv_layout import Layout
+from vdyn_cli.reading.csv_numbers import MOST_BAD, BadCell, Numbers
 
 Rows = NDArray[np.intp]
 

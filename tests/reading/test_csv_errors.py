@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vdyn_cli import csv_source
-from vdyn_cli.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.errors import InputError
+from vdyn_cli.reading import csv_source
+from vdyn_cli.reading.csv_reader import Column, ReadOptions, read_csv
 
 COLUMNS = {
     "time": Column("t", "s", "s", where="run.yaml:3"),
@@ -137,7 +137,7 @@ def test_damaged_rows_are_named_by_line(tmp_path: Path, line: int, text: str, me
 
 def test_lines_are_right_in_later_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = csv_source.open_source
-    monkeypatch.setattr("vdyn_cli.csv_reader.open_source", lambda path, encoding: opened(path, encoding, 100))
+    monkeypatch.setattr("vdyn_cli.reading.csv_reader.open_source", lambda path, encoding: opened(path, encoding, 100))
     assert "run.csv:38: text among the numbers" in refused(tmp_path, changed(38, "3.6,ERR,ok"))
     assert "a quote that is opened is never closed" in refused(tmp_path, changed(38, '3.6,1,"ok'))
     assert "steps back in 1 row (line 33)" in refused(tmp_path, changed(33, "0.05,1,ok"))

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.bench.align_accuracy import KINDS, QUANTILE, Kind, recordings
-from vdyn_cli.align import align, merge
-from vdyn_cli.csv_reader import Column, read_csv
 from vdyn_cli.errors import InputError
 from vdyn_cli.log import Log
+from vdyn_cli.reading.align import align, merge
+from vdyn_cli.reading.csv_reader import Column, read_csv
 
 
 def said(log: Log) -> str:
