@@ -115,6 +115,7 @@ class Reading(Strict):
     delimiter: str | None = None
     decimal: Literal[".", ","] | None = None
     encoding: str | None = None
+    header_row: Annotated[int, Field(ge=1)] | None = None  # line of the header, counted from 1
     clock: Literal["strict", "drop"] = "strict"
 
 

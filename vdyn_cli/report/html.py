@@ -57,6 +57,7 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
     name = slug(result.step)
     grouped = channels(result.comparisons, result.fit.noise_floor, result.fit.unit)
     rows = views.parameter_rows(result.parameters)
+    findings = views.alike(result.findings)
     told = diagnosis(document.get("diagnosis") or result.diagnosis)
     return {
         "slug": name,
@@ -64,7 +65,7 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
         "about": _about(result.step),
         "sentence": words.prose(result.sentence),
         "diagnosis": told,
-        "chips": views.chips(result.fit, len(result.findings), name, bool(told and told.gain and told.gain.held_out)),
+        "chips": views.chips(result.fit, len(findings), name, bool(told and told.gain and told.gain.held_out)),
         "parameters": rows,
         "widths": views.widths(rows),
         "moved": any(r.before for r in rows),
@@ -80,7 +81,7 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
             for i, f in enumerate(result.figures)
         ],
         "tables": [views.cells(t) for t in result.tables],
-        "findings": [views.finding(f) for f in result.findings],
+        "findings": [views.finding(f) for f in findings],
         "methods": [words.prose(p) for p in result.methods.split("\n\n") if p.strip()],
         "correlation": views.correlation(result.parameters.correlation),
         "strongest": views.strongest(result.parameters.correlation),
