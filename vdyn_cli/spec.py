@@ -39,7 +39,8 @@ class Si:
         if isinstance(value, Given):
             return value
         if not isinstance(value, (str, int, float)) or isinstance(value, bool):
-            raise PydanticCustomError("quantity", "is not a number with a unit, such as '1 {unit}'", {"unit": self.unit})
+            what = "is not a number with a unit, such as '1 {unit}'"
+            raise PydanticCustomError("quantity", what, {"unit": self.unit})
         try:
             given = parse(value, self.unit)
         except UnitError as error:
