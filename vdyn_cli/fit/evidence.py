@@ -16,11 +16,10 @@ from vdyn_cli.fit.triangles import Array, fold
 
 Kind = Literal["run", "block"]
 
-FEWEST_RUNS = 6  # with so many runs, worth no fewer equal ones than the next line, the run is the unit of evidence
-FEWEST_EFFECTIVE_RUNS = 4.0
-BLOCKS = 16  # otherwise so many blocks within runs,
-FEWEST_BLOCKS = 12  # no fewer than these,
-FEWEST_EFFECTIVE_BLOCKS = 4.0  # nor worth fewer equal ones
+FEWEST_RUNS = 6  # with so many runs, if they are even enough, the run is the unit of evidence
+BLOCKS = 12  # otherwise so many blocks within runs: more are shorter, and share what colour the whitening left
+FEWEST_BLOCKS = 8
+FEWEST_EFFECTIVE = 4.0  # units worth fewer equal ones than this are too uneven to judge by
 OUTLIER = 0.3  # a row whose weight is less is named
 NEIGHBOURS = 3  # rows apart: outliers this near are named together
 
@@ -31,7 +30,7 @@ def judge(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
     units, residuals, downweighted = _units(solved, kind)
     found = intervals.spread([_evidence(solved, u, kind) for u in units], solved.covariance)
     effective = _least(solved, found.effective, len(units))
-    many = len(units) >= FEWEST_BLOCKS and effective >= FEWEST_EFFECTIVE_BLOCKS
+    many = len(units) >= FEWEST_BLOCKS and effective >= FEWEST_EFFECTIVE
     warnings = [f"down-weighted {d}" for d in downweighted]
     classical = solved.variance * solved.covariance
     if len(units) >= 2 and (kind == "run" or many or wanted == "block"):
@@ -41,7 +40,7 @@ def judge(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
         covariance, degrees, unit = classical, np.full(solved.s, solved.degrees), "model"
         warnings.append(
             f"the intervals rest on the noise model alone: {len(units)} units of evidence, worth {effective:.1f} equal "
-            f"ones, are too few to judge by (at least {FEWEST_BLOCKS}, worth {FEWEST_EFFECTIVE_BLOCKS:g})"
+            f"ones, are too few to judge by (at least {FEWEST_BLOCKS}, worth {FEWEST_EFFECTIVE:g})"
         )
     names = tuple(u.name for u in solved.regression.shared)
     values, std = solved.point.x[: solved.s], np.sqrt(np.diag(covariance))
@@ -88,7 +87,7 @@ def _enough_runs(solved: Solved) -> bool:
     if len(solved.regression.runs) < FEWEST_RUNS:
         return False
     told = np.sum((solved.reduced.runs[:, :, :-1] @ solved.covariance) ** 2, axis=1)
-    return _least(solved, intervals.effective_number(told), len(told)) >= FEWEST_EFFECTIVE_RUNS
+    return _least(solved, intervals.effective_number(told), len(told)) >= FEWEST_EFFECTIVE
 
 
 def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[Array, Array]:
@@ -117,6 +116,7 @@ def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...], l
     regression, s = solved.regression, solved.s
     units: list[Unit] = []
     residuals, downweighted = [], []
+    counts = _blocks_of_runs(solved)
     for run, name in enumerate(regression.runs):
         rows = regression.rows(run, regression.local(solved.point.x, run))
         matrix = matrix_of(rows, s, solved.loss, solved.scale)
@@ -125,7 +125,7 @@ def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...], l
         elif rows.block is not None:
             labels = np.unique(rows.block, return_inverse=True)[1].astype(np.int64)
         else:
-            labels = _cut(solved, run, rows, matrix)
+            labels = _cut(solved, run, rows, matrix, counts[run])
         for label in range(int(labels.max(initial=-1)) + 1):
             units.append(Unit(run, label, fold(matrix[labels == label]), np.zeros(s)))
         residuals.append(rows.residual)
@@ -133,15 +133,25 @@ def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...], l
     return units, tuple(residuals), downweighted
 
 
-def _cut(solved: Solved, run: int, rows: Rows, matrix: Array) -> NDArray[np.int64]:
+def _blocks_of_runs(solved: Solved) -> NDArray[np.int64]:
+    """How many blocks each run is cut into: by its share of the information, one at least."""
+    whole = solved.reduced.runs[:, :, :-1]
+    told = np.sum((whole @ solved.covariance) * whole, axis=(1, 2))
+    quota = BLOCKS * told / max(float(np.sum(told)), 1e-300)
+    counts: NDArray[np.int64] = np.maximum(np.floor(quota), 1).astype(np.int64)
+    missing = max(BLOCKS - int(counts.sum()), 0)
+    counts[np.argsort(counts - quota, kind="stable")[:missing]] += 1
+    return counts
+
+
+def _cut(solved: Solved, run: int, rows: Rows, matrix: Array, blocks: int) -> NDArray[np.int64]:
     """Blocks of equal information about the shared unknowns within one run, in the order of time."""
-    m, whole = solved.m, solved.reduced.runs[run, :, :-1]
+    m = solved.m
     total = matrix[:, m:-1] + matrix[:, :m] @ solved.follow[run]
     told = np.sum((total @ solved.covariance) * total, axis=1)
-    share = float(np.sum((whole @ solved.covariance) * whole)) / max(solved.s, 1)
     order = np.argsort(rows.time, kind="stable") if rows.time is not None else np.arange(len(told))
     labels = np.empty(len(told), dtype=np.int64)
-    labels[order] = equal_information_blocks(told[order], max(1, round(BLOCKS * share)))
+    labels[order] = equal_information_blocks(told[order], int(blocks))
     return labels
 
 
