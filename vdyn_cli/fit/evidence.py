@@ -102,7 +102,8 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
         rows += [follow[i] / std for follow in solved.follow for i, std in own]
     moved = np.array(rows).reshape(-1, solved.s) @ solved.covariance
     covariance = found.covariance + moved.T @ moved
-    return covariance, found.degrees * (np.diag(covariance) / np.maximum(np.diag(found.covariance), 1e-300)) ** 2
+    growth = np.diag(covariance) / np.maximum(np.diag(found.covariance), 1e-300)
+    return covariance, found.degrees * np.minimum(growth, 1e4) ** 2
 
 
 def _evidence(solved: Solved, unit: Unit, kind: Kind) -> Evidence:
