@@ -17,7 +17,8 @@ from vdyn_cli.models.tire_curve import TIRE_CURVE, Bins
 Array = NDArray[np.float64]
 
 SHAPE = ("tire_B", "tire_C", "tire_D", "tire_E")
-RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.8), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
+# Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would push the wrong way.
+RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
 STARTS = (1.3, 1.6, 1.9)  # of C: a wrong one can end in a valley of its own
 SHIFT = 1e-4  # slip, for the curvature of the curve
 
