@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 from vdyn_cli.engine.bench import Number, Signals
 from vdyn_cli.engine.maths import fmax, fmin, sin
@@ -48,7 +49,7 @@ def straight_lines(points: Sequence[tuple[float, float]]) -> Shape:
     points : (position, height) in m, positions rising. The road before lies at the first height, that after at the
         last: a kerb is a profile that ends higher.
     """
-    slopes = [(h2 - h1) / (x2 - x1) for (x1, h1), (x2, h2) in zip(points[:-1], points[1:], strict=True)]
+    slopes = [(h2 - h1) / (x2 - x1) for (x1, h1), (x2, h2) in pairwise(points)]
     bends = [after - before for before, after in zip([0.0, *slopes], [*slopes, 0.0], strict=True)]
     corners = [(x, bend) for (x, _), bend in zip(points, bends, strict=True) if bend != 0.0]
 

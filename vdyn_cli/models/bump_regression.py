@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,30 +13,15 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.models.bump_crossing import CHANNELS, LOADS, Crossing
-from vdyn_cli.models.half_car import BODY, GIVEN, SOUGHT
+from vdyn_cli.models.bump_given import Known
+from vdyn_cli.models.half_car import BODY, BODY_OF, GIVEN, SOUGHT, sprung_body
+from vdyn_cli.vocabulary import PARAMETERS
 
 Array = NDArray[np.float64]
 
 FINEST = 1.1e-3  # s, largest step of the integration: with it loads are good to a hundredth of a load cell's noise
 MISFIT = 1.2  # residual over noise, above which a channel counts for what the model leaves of it
 AT_REST = (2e-3, 2e-2, 1e-3, 1e-2)  # m, m/s, rad, rad/s: how still the body is before the bump
-FURTHEST = 0.5  # m by which the fit may move the bump from where it was found
-
-
-@dataclass(frozen=True)
-class Known:
-    """What the fit does not seek.
-
-    Parameters
-    ----------
-    values : of ``GIVEN``, SI. std : of those that are uncertain: they become unknowns under that prior.
-    zeros : standard deviations of the sensors' zeros, by channel. speed_scale : relative, of the speed's scale.
-    """
-
-    values: Mapping[str, float]
-    std: Mapping[str, float]
-    zeros: Mapping[str, float]
-    speed_scale: float
 
 
 class BumpFit:
@@ -48,7 +33,7 @@ class BumpFit:
 
     Parameters
     ----------
-    start : of the five; ranges : bounds of these and of the uncertain given numbers.
+    start : of the five.
     rear_weight : the paper's w: both loads are weighted alike, in newtons, the rear's squares times w; None weighs each
         channel by its noise.
     noise : of each channel, over what the crossings say; (channels,), by name.
@@ -60,7 +45,6 @@ class BumpFit:
         model: Model,
         known: Known,
         start: Mapping[str, float],
-        ranges: Mapping[str, tuple[float, float]],
         rear_weight: float | None = None,
         effects: Sequence[Correction] = (),
         effect_unknowns: Sequence[Unknown] = (),
@@ -71,8 +55,9 @@ class BumpFit:
         self.channels = tuple(n for n in CHANNELS if all(n in c.channels for c in crossings))
         self.inflation = {n: (noise or {}).get(n, 1.0) for n in self.channels}
         uncertain = tuple(n for n in GIVEN if known.std.get(n, 0.0) > 0.0)
+        ranges = known.ranges()
         self.shared = (
-            *(Unknown(n, start[n], *ranges[n]) for n in SOUGHT),
+            *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper, PARAMETERS[n].unit) for n in SOUGHT),
             *(Unknown(n, known.values[n], *ranges[n], prior=(known.values[n], known.std[n]), nuisance=True)
               for n in uncertain),
             *effect_unknowns,
@@ -82,7 +67,8 @@ class BumpFit:
         own += [Unknown(f"start.{n}", 0.0, prior=(0.0, s)) for n, s in zip(BODY, AT_REST, strict=True)]
         own += [Unknown(f"{n}_zero", 0.0, prior=(0.0, known.zeros[n])) for n in self.channels]
         self.own = tuple(replace(u, per_run=True, nuisance=True) for u in own)
-        self.simulator = self.simulator_of((*(u.name for u in self.shared), *(u.name for u in self.own[: 3 + len(BODY)])))
+        simulated = (*self.shared, *self.own[: 3 + len(BODY)])
+        self.simulator = self.simulator_of([u.name for u in simulated])
         self.drives = tuple(drive_of(c) for c in self.crossings)
         self.scales = [self._scales(c) for c in self.crossings]
 
@@ -129,12 +115,18 @@ class BumpFit:
         """One run at its local unknowns (shared, then its own)."""
         return self.simulator(self.drives[run], theta[: self.scales[run].size] * self.scales[run], **options)
 
+    def arms(self, values: Mapping[str, float]) -> dict[str, float]:
+        """How far each axle is ahead of the body's centre, m."""
+        at = {**self.known.values, **values}
+        _, to_front = sprung_body(*(at[n] for n in BODY_OF))
+        return {"front": to_front, "rear": to_front - at["wheelbase"]}
+
     def deviation(self, run: int, channel: str) -> float:
         """The standard deviation by which a channel's rows are weighted."""
         noise = self.crossings[run].noise
         if self.rear_weight is not None and channel in LOADS:
             weight = self.rear_weight if channel == "rear_load" else 1.0
-            return noise["front_load"] * self.inflation["front_load"] / weight**0.5
+            return noise["front_load"] * self.inflation["front_load"] / float(np.sqrt(weight))
         return noise[channel] * self.inflation[channel]
 
     def rows(self, run: int, theta: Array) -> Rows:

@@ -42,8 +42,8 @@ class Found:
 def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, told: float | None) -> Found:
     """Look for the bump by a matched filter over the whole log.
 
-    The answer of a car of typical parameters at the log's own speed is correlated with both loads' changes; the place of
-    the largest correlation is taken, or one nearly as good within a wheelbase of where the bump is ``told`` to be.
+    The answer of a car of typical parameters at the log's own speed is correlated with both loads' changes; the place
+    of the largest correlation is taken, or one nearly as good within a wheelbase of where the bump is ``told`` to be.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def _best_place(
     """Index of the sample at which the answer begins; it may hang over the log's ends."""
     from scipy.signal import correlate
 
-    score = sum(correlate(changes[n], answer[n], mode="full") for n in LOADS)
+    score: Array = np.sum([correlate(changes[n], answer[n], mode="full") for n in LOADS], axis=0)
     first = 1 - answer["front_load"].size
     best = int(np.argmax(score))
     if told is not None:

@@ -30,6 +30,20 @@ SLOPE_STEP = 5e-4  # m, for the rate at which the road rises
 Points = tuple[tuple[float, float], ...]
 
 
+def sprung_body(
+    mass: Number, cg_to_front: Number, wheelbase: Number, unsprung_mass_front: Number, unsprung_mass_rear: Number
+) -> tuple[Number, Number]:
+    """Mass of the sprung body, kg, and how far its centre lies behind the front axle, m.
+
+    Ms = M - mf - mr,   Ms lf = M cg_to_front - mr L   (moments about the front axle)
+    """
+    sprung = mass - unsprung_mass_front - unsprung_mass_rear
+    return sprung, (mass * cg_to_front - unsprung_mass_rear * wheelbase) / sprung
+
+
+BODY_OF = ("mass", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_mass_rear")
+
+
 @cache
 def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
     """Heave and pitch of the body, two axles, tires that lift off; everything beyond its rest.
@@ -41,15 +55,15 @@ def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
 
     Returns
     -------
-    Model with outputs front_load, rear_load (N), vertical_acceleration (m/s^2, of the body ``antenna_offset`` m ahead of
-    its centre, zero at rest) and pitch_rate (rad/s); states of the body and the axles, and ``position`` m along the
+    Model with outputs front_load, rear_load (N), vertical_acceleration (m/s^2, of the body ``antenna_offset`` m ahead
+    of its centre, zero at rest) and pitch_rate (rad/s); states of the body and the axles, and ``position`` m along the
     road, where the bump begins at ``distance_front``; the rear axle meets it a ``wheelbase`` later.
 
     Notes
     -----
     Inputs: speed m/s and elapsed s, from which speed_scale (relative) and speed_ramp (m/s^2) correct the speed.
     ``mass`` and ``cg_to_front`` are the whole car's, ``sprung_pitch_inertia`` that of the body about its own centre,
-    which lies lf = (M cg_to_front - mr L)/Ms behind the front axle. ``outboard_mass`` is the mass of an axle's wheels
+    which lies lf behind the front axle (``sprung_body``). ``outboard_mass`` is the mass of an axle's wheels
     outside the load sensors: 0 where the loads are those on the road, else a sensor reads Fz - m (g + z'').
     Assumes small angles, vertical motion independent of the longitudinal one, both wheels of an axle alike.
     Source: doi:10.4271/2017-01-1574, equations (8) to (15).
@@ -69,8 +83,7 @@ def _model(shape: Shape) -> Model:
         z, w, pitch, turn = (e.state(name) for name in BODY)
         x = e.state("position")
         speed = e("speed", value=u.speed) * (1.0 + p.speed_scale) + p.speed_ramp * u.elapsed
-        sprung = p.mass - p.unsprung_mass_front - p.unsprung_mass_rear
-        to_front = (p.mass * p.cg_to_front - p.unsprung_mass_rear * p.wheelbase) / sprung
+        sprung, to_front = sprung_body(*(getattr(p, name) for name in BODY_OF))
         share = p.cg_to_front / p.wheelbase
         past = x - p.distance_front
         front = _axle(e, "front", (z + to_front * pitch, w + to_front * turn), past, speed, shape, 1.0 - share)

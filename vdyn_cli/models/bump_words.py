@@ -1,0 +1,95 @@
+"""Bump crossings in words: the closing sentence, what is doubtful, how it was done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vdyn_cli.errors import Finding
+from vdyn_cli.models.bump_modes import Mode
+from vdyn_cli.models.bump_regression import MISFIT, BumpFit
+from vdyn_cli.models.bump_views import Replay
+from vdyn_cli.parameters import Estimate
+
+VAGUE = 0.25  # of a value: an interval wider than that is worth a word
+
+
+def sentence(estimates: Mapping[str, Estimate], swings: Sequence[Mode]) -> str:
+    """What an engineer would say."""
+
+    def told(name: str, unit: str, digits: int) -> str:
+        e = estimates[name]
+        low, high = (1e-3 * end for end in e.interval95)
+        return f"{1e-3 * e.value:.{digits}f} {unit} (95 %: {low:.{digits}f} to {high:.{digits}f})"
+
+    axles = [
+        f"{end} {told(f'suspension_stiffness_{end}', 'kN/m', 2)} and {told(f'suspension_damping_{end}', 'kN s/m', 3)}"
+        for end in ("front", "rear")
+    ]
+    rest = ", ".join(f"{m.name} {m.frequency:.2f} Hz" for m in swings)
+    tires = told("tire_vertical_stiffness", "kN/m", 1)
+    return f"Springs and dampers: {axles[0]}; {axles[1]}. The tires of an axle: {tires}. The car swings at: {rest}."
+
+
+def vague(estimates: Mapping[str, Estimate]) -> list[str]:
+    """Words for what is hardly determined."""
+    said = []
+    for name, estimate in estimates.items():
+        half = (estimate.interval95[1] - estimate.interval95[0]) / 2
+        if half <= VAGUE * estimate.value:
+            continue
+        text = f"{name} is hardly determined (+- {half / estimate.value:.0%})"
+        if name == "tire_vertical_stiffness":
+            text += (
+                ": the bump is too gentle to make the wheels hop, and without that a heavier axle on a stiffer tire "
+                "moves alike; cross it faster, or take a shorter or higher one"
+            )
+        else:
+            text += ": cross the bump faster, or take a higher one"
+        said.append(text)
+    return said
+
+
+def not_followed(fit: BumpFit, misfit: Mapping[str, float]) -> list[str]:
+    """Words for channels that the simulation does not follow down to their noise."""
+    inflated = {n: fit.inflation[n] * misfit[n] for n in fit.channels}
+    return [
+        f"{name}: the simulation leaves {ratio:.1f} times the sensor's noise; the channel is weighted by that"
+        for name, ratio in inflated.items()
+        if ratio > MISFIT
+    ]
+
+
+def extra(swings: Sequence[Mode], replays: Sequence[Replay]) -> dict[str, Any]:
+    """Modes and crossings in numbers, for scripts."""
+    found = {
+        m.name.replace(" ", "_"): {
+            "frequency": m.frequency,
+            "frequency95": list(m.frequency95),
+            "damping_ratio": m.damping,
+            "damping_ratio95": list(m.damping95),
+        }
+        for m in swings
+    }
+    runs = [{"run": r.run, "speed": r.pace, "distance_front": r.distance} for r in replays]
+    return {"modes": found, "crossings": runs}
+
+
+EXCITE = Finding(
+    "bump",
+    "these crossings do not tell springs, dampers and tires apart",
+    "",
+    "cross faster or over a higher bump: unless the wheels hop, a heavier axle on a stiffer tire moves alike; and "
+    "check the bump's height, width and shape",
+)
+
+METHODS = (
+    "Output error: the half car with tires that lift off is integrated (Runge-Kutta, steps of 1 ms) with exact "
+    "sensitivities and compared with axle loads, vertical acceleration and pitch rate of all runs at once, each "
+    "channel weighted by the white noise of its third differences, or by what the simulation leaves of it where that "
+    "is larger. The bump is first looked for in each log with the answer of a usual car (matched filter); then its "
+    "place, scale and slope of the speed (a polynomial through the speed channel, within its error), the body's "
+    "motion before the bump and each sensor's zero are each run's own unknowns under priors. Given numbers with a "
+    "standard deviation are unknowns under that prior, so their uncertainty is in the intervals. Intervals from the "
+    "spread over blocks of equal information within the runs."
+)
