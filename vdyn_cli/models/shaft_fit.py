@@ -1,0 +1,250 @@
+"""A half-shaft's stiffness and damping from a log of its torque and twist, with noise in every channel.
+
+The true twist phi and its rate are unknown; torque, twist and rate are read with noise, and bound by
+
+    T = k phi + c phi' + zero,      phi(i+1) - phi(i) = h (phi'(i) + phi'(i+1)) / 2
+
+Least squares of the torque alone would take the noise of the rate for rate and lose a sixth of c. Here the readings are
+adjusted, each by its own noise, until both hold (functional maximum likelihood; Gauss-Helmert model): with A the
+derivative of the conditions g to the readings and S the readings' covariance, g'(A S A')^-1 g is least. Its gradient is
+exact with dg/d(k, c) taken at the adjusted readings; their noise, though, passes for information, so the intervals go
+by the cost's own second derivative. A channel that is not logged takes part with a variance so large that it tells
+nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, white_level
+from vdyn_cli.models.half_shaft import HALF_SHAFT
+
+if TYPE_CHECKING:
+    from vdyn_cli.engine.bench import Correction
+    from vdyn_cli.log import Log
+
+Array = NDArray[np.float64]
+
+UNREAD_TWIST = 0.3  # rad, standard deviation of a twist that was not logged
+UNREAD_RATE = 30.0  # rad/s, of its rate
+RATE_ZERO = 0.05  # rad/s, how far the two speeds' zeros may differ
+GAP = 3.0  # of the median time step; longer ones break the chain
+
+
+@dataclass(frozen=True)
+class Twisting:
+    """One run's readings, without gaps in the values.
+
+    Parameters
+    ----------
+    name : of the log. time, torque, twist, rate : (n,), SI; twist or rate from the other where not logged.
+    noise : of torque (N m), twist (rad), rate (rad/s).
+    """
+
+    name: str
+    time: Array
+    torque: Array
+    twist: Array
+    rate: Array
+    noise: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, log: Log, gear_ratio: float) -> Twisting:
+        """From a log of shaft_torque and of twist, or motor_speed and wheel_speed, or all of them."""
+        both = "motor_speed" in log and "wheel_speed" in log
+        used = (
+            ["shaft_torque"] + (["twist"] if "twist" in log else []) + (["motor_speed", "wheel_speed"] if both else [])
+        )
+        good = np.all([np.isfinite(log[name]) for name in used], axis=0)
+        time, values = log.time[good], {name: log[name][good] for name in used}
+        level = {name: white_level(v, time) for name, v in values.items()}
+        if both:
+            rate = values["motor_speed"] / gear_ratio - values["wheel_speed"]
+            rate_noise = float(np.hypot(level["motor_speed"] / gear_ratio, level["wheel_speed"]))
+        else:
+            rate, rate_noise = np.gradient(values["twist"], time), UNREAD_RATE
+        twist, twist_noise = values.get("twist"), level.get("twist", UNREAD_TWIST)
+        if twist is None:
+            steps = np.diff(time) * (rate[1:] + rate[:-1]) / 2
+            twist = np.concatenate([[0.0], np.cumsum(steps)])
+        noise = (level["shaft_torque"], twist_noise, rate_noise)
+        return cls(log.name, time, values["shaft_torque"], twist, rate, noise)
+
+    @property
+    def conditions_per_sample(self) -> int:
+        """How many of the two conditions on each sample can be violated: a channel that was not read gives way."""
+        return 2 - (self.noise[1] == UNREAD_TWIST) - (self.noise[2] == UNREAD_RATE)
+
+    def drive(self, twist: Array, rate: Array) -> Drive:
+        return Drive(self.time, {"twist": twist, "twist_rate": rate})
+
+
+@dataclass(frozen=True)
+class Adjusted:
+    """Readings adjusted until the conditions hold: (n,) each, and the torque that they call for."""
+
+    twist: Array
+    rate: Array
+    torque: Array
+
+
+class ShaftFit:
+    """Runs of one half-shaft, the conditions on their readings, and the regression.
+
+    Parameters
+    ----------
+    runs : all of the same shaft.
+    extra, effects : further shared unknowns, of the model or of effects on it.
+    """
+
+    def __init__(
+        self, runs: Sequence[Twisting], extra: Sequence[Unknown] = (), effects: Sequence[Correction] = ()
+    ) -> None:
+        self.runs = tuple(runs)
+        stiffness = _start(self.runs)
+        self.unknowns = (
+            Unknown("shaft_stiffness", stiffness, 0.02 * stiffness, 50 * stiffness, "N m/rad"),
+            Unknown("shaft_damping", 1e-3 * stiffness, -stiffness, stiffness, "N m s/rad"),
+            *extra,
+            Unknown("torque_zero", 0.0, unit="N m", per_run=True, nuisance=True),
+            Unknown("rate_zero", 0.0, unit="rad/s", prior=(0.0, RATE_ZERO), per_run=True, nuisance=True),
+        )
+        names = [u.name for u in self.unknowns]
+        values = {"shaft_stiffness": stiffness, "twist_zero": 0.0, "rate_zero": 0.0, "torque_zero": 0.0}
+        # The slope of the torque to the twist itself is that to its zero, turned round.
+        self._simulator = Simulator(HALF_SHAFT, {**values, "shaft_damping": 0.0}, [*names, "twist_zero"], effects)
+        self._rate_zero = names.index("rate_zero")
+        self._read = [run.drive(run.twist, run.rate) for run in self.runs]
+
+    def regression(self) -> Regression:
+        return Regression(self.unknowns, tuple(run.name for run in self.runs), self._rows)
+
+    def _rows(self, index: int, theta: Array) -> Rows:
+        run = self.runs[index]
+        conditions, factor, to_twist, to_rate = self._conditions(index, theta)
+        adjusted = _adjust(run, conditions, factor, to_twist, to_rate)
+        simulated = self._simulator(run.drive(*adjusted), np.append(theta, 0.0))
+        slopes = np.zeros((conditions.size, theta.size))
+        slopes[::2] = simulated.sensitivities["shaft_torque"][:, :-1]
+        slopes[1::2, self._rate_zero] = np.diff(run.time)
+        white = _lower(factor, np.column_stack([slopes, conditions]))
+        return Rows(white[:, -1], white[:, :-1], time=np.repeat(run.time, 2)[: conditions.size])
+
+    def _conditions(self, index: int, theta: Array) -> tuple[Array, Array, Array, Array]:
+        """The conditions at the readings, torque and chain in turn, (2 n - 1,); the Cholesky factor of their
+        covariance; the torque's slopes to twist and rate, (n,) each."""
+        run, simulated = self.runs[index], self._simulator(self._read[index], np.append(theta, 0.0))
+        tangents = simulated.sensitivities["shaft_torque"]
+        to_twist, to_rate = -tangents[:, -1], -tangents[:, self._rate_zero]
+        step, rate = np.diff(run.time), run.rate - theta[self._rate_zero]
+        conditions = np.empty(2 * run.time.size - 1)
+        conditions[::2] = simulated.outputs["shaft_torque"] - run.torque
+        conditions[1::2] = np.diff(run.twist) - step * (rate[1:] + rate[:-1]) / 2
+        return conditions, _factor(run, step, to_twist, to_rate), to_twist, to_rate
+
+    def adjusted(self, index: int, theta: Array) -> Adjusted:
+        """The readings of a run, adjusted, at its local unknowns."""
+        run = self.runs[index]
+        twist, rate = _adjust(run, *self._conditions(index, theta))
+        torque = self._simulator(run.drive(twist, rate), np.append(theta, 0.0)).outputs["shaft_torque"]
+        return Adjusted(twist, rate, torque)
+
+    def solve(self) -> tuple[Solution, Array]:
+        """The solution, and the covariance of the shared unknowns.
+
+        The jackknife's changes are (J'J)^-1 g_b; with the noise of the adjusted readings in J they are too small, and
+        multiplied by H^-1 (J'J), H the cost's second derivative, they are right.
+        """
+        regression = self.regression()
+        solution = solve(regression)
+        gauss, own = _curvatures(regression, solution)
+        mend = np.linalg.solve(own, gauss)
+        return solution, mend @ solution.covariance @ mend.T
+
+
+def _curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array]:
+    """J'J and the cost's second derivative, each with the runs' own unknowns eliminated, (s, s)."""
+    s, m, runs = len(regression.shared), len(regression.own), len(regression.runs)
+    x = np.concatenate([list(solution.values.values()), *(zip(*solution.per_run.values(), strict=True))])
+    prior = np.array([u.prior[1] ** -2.0 if u.prior else 0.0 for u in (*regression.shared, *regression.own)])
+    size = np.sqrt(np.diag(solution.classical_covariance))
+    steps = np.concatenate([size, np.array([solution.per_run_std[u.name] for u in regression.own]).T.ravel()])
+    found = []
+    for exact in (False, True):
+        total = np.zeros((s, s))
+        for run in range(runs):
+            local, step = regression.local(x, run), regression.local(steps, run)
+            curvature = _curvature(regression, run, local, 0.3 * step if exact else None)
+            curvature[range(s, s + m), range(s, s + m)] += prior[s:]
+            total += curvature[:s, :s] - curvature[:s, s:] @ np.linalg.solve(curvature[s:, s:], curvature[s:, :s])
+        found.append(total + np.diag(prior[:s]))
+    return found[0], found[1]
+
+
+def _curvature(regression: Regression, run: int, local: Array, steps: Array | None) -> Array:
+    """J'J of one run, or by central differences the derivative of J'r."""
+    if steps is None:
+        jacobian = regression.rows(run, local).jacobian
+        return np.asarray(jacobian.T @ jacobian)
+    columns = []
+    for shift in np.diag(steps):
+        above, below = regression.rows(run, local + shift), regression.rows(run, local - shift)
+        columns.append(above.jacobian.T @ above.residual - below.jacobian.T @ below.residual)
+    curvature = np.array(columns).T / (2 * steps)
+    return np.asarray((curvature + curvature.T) / 2)
+
+
+def _adjust(run: Twisting, conditions: Array, factor: Array, to_twist: Array, to_rate: Array) -> tuple[Array, Array]:
+    """Twist and rate nearest to the readings that fulfil the conditions: x - S A' (A S A')^-1 g."""
+    weights = _upper(factor, _lower(factor, conditions))
+    torque, chain = weights[::2], np.concatenate([[0.0], weights[1::2], [0.0]])
+    half = np.concatenate([[0.0], np.diff(run.time) / 2, [0.0]])
+    _, twist_noise, rate_noise = run.noise
+    twist = run.twist - twist_noise**2 * (to_twist * torque + chain[:-1] - chain[1:])
+    pulled = half[:-1] * chain[:-1] + half[1:] * chain[1:]
+    return twist, run.rate - rate_noise**2 * (to_rate * torque - pulled)
+
+
+def _factor(run: Twisting, step: Array, to_twist: Array, to_rate: Array) -> Array:
+    """Banded Cholesky factor, (3, 2 n - 1), of the covariance of torque and chain conditions in turn."""
+    from scipy.linalg import cholesky_banded
+
+    torque, twist, rate = (noise**2 for noise in run.noise)
+    half = step / 2
+    band = np.zeros((3, 2 * run.time.size - 1))
+    band[0, ::2] = torque + to_twist**2 * twist + to_rate**2 * rate
+    loose = np.where(step > GAP * np.median(step), 1.0, 0.0)  # rad^2: over a gap nothing is known
+    band[0, 1::2] = 2 * twist + 2 * half**2 * rate + loose
+    band[1, :-1:2] = -to_twist[:-1] * twist - to_rate[:-1] * half * rate
+    band[1, 1::2] = to_twist[1:] * twist - to_rate[1:] * half * rate
+    band[2, 1:-2:2] = -twist + half[:-1] * half[1:] * rate
+    return np.asarray(cholesky_banded(band, lower=True))
+
+
+def _start(runs: Sequence[Twisting]) -> float:
+    """Stiffness by plain least squares of torque on twist, each run about its mean."""
+    above = sum(float(np.sum((r.twist - r.twist.mean()) * (r.torque - r.torque.mean()))) for r in runs)
+    below = sum(float(np.sum((r.twist - r.twist.mean()) ** 2)) for r in runs)
+    return abs(above / below)
+
+
+def _lower(factor: Array, right: Array) -> Array:
+    from scipy.linalg import solve_banded
+
+    return np.asarray(solve_banded((2, 0), factor, right))
+
+
+def _upper(factor: Array, right: Array) -> Array:
+    """Solve with the factor's transpose."""
+    from scipy.linalg import solve_banded
+
+    turned = np.zeros_like(factor)
+    for k in range(3):
+        turned[2 - k, k:] = factor[k, : factor.shape[1] - k]
+    return np.asarray(solve_banded((0, 2), turned, right))

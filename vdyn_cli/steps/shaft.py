@@ -1,0 +1,290 @@
+"""Half-shaft stiffness from the drawing, a bar hung on the shaft, or a tip-in log; damping from the log.
+
+A torsion bar's stiffness is k = G J / L with J = pi (do^4 - di^4) / 32; sections in series add their compliances::
+
+    1/k = sum(Li / (G Ji))          solid, hollow or tapered sections
+
+Hung up by one end with a bar of known inertia across the other, the shaft swings with T = 2 pi sqrt(J / k). In a log of
+torque and twist (or of the speeds of both ends, whose difference is the twist's rate) it follows::
+
+    T = k phi + c phi' + zero
+
+Noise is in every channel; the readings are adjusted, each by its own noise, until this law and the twist being the
+integral of its rate both hold. Plain least squares would lose some per cent of c.
+
+The log's stiffness is that of everything between its two sensors, joints and splines included, and that is what the car
+feels: where there is a log its value is published. If it is softer than the drawing, the compliance in series is given.
+A plain half-shaft of 24 to 28 mm is 2 900 to 8 000 N m/rad; the paper's values are three to five times that.
+
+Assumes no free play, constant k and c, one shear modulus (79.3 +- 0.8 GPa, steel, where none is given).
+Sources: SAE 2017-01-1574, equation (26); any text on torsion of round bars for J.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from vdyn_cli.errors import Finding, InputError, raise_all
+from vdyn_cli.fit.budget import Budget, propagate
+from vdyn_cli.log import Log
+from vdyn_cli.models import shaft_views
+from vdyn_cli.models.pendulum_inertia import UNITS, rod_stiffness
+from vdyn_cli.models.pendulum_rig import Bar
+from vdyn_cli.models.shaft_fit import Twisting
+from vdyn_cli.models.shaft_sections import SOLID, Section, drawing_budget, shared_modulus_correlation
+from vdyn_cli.models.shaft_side import Side, Tested, judge, tested
+from vdyn_cli.parameters import Estimate, Parameters
+from vdyn_cli.quantity import Given
+from vdyn_cli.result import FitSummary, Result
+from vdyn_cli.spec import Run, Si, Strict, TestSpec, si
+from vdyn_cli.steps import Step
+from vdyn_cli.vocabulary import PARAMETERS
+
+SideName = Literal["left", "right"]
+SIDES: tuple[SideName, ...] = ("left", "right")
+STEEL = Given(79.3e9, 0.8e9)
+LEAST_TORQUE = 10.0  # noise levels of the torque that a tip-in has to move it by
+FEWEST_SAMPLES = 200
+EXCESS = 1.3  # times the sensors' noise, beyond which the law is doubted
+
+
+class SectionSpec(Strict):
+    """A piece of shaft between two steps of its diameter; ``end_diameter`` where its outside tapers."""
+
+    outer_diameter: Annotated[Given, Si("m", 1e-3, 0.5)]
+    inner_diameter: Annotated[Given, Si("m", 0, 0.5)] = SOLID
+    length: Annotated[Given, Si("m", 1e-4, 5)]
+    end_diameter: Annotated[Given, Si("m", 1e-3, 0.5)] | None = None
+
+    @model_validator(mode="after")
+    def _a_wall(self) -> SectionSpec:
+        thinnest = min(d.value for d in (self.outer_diameter, self.end_diameter or self.outer_diameter))
+        if self.inner_diameter.value >= thinnest:
+            raise PydanticCustomError("section", "the inner diameter is not smaller than the outer one")
+        return self
+
+
+class ShaftRun(Run):
+    """A tip-in or twist log, and the side whose shaft it watched."""
+
+    side: SideName
+
+
+class ShaftSettings(Strict):
+    """``gear_ratio``: turns of the motor_speed channel per turn of the wheel; ``torque_gain``: its standard deviation,
+    0.001 for 0.1 %."""
+
+    gear_ratio: Annotated[Given, Si("", 0.05, 100)] = Given(1.0)
+    torque_gain: Annotated[Given, Si("", 0, 0.1)] = Given(0.0)
+
+
+class ShaftSpec(TestSpec):
+    """A half-shaft's description: sections of its drawing, a bar that was hung on it, logs."""
+
+    runs: list[ShaftRun] = Field(default_factory=list)  # type: ignore[assignment]
+    sections: dict[SideName, list[SectionSpec]] = Field(default_factory=dict)
+    shear_modulus: Annotated[Given, si(PARAMETERS["shear_modulus"])] | None = None
+    pendulum: dict[SideName, Bar] = Field(default_factory=dict)
+    settings: ShaftSettings = ShaftSettings()
+
+
+def estimate(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> Result:
+    """Stiffness of each side that was drawn or tested, damping where it was logged."""
+    runs = _twisting(spec, logs)
+    modulus, findings = _modulus(spec, known)
+    sides = []
+    for name in SIDES:
+        ways: dict[str, Budget] = {}
+        logged = tested(runs[name], spec.settings.torque_gain.value) if runs[name] else None
+        if logged is not None:
+            ways["log"] = logged.stiffness
+        if name in spec.pendulum:
+            ways["bar"] = _hung(spec.pendulum[name])
+        sections = [Section(**dict(s)) for s in spec.sections.get(name, [])]
+        if sections:
+            ways["drawing"] = drawing_budget(sections, modulus)
+        if ways:
+            sides.append(judge(name, ways, sections, logged))
+    if not sides:
+        remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
+        raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))
+    findings += [f for side in sides for f in side.findings]
+    findings += [f for log in logs for f in log.findings]
+    estimates, doubts = _estimates(sides)
+    return Result(
+        "shaft",
+        _sentence(sides, estimates),
+        Parameters(estimates, _correlation(sides)),
+        _summary(sides),
+        METHODS,
+        shaft_views.comparisons(sides),
+        shaft_views.figures(sides),
+        shaft_views.tables(sides),
+        tuple(dict.fromkeys([*findings, *doubts])),
+        {"stiffness_by": {s.name: {w: {"value": b.value, "std": b.std} for w, b in s.ways.items()} for s in sides}},
+    )
+
+
+def _modulus(spec: ShaftSpec, known: Parameters) -> tuple[Given, list[Finding]]:
+    """The shear modulus from the description, the vehicle, or steel's."""
+    if spec.shear_modulus is not None:
+        return spec.shear_modulus, []
+    if "shear_modulus" in known:
+        return Given(known["shear_modulus"].value, known["shear_modulus"].std), []
+    if not spec.sections:
+        return STEEL, []
+    what = f"not given: steel's {STEEL.value / 1e9:g} +- {STEEL.std / 1e9:g} GPa is assumed"
+    return STEEL, [Finding("shear_modulus", what, "", "add 'shear_modulus: 79.3 +- 0.5 GPa'")]
+
+
+def _hung(bar: Bar) -> Budget:
+    """Stiffness from the period of a bar on the shaft."""
+    inputs = {f"bar_{name}": getattr(bar, name) for name in ("mass", "length", "diameter", "period")}
+    return propagate(rod_stiffness, inputs, UNITS)
+
+
+def _twisting(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, list[Twisting]]:
+    """The runs of each side.
+
+    Raises
+    ------
+    InputError : no twist and no speeds, a wrong sign or gear ratio, too short or too gentle.
+    """
+    ratio = spec.settings.gear_ratio.value
+    found: dict[SideName, list[Twisting]] = {name: [] for name in SIDES}
+    findings = []
+    for run, log in zip(spec.runs, logs, strict=True):
+        if "twist" not in log and not ("motor_speed" in log and "wheel_speed" in log):
+            remedy = "map 'twist', or 'motor_speed' and 'wheel_speed'"
+            findings.append(Finding("channels", "the shaft's twist can't be had", "", remedy))
+            break
+        used = [n for n in ("shaft_torque", "twist", "motor_speed", "wheel_speed") if n in log]
+        whole = np.all([np.isfinite(log[name]) for name in used], axis=0)
+        if np.count_nonzero(whole) < FEWEST_SAMPLES:
+            got = f"{np.count_nonzero(whole)} samples with every channel written"
+            findings.append(Finding(log.name, "the log is too short", got, f"at least {FEWEST_SAMPLES}"))
+            continue
+        twisting = Twisting.of(log, ratio)
+        doubts = [*_gear(log, ratio), *_gentle(twisting), *_upside_down(twisting, "twist" in log)]
+        findings += doubts[:1]
+        found[run.side].append(twisting)
+    raise_all(dict.fromkeys(findings))
+    return found
+
+
+def _gear(log: Log, ratio: float) -> list[Finding]:
+    if not ("motor_speed" in log and "wheel_speed" in log):
+        return []
+    motor, wheel = log["motor_speed"], log["wheel_speed"]
+    turning = np.isfinite(motor) & np.isfinite(wheel) & (np.abs(wheel) > 1.0)
+    if not turning.any():
+        return []
+    seen = float(np.median(motor[turning] / wheel[turning]))
+    if abs(seen / ratio - 1) < 0.02:
+        return []
+    remedy = f"write 'gear_ratio: {seen:.4g}' under settings" if seen > 0 else "add 'sign: -1' to one of the speeds"
+    what = "motor_speed over wheel_speed is not the gear ratio"
+    return [Finding(log.name, what, f"{seen:.4g} against {ratio:g}", remedy)]
+
+
+def _gentle(run: Twisting) -> list[Finding]:
+    move, noise = float(np.std(run.torque)), run.noise[0]
+    if move > max(LEAST_TORQUE * noise, 1e-9):
+        return []
+    got = f"standard deviation {move:.3g} N m, noise {noise:.3g} N m"
+    return [Finding(run.name, "the shaft's torque hardly moves", got, "tip in and out hard in a low gear")]
+
+
+def _upside_down(run: Twisting, read: bool) -> list[Finding]:
+    if np.corrcoef(run.torque, run.twist)[0, 1] > 0:
+        return []
+    line = "twist" if read else "motor_speed and wheel_speed (or exchange them)"
+    what = "the twist falls where the torque rises"
+    return [Finding(run.name, what, "", f"add 'sign: -1' to {line}, or to shaft_torque")]
+
+
+def _estimates(sides: Sequence[Side]) -> tuple[dict[str, Estimate], list[Finding]]:
+    """Stiffnesses, and the dampings that the logs determine."""
+    estimates, doubts = {}, []
+    for side in sides:
+        name, budget = f"shaft_stiffness_{side.name}", side.published
+        estimates[name] = Estimate.of(name, budget.value, budget.std, budget.interval95, "shaft")
+        if side.tested is None:
+            continue
+        damping, name = side.tested.damping, f"shaft_damping_{side.name}"
+        if damping.interval95[0] <= 0:
+            got = f"{damping.value:.3g} +- {damping.std:.2g} N m s/rad"
+            remedy = "log a sharper tip-in, so that the shaft rings"
+            doubts.append(Finding(name, "is not determined by the log and not published", got, remedy))
+        else:
+            estimates[name] = Estimate.of(name, damping.value, damping.std, damping.interval95, "shaft")
+    return estimates, doubts
+
+
+def _correlation(sides: Sequence[Side]) -> dict[str, dict[str, float]]:
+    """Between drawings through the shear modulus; between stiffness and damping of one log."""
+    drawn = {f"shaft_stiffness_{s.name}": s.published for s in sides if list(s.ways) == ["drawing"]}
+    found: dict[str, dict[str, float]] = dict(shared_modulus_correlation(drawn)) if len(drawn) > 1 else {}
+    for side in sides:
+        if side.tested is not None and list(side.ways) == ["log"]:
+            k, c = f"shaft_stiffness_{side.name}", f"shaft_damping_{side.name}"
+            found |= {k: {k: 1.0, c: side.tested.correlation}, c: {k: side.tested.correlation, c: 1.0}}
+    return found
+
+
+def _sentence(sides: Sequence[Side], estimates: Mapping[str, Estimate]) -> str:
+    parts = []
+    for side in sides:
+        low, high = side.published.interval95
+        text = f"the {side.name} half-shaft has {side.published.value:,.5g} N m/rad (95 %: {low:,.5g} to {high:,.5g})"
+        damping = estimates.get(f"shaft_damping_{side.name}")
+        if damping is not None:
+            low, high = damping.interval95
+            text += f" and {damping.value:.3g} N m s/rad of damping (95 %: {low:.3g} to {high:.3g})"
+        parts.append(f"{text}, {side.words}")
+    text = "; ".join(parts)
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def _summary(sides: Sequence[Side]) -> FitSummary:
+    logged: list[Tested] = [s.tested for s in sides if s.tested is not None]
+    if not logged:
+        return FitSummary(tuple(f"drawing, {s.name}" for s in sides), 0.0, 0.0, "N m", ())
+    off = np.concatenate([r.torque - a.torque for t in logged for r, a in zip(t.runs, t.adjusted, strict=True)])
+    squares = sum(float(np.sum(r**2)) for t in logged for r in t.solution.residuals)
+    conditions = sum(r.conditions_per_sample * r.time.size for t in logged for r in t.runs)
+    excess = float(np.sqrt(squares / conditions))  # 1 where the sensors' noise explains the residuals
+    names = tuple(r.name for t in logged for r in t.runs)
+    solution = logged[0].solution
+    warnings = [w for t in logged for w in t.solution.warnings]
+    if excess > EXCESS:
+        what = f"the law leaves {excess:.1f} times what the sensors' noise explains"
+        warnings.append(f"{what}: backlash, a joint that stiffens, or another clock")
+    rms = float(np.sqrt(np.mean(off**2)))
+    unknowns, units = (*solution.names, *solution.per_run), (solution.unit, solution.n_units)
+    return FitSummary(names, rms, rms / excess, "N m", unknowns, *units, warnings=tuple(warnings))
+
+
+METHODS = (
+    "Drawing: compliances of the sections in series, with the uncertainty of shear modulus, diameters and lengths "
+    "propagated. Bar: torsional pendulum. Log: torque, twist and its rate adjusted within their noise until torque = "
+    "k twist + c rate + zero and the twist is the integral of its rate (functional maximum likelihood); noise of each "
+    "channel from its third differences; zeros of torque and rate free in each run; intervals by jackknife over blocks "
+    "of equal information, with the cost's own second derivative. Ways that agree within two standard deviations are "
+    "weighted by inverse variance; otherwise the log stands."
+)
+
+STEP = Step(
+    name="shaft",
+    spec=ShaftSpec,
+    required=("time", "shaft_torque"),
+    optional=("twist", "motor_speed", "wheel_speed"),
+    needs=(),
+    gives=("shaft_stiffness_left", "shaft_stiffness_right", "shaft_damping_left", "shaft_damping_right"),
+    estimate=estimate,
+)
