@@ -8,7 +8,7 @@ import math
 import pkgutil
 from importlib import import_module
 from itertools import product
-from typing import get_args, get_type_hints
+from typing import Literal, get_args, get_origin, get_type_hints
 
 import casadi as ca
 import numpy as np
@@ -46,7 +46,8 @@ def variants(function) -> list[Model]:
         return []
     hints = get_type_hints(made)
     del hints["return"]
-    choices = {name: (False, True) if hint is bool else get_args(hint) for name, hint in hints.items()}
+    literal = {name: get_args(hint) for name, hint in hints.items() if get_origin(hint) is Literal}
+    choices = {name: (False, True) if hint is bool else literal.get(name, ()) for name, hint in hints.items()}
     names = [name for name in choices if choices[name]]
     if set(names) != set(inspect.signature(function).parameters):
         return []
