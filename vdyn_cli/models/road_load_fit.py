@@ -13,93 +13,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.engine.bench import Correction
-from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, white_level, whiten
-from vdyn_cli.models import gust_noise
-from vdyn_cli.models.bins import Bins, cut
-from vdyn_cli.models.gust_noise import RunNoise, Surroundings
+from vdyn_cli.engine.simulate import Simulated, Simulator
+from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, whiten
 from vdyn_cli.models.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
-from vdyn_cli.models.road_load import Driven, road_load
+from vdyn_cli.models.road_load import road_load
+from vdyn_cli.models.road_load_start import started
+from vdyn_cli.models.road_runs import Campaign, noise_of
 
 Array = NDArray[np.float64]
-Use = Literal["none", "beside", "alone"]
-
-WIDTH = 1.0  # s of a bin: an eighth of the usual gust
-WIDTH_ALONE = 2.0  # s, on an open road, where torque and force are not sampled at the same instant
-MOST_BINS = 300  # of a run, so that its covariance stays small
-ROUNDS = 2  # of noise sizes and fit
+ROUNDS = 3  # of noise sizes and fit, at most
+SETTLED = 0.1  # standard deviations that a round may still move an estimate
 START = "start.speed"
-
-
-@dataclass(frozen=True)
-class RoadRun:
-    """One run as the fit sees it.
-
-    Parameters
-    ----------
-    time, speed : (n,) s, m/s; finite.
-    inputs : grade, wind_speed, and the drive's torque or force: (n,) each, or one number.
-    acceleration : (n,) m/s^2 specific force, NaN where missing; its zero already taken off where ``zero_std`` says how
-        well that is known.
-    part : (n,), label of the window of each row.
-    heading : +1 out, -1 back, 0 unknown. start : s since the first run began. temperature : K.
-    air_density : kg/m^3 of this run, None for the campaign's.
-    """
-
-    name: str
-    time: Array
-    speed: Array
-    inputs: Mapping[str, Array | float]
-    part: NDArray[np.int64]
-    acceleration: Array | None = None
-    zero_std: float = 0.0
-    heading: float = 0.0
-    start: float = 0.0
-    temperature: float = 293.15
-    air_density: float | None = None
-
-
-@dataclass(frozen=True)
-class Campaign:
-    """Runs with what is known and what is sought.
-
-    Parameters
-    ----------
-    values : the model's parameters in SI.
-    unknowns : shared unknowns, named as the model's parameters; those known with an uncertainty carry a prior.
-    accelerometer : "none", "beside" the speed, or "alone".
-    """
-
-    runs: tuple[RoadRun, ...]
-    driven: Driven
-    values: Mapping[str, float]
-    unknowns: tuple[Unknown, ...]
-    accelerometer: Use = "none"
-
-    @cached_property
-    def bins(self) -> tuple[Bins, ...]:
-        width = WIDTH_ALONE if self.accelerometer == "alone" else WIDTH
-        return tuple(cut(r.time, max(width, _covered(r) / MOST_BINS), r.part) for r in self.runs)
-
-    @cached_property
-    def drives(self) -> tuple[Drive, ...]:
-        return tuple(_drive(r, self.accelerometer != "none") for r in self.runs)
-
-    @cached_property
-    def levels(self) -> tuple[Mapping[str, float], ...]:
-        """White noise in the samples of each run's channels."""
-        return tuple(_levels(r) for r in self.runs)
-
-    @property
-    def speed_fitted(self) -> bool:
-        return self.accelerometer != "alone"
 
 
 @dataclass(frozen=True)
@@ -133,27 +62,6 @@ class RoadLoadFit:
         own = [float(v[run]) for v in self.solution.per_run.values()]
         residual, jacobian = rows.binned(run, np.array([*(self.at[n] for n in rows.shared), *own]))
         return residual, jacobian[:, len(rows.shared) :]
-
-
-def _covered(run: RoadRun) -> float:
-    same = run.part[1:] == run.part[:-1]
-    return float(np.sum(np.diff(run.time)[same]))
-
-
-def _levels(run: RoadRun) -> dict[str, float]:
-    channels = {"speed": run.speed, "acceleration": run.acceleration, **run.inputs}
-    names = ("speed", "acceleration", "drive_torque", "drive_force")
-    found = {n: channels.get(n) for n in names}
-    return {n: white_level(c, run.time) for n, c in found.items() if isinstance(c, np.ndarray)}
-
-
-def _drive(run: RoadRun, measured_speed: bool) -> Drive:
-    inputs: dict[str, Array | float] = {**run.inputs, "elapsed": run.start + run.time - run.time[0]}
-    if measured_speed:
-        inputs["speed"] = run.speed
-    own = {} if run.air_density is None else {"air_density": run.air_density}
-    context = {"heading": run.heading, "temperature": run.temperature}
-    return Drive(run.time, inputs, parameters=own, context=context)
 
 
 @dataclass(frozen=True)
@@ -200,7 +108,7 @@ class _Rows:
 def fit_road_load(
     campaign: Campaign, effects: Sequence[Correction] = (), extra: Sequence[Unknown] = (), rounds: int = ROUNDS
 ) -> RoadLoadFit:
-    """Estimate the unknowns and the noise in turns.
+    """Estimate the unknowns and the noise in turns until they stay.
 
     Parameters
     ----------
@@ -218,8 +126,10 @@ def fit_road_load(
         at.update(solution.values)
         sizes = _sizes(rows, regression, solution, sizes, at)
         at["wind_variance"] = wind_variance(sizes)
-        regression = _from(regression, solution)
+        regression, before = _from(regression, solution), solution
         rows, solution = _weighted_fit(rows, regression, sizes, at)
+        if all(abs(solution.values[n] - before.values[n]) < SETTLED * solution.std[n] for n in solution.names):
+            break
     at.update(solution.values)
     final = replace(_from(regression, solution), rows=rows)
     return RoadLoadFit(campaign, final, solution, sizes, at, rows.simulator)
@@ -231,7 +141,7 @@ def wind_variance(sizes: Mapping[str, float]) -> float:
 
 
 def _begin(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown]) -> tuple[_Rows, Regression]:
-    unknowns = (*campaign.unknowns, *extra)
+    unknowns = (*started(campaign), *extra)
     names = tuple(u.name for u in unknowns)
     simulator = Simulator(
         road_load(campaign.driven, campaign.accelerometer != "none"),
@@ -273,42 +183,3 @@ def _sizes(
         runs.append(NoisyRun(residual, jacobian[:, :s], jacobian[:, s:], noise_of(rows.campaign, k, at)))
     known = np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
     return find_sizes(runs, start, known)
-
-
-def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
-    """The covariance of a run's rows with the model's parameters at ``at``."""
-    one, bins = campaign.runs[run], campaign.bins[run]
-    inertia = at["mass"] + at["rotating_mass"]
-    density = one.air_density if one.air_density is not None else at["air_density"]
-    flow = np.maximum(bins.mean(one.speed) + _binned_input(one, bins, "wind_speed"), 0.0)
-    pull = density * at["drag_area"] * flow / inertia
-    levels = campaign.levels[run]
-    surroundings = Surroundings(
-        bins=bins,
-        pull=pull,
-        fade=pull if campaign.accelerometer == "none" else np.zeros_like(pull),
-        slope_share=at["mass"] / inertia,
-        speed_level=levels["speed"],
-        jolt=_jolt(one, levels, at) / inertia,
-        acceleration_level=levels.get("acceleration", 0.0),
-        zero=one.zero_std,
-    )
-    law = {
-        "none": gust_noise.speed_noise,
-        "beside": gust_noise.speed_and_force_noise,
-        "alone": gust_noise.force_noise,
-    }[campaign.accelerometer]
-    return law(surroundings)
-
-
-def _binned_input(run: RoadRun, bins: Bins, name: str) -> Array | float:
-    value = run.inputs[name]
-    return bins.mean(value) if isinstance(value, np.ndarray) else float(value)
-
-
-def _jolt(run: RoadRun, levels: Mapping[str, float], at: Mapping[str, float]) -> float:
-    """White noise of the drive force, N per root hertz."""
-    level = levels.get("drive_force", 0.0)
-    if "drive_torque" in levels:
-        level = levels["drive_torque"] * at["driveline_efficiency"] * at["gear_ratio"] / at["wheel_radius"]
-    return level * float(np.sqrt(np.median(np.diff(run.time))))
