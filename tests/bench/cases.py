@@ -6,7 +6,7 @@ A case writes what a tester would write; what is hidden from the program stays i
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -139,11 +139,16 @@ def _bump(seed: int, folder: Path) -> Made:
         "pitch_rate": ("Pitch Rate [deg/s]", "deg/s"),
     }
     records = bump.campaign(vehicle, seed)
-    front = bump.DISTANCE
-    places = [{"distance_front": front, "distance_rear": front + vehicle.wheelbase} for _ in records]
+    places = [{"distance_front": f"{bump.DISTANCE} +- {bump.DISTANCE_SD} m"} for _ in records]
     shape = bump.Bump()
     obstacle = {"height": shape.height, "width": shape.width, "shape": shape.shape}
-    path = _write(folder, "bump", bump.known(vehicle), channels, records, places, bump=obstacle)
+    settings = {
+        "load_zero": bump.WHEEL_FORCE.zero,
+        "acceleration_zero": bump.ACCELEROMETER.zero,
+        "pitch_rate_zero": float(bump.GYRO.zero),
+        "speed_scale": bump.SPEED_SCALE_SD,
+    }
+    path = _write(folder, "bump", bump.known(vehicle), channels, records, places, bump=obstacle, settings=settings)
     return Made(path, bump.truth(vehicle), bump.information(vehicle, seed).bound())
 
 
@@ -208,6 +213,32 @@ def _tire(seed: int, folder: Path, peak: bool) -> Made:
     return Made(path, {name: tire.truth(vehicle)[name] for name in bound}, bound)
 
 
+def _drawing(seed: int, folder: Path) -> Made:
+    """Both drawings, each diameter, length and the shear modulus read with errors as stated."""
+    vehicle, rng = random_vehicle(seed), np.random.default_rng([seed, 0xD4])
+    shear, modulus_sd = vehicle.shear_modulus, 0.3e9
+    sides: dict[str, list[dict[str, str]]] = {}
+    bound = {}
+    for side in shaft.PATTERN:
+        true = shaft.drawing(vehicle, side)
+        exact = shaft.stiffness(true, shear)
+        parts = [modulus_sd / shear * exact]
+        sides[side] = []
+        for k, section in enumerate(true):
+            row = {}
+            for name, sd in (("outer_diameter", 5e-5), ("inner_diameter", 5e-5), ("length", 2e-4)):
+                if (value := getattr(section, name)) == 0:
+                    continue
+                row[name] = f"{rng.normal(value, sd)!r} +- {sd!r} m"
+                moved = [*true[:k], replace(section, **{name: value + sd}), *true[k + 1 :]]
+                parts.append(shaft.stiffness(moved, shear) - exact)
+            sides[side].append(row)
+        bound[f"shaft_stiffness_{side}"] = float(np.linalg.norm(parts))
+    stated = f"{rng.normal(shear, modulus_sd)!r} +- {modulus_sd!r} Pa"
+    path = _write(folder, "shaft", {}, {}, [], sections=sides, shear_modulus=stated)
+    return Made(path, {name: shaft.truth(vehicle)[name] for name in bound}, bound)
+
+
 def _shaft(seed: int, folder: Path) -> Made:
     vehicle = random_vehicle(seed)
     channels = {
@@ -248,5 +279,6 @@ CASES: dict[str, Case] = {
     },
     "tire": Case("tire", "Five slip sweeps, beyond the peak.", lambda seed, folder: _tire(seed, folder, True)),
     "tire_short": Case("tire", "Five sweeps below half the peak.", lambda seed, folder: _tire(seed, folder, False)),
+    "shaft_drawing": Case("shaft", "Drawings of both half-shafts, read with errors as stated.", _drawing),
     "shaft": Case("shaft", "One tip-in of the left half-shaft.", _shaft),
 }
