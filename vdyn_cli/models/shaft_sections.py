@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from vdyn_cli.fit.budget import Budget, propagate
 from vdyn_cli.quantity import Given
 
-# Gauss-Legendre, five points on (0, 1): exact to 1e-7 for a taper of 1 to 2.
+# Gauss-Legendre, five points on (0, 1): good to 1e-5 for a taper of 1 to 2.
 _POINTS = (0.046910077030668, 0.230765344947158, 0.5, 0.769234655052842, 0.953089922969332)
 _WEIGHTS = (0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683, 0.118463442528095)
 

@@ -42,8 +42,8 @@ def _loop(name: str, tested: Tested) -> Figure:
     series.append(Series(f"{stiffness:.4g} {UNIT}", np.degrees(ends), stiffness * ends, role="simulated"))
     caption = (
         "Measured torque, less damping and zero, over the twist. Good: one straight band through the origin. Bad: a "
-        "flat stretch around zero (backlash), a bend (a joint that stiffens, a rubber coupling), an open loop (damping that "
-        "does not follow the rate, or torque and twist on different clocks)."
+        "flat stretch around zero (backlash), a bend (a joint that stiffens, a rubber coupling), an open loop (damping "
+        "that does not follow the rate, or torque and twist on different clocks)."
     )
     return Figure(f"loop_{name}", f"Torque over twist, {name}", caption, "twist in deg", "torque in N m", tuple(series))
 
@@ -82,8 +82,8 @@ def _ways(sides: Sequence[Side]) -> Figure:
         half = np.array([b.interval95[1] - b.value for b in side.ways.values()], dtype=np.float64)
         series.append(Series(f"{side.name}: {', '.join(side.ways)}", x, value, "points", error=half))
     caption = (
-        "One side's stiffness by each way, with 95 % intervals. Good: the bars overlap. A log below its drawing: joints "
-        "and splines twist too. A log above it: check gains, units and diameters."
+        "One side's stiffness by each way, with 95 % intervals. Good: they overlap. A log below its drawing: joints and "
+        "splines twist too. A log above it: check gains, units and diameters."
     )
     return Figure("ways", "Drawing against measurement", caption, "way", f"stiffness in {UNIT}", tuple(series))
 
