@@ -82,8 +82,8 @@ def _ways(sides: Sequence[Side]) -> Figure:
         half = np.array([b.interval95[1] - b.value for b in side.ways.values()], dtype=np.float64)
         series.append(Series(f"{side.name}: {', '.join(side.ways)}", x, value, "points", error=half))
     caption = (
-        "One side's stiffness by each way, with 95 % intervals. Good: they overlap. A log below its drawing: joints and "
-        "splines twist too. A log above it: check gains, units and diameters."
+        "One side's stiffness by each way, with 95 % intervals. Good: they overlap. A log below its drawing: joints "
+        "and splines twist too. A log above it: check gains, units and diameters."
     )
     return Figure("ways", "Drawing against measurement", caption, "way", f"stiffness in {UNIT}", tuple(series))
 
