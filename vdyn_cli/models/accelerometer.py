@@ -50,9 +50,8 @@ def zero_of(log: Log, elevation_error: float, mean_slope: float) -> Zero:
         return Zero(0.0, GRAVITY * 0.02, False)
     felt = float(np.sum((0.5 * (force[1:] + force[:-1]) * pace * step)[joined]))
     gained = float(np.sum((0.5 * (speed[1:] ** 2 - speed[:-1] ** 2))[joined]))
-    height = log["elevation"][np.isfinite(log["elevation"])] if "elevation" in log else np.zeros(0)
-    if height.size and float(np.ptp(height)) > 0:
-        climb, error = float(height[-1] - height[0]), np.sqrt(2.0) * elevation_error / distance
-    else:
-        climb, error = 0.0, mean_slope
-    return Zero((felt - gained - GRAVITY * climb) / distance, GRAVITY * error, bool(height.size and np.ptp(height) > 0))
+    height = log["elevation"][np.isfinite(log["elevation"])] if "elevation" in log else np.zeros(1)
+    measured = height.size > 0 and float(np.ptp(height)) > 0
+    climb = float(height[-1] - height[0]) if measured else 0.0
+    error = float(np.sqrt(2.0)) * elevation_error / distance if measured else mean_slope
+    return Zero((felt - gained - GRAVITY * climb) / distance, GRAVITY * error, measured)

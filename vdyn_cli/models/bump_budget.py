@@ -80,6 +80,7 @@ def budget_table(by_given: Mapping[str, Mapping[str, float]], fit: BumpFit, solu
     columns = ("given number", "known to", *(n.replace("_", " ") for n in SOUGHT))
     caption = (
         "How much each result moves when a given number is 1 % larger; in brackets what its stated standard deviation "
-        "adds. A number with a standard deviation is held only that firmly: the logs may know it better. State one ('82 +- 2 kg') wherever a number is not exact: it is carried into the intervals."
+        "adds. A number with a standard deviation is held only that firmly: the logs may know it better. State one "
+        "('82 +- 2 kg') wherever a number is not exact: it is carried into the intervals."
     )
     return Table("budget", "What the given numbers do", columns, tuple(rows), caption)

@@ -31,8 +31,7 @@ def comparisons(fit: RoadLoadFit) -> tuple[Comparison, ...]:
             found.append(Comparison(run.name, "speed", "m/s", since, "time in the run [s]", measured, simulated))
             continue
         bins = fit.campaign.bins[k]
-        assert run.acceleration is not None
-        force, model = bins.mean(run.acceleration), bins.mean(seen.outputs["acceleration"])
+        force, model = bins.mean(run.channel("acceleration")), bins.mean(seen.outputs["acceleration"])
         found.append(Comparison(run.name, "acceleration", "m/s^2", bins.time, "time of the log [s]", force, model))
     return tuple(found)
 
@@ -94,9 +93,9 @@ def left_over(fit: RoadLoadFit) -> Figure | None:
     return Figure(
         "left_over",
         "Force left over at each speed",
-        "What the runs resisted beyond the fitted road load, mean and two standard errors over the runs. Good: all about "
-        "zero. Out and back apart by a constant: the road slopes. Apart by more at speed: a steady wind. Both bent alike: "
-        "the law of force over speed is wrong.",
+        "What the runs resisted beyond the fitted road load, mean and two standard errors over the runs. Good: all "
+        "about zero. Out and back apart by a constant: the road slopes. Apart by more at speed: a steady wind. Both "
+        "bent alike: the law of force over speed is wrong.",
         "speed [km/h]",
         "force [N]",
         tuple(series),

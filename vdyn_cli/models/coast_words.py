@@ -11,7 +11,6 @@ from vdyn_cli.models.coast_selection import Rejected
 from vdyn_cli.models.coast_times import R83_LIMIT, WLTP_LIMIT, Timed
 from vdyn_cli.models.reference_conditions import DYNO_KEYS, EPA_KEYS, RoadLoad
 from vdyn_cli.models.separation import Expected
-from vdyn_cli.parameters import Estimate
 from vdyn_cli.result import Table
 
 UNITS = ("N", "N/(km/h)", "N/(km/h)^2", "lbf", "lbf/mph", "lbf/mph^2")
@@ -31,41 +30,20 @@ def span(interval: tuple[float, float]) -> str:
     return f"{number(interval[0], half)} to {number(interval[1], half)}"
 
 
-def sentence(
-    estimates: dict[str, Estimate], load: RoadLoad, speed: float, fixed: Sequence[str], runs: int, kind: str
-) -> str:
-    """The closing sentence; ``speed`` (m/s) is where the road load is quoted."""
-    parts = []
-    for name, words in (("rolling_resistance", "rolling resistance"), ("drag_area", "drag area")):
-        e = estimates[name]
-        unit = f" {e.unit}" if e.unit else ""
-        if name in fixed:
-            parts.append(f"{words} fixed at {e.value:.4g}{unit}")
-        else:
-            half = 0.5 * (e.interval95[1] - e.interval95[0])
-            parts.append(f"{words} {number(e.value, half)}{unit} (95 %: {span(e.interval95)})")
-    force, half = float(load.force(speed)), float(load.half_width(speed)[0])
-    return (
-        f"{parts[0][0].upper()}{parts[0][1:]} and {parts[1]}: the road load is {number(force, half)} N at "
-        f"{3.6 * speed:.0f} km/h (95 %: {span((force - half, force + half))}), from {runs} {kind}."
-    )
-
-
-def separation(correlation: float, now: Expected | None, wider: Expected | None, fixed: bool) -> str:
-    """How well rolling resistance and drag area are told apart, and what would tell them apart."""
+def separation(correlation: float | None, now: Expected | None, wider: Expected | None) -> str:
+    """How well rolling resistance and drag area are told apart, and what would help; no correlation: one was fixed."""
     if now is None:
-        return f"Rolling resistance and drag area are correlated by {correlation:.2f}."
+        return "" if correlation is None else f"Rolling resistance and drag area are correlated by {correlation:.2f}."
     window = f"{3.6 * now.upper:.0f} to {3.6 * now.lower:.0f} km/h"
-    level = now.correlation if fixed else correlation
-    state = "would be" if fixed else "are"
+    level, state = (now.correlation, "would be") if correlation is None else (correlation, "are")
     text = (
         f"From {window} rolling resistance and drag area {state} correlated by {level:.2f}: with both free, "
-        f"{now.runs} runs give them to {now.rolling:.1%} and {now.drag:.1%} (one standard deviation)."
+        f"{now.runs} runs tell them to {now.rolling:.1%} and {now.drag:.1%} (one standard deviation)."
     )
     if wider is None:
         return text
     return (
-        f"{text} From {3.6 * wider.upper:.0f} to {3.6 * wider.lower:.0f} km/h the same number of runs would give "
+        f"{text} From {3.6 * wider.upper:.0f} to {3.6 * wider.lower:.0f} km/h as many runs would tell them to "
         f"{wider.rolling:.1%} and {wider.drag:.1%}, correlated by {wider.correlation:.2f}."
     )
 
@@ -89,6 +67,19 @@ def coefficients(loads: dict[str, RoadLoad]) -> Table:
         "F = F0 + F1 V + F2 V^2 in N and km/h; F = A + B V + C V^2 in lbf and mph. +- is half the 95 % interval of "
         "each coefficient alone: F0 and F2 move against each other, so the sum is known better than either.",
     )
+
+
+def forces(loads: dict[str, RoadLoad], speeds: Sequence[float]) -> Table:
+    """The force at some speeds (m/s)."""
+    rows = []
+    for v in speeds:
+        cells = [f"{3.6 * v:.0f}"]
+        for load in loads.values():
+            force, half = float(load.force(v)), float(load.half_width(v)[0])
+            cells.append(f"{number(force, half)} +- {half:.2g}")
+        rows.append(tuple(cells))
+    head = ("km/h", *(f"{name} [N]" for name in loads))
+    return Table("forces", "Road load at speeds", head, tuple(rows), "+- is half the 95 % interval.")
 
 
 def times(timed: Sequence[Timed], load: RoadLoad, inertia: float) -> Table:

@@ -93,9 +93,8 @@ class _Rows:
         names = ["speed"] if self.campaign.speed_fitted else []
         names += ["acceleration"] if self.campaign.accelerometer != "none" else []
         if run not in self._measured:
-            one = self.campaign.runs[run]
-            values = {"speed": one.speed, "acceleration": one.acceleration}
-            self._measured[run] = np.array([self.campaign.bins[run].mean(values[n]) for n in names])  # type: ignore[arg-type]
+            one, bins = self.campaign.runs[run], self.campaign.bins[run]
+            self._measured[run] = np.array([bins.mean(one.channel(n)) for n in names])
         return list(zip(names, self._measured[run], strict=True))
 
     def __call__(self, run: int, theta: Array) -> Rows:

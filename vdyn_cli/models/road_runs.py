@@ -51,6 +51,12 @@ class RoadRun:
     temperature: float = 293.15
     air_density: float | None = None
 
+    def channel(self, name: str) -> Array:
+        """A fitted channel: speed or acceleration."""
+        values = self.speed if name == "speed" else self.acceleration
+        assert values is not None
+        return values
+
 
 @dataclass(frozen=True)
 class Campaign:

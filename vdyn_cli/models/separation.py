@@ -37,14 +37,21 @@ class Expected:
 
 
 def expected(
-    at: Mapping[str, float], sizes: Mapping[str, float], level: float, upper: float, lower: float, runs: int
+    at: Mapping[str, float],
+    sizes: Mapping[str, float],
+    level: float,
+    step: float,
+    window: tuple[float, float],
+    runs: int,
 ) -> Expected:
     """Both unknown, with the car at ``at`` (parameters of the road load) and noise of ``sizes``.
 
     Parameters
     ----------
-    level : m/s of white noise in the mean speed of half a second.
+    level : m/s of white noise in a sample of the speed; ``step`` : s between samples.
+    window : upper and lower speed, m/s.
     """
+    upper, lower = window
     model = road_load()
     simulator = Simulator(model, {n: at[n] for n in model.parameters}, unknowns=(*PAIR, "start.speed"))
     time = np.arange(0.0, LONGEST, STEP)
@@ -57,10 +64,13 @@ def expected(
     bins = cut(time[:stop], max(2.0, time[stop - 1] / 150))
     inertia = at["mass"] + at["rotating_mass"]
     pull = at["air_density"] * at["drag_area"] * bins.mean(speed[:stop]) / inertia
+    # A bin of the simulation holds fewer samples than the log's: their mean is as white, and as small.
+    level = level * float(np.sqrt(min(step / STEP, 1.0)))
     noise = speed_noise(Surroundings(bins, pull, pull, at["mass"] / inertia, speed_level=level))
-    white = np.linalg.solve(np.linalg.cholesky(noise.covariance(sizes)), bins.mean(seen.sensitivities["speed"][:stop]))
+    factor = np.linalg.cholesky(noise.covariance({**sizes, "speed_noise": 1.0}))
+    white = np.linalg.solve(factor, bins.mean(seen.sensitivities["speed"][:stop]))
     covariance = np.linalg.inv(white.T @ white)[:2, :2]
-    # The run's own start speed is met anew in each run, the two others are shared by all.
+    # Each run has a start speed of its own, while the other two are common to all: runs add up.
     rolling, drag = np.sqrt(np.diag(covariance) / runs)
     return Expected(
         upper,
@@ -73,12 +83,18 @@ def expected(
 
 
 def wider(
-    at: Mapping[str, float], sizes: Mapping[str, float], level: float, upper: float, lower: float, runs: int
+    at: Mapping[str, float],
+    sizes: Mapping[str, float],
+    level: float,
+    step: float,
+    window: tuple[float, float],
+    runs: int,
 ) -> Expected | None:
-    """The least widening of the speed window that tells both apart to 3 %, or the best there is."""
-    tops = [upper, *(v for v in UPPER if v > upper)]
-    bottoms = [lower, *(v for v in LOWER if v < lower)]
-    tried = [expected(at, sizes, level, u, b, runs) for u in tops for b in bottoms if (u, b) != (upper, lower)]
+    """The least widening of the window that tells both apart to 3 %, or the best there is."""
+    tops = [window[0], *(v for v in UPPER if v > window[0])]
+    bottoms = [window[1], *(v for v in LOWER if v < window[1])]
+    windows = [(u, b) for u in tops for b in bottoms if (u, b) != window]
+    tried = [expected(at, sizes, level, step, w, runs) for w in windows]
     good = [e for e in tried if max(e.rolling, e.drag) <= TOLD_APART]
     if good:
         return min(good, key=lambda e: e.upper - e.lower)

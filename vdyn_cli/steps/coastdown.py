@@ -1,0 +1,234 @@
+"""Road load from coast-downs: rolling resistance, drag area, F0 F1 F2 and A B C.
+
+A car of mass M with turning parts worth mr = sum J/r^2 slows down by::
+
+    (M + mr) V' = F - 1/2 rho Cd A (V + w)|V + w| - frr M g cos(grade) - M g sin(grade)
+
+with F = 0 in neutral, or the drive force (torque x gear_ratio x driveline_efficiency / wheel_radius) where it is known
+and no brake is used. The simulated speed is fitted to the measured one, every run's start speed being unknown. Gusts
+push the car and the push stays in its speed, so the residuals are whitened with the covariance of gusts, of wind and
+rolling resistance that differ from run to run, and of the sensor, whose sizes come from the data (restricted maximum
+likelihood). Wind of zero mean adds 1/2 rho Cd A var(w), which is reckoned with. Intervals come from the runs.
+
+Where an accelerometer (specific force f = V' + g sin(grade)) is mapped, M f + mr V' = F - Fd - Rr holds without the
+slope. On a track it is fitted beside the speed, its zero unknown. On an open road (``windows: powered``: stretches with
+drive above zero, so that nobody brakes) it is fitted alone; its zero comes from the energy of each whole log, with an
+elevation channel or the assumption that roads lead up as often as down. Mass sets the scale of all forces; torque and
+efficiency are one unknown with it, so give ``mass`` and ``driveline_efficiency`` as ``value +- std`` where they are not
+known: the stated spreads are weighed with what the drives say, and carried into the result.
+
+From a narrow window of speeds rolling resistance and drag area can't be told apart; ``settings: {fix:
+{drag_coefficient: 0.25}}`` fixes one as the paper does. The result says how far up and down the speed must go.
+
+Assumes a road load c0 + c2 V^2 (``terms: 3`` adds c1 V), straight driving, no crosswind, tires at one temperature. The
+correction to 20 degC and 100 kPa follows UN GTR 15, the accuracies UN R83 and GTR 15.
+
+Sources: Buggaveeti et al., SAE 2017-01-1574, equations (1) to (4); SAE J1263, J2263; Patterson and Thompson,
+Biometrika 58 (1971) 545 for the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from vdyn_cli.engine.bench import Correction
+from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.fit import Regression, Unknown
+from vdyn_cli.log import Log
+from vdyn_cli.models import coast_figures, coast_result
+from vdyn_cli.models.coast_campaign import Choices, Prepared, RunNote, prepare
+from vdyn_cli.models.coast_result import SOURCE, Answer
+from vdyn_cli.models.coast_times import timed
+from vdyn_cli.models.reference_conditions import Conditions, density_of
+from vdyn_cli.models.road_load_fit import RoadLoadFit, fit_road_load
+from vdyn_cli.parameters import Parameters
+from vdyn_cli.quantity import Given, Quantity
+from vdyn_cli.result import Result
+from vdyn_cli.spec import Si, Strict, TestSpec
+from vdyn_cli.steps import Step
+
+TURNING_SHARE, TURNING_SPREAD = 0.035, 0.01  # of the mass, for wheels alone, where nothing is given
+
+
+class Fix(Strict):
+    """Parameters that are given instead of estimated."""
+
+    drag_coefficient: Annotated[Given, Si("", 0.05, 2.5)] | None = None
+    drag_area: Annotated[Given, Si("m^2", 0.05, 15)] | None = None
+    rolling_resistance: Annotated[Given, Si("", 0.0005, 0.1)] | None = None
+
+
+class Reference(Strict):
+    """Conditions to which the road load is corrected; the mass only where another vehicle mass is certified."""
+
+    temperature: Annotated[Given, Si("K", 203, 333)] = Given(293.15)
+    pressure: Annotated[Given, Si("Pa", 40_000, 110_000)] = Given(100_000.0)
+    mass: Annotated[Given, Si("kg", 50, 60_000)] | None = None
+
+
+class CoastdownSettings(Strict):
+    """``windows``: coast (fall through speed_window), all (drive force known, no brake), powered (drive above zero)."""
+
+    speed_window: Annotated[list[Annotated[Given, Si("m/s", 0, 150)]], Field(min_length=2, max_length=2)] | None = None
+    windows: Literal["auto", "coast", "all", "powered"] = "auto"
+    minimum_length: Annotated[Given, Si("s", 2, 3600)] = Given(10.0)
+    terms: Literal[2, 3] = 2
+    fix: Fix = Fix()
+    reference: Reference = Reference()
+    wind_limit: Annotated[Given, Si("m/s", 0, 60)] = Given(16 / 3.6)
+    elevation_error: Annotated[Given, Si("m", 0.01, 100)] = Given(5.0)
+    mean_slope: Annotated[Given, Si("", 1e-5, 0.1)] = Given(0.003)
+
+
+class CoastdownSpec(TestSpec):
+    """A coast-down's description."""
+
+    settings: CoastdownSettings = CoastdownSettings()
+
+
+def prepared(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Prepared:
+    """The runs to be fitted, with what was left out.
+
+    Raises
+    ------
+    InputError : a parameter is missing, or a sign convention contradicts physics. ResultError : no run is left.
+    """
+    if not logs:
+        raise InputError(Finding("runs", "no run is given", remedy="list at least one log under runs"))
+    s = spec.settings
+    speeds = None
+    if s.speed_window:
+        speeds = max(v.value for v in s.speed_window), min(v.value for v in s.speed_window)
+        if speeds[0] - speeds[1] < 1.0:
+            raise InputError(Finding("settings.speed_window", "must span at least 1 m/s", f"{speeds[0]:g} m/s"))
+    choices = Choices(
+        speeds,
+        s.windows,
+        s.minimum_length.value,
+        s.terms,
+        s.elevation_error.value,
+        s.mean_slope.value,
+        s.wind_limit.value,
+    )
+    notes = [
+        RunNote(r.direction, r.start.value if r.start else 0.0, r.temperature.value if r.temperature else None)
+        for r in spec.runs
+    ]
+    return prepare(logs, notes, _given(spec, logs, known), choices)
+
+
+def _given(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> dict[str, Given]:
+    """Everything known, with the fixed parameters, the turning parts and the air completed."""
+    torque = spec.settings.windows != "coast" and all("drive_torque" in log for log in logs)
+    fix, area = spec.settings.fix, ("frontal_area",) if spec.settings.fix.drag_coefficient else ()
+    known.require("mass", "air_density", *(("gear_ratio", "wheel_radius") if torque else ()), *area, where="coastdown")
+    given = {n: Given(e.value, e.std) for n, e in known.items() if n not in ("rolling_resistance", "drag_area")}
+    given.setdefault("driveline_efficiency", Given(1.0))
+    if "rotating_mass" not in given:
+        given["rotating_mass"] = _turning(given)
+    air = spec.environment
+    if air.temperature and air.pressure and not given["air_density"].std:
+        share = float(np.hypot(air.temperature.std / air.temperature.value, air.pressure.std / air.pressure.value))
+        given["air_density"] = Given(given["air_density"].value, share * given["air_density"].value)
+    if fix.rolling_resistance:
+        given["rolling_resistance"] = fix.rolling_resistance
+    if fix.drag_area:
+        given["drag_area"] = fix.drag_area
+    elif fix.drag_coefficient:
+        cd, area_ = fix.drag_coefficient, given["frontal_area"]
+        value = cd.value * area_.value
+        given["drag_area"] = Given(value, value * float(np.hypot(cd.std / cd.value, area_.std / area_.value)))
+    return given
+
+
+def _turning(given: dict[str, Given]) -> Given:
+    """The turning parts' mass: from the wheels' inertia where it is known, else the usual share of the mass."""
+    mass = given["mass"].value
+    if "wheel_inertia" in given and "wheel_radius" in given:
+        inertia, radius = given["wheel_inertia"], given["wheel_radius"].value
+        return Given(4 * inertia.value / radius**2, 4 * inertia.std / radius**2)
+    return Given(TURNING_SHARE * mass, TURNING_SPREAD * mass)
+
+
+def regression(
+    spec: CoastdownSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Correction] = (),
+    extra: Sequence[Unknown] = (),
+) -> Regression:
+    """The whitened regression, with effects of the model's laws and their unknowns; the noise is found with them in."""
+    return fit_road_load(prepared(spec, logs, known).campaign, effects, extra).regression
+
+
+def estimate(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Result:
+    """Fit the road load and say what it is worth."""
+    ready = prepared(spec, logs, known)
+    fit = fit_road_load(ready.campaign)
+    answer = Answer(ready, fit, _fixed(spec.settings.fix), _test_conditions(spec, fit), _reference(spec, fit))
+    laps = timed(ready.stretches, [r.direction for r in spec.runs]) if answer.coasting else []
+    return Result(
+        SOURCE,
+        coast_result.sentence(answer),
+        coast_result.parameters(answer, known.estimates.get("frontal_area")),
+        coast_result.summary(answer),
+        coast_result.methods(answer),
+        coast_figures.comparisons(fit),
+        coast_figures.figures(fit, answer.load, laps),
+        coast_result.tables(answer, laps),
+        (*_assumptions(known), *coast_result.findings(answer)),
+        coast_result.extra(answer, laps),
+    )
+
+
+def _fixed(fix: Fix) -> frozenset[str]:
+    names = {"rolling_resistance"} if fix.rolling_resistance else set()
+    return frozenset(names | ({"drag_area"} if fix.drag_area or fix.drag_coefficient else set()))
+
+
+def _test_conditions(spec: CoastdownSpec, fit: RoadLoadFit) -> Conditions | None:
+    """Air and mass during the runs; None where nobody wrote the temperature down."""
+    if spec.environment.temperature is None and not all(r.temperature for r in spec.runs):
+        return None
+    temperature = float(np.mean([r.temperature for r in fit.campaign.runs]))
+    return Conditions(temperature, fit.at["air_density"], fit.at["mass"])
+
+
+def _reference(spec: CoastdownSpec, fit: RoadLoadFit) -> Conditions:
+    to = spec.settings.reference
+    mass = to.mass.value if to.mass else fit.at["mass"]
+    return Conditions(to.temperature.value, density_of(to.temperature.value, to.pressure.value), mass)
+
+
+def _assumptions(known: Parameters) -> list[Finding]:
+    """What was taken for granted because nothing was given."""
+    if "rotating_mass" in known or ("wheel_inertia" in known and "wheel_radius" in known):
+        return []
+    what = (
+        f"rotating_mass is not given: {TURNING_SHARE:.1%} of the mass (+- {TURNING_SPREAD:.0%}) is taken, as of wheels"
+    )
+    remedy = "add 'rotating_mass: <number> kg' under vehicle: sum of J/r^2 of wheels and what stays geared to them"
+    return [Finding("vehicle", what, remedy=remedy)]
+
+
+STEP = Step(
+    name="coastdown",
+    spec=CoastdownSpec,
+    required=("time", "speed"),
+    optional=("position", "drive_torque", "drive_force", "acceleration", "grade", "wind_speed", "elevation"),
+    needs=("frontal_area", "wheel_inertia"),
+    gives=(
+        "rolling_resistance",
+        "drag_area",
+        "drag_coefficient",
+        "road_load_f0",
+        "road_load_f1",
+        "road_load_f2",
+    ),
+    estimate=estimate,
+    extra_channels=(Quantity("elevation", "m", "height of the road above the sea", "z", -500, 9_000),),
+)
