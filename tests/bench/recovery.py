@@ -75,6 +75,9 @@ def run(name: str, case: Case, vehicles: int, first: int) -> Report:
             except VdynError as error:
                 refused[error.findings[0].what] += 1
                 continue
+            except Exception as error:  # a bug is a result of the bench too
+                refused[f"crashed: {error!r}"] += 1
+                continue
             finally:
                 seconds += time.perf_counter() - begun
         for parameter, truth in made.truth.items():
