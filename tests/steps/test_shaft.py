@@ -74,7 +74,8 @@ def test_log_and_drawing_that_agree_are_weighted() -> None:
     assert damping.value == pytest.approx(vehicle.shaft_damping_left, abs=4 * damping.std)
     assert "shaft_damping_right" not in result.parameters
     assert result.fit.rms == pytest.approx(result.fit.noise_floor, rel=0.1)
-    assert {figure.key for figure in result.figures} == {"loop_left", "torque_residual_left", "compliance", "ways"}
+    keys = {"loop_left", "torque_residual_left", "compliance_left", "compliance_right", "ways"}
+    assert {figure.key for figure in result.figures} == keys
 
 
 def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:

@@ -13,6 +13,13 @@ from vdyn_cli.result import Table
 STEP = 1e-4  # of the input; central differences of smooth formulas are then good to 1e-8
 
 
+def two_digits(uncertainty: float) -> str:
+    """An uncertainty with the two digits that it deserves, as a plain number where that is readable."""
+    if not 1e-4 <= abs(uncertainty) < 1e6:
+        return f"{uncertainty:.2g}"
+    return f"{uncertainty:.{max(1 - math.floor(math.log10(abs(uncertainty))), 0)}f}"
+
+
 @dataclass(frozen=True)
 class Contribution:
     """One input of a result: its value, how well it is known, and what the result does when it moves.
@@ -72,15 +79,15 @@ class Budget:
             (
                 c.name.replace("_", " "),
                 f"{c.value:.6g} {c.unit}".strip(),
-                f"{c.std:.2g} {c.unit}".strip() if c.std else "exact",
+                f"{two_digits(c.std)} {c.unit}".strip() if c.std else "exact",
                 f"{c.slope:.4g}",
-                f"{c.part:.2g}",
+                two_digits(c.part),
                 f"{100 * c.part**2 / total:.0f} %" if total else "",
             )
             for c in sorted(self.contributions, key=lambda c: -c.part)
         )
         head = ("input", "value", "standard deviation", f"slope [{unit} per unit]", f"contributes [{unit}]", "share")
-        return Table(key, title, head, (*rows, ("together", "", "", "", f"{self.std:.2g}", "")), caption)
+        return Table(key, title, head, (*rows, ("together", "", "", "", two_digits(self.std), "")), caption)
 
 
 def propagate(

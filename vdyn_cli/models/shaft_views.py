@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vdyn_cli.fit.budget import two_digits
 from vdyn_cli.models.shaft_sections import shares
 from vdyn_cli.models.shaft_side import UNIT, Side, Tested
 from vdyn_cli.result import Comparison, Figure, Series, Table
@@ -23,8 +24,7 @@ def comparisons(sides: Sequence[Side]) -> tuple[Comparison, ...]:
 
 def figures(sides: Sequence[Side]) -> tuple[Figure, ...]:
     found = [draw(side.name, side.tested) for side in sides if side.tested for draw in (_loop, _residual)]
-    if any(len(side.sections) > 1 for side in sides):
-        found.append(_compliance(sides))
+    found += [_compliance(side) for side in sides if len(side.sections) > 1]
     if any(len(side.ways) > 1 for side in sides):
         found.append(_ways(sides))
     return tuple(found)
@@ -60,32 +60,35 @@ def _residual(name: str, tested: Tested) -> Figure:
     return Figure(f"torque_residual_{name}", f"Residual torque, {name}", caption, "time in s", "N m", series)
 
 
-def _compliance(sides: Sequence[Side]) -> Figure:
-    series = tuple(
-        Series(side.name, np.arange(1.0, 1 + len(side.sections)), 100 * np.array(shares(side.sections)), "bars")
-        for side in sides
-        if side.sections
-    )
+def _compliance(side: Side) -> Figure:
+    share = 100 * np.array(shares(side.sections))
+    series = Series(side.name, np.arange(1.0, 1 + share.size), share, "bars")
     caption = (
         "How much each section of the drawing adds to the twist. The tallest bars decide: their diameter enters with "
         "the fourth power, so 1 % of it is 4 % of their twist."
     )
     x_label, y_label = "section, from the inside out", "share of the twist in %"
-    return Figure("compliance", "Where the shaft twists", caption, x_label, y_label, series)
+    return Figure(
+        f"compliance_{side.name}", f"Where the {side.name} shaft twists", caption, x_label, y_label, (series,)
+    )
 
 
 def _ways(sides: Sequence[Side]) -> Figure:
-    series = []
-    for k, side in enumerate(sides):
-        x = np.arange(float(len(side.ways))) + 5.0 * k
-        value = np.array([b.value for b in side.ways.values()])
-        half = np.array([b.interval95[1] - b.value for b in side.ways.values()], dtype=np.float64)
-        series.append(Series(f"{side.name}: {', '.join(side.ways)}", x, value, "points", error=half))
+    """Each way relative to what is published of its side."""
+    series, at = [], 0
+    for side in sides:
+        x = np.arange(at, at + len(side.ways), dtype=np.float64)
+        at += len(side.ways) + 1
+        value = np.array([100 * (b.value / side.published.value - 1) for b in side.ways.values()])
+        half = np.array([100 * (b.interval95[1] - b.value) / side.published.value for b in side.ways.values()])
+        series.append(Series(f"{side.name}: {', '.join(side.ways)}", x, value, "points", error=half.astype(np.float64)))
     caption = (
-        "One side's stiffness by each way, with 95 % intervals. Good: they overlap. A log below its drawing: joints "
-        "and splines twist too. A log above it: check gains, units and diameters."
+        "Stiffness by each way, in the order of the legend, less the published one, with 95 % intervals. Good: those "
+        "of one side overlap. A log below its drawing: joints and splines twist too. A log above it: check gains, "
+        "units and diameters."
     )
-    return Figure("ways", "Drawing against measurement", caption, "way", f"stiffness in {UNIT}", tuple(series))
+    y_label = "stiffness less the published one in %"
+    return Figure("ways", "Drawing against measurement", caption, "way", y_label, tuple(series))
 
 
 def tables(sides: Sequence[Side]) -> tuple[Table, ...]:
@@ -111,7 +114,7 @@ def _sections_table(sides: Sequence[Side]) -> Table:
 
 def _ways_table(sides: Sequence[Side]) -> Table:
     rows = [
-        (side.name, way, f"{b.value:.5g}", f"{b.std:.2g}", f"{b.interval95[0]:.5g} to {b.interval95[1]:.5g}")
+        (side.name, way, f"{b.value:.5g}", two_digits(b.std), f"{b.interval95[0]:.5g} to {b.interval95[1]:.5g}")
         for side in sides
         for way, b in side.ways.items()
     ]

@@ -91,10 +91,9 @@ def published(road: Road | None, pendulum: Pendulum | None) -> tuple[Budget, str
         Contribution(name, b.value, b.std, UNIT, float(w), b.degrees)
         for name, b, w in zip(("road", "pendulum"), (road.budget, pendulum.budget), weight, strict=True)
     )
-    words = (
-        f"Road and pendulum agree within {abs(gap):.1f} standard deviations ({both}); the pendulum has "
-        f"{weight[1]:.1%} of the weight."
-    )
+    share = "nearly all" if weight[1] > 0.995 else f"{weight[1]:.0%}"
+    agree = f"Road and pendulum agree within {abs(gap):.1f} standard deviations ({both})"
+    words = f"{agree}; the pendulum has {share} of the weight."
     return Budget(value, parts), words
 
 
