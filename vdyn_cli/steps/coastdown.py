@@ -71,12 +71,16 @@ class Reference(Strict):
 
 
 class CoastdownSettings(Strict):
-    """``windows``: coast (fall through speed_window), all (drive force known, no brake), powered (drive above zero)."""
+    """``windows``: coast (fall through speed_window), all (drive force known, no brake), powered (drive above zero).
+
+    ``noise``: gusts, or white for plain least squares, which takes every sample for independent.
+    """
 
     speed_window: Annotated[list[Annotated[Given, Si("m/s", 0, 150)]], Field(min_length=2, max_length=2)] | None = None
     windows: Literal["auto", "coast", "all", "powered"] = "auto"
     minimum_length: Annotated[Given, Si("s", 2, 3600)] = Given(10.0)
     terms: Literal[2, 3] = 2
+    noise: Literal["gusts", "white"] = "gusts"
     fix: Fix = Fix()
     reference: Reference = Reference()
     wind_limit: Annotated[Given, Si("m/s", 0, 60)] = Given(16 / 3.6)
@@ -113,6 +117,7 @@ def prepared(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Pre
         s.elevation_error.value,
         s.mean_slope.value,
         s.wind_limit.value,
+        s.noise == "white",
     )
     notes = [
         RunNote(r.direction, r.start.value if r.start else 0.0, r.temperature.value if r.temperature else None)
@@ -220,7 +225,7 @@ STEP = Step(
     spec=CoastdownSpec,
     required=("time", "speed"),
     optional=("position", "drive_torque", "drive_force", "acceleration", "grade", "wind_speed", "elevation"),
-    needs=("frontal_area", "wheel_inertia"),
+    needs=("frontal_area",),  # wheel_inertia is used where it is given, but its own step comes after this one
     gives=(
         "rolling_resistance",
         "drag_area",
