@@ -46,6 +46,7 @@ class Choices:
     elevation_error: float = 5.0
     mean_slope: float = 0.003
     wind_limit: float = selection.WIND_LIMIT
+    white: bool = False
 
 
 @dataclass(frozen=True)
@@ -95,12 +96,14 @@ def prepare(logs: Sequence[Log], notes: Sequence[RunNote], known: Mapping[str, G
     if not stretches:
         raise ResultError(*_nothing_left(rejected))
     use = _accelerometer(stretches, driven, choices)
-    zeros = {s.name: zero_of(logs[s.run], choices.elevation_error, choices.mean_slope) for s in stretches}
-    zeros = zeros if use == "alone" else {}
-    if use != "alone":
+    zeros: dict[str, Zero] = {}
+    if use == "alone":
+        zeros = {s.name: zero_of(logs[s.run], choices.elevation_error, choices.mean_slope) for s in stretches}
+    else:
         stretches = [one for s in stretches for one in selection.split(s)]
     runs = tuple(_road_run(s, notes[s.run], driven, use, zeros.get(s.name), known) for s in stretches)
-    campaign = Campaign(runs, driven, _values(known, use, driven), _unknowns(known, choices, use, driven), use)
+    unknowns = _unknowns(known, choices, use, driven)
+    campaign = Campaign(runs, driven, _values(known, use, driven), unknowns, use, choices.white)
     return Prepared(campaign, tuple(stretches), tuple(rejected), _remarks(notes, stretches, use), zeros)
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.models.gust_noise import Steady
 from vdyn_cli.models.road_load_fit import RoadLoadFit
 from vdyn_cli.models.road_runs import noise_of
 
@@ -37,8 +36,7 @@ def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
     for run in range(len(fit.campaign.runs)):
         residual, own = fit.residual(run)
         noise = noise_of(fit.campaign, run, fit.at)
-        steady = next(p.response for p in noise.parts if isinstance(p, Steady) and p.source == "run_force")
-        rows = np.column_stack([steady, own, residual])
+        rows = np.column_stack([noise.push, own, residual])
         white = np.linalg.solve(np.linalg.cholesky(noise.covariance(sizes)), rows)
         inverse = np.linalg.pinv(white[:, :-1].T @ white[:, :-1])
         # The residual is simulated less measured, and a push forward raises the measured speed.

@@ -23,6 +23,7 @@ SOURCE = "coastdown"
 MAIN = ("rolling_resistance", "drag_area")
 QUOTED = tuple(v / 3.6 for v in (60.0, 40.0, 80.0, 100.0, 20.0))  # m/s; the first that the runs pass is quoted
 SPEEDS = tuple(v / 3.6 for v in range(20, 141, 20))  # m/s, of the table of forces
+STILL = {"gust": 0.0, "gust_time": 8.0, "run_wind": 0.0, "run_force": 0.0}  # where plain least squares knows no gusts
 UNLIKELY = 0.03  # rolling resistance above which something else than tires must be in it
 
 
@@ -88,7 +89,7 @@ class Answer:
         """What such coasts tell of both main parameters, and what a wider window would."""
         if not self.coasting:
             return None, None
-        runs, sizes = self.fit.campaign.runs, self.fit.sizes
+        runs, sizes = self.fit.campaign.runs, {**STILL, **self.fit.sizes}
         upper, lower = (float(np.median([r.speed[k] for r in runs])) for k in (0, -1))
         level = float(np.median([v["speed"] for v in self.fit.campaign.levels])) * sizes["speed_noise"]
         step = float(np.median([np.median(np.diff(r.time)) for r in runs]))
@@ -193,13 +194,18 @@ def methods(answer: Answer) -> str:
         "alone": "The specific force was fitted on the stretches driven with drive above zero; each log's zero of the "
         "accelerometer was taken from the energy of the whole log.",
     }[campaign.accelerometer]
-    noise = f"gusts of {sizes['gust']:.2f} m/s lasting {sizes['gust_time']:.0f} s and a mean wind that differed by "
-    noise += f"{sizes['run_wind']:.2f} m/s from run to run"
+    if campaign.white:
+        noise = "Residuals were weighed as if every sample were independent: plain least squares."
+    else:
+        noise = (
+            "Residuals were whitened with a noise model whose sizes were estimated from them by restricted maximum "
+            f"likelihood: gusts of {sizes['gust']:.2f} m/s lasting {sizes['gust_time']:.0f} s and a mean wind that "
+            f"differed by {sizes['run_wind']:.2f} m/s from run to run."
+        )
     unit = {"run": "runs", "block": "blocks within runs", "model": "the noise model"}[solution.unit]
     text = (
-        f"{how} Residuals were whitened with a noise model whose sizes were estimated from them by restricted maximum "
-        f"likelihood: {noise}. Intervals come from {solution.n_units} {unit}. The inertia was "
-        f"{answer.inertia:.0f} kg, {answer.fit.at['rotating_mass']:.0f} kg of it turning parts. {_separation(answer)}"
+        f"{how} {noise} Intervals come from {solution.n_units} {unit}. The inertia was {answer.inertia:.0f} kg, "
+        f"{answer.fit.at['rotating_mass']:.0f} kg of it turning parts. {_separation(answer)}"
     )
     if answer.corrected is not None and answer.test is not None:
         text += (

@@ -78,10 +78,17 @@ class Coloured:
 
 @dataclass(frozen=True)
 class RunNoise:
-    """The covariance of one run's rows, as a function of the sources' sizes."""
+    """The covariance of one run's rows, as a function of the sources' sizes.
+
+    Parameters
+    ----------
+    known : (n, n), what needs no size to be found.
+    push : (n,), response of the rows to a constant acceleration of 1 m/s^2.
+    """
 
     parts: tuple[White | Steady | Coloured, ...]
-    known: Array  # (n, n)
+    known: Array
+    push: Array
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -153,6 +160,12 @@ def integration(bins: Bins, fade: Array) -> Array:
     return np.asarray(response)
 
 
+def without_gusts(noise: RunNoise) -> RunNoise:
+    """The white parts alone: every sample independent, as plain least squares has it."""
+    white = tuple(p for p in noise.parts if isinstance(p, White))
+    return RunNoise(white, np.zeros_like(noise.known), noise.push)
+
+
 def speed_noise(s: Surroundings) -> RunNoise:
     """Of a simulated speed alone: white reading, gusts, wind and rolling resistance of the run."""
     integral = integration(s.bins, s.fade)
@@ -163,7 +176,7 @@ def speed_noise(s: Surroundings) -> RunNoise:
         Steady("run_wind", gust.sum(axis=1)),
         Steady("run_force", integral.sum(axis=1)),
     )
-    return RunNoise(parts, _walk(s))
+    return RunNoise(parts, _walk(s), integral.sum(axis=1))
 
 
 def speed_and_force_noise(s: Surroundings) -> RunNoise:
@@ -184,7 +197,7 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
     )
     known = np.zeros((2 * none.size, 2 * none.size))
     known[: none.size, : none.size] = _walk(s)
-    return RunNoise(parts, known)
+    return RunNoise(parts, known, push.sum(axis=1))
 
 
 def force_noise(s: Surroundings) -> RunNoise:
@@ -197,7 +210,7 @@ def force_noise(s: Surroundings) -> RunNoise:
         Steady("run_wind", -s.pull),
         Steady("run_force", ones),
     )
-    return RunNoise(parts, s.zero**2 * np.outer(ones, ones))
+    return RunNoise(parts, s.zero**2 * np.outer(ones, ones), ones)
 
 
 def _lag(bins: Bins) -> Array:

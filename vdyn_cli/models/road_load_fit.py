@@ -136,7 +136,7 @@ def fit_road_load(
 
 def wind_variance(sizes: Mapping[str, float]) -> float:
     """Variance of the wind along the track, m^2/s^2, within and between runs."""
-    return sizes["gust"] ** 2 + sizes["run_wind"] ** 2
+    return sizes.get("gust", 0.0) ** 2 + sizes.get("run_wind", 0.0) ** 2
 
 
 def _begin(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown]) -> tuple[_Rows, Regression]:

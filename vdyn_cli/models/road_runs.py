@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 Use = Literal["none", "beside", "alone"]
 
 WIDTH = 2.0  # s of a bin: a quarter of the usual gust; on an open road torque and force are not sampled together either
+LEAST_LEVEL = 1e-4  # in SI, of the white noise in a channel: a simulated log has none
 FEWEST_BINS, MOST_BINS = 8, 300  # of a run: the covariance stays small
 
 
@@ -67,6 +68,7 @@ class Campaign:
     values : the model's parameters in SI.
     unknowns : shared unknowns, named as the model's parameters; those known with an uncertainty carry a prior.
     accelerometer : "none", "beside" the speed, or "alone".
+    white : plain least squares, as if the sensors' noise were all there is.
     """
 
     runs: tuple[RoadRun, ...]
@@ -74,6 +76,7 @@ class Campaign:
     values: Mapping[str, float]
     unknowns: tuple[Unknown, ...]
     accelerometer: Use = "none"
+    white: bool = False
 
     @cached_property
     def bins(self) -> tuple[Bins, ...]:
@@ -104,7 +107,7 @@ def _levels(run: RoadRun) -> dict[str, float]:
     channels = {"speed": run.speed, "acceleration": run.acceleration, **run.inputs}
     names = ("speed", "acceleration", "drive_torque", "drive_force")
     found = {n: channels.get(n) for n in names}
-    return {n: white_level(c, run.time) for n, c in found.items() if isinstance(c, np.ndarray)}
+    return {n: max(white_level(c, run.time), LEAST_LEVEL) for n, c in found.items() if isinstance(c, np.ndarray)}
 
 
 def _drive(run: RoadRun, measured_speed: bool) -> Drive:
@@ -139,7 +142,8 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
         "beside": gust_noise.speed_and_force_noise,
         "alone": gust_noise.force_noise,
     }[campaign.accelerometer]
-    return law(surroundings)
+    noise = law(surroundings)
+    return gust_noise.without_gusts(noise) if campaign.white else noise
 
 
 def _binned_input(run: RoadRun, bins: Bins, name: str) -> Array | float:
