@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from vdyn_cli.commands.run_pipeline import run_pipeline
 from vdyn_cli.commands.run_step import write_step
+from vdyn_cli.pipeline import load_plan
 from vdyn_cli.vocabulary import TABLE
 
 
@@ -104,3 +108,15 @@ def test_stop_skips_what_comes_after_a_failure(day: Path) -> None:
     document = json.loads((day.parent / "out" / "parameters.json").read_text())
     assert code == 2
     assert "tire failed before" in document["steps"]["cg"]["sentence"]
+
+
+def test_the_makefile_says_what_the_pipeline_does(root: Path) -> None:
+    """One rule a step, with the same results handed on in the same order; hence the same bytes."""
+    make = shutil.which("make")
+    if make is None:
+        pytest.skip("make is not installed")
+    command = [make, "-n", "-B", "OUT=o", "VDYN=vdyn"]
+    shown = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)
+    said = {line.split()[1]: re.findall(r"--known o/(\w+)\.json", line) for line in shown.stdout.splitlines()}
+    _, _, tasks = load_plan(root / "configs" / "pipeline.yaml")
+    assert said == {task.name: list(task.after) for task in tasks}
