@@ -14,6 +14,7 @@ from vdyn_cli.fit.triangles import Array, reduce
 NEGLIGIBLE = 1e-16  # of the cost: a step that promises less has arrived
 HARMLESS = 1e-4  # of one residual's variance: a stalled step that promises less moves nothing that matters
 BLIND = 1e-3  # of an unknown's sensitivity left after one step
+IDLE = 3  # steps in a row that gained less than the tolerance: a further one that fails ends the fit
 LEAST_DAMPING = 1e-13
 MOST_DAMPING = 1e12
 
@@ -44,6 +45,7 @@ def minimise(
     lower: Array,
     upper: Array,
     most_iterations: int,
+    tolerance: float = 0.0,
 ) -> Minimum:
     """Least squares within bounds from one start.
 
@@ -54,6 +56,8 @@ def minimise(
     Parameters
     ----------
     evaluate : cost and triangles at x, or None where the model cannot be computed.
+    tolerance : what a full step may still promise on arrival, in variances of one residual; where the fit stalls, a
+        hundred times that. At a kink of the model the linearisation promises what no step keeps.
 
     Raises
     ------
@@ -65,11 +69,13 @@ def minimise(
         raise ArithmeticError("the model has no finite value at the start")
     scale = _positive(point.arrow.column_norms())
     damping, growth = 1e-3, 2.0
+    idle = 0
     for iteration in range(most_iterations):
         active = _active(point, lower, upper)
         full = _step(point, active, scale, LEAST_DAMPING)
         promise = point.arrow.reduction(full)
-        if promise <= NEGLIGIBLE * point.cost:
+        variance = point.cost / max(point.n_rows - len(point.x), 1)
+        if promise <= max(NEGLIGIBLE * point.cost, tolerance * variance):
             return Minimum(point, active, True, promise, full, iteration)
         while True:
             step = _step_within(point, active, scale, damping, lower, upper)
@@ -79,11 +85,12 @@ def minimise(
             if trial is not None and gain > 1e-4 and not _blinded(point, trial):
                 break
             damping, growth = damping * growth, growth * 2
-            if damping > MOST_DAMPING or not np.any(point.x + step != point.x):
-                harmless = promise <= HARMLESS * point.cost / max(point.n_rows - len(point.x), 1)
+            if damping > MOST_DAMPING or idle > IDLE or not np.any(point.x + step != point.x):
+                harmless = promise <= max(HARMLESS, 100 * tolerance) * variance
                 return Minimum(point, active, harmless, promise, full, iteration)
         damping = max(damping * (0.3 if gain > 0.75 else 1.0 if gain > 0.25 else 2.0), LEAST_DAMPING)
         growth = 2.0
+        idle = idle + 1 if point.cost - trial.cost < tolerance * variance else 0
         point = trial
         scale = np.maximum(scale, point.arrow.column_norms())
     return Minimum(point, _active(point, lower, upper), False, promise, full, most_iterations)
