@@ -22,10 +22,12 @@ Mask = NDArray[np.bool_]
 FEWEST_SAMPLES = 20
 MOST_MISSING = 0.2  # of a stretch's rows
 LEAST_COVERED = 0.5  # of the speed window
+LEAST_FALL = 1.0  # m/s
 SMOOTH = 1.0  # s, over which the speed is averaged to find where it passes a limit
 LOOK = 2.0  # s, over which a deceleration is taken
 EXCESS = 0.15  # m/s^2 beyond the other runs: a brake or a driveline; gusts reach 0.02, sensors 0.03
 EXCESS_ALONE = 0.3  # m/s^2, where too few runs of a direction tell slope from brake
+GROSS = 3.0  # times that much counts at one look; otherwise it takes two on end
 ENGAGED = 0.25  # share of the usual deceleration by which a whole run may exceed it, and
 ENGAGED_LEAST = 0.06  # m/s^2, at least
 MARGIN = 1.0  # s left out where torque comes and goes: a brake may still be on, the driveline winds up
@@ -54,7 +56,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Rejected:
-    """What was left out, s of the log's clock, and why."""
+    """What was left out of a run, s of the log's clock, and why."""
 
     run: str
     start: float
@@ -77,6 +79,9 @@ def coast(run: int, log: Log, window: tuple[float, float] | None, shortest: floa
     smooth = _smoothed(whole)
     upper, lower = window or (float(smooth.max()), float(smooth.min()))
     top, end = _passage(smooth, upper, lower)
+    if window is None and upper - lower < LEAST_FALL:
+        why = f"the speed falls by less than {LEAST_FALL:g} m/s: this is no coast"
+        return Rejected(log.name, start, stop, why)
     covered = (min(upper, float(smooth[top])) - max(lower, float(smooth[end]))) / (upper - lower)
     if covered < LEAST_COVERED:
         reach = f"{3.6 * smooth[top]:.1f} to {3.6 * smooth[end]:.1f} km/h"
@@ -179,8 +184,12 @@ def without_braking(
     """
     seen = [_slowing(s, k) for s, k in zip(stretches, known, strict=True)]
     excess, usual, limits = _beyond_common(seen, directions)
-    outcomes = [_judged(*each, window) for each in zip(stretches, seen, excess, usual, limits, strict=True)]
-    return [o for o in outcomes if isinstance(o, Stretch)], [o for o in outcomes if isinstance(o, Rejected)]
+    kept, left = [], []
+    for each in zip(stretches, seen, excess, usual, limits, strict=True):
+        stretch, cut_off = _judged(*each, window)
+        kept += [stretch] if stretch else []
+        left += [cut_off] if cut_off else []
+    return kept, left
 
 
 def _slowing(stretch: Stretch, known: Array) -> _Slowing:
@@ -233,25 +242,32 @@ def _least_absolute(design: Array, values: Array, rounds: int = 30) -> Array:
 
 def _judged(
     stretch: Stretch, see: _Slowing, excess: Array, usual: float, limit: float, window: float
-) -> Stretch | Rejected:
+) -> tuple[Stretch | None, Rejected | None]:
+    """What is left of a stretch, and what was taken from it."""
     log = stretch.log
+    begin, finish = float(log.time[0]), float(log.time[-1])
     middle = float(np.median(excess))
     if middle > max(ENGAGED_LEAST, ENGAGED * usual):
         why = f"slows by {middle:.2f} m/s^2 more than the other runs throughout: engaged driveline or dragging brake?"
-        return Rejected(stretch.name, float(log.time[0]), float(log.time[-1]), why)
-    odd = np.abs(excess) > limit
-    held = np.flatnonzero(odd[1:] & odd[:-1])  # for two looks on end: one alone may be a jump in the log
+        return None, Rejected(stretch.name, begin, finish, why)
+    odd, gross = np.abs(excess) > limit, np.abs(excess) > GROSS * limit
+    held = np.flatnonzero((odd[1:] & odd[:-1]) | gross[1:] | gross[:-1])
     if not held.size:
-        return stretch
+        return stretch, None
     at = int(held[0])
-    what = "slows by" if excess[at] > 0 else "is driven by"
-    cause = "brake or driveline?" if excess[at] > 0 else "throttle?"
+    what, cause = ("slows by", "brake or driveline?") if excess[at] > 0 else ("is driven by", "throttle?")
     why = (
         f"{what} {abs(excess[at]):.2f} m/s^2 more than the other runs at {see.time[at]:.0f} s, "
         f"{3.6 * see.speed[at]:.0f} km/h: {cause}"
     )
-    before, after = log.time < see.time[at] - LOOK, log.time > see.time[held[-1] + 1] + LOOK
-    best = max((before, after), key=lambda k: float(np.ptp(log["speed"][k])) if k.sum() >= FEWEST_SAMPLES else 0.0)
-    if best.sum() >= FEWEST_SAMPLES and float(np.ptp(log["speed"][best])) >= LEAST_COVERED * window:
-        return stretch.rows(best)
-    return Rejected(stretch.name, float(log.time[0]), float(log.time[-1]), why)
+    until, since = float(see.time[at]) - LOOK, float(see.time[held[-1] + 1]) + LOOK
+    parts = ((log.time < until, until, finish), (log.time > since, begin, since))
+    best, lost_from, lost_to = max(parts, key=lambda p: _fall(log, p[0]))
+    if _fall(log, best) >= LEAST_COVERED * window:
+        return stretch.rows(best), Rejected(stretch.name, lost_from, lost_to, why)
+    return None, Rejected(stretch.name, begin, finish, why)
+
+
+def _fall(log: Log, keep: Mask) -> float:
+    """m/s, over which these rows reach."""
+    return float(np.ptp(log["speed"][keep])) if keep.sum() >= FEWEST_SAMPLES else 0.0
