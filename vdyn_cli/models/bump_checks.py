@@ -8,6 +8,7 @@ import numpy as np
 
 from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.errors import Finding
+from vdyn_cli.fit import white_level
 from vdyn_cli.log import Log
 from vdyn_cli.models.bump_crossing import BODY_CHANNELS, LOADS, Crossing
 from vdyn_cli.models.bump_search import Found
@@ -16,7 +17,8 @@ from vdyn_cli.quantity import Given
 SIGN = "add 'sign: -1' to its channel"
 FEWEST = 8  # samples while an axle is on the bump
 SHORTEST = 50  # samples of a log
-SEEN = 0.05  # of the load at rest, by which a load must change
+SEEN, LOUD = 0.01, 8.0  # of the load at rest, and of its noise: by so much a load must change
+FORCES = ((1e3, "kN"), (4.4482216, "lbf"), (GRAVITY, "kgf"))
 ALIKE = 0.3  # correlation with a typical car's answer, below which the bump is another one
 AIRBORNE = 0.4  # of the fitted time with an axle off the road, above which a run tells too little
 PACE = 1.25  # between the speed logged and that from the axles' delay
@@ -63,15 +65,16 @@ def _wrong_load(log: Log, name: str, static: float) -> list[Finding]:
         return [Finding(where, "the axle is pulled up: loads must be positive", f"{rest:.0f} N", SIGN)]
     ratio = rest / static
     if not 0.75 < ratio < 1.33:
-        guess = "check unit and channel, mass and cg_to_front"
+        likely = [unit for factor, unit in FORCES if 0.75 < ratio * factor < 1.33]
+        guess = f"is its unit {likely[0]}?" if likely else "check unit and channel, mass and cg_to_front"
         if 0.4 < ratio < 0.62:
             guess = f"is it one wheel's? then map the axle's other wheel too ({name[:-5]}_left_load and _right_load)"
-        if abs(ratio) < 0.05:
+        if abs(ratio) < 0.05 and not likely:
             guess = "loads must hold the weight: do not zero the sensor with the car on it; or the axle is off the road"
         got = f"{rest:.0f} N, where mass and centre of gravity give {static:.0f} N"
         return [Finding(where, "is not the axle's load at rest", got, guess)]
     change = float(np.nanmax(np.abs(load - rest)))
-    if change < SEEN * static:
+    if change < max(SEEN * static, LOUD * white_level(load, log.time)):
         got = f"largest change {change:.0f} N of {static:.0f} N"
         remedy = "check the time window; drive over a higher bump, or faster"
         return [Finding(where, "no bump is seen in it", got, remedy)]
@@ -92,7 +95,7 @@ def wrong_place(log: Log, found: Found, wheelbase: float) -> list[Finding]:
         return [Finding(f"{log.name}, speed", what, f"{found.speed:.2f} m/s", hint)]
     if found.likeness < ALIKE:
         got = f"likeness {found.likeness:.2f}"
-        remedy = "check the bump's size and shape"
+        remedy = "check the bump's size and shape; the log must begin before the front axle meets it"
         return [Finding(log.name, "the loads do not look like a car on this bump", got, remedy)]
     gain = np.mean([found.gain[n] for n in LOADS])
     if not 0.25 < gain < 4:

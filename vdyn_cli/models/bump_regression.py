@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 FINEST = 1.1e-3  # s, largest step of the integration: with it loads are good to a hundredth of a load cell's noise
 MISFIT = 1.2  # residual over noise, above which a channel counts for what the model leaves of it
+ARRIVED = 1e-3  # of a residual's variance: wheels that lift off make kinks, at which no step keeps what it promises
 AT_REST = (2e-3, 2e-2, 1e-3, 1e-2)  # m, m/s, rad, rad/s: how still the body is before the bump
 
 
@@ -102,13 +103,13 @@ class BumpFit:
         ------
         ResultError : the fit's own.
         """
-        solution = solve(self.regression())
+        solution = solve(self.regression(), tolerance=ARRIVED)
         for _ in range(3):
             misfit = self.misfit(solution)
             if all(m < MISFIT and (m * MISFIT > 1 or self.inflation[n] == 1) for n, m in misfit.items()):
                 break
             self.inflation = {n: max(1.0, self.inflation[n] * misfit[n]) for n in self.channels}
-            solution = solve(self.regression(solution))
+            solution = solve(self.regression(solution), tolerance=ARRIVED)
         return solution
 
     def simulate(self, run: int, theta: Array, **options: bool) -> Simulated:

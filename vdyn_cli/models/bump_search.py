@@ -15,7 +15,7 @@ from vdyn_cli.models.bump_crossing import CHANNELS, LOADS, travelled
 Array = NDArray[np.float64]
 
 LEAD, TAIL = 0.1, 0.6  # s of the answer before the front axle meets the bump and after the rear axle has left it
-ONSET = 0.3  # of a load's largest change: an axle feels the other's bump by a twentieth
+APART = 1.0  # s by which an axle's change may lie elsewhere than expected, beyond the delay itself
 NEARBY = 0.7  # of the best likeness: as good a place nearer to where the bump is said to be is preferred
 
 
@@ -29,7 +29,7 @@ class Found:
     speed : m/s there.
     likeness : correlation of the loads with the answer, 0 to 1.
     gain : of each channel, measured over simulated; 1 were the car the typical one.
-    delay : s from the front load's change to the rear load's.
+    delay : s from the front load's change to the rear load's, each found by itself.
     """
 
     distance: float
@@ -65,8 +65,7 @@ def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, to
     gain, likeness = _alike({n: c[part] for n, c in changes.items()}, answer)
     meets = at + round(LEAD / step)
     distance = float(np.interp(clock[0] + meets * step, log.time, way))
-    front, rear = (_onset(changes[n][part]) * step for n in LOADS)
-    return Found(distance, speed, likeness, gain, rear - front)
+    return Found(distance, speed, likeness, gain, _delay(changes, answer, at, wheelbase / speed, step))
 
 
 def _changes(log: Log, name: str) -> tuple[Array, Array]:
@@ -123,6 +122,18 @@ def _alike(changes: Mapping[str, Array], answer: Mapping[str, Array]) -> tuple[d
     return gain, product / max(np.sqrt(measured * expected), 1e-300)
 
 
-def _onset(change: Array) -> int:
-    size = np.abs(change)
-    return int(np.argmax(size > ONSET * size.max(initial=0.0)))
+def _delay(changes: Mapping[str, Array], answer: Mapping[str, Array], at: int, expected: float, step: float) -> float:
+    """Time from the front load's change to the rear load's, s, each looked for by itself near ``at``.
+
+    Both answers are misplaced alike where the speed is wrong, so that the difference is not.
+    """
+    from scipy.signal import correlate
+
+    reach = round((APART + expected) / step)
+    places = []
+    for name in LOADS:
+        score = correlate(changes[name], answer[name], mode="full")
+        near = at + answer[name].size - 1  # where the score of the answer that begins at ``at`` stands
+        first = max(near - reach, 0)
+        places.append(first + int(np.argmax(score[first : near + reach + 1])))
+    return expected + (places[1] - places[0]) * step

@@ -6,12 +6,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vdyn_cli.errors import Finding
+from vdyn_cli.models.bump_given import Known
 from vdyn_cli.models.bump_modes import Mode
 from vdyn_cli.models.bump_regression import MISFIT, BumpFit
 from vdyn_cli.models.bump_views import Replay
 from vdyn_cli.parameters import Estimate
 
-VAGUE = 0.25  # of a value: an interval wider than that is worth a word
+VAGUE = 0.1  # of a value: an interval wider than that is worth a word
+FOLLOWS = 0.5  # per cent of tire stiffness per per cent of unsprung mass: without wheel hop it is 1
+HOP = (
+    "the bump is too gentle to make the wheels hop, and without that a heavier axle on a stiffer tire moves alike; "
+    "cross it faster, or take a shorter or higher one"
+)
 
 
 def sentence(estimates: Mapping[str, Estimate], swings: Sequence[Mode]) -> str:
@@ -31,22 +37,22 @@ def sentence(estimates: Mapping[str, Estimate], swings: Sequence[Mode]) -> str:
     return f"Springs and dampers: {axles[0]}; {axles[1]}. The tires of an axle: {tires}. The car swings at: {rest}."
 
 
-def vague(estimates: Mapping[str, Estimate]) -> list[str]:
-    """Words for what is hardly determined."""
+def vague(estimates: Mapping[str, Estimate], by_given: Mapping[str, Mapping[str, float]], known: Known) -> list[str]:
+    """Words for what is hardly determined, and for a tire that stands and falls with the unsprung masses."""
     said = []
     for name, estimate in estimates.items():
         half = (estimate.interval95[1] - estimate.interval95[0]) / 2
-        if half <= VAGUE * estimate.value:
-            continue
-        text = f"{name} is hardly determined (+- {half / estimate.value:.0%})"
-        if name == "tire_vertical_stiffness":
-            text += (
-                ": the bump is too gentle to make the wheels hop, and without that a heavier axle on a stiffer tire "
-                "moves alike; cross it faster, or take a shorter or higher one"
-            )
-        else:
-            text += ": cross the bump faster, or take a higher one"
-        said.append(text)
+        if half > VAGUE * abs(estimate.value):
+            what = HOP if name == "tire_vertical_stiffness" else "cross the bump faster, or take a higher one"
+            said.append(f"{name} is hardly determined (+- {half / abs(estimate.value):.0%}): {what}")
+    name = "tire_vertical_stiffness"
+    masses = [f"unsprung_mass_{end}" for end in ("front", "rear")]
+    follows = sum(by_given[m][name] * known.values[m] for m in masses if m not in known.std) / estimates[name].value
+    if follows > FOLLOWS:
+        said.append(
+            f"{name} rests on the unsprung masses, which are given as exact: 1 % of them is {follows:.1f} % of it; "
+            f"{HOP}, or state how well they are known ('82 +- 4 kg')"
+        )
     return said
 
 

@@ -208,6 +208,7 @@ def estimate(spec: BumpSpec, data: Measured, known: Parameters) -> Result:
     replays = [bump_views.replay(fit, solution, run) for run in range(len(fit.crossings))]
     static = static_loads({**fit.known.values, **solution.values})
     swings, misfit, by_given = modes(solution, fit.known.values), fit.misfit(solution), slopes(fit, solution)
+    words = (*bump_words.vague(estimates, by_given, fit.known), *bump_words.not_followed(fit, misfit))
     floor = float(np.sqrt(np.mean([c.noise[n] ** 2 for c in fit.crossings for n in LOADS])))
     summary = FitSummary(
         tuple(c.run for c in fit.crossings),
@@ -217,7 +218,7 @@ def estimate(spec: BumpSpec, data: Measured, known: Parameters) -> Result:
         solution.names,
         solution.unit,
         solution.n_units,
-        warnings=(*solution.warnings, *bump_words.vague(estimates), *bump_words.not_followed(fit, misfit)),
+        warnings=(*solution.warnings, *words),
     )
     zeros = {n: [r.zeros[n] for r in replays] for n in fit.channels}
     said += [*uneven_zeros(zeros, fit.known.zeros), *(f for log in data.runs for f in log.findings)]
