@@ -28,9 +28,7 @@ def _assemble(e: Bench, u: Signals) -> None:
     e.sensor("force_x", force, 0.0)
 
 
-TIRE_CURVE = Model(
-    "tire_curve", _assemble, ("tire_B", "tire_C", "tire_D", "tire_E", "radius_error"), ("slip", "load")
-)
+TIRE_CURVE = Model("tire_curve", _assemble, ("tire_B", "tire_C", "tire_D", "tire_E", "radius_error"), ("slip", "load"))
 
 
 def peak_slip(b: float, c: float, e: float) -> float:
@@ -39,7 +37,10 @@ def peak_slip(b: float, c: float, e: float) -> float:
         return float("inf")
     target = tan(pi / (2 * c))
     low, high = 0.0, 1.0
-    inner = lambda x: x - e * (x - atan(x))  # noqa: E731
+
+    def inner(x: float) -> float:
+        return x - e * (x - atan(x))
+
     while inner(high) < target:
         high *= 2
         if high > 1e6:

@@ -46,7 +46,7 @@ class TireFit:
 
     Parameters
     ----------
-    held : values of the shape factors that are not unknown.
+    shape : (mean, standard deviation) of shape factors as tyres have them, for sweeps that end before the peak.
     radius_std : relative standard deviation of the wheel radius that the slip was computed with; 0 leaves it out.
     effects, effect_unknowns : candidate causes that correct the curve, and their unknowns.
     """
@@ -54,15 +54,15 @@ class TireFit:
     def __init__(
         self,
         sweeps: Sequence[Bins],
-        held: Mapping[str, float] | None = None,
+        shape: Mapping[str, tuple[float, float]] | None = None,
         radius_std: float = 0.0,
         effects: Sequence[Correction] = (),
         effect_unknowns: Sequence[Unknown] = (),
     ) -> None:
-        self.sweeps, self.held, self.radius_std = tuple(sweeps), dict(held or {}), radius_std
+        self.sweeps, self.shape, self.radius_std = tuple(sweeps), dict(shape or {}), radius_std
         self.effect_unknowns = tuple(effect_unknowns)
         self._unknowns = (*SHAPE, "radius_error", *(u.name for u in effect_unknowns))
-        values = {**_start(self.sweeps), **self.held, "radius_error": 0.0}
+        values = {**_start(self.sweeps), "radius_error": 0.0}
         self._simulator = Simulator(TIRE_CURVE, values, self._unknowns, effects)
         self._values = values
 
@@ -74,7 +74,7 @@ class TireFit:
         ResultError : the fit's own, or the projection does not settle.
         """
         found, failed = [], []
-        for c in STARTS if "tire_C" not in self.held else (self.held["tire_C"],):
+        for c in STARTS:
             b = self._values["tire_B"] * self._values["tire_C"] / c
             try:
                 found.append(self._settle({**self._values, "tire_B": b, "tire_C": c}))
@@ -96,7 +96,7 @@ class TireFit:
 
     def regression(self, at: Mapping[str, float]) -> Regression:
         """The regression over all sweeps, slips projected onto the curve ``at``."""
-        shape = [Unknown(n, at.get(n, self._values[n]), *RANGES[n]) for n in SHAPE if n not in self.held]
+        shape = [Unknown(n, at.get(n, self._values[n]), *RANGES[n], prior=self.shape.get(n)) for n in SHAPE]
         if self.radius_std > 0:
             prior = (0.0, self.radius_std)
             shape.append(Unknown("radius_error", 0.0, -0.2, 0.2, prior=prior, nuisance=True))

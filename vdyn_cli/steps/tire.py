@@ -9,7 +9,7 @@ averaged over short stretches in which slip hardly moves, and each bin is fitted
 together, with the noise of every channel taken from the channel itself.
 
 C, D and E need slip beyond the peak. Where no sweep gets there, only the slope at zero slip is determined, and only
-that is published, with the spread that plausible shapes of the rest of the curve give it.
+that is published, with the spread that the shapes of passenger car tyres give it (C 1.6 +- 0.15, E 0 +- 0.6).
 
 Assumes steady state (slow sweeps), pure longitudinal slip, one curve for all loads. An error of 1 % in the wheel
 radius is an error of 1 % of slip everywhere; the radius' standard deviation, where given, is carried into the result.
@@ -20,7 +20,7 @@ Sources: Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012; Buggaveeti et al., S
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
@@ -39,8 +39,8 @@ from vdyn_cli.steps import Step
 
 Array = NDArray[np.float64]
 
-# Plausible shapes of the part of the curve that was not driven, (C, E); the first is the typical one.
-SHAPES = ((1.65, 0.0), (1.4, 0.0), (1.9, 0.0), (1.65, -1.5), (1.65, 0.7))
+# The shape of passenger car tyres, mean and standard deviation: all that is known of a curve whose peak was not driven.
+SHAPES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
 SHORTEST = 40  # samples of a sweep
 
 
@@ -128,16 +128,15 @@ def estimate(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> Result:
     return _slope_only(bins, radius_std, furthest, data)
 
 
-def _slope(solution: Solution, held: Mapping[str, float]) -> tuple[float, float, tuple[float, float]]:
+def _slope(solution: Solution) -> tuple[float, float, tuple[float, float]]:
     """B C D with its standard deviation and interval."""
-    b, c, d = ({**solution.values, **held}[n] for n in ("tire_B", "tire_C", "tire_D"))
+    b, c, d = (solution.values[n] for n in ("tire_B", "tire_C", "tire_D"))
     gradient = {"tire_B": c * d, "tire_C": b * d, "tire_D": b * c}
-    gradient = {n: g for n, g in gradient.items() if n in solution.names}
     return b * c * d, solution.std_of(gradient), solution.interval_of(b * c * d, gradient)
 
 
 def _whole(fit: TireFit, solution: Solution, peak: float, logs: Sequence[Log]) -> Result:
-    value, std, interval = _slope(solution, {})
+    value, std, interval = _slope(solution)
     estimates = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "tire") for n in SHAPE}
     estimates["tire_longitudinal_stiffness"] = Estimate.of("tire_longitudinal_stiffness", value, std, interval, "tire")
     correlation = {a: {b: solution.correlation[a][b] for b in SHAPE} for a in SHAPE}
@@ -150,14 +149,10 @@ def _whole(fit: TireFit, solution: Solution, peak: float, logs: Sequence[Log]) -
 
 
 def _slope_only(bins: Sequence[Bins], radius_std: float, furthest: float, logs: Sequence[Log]) -> Result:
-    """The slope at zero slip alone, with the spread of plausible shapes of the rest."""
-    fits = [TireFit(bins, {"tire_C": c, "tire_E": e}, radius_std) for c, e in SHAPES]
-    solutions = [fit.solve() for fit in fits]
-    slopes = [_slope(s, f.held) for s, f in zip(solutions, fits, strict=True)]
-    value, std, (low, high) = slopes[0]
-    below, above = (float(f([v for v, _, _ in slopes])) - value for f in (np.min, np.max))
-    interval = (low + below, high + above)
-    std = float(np.hypot(std, (above - below) / 12**0.5))
+    """The slope at zero slip alone; the rest of the curve is free within what tyres have."""
+    fit = TireFit(bins, SHAPES, radius_std)
+    solution = fit.solve()
+    value, std, interval = _slope(solution)
     name = "tire_longitudinal_stiffness"
     most = max(float(np.max(np.abs(b.force / b.load))) for b in bins)
     warning = (
@@ -169,7 +164,7 @@ def _slope_only(bins: Sequence[Bins], radius_std: float, furthest: float, logs: 
         "its peak was not reached."
     )
     parameters = Parameters({name: Estimate.of(name, value, std, interval, "tire")})
-    return _result(fits[0], solutions[0], parameters, sentence, (warning,), logs, None)
+    return _result(fit, solution, parameters, sentence, (warning,), logs, None)
 
 
 def _span(interval: tuple[float, float], digits: int) -> str:
