@@ -94,9 +94,7 @@ def _best_place(
     changes: Mapping[str, Array], answer: Mapping[str, Array], along: Array, told: float | None, near: float, lead: int
 ) -> int:
     """Index of the sample at which the answer begins; it may hang over the log's ends."""
-    from scipy.signal import correlate
-
-    score: Array = np.sum([correlate(changes[n], answer[n], mode="full") for n in LOADS], axis=0)
+    score: Array = np.sum([_correlation(changes[n], answer[n]) for n in LOADS], axis=0)
     first = 1 - answer["front_load"].size
     best = int(np.argmax(score))
     if told is not None:
@@ -106,6 +104,14 @@ def _best_place(
             nearby = int(np.flatnonzero(close)[np.argmax(score[close])])
             best = nearby if score[nearby] > NEARBY * score[best] else best
     return best + first
+
+
+def _correlation(change: Array, answer: Array) -> Array:
+    """Sum of change x answer for every place of the answer, from its last sample at the log's first one on."""
+    size = change.size + answer.size - 1
+    padded = 1 << (size - 1).bit_length()
+    product = np.fft.rfft(change, padded) * np.fft.rfft(answer[::-1], padded)
+    return np.asarray(np.fft.irfft(product, padded)[:size])
 
 
 def _alike(changes: Mapping[str, Array], answer: Mapping[str, Array]) -> tuple[dict[str, float], float]:
@@ -127,12 +133,10 @@ def _delay(changes: Mapping[str, Array], answer: Mapping[str, Array], at: int, e
 
     Both answers are misplaced alike where the speed is wrong, so that the difference is not.
     """
-    from scipy.signal import correlate
-
     reach = round((APART + expected) / step)
     places = []
     for name in LOADS:
-        score = correlate(changes[name], answer[name], mode="full")
+        score = _correlation(changes[name], answer[name])
         near = at + answer[name].size - 1  # where the score of the answer that begins at ``at`` stands
         first = max(near - reach, 0)
         places.append(first + int(np.argmax(score[first : near + reach + 1])))

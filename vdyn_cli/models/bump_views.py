@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ Array = NDArray[np.float64]
 
 UNITS = {"front_load": "N", "rear_load": "N", "vertical_acceleration": "m/s^2", "pitch_rate": "rad/s"}
 ENDS = ("front", "rear")
+LINE = 800  # points of a line that turns back on itself
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Replay:
     ----------
     outputs : each channel (n,), the sensor's zero included. zeros : of each channel.
     stroke, stroke_rate : of each axle (n,), m and m/s, extension positive.
-    distance, distance_std : m, of the bump from the log's start.
+    distance : m, of the bump from the log's start. pace : m/s.
     """
 
     run: str
@@ -39,7 +41,7 @@ class Replay:
     stroke: Mapping[str, Array]
     stroke_rate: Mapping[str, Array]
     distance: float
-    distance_std: float
+    wheelbase: float
     pace: float
 
     def left(self, channel: str) -> Array:
@@ -74,7 +76,7 @@ def replay(fit: BumpFit, solution: Solution, run: int) -> Replay:
         stroke,
         rate,
         float(solution.per_run["distance_front"][run]),
-        float(solution.per_run_std["distance_front"][run]),
+        arms["front"] - arms["rear"],
         crossing.pace,
     )
 
@@ -95,72 +97,98 @@ def figures(replays: Sequence[Replay]) -> tuple[Figure, ...]:
 def _loops(r: Replay) -> Figure:
     series = []
     for end in ENDS:
-        x = 1e3 * r.stroke[end]
-        series.append(Series(f"{end}, measured", x, r.measured[f"{end}_load"], "points"))
-        series.append(Series(f"{end}, simulated", x, r.outputs[f"{end}_load"], role="simulated"))
+        load = f"{end}_load"
+        x, y = _along(1e3 * r.stroke[end], r.outputs[load])
+        series.append(Series(f"{end}, measured", 1e3 * r.stroke[end], r.measured[load], "points"))
+        series.append(Series(f"{end}, simulated", x, y, role="simulated"))
     caption = (
-        f"Axle load over the suspension's simulated stroke in the fastest run ({r.run}); zero load is a wheel in the "
-        "air. Good: the points follow the loops all the way round. Bad: points that turn outside or inside the loops "
-        "(another damper), or leave them at one end of the stroke (bump stop, progressive spring)."
+        f"Axle load over the suspension's simulated stroke in the fastest run ({PurePath(r.run).stem}); zero load is a "
+        "wheel in the air. Good: the points follow the loops all the way round. Bad: points that turn outside or "
+        "inside the loops (another damper), or leave them at one end of the stroke (bump stop, progressive spring)."
     )
     return Figure("loops", "Load over suspension stroke", caption, "stroke in mm, extension positive",
                   "axle load in N", tuple(series))  # fmt: skip
 
 
-def _left_over(key: str, title: str, caption: str, x_label: str, points: Sequence[tuple[str, Array, Array]]) -> Figure:
-    series = tuple(Series(label, x, y, "points", role="residual") for label, x, y in points)
+def _along(x: Array, y: Array) -> tuple[Array, Array]:
+    """The same line with points in even steps along it: in time most of them lie where the car is at rest."""
+    steps = np.hypot(np.diff(x) / max(float(np.ptp(x)), 1e-12), np.diff(y) / max(float(np.ptp(y)), 1e-12))
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    even = np.linspace(0.0, way[-1], LINE)
+    return np.interp(even, way, x), np.interp(even, way, y)
+
+
+def _left_over(
+    key: str, title: str, caption: str, x_label: str, replays: Sequence[Replay], over: Callable[[Replay, str], Array]
+) -> Figure:
+    """What is left of the loads over something else, all runs together."""
+    series = tuple(
+        Series(
+            f"{end} axle",
+            np.concatenate([over(r, end) for r in replays]),
+            np.concatenate([r.left(f"{end}_load") for r in replays]),
+            "points",
+            role="residual" if end == "front" else "accent",
+        )
+        for end in ENDS
+    )
     return Figure(key, title, caption, x_label, "measured less simulated load in N", series)
 
 
 def _over_rate(replays: Sequence[Replay]) -> Figure:
-    points = [(f"{r.run}, {e}", r.stroke_rate[e], r.left(f"{e}_load")) for r in replays for e in ENDS]
     caption = (
         "What the simulation leaves of the axle loads, over the speed of the suspension's stroke. Good: a level band "
-        "as high as the load cells' noise. Bad: a V or a bend (dampers that differ in rebound and compression), a "
-        "step at zero (dry friction), a fan that opens to both sides (timing of the bump)."
+        "as high as the load cells' noise. Bad: a V or a bend (dampers that differ in rebound and compression), a step "
+        "at zero (dry friction), a fan that opens to both sides (timing of the bump)."
     )
-    return _left_over("over_rate", "Load left over, against stroke speed", caption, "stroke rate in m/s", points)
+    title, label = "Load left over, against stroke speed", "stroke rate in m/s, rebound positive"
+    return _left_over("over_rate", title, caption, label, replays, lambda r, end: r.stroke_rate[end])
 
 
 def _over_stroke(replays: Sequence[Replay]) -> Figure:
-    points = [(f"{r.run}, {e}", 1e3 * r.stroke[e], r.left(f"{e}_load")) for r in replays for e in ENDS]
     caption = (
         "The same over the stroke. Good: a level band. Bad: a bend at the ends (progressive springs, bump stops), "
         "two levels (dry friction)."
     )
-    return _left_over("over_stroke", "Load left over, against stroke", caption, "stroke in mm", points)
+    title, label = "Load left over, against stroke", "stroke in mm, extension positive"
+    return _left_over("over_stroke", title, caption, label, replays, lambda r, end: 1e3 * r.stroke[end])
 
 
 def _over_load(replays: Sequence[Replay]) -> Figure:
-    points = [(f"{r.run}, {e}", r.outputs[f"{e}_load"], r.left(f"{e}_load")) for r in replays for e in ENDS]
     caption = (
         "The same over the simulated load, which bends the tires. Good: a level band, as high at zero load as "
-        "elsewhere. Bad: a bend (tires that stiffen), points far above zero at zero load (a wheel that does not leave"
-        " the road: check the bump's height), a slope (gain of the load cells)."
+        "elsewhere. Bad: a bend (tires that stiffen), points far above zero at zero load (a wheel that does not leave "
+        "the road: check the bump's height), a slope (gain of the load cells)."
     )
-    return _left_over("over_load", "Load left over, against load", caption, "simulated axle load in N", points)
+    title, label = "Load left over, against load", "simulated axle load in N"
+    return _left_over("over_load", title, caption, label, replays, lambda r, end: r.outputs[f"{end}_load"])
 
 
 def crossing_table(replays: Sequence[Replay], static: Mapping[str, float], values: Mapping[str, float]) -> Table:
-    """One row a run: speed, place of the bump, and what the car went through."""
+    """One row a run and axle: speed, place of the bump, and what the car went through."""
     rows = []
     for r in replays:
-        cells = [r.run, f"{3.6 * r.pace:.1f} km/h", f"{r.distance:.3f} m"]
         for end in ENDS:
-            load = f"{end}_load"
-            stroke = 1e3 * r.stroke[end]
-            cells += [
+            load, stroke = f"{end}_load", 1e3 * r.stroke[end]
+            row = (
+                PurePath(r.run).stem,
+                end,
+                f"{3.6 * r.pace:.1f} km/h",
+                f"{r.distance + (r.wheelbase if end == 'rear' else 0.0):.3f} m",
                 f"{np.nanmax(r.outputs[load]) / 1e3:.1f} kN",
                 f"{1e3 * r.off_road(end, static[load]):.0f} ms",
-                f"{stroke.min():.0f} / {stroke.max():+.0f} mm",
+                f"{stroke.min():.0f} mm",
+                f"{stroke.max():+.0f} mm",
                 f"{r.dissipated(end, values[f'suspension_damping_{end}']):.0f} J",
-            ]
-        rows.append(tuple(cells))
-    own = ("largest load", "off the road", "stroke", "into dampers")
-    columns = ("run", "speed", "bump met after", *(f"{end} {what}" for end in ENDS for what in own))
+            )
+            rows.append(row)
+    columns = (
+        *("run", "axle", "speed", "meets the bump after", "largest load", "off the road"),
+        *("compression", "extension", "into the dampers"),
+    )
     caption = (
-        "As simulated. A stroke is the largest compression and extension from rest; energy is what an axle's dampers "
-        "turn into heat from the first to the last fitted sample."
+        "As simulated. Compression and extension are the suspension's largest from rest; energy is what an axle's "
+        "dampers turn into heat from the first to the last fitted sample."
     )
     return Table("crossings", "The crossings", columns, tuple(rows), caption)
 

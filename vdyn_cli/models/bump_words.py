@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from vdyn_cli.errors import Finding
 from vdyn_cli.models.bump_given import Known
 from vdyn_cli.models.bump_modes import Mode
@@ -23,18 +25,21 @@ HOP = (
 def sentence(estimates: Mapping[str, Estimate], swings: Sequence[Mode]) -> str:
     """What an engineer would say."""
 
-    def told(name: str, unit: str, digits: int) -> str:
+    def told(name: str, unit: str) -> str:
         e = estimates[name]
-        low, high = (1e-3 * end for end in e.interval95)
-        return f"{1e-3 * e.value:.{digits}f} {unit} (95 %: {low:.{digits}f} to {high:.{digits}f})"
+        half = (e.interval95[1] - e.interval95[0]) / 2e3
+        digits = int(np.clip(1 - np.floor(np.log10(max(half, 1e-9))), 0, 4))
+        return f"{1e-3 * e.value:.{digits}f} +- {half:.{digits}f} {unit}"
 
     axles = [
-        f"{end} {told(f'suspension_stiffness_{end}', 'kN/m', 2)} and {told(f'suspension_damping_{end}', 'kN s/m', 3)}"
+        f"{end} springs {told(f'suspension_stiffness_{end}', 'kN/m')}, dampers "
+        f"{told(f'suspension_damping_{end}', 'kN s/m')}"
         for end in ("front", "rear")
     ]
+    first = axles[0][0].upper() + axles[0][1:]
+    tires = told("tire_vertical_stiffness", "kN/m")
     rest = ", ".join(f"{m.name} {m.frequency:.2f} Hz" for m in swings)
-    tires = told("tire_vertical_stiffness", "kN/m", 1)
-    return f"Springs and dampers: {axles[0]}; {axles[1]}. The tires of an axle: {tires}. The car swings at: {rest}."
+    return f"{first}; {axles[1]}; tires of an axle {tires} (95 %). The car swings at: {rest}."
 
 
 def vague(estimates: Mapping[str, Estimate], by_given: Mapping[str, Mapping[str, float]], known: Known) -> list[str]:
