@@ -15,6 +15,7 @@ from vdyn_cli.models.coast_campaign import Prepared
 from vdyn_cli.models.coast_times import Timed
 from vdyn_cli.models.reference_conditions import Conditions, RoadLoad, corrected, of_parameters
 from vdyn_cli.models.road_load_fit import RoadLoadFit
+from vdyn_cli.models.road_runs import noise_of
 from vdyn_cli.models.separation import TOLD_APART, Expected, expected, wider
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.result import FitSummary, Table
@@ -151,6 +152,18 @@ def _drag_coefficient(drag_area: Estimate, area: Estimate) -> Estimate:
     return Estimate.of("drag_coefficient", value, std, (low, high), drag_area.source)
 
 
+def _expected_rms(fit: RoadLoadFit, channel: str) -> float:
+    """What the sensor and the disturbances of the road leave between measured and simulated, were the law right."""
+    level = float(np.median([levels[channel] for levels in fit.campaign.levels]))
+    if channel != "speed" or fit.campaign.white:
+        return level
+    drift = [
+        np.diag(noise_of(fit.campaign, k, fit.at).covariance(fit.sizes))[: bins.first.size]
+        for k, bins in enumerate(fit.campaign.bins)
+    ]
+    return float(np.hypot(level, np.sqrt(np.mean(np.concatenate(drift)))))
+
+
 def summary(answer: Answer) -> FitSummary:
     """How the fit went, in the channel that was fitted."""
     fit, solution = answer.fit, answer.fit.solution
@@ -160,7 +173,7 @@ def summary(answer: Answer) -> FitSummary:
     return FitSummary(
         runs=tuple(r.name for r in fit.campaign.runs),
         rms=float(np.sqrt(np.mean(np.concatenate(misses) ** 2))),
-        noise_floor=float(np.median([levels[name] for levels in fit.campaign.levels])),
+        noise_floor=_expected_rms(fit, name),
         unit=unit,
         unknowns=tuple(n for n in solution.names if n not in answer.fixed),
         interval_unit=solution.unit,
