@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vdyn_cli.models.bins import cut
+from vdyn_cli.models.bins import cut, nodes
 
 
 @given(st.integers(2, 300), st.floats(0.05, 5.0), st.integers(0, 2**31))
@@ -38,3 +38,16 @@ def test_windows_are_never_joined() -> None:
     bins = cut(time, 2.0, part)
     assert np.all((bins.time < 5.0) | (bins.time > 60.0))
     assert bins.width.sum() == pytest.approx(9.8)
+
+
+@given(st.integers(3, 300), st.floats(0.2, 5.0), st.integers(0, 2**31))
+def test_nodes_know_the_mean_of_a_parabola_over_uneven_samples(n: int, width: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.uniform(0.01, 0.5, n))
+    bins = cut(time, width)
+    grid = nodes(time, bins)
+    assert np.all(np.diff(grid.time) > 0)
+    parabola = np.polynomial.Polynomial(rng.standard_normal(3))
+    assert np.allclose(grid.mean(parabola(grid.time)), bins.mean(parabola(time)), rtol=1e-9, atol=1e-8)
+    both = np.column_stack([grid.time, grid.time**2])
+    assert np.allclose(grid.mean(both)[:, 0], bins.time)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -65,6 +67,21 @@ def test_covariances_are_positive_and_their_slopes_are_derivatives(law: object) 
         assert slope == pytest.approx(by_difference, rel=1e-5, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("law", "channels"), [(LAWS[0], ("speed",)), (LAWS[1], ("speed", "acceleration")), (LAWS[2], ("acceleration",))]
+)
+def test_plain_least_squares_knows_the_white_parts_alone(law: object, channels: tuple[str, ...]) -> None:
+    here = surroundings(cut(TIME, 4.0))
+    if law is not gust_noise.speed_noise:
+        here = replace(here, fade=np.zeros_like(here.fade))
+    full, white = law(here), gust_noise.white_noise(here, channels)  # type: ignore[operator]
+    assert np.allclose(white.push, full.push, rtol=2e-3)
+    only = {**dict.fromkeys(SIZES, 1e-12), "gust_time": 8.0, "road_time": 5.0, "push_time": 5.0}
+    only |= {"speed_noise": 1.3, "acceleration_noise": 0.7}
+    assert np.allclose(white.factor(only) ** 2, np.diag(full.covariance(only) - full.known), atol=1e-15)
+    assert np.allclose(full.factor(SIZES) @ full.factor(SIZES).T, full.covariance(SIZES))
+
+
 def test_a_slope_moves_the_speed_and_leaves_the_specific_force() -> None:
     here = surroundings(cut(TIME, 4.0))
     noise = gust_noise.speed_and_force_noise(here)
@@ -105,7 +122,7 @@ def test_the_sizes_of_the_noise_are_found_again() -> None:
 def test_the_noise_is_not_taken_for_smaller_because_unknowns_were_fitted() -> None:
     """White noise alone: the variance is the sum of squares over rows less unknowns, not over rows."""
     rng = np.random.default_rng(11)
-    noise = gust_noise.without_gusts(gust_noise.speed_noise(surroundings(cut(TIME, 2.0))))
+    noise = gust_noise.white_noise(surroundings(cut(TIME, 2.0)), ("speed",))
     level = np.sqrt(np.diag(noise.covariance({"speed_noise": 1.0})))
     n, s = level.size, 12
     shared, residual = rng.standard_normal((n, s)), level * rng.standard_normal(n)

@@ -58,3 +58,37 @@ def cut(time: Array, width: float, part: NDArray[np.int64] | None = None) -> Bin
     closing = np.isin(first + count - 1, ends)
     until[closing] = time[(first + count - 1)[closing]]
     return Bins(first, count, np.add.reduceat(time, first) / count, until - time[first])
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Instants at which a smooth trace is enough to know its mean over the samples of every bin.
+
+    Parameters
+    ----------
+    time : (2 b + 1,) s, edges and middles of the bins, increasing.
+    weights : (b, 3), of a bin's first edge, middle and last edge.
+    """
+
+    time: Array
+    weights: Array
+
+    def mean(self, values: Array) -> Array:
+        """Mean over the samples of each bin, from (2 b + 1,) values or (2 b + 1, k) columns at the nodes."""
+        first, middle, last = self.weights.T if values.ndim == 1 else self.weights.T[:, :, None]
+        return np.asarray(first * values[:-1:2] + middle * values[1::2] + last * values[2::2])
+
+
+def nodes(time: Array, bins: Bins) -> Nodes:
+    """Nodes of the bins of one stretch; exact for traces that are parabolas within a bin.
+
+    The weights are the means of Lagrange's polynomials over the bin's own samples, so an uneven clock does no harm.
+    """
+    first = bins.first
+    edges = np.r_[time[0], 0.5 * (time[first[1:]] + time[first[1:] - 1]), time[-1]]
+    at = np.empty(2 * edges.size - 1)
+    at[::2], at[1::2] = edges, 0.5 * (edges[1:] + edges[:-1])
+    half = np.repeat(0.5 * np.diff(edges), bins.count)
+    x = (time - np.repeat(at[1::2], bins.count)) / half
+    weights = [bins.mean(w) for w in (0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0))]
+    return Nodes(at, np.column_stack(weights))

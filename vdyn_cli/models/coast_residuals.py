@@ -37,7 +37,8 @@ def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
         residual, own = fit.residual(run)
         noise = noise_of(fit.campaign, run, fit.at)
         rows = np.column_stack([noise.push, own, residual])
-        white = np.linalg.solve(np.linalg.cholesky(noise.covariance(sizes)), rows)
+        factor = noise.factor(sizes)
+        white = rows / factor[:, None] if factor.ndim == 1 else np.linalg.solve(factor, rows)
         inverse = np.linalg.pinv(white[:, :-1].T @ white[:, :-1])
         # The residual is simulated less measured, and a push forward raises the measured speed.
         forces.append(inertia * float(inverse[0] @ white[:, :-1].T @ white[:, -1]))

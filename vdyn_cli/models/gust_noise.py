@@ -17,7 +17,7 @@ K is exp(-|t - t'|/time) for gusts and uneven road, u the response to something 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,7 +82,7 @@ class RunNoise:
 
     Parameters
     ----------
-    known : (n, n), what needs no size to be found.
+    known : (n, n), or (1, 1) of zero: what needs no size to be found.
     push : (n,), response of the rows to a constant acceleration of 1 m/s^2.
     """
 
@@ -97,7 +97,7 @@ class RunNoise:
 
     def covariance(self, sizes: Mapping[str, float]) -> Array:
         """(n, n), of the rows."""
-        total = self.known.copy()
+        total = self.known + np.zeros((self.push.size, self.push.size))
         for part in self.parts:
             if isinstance(part, White):
                 total[np.diag_indices_from(total)] += sizes[part.source] ** 2 * part.variance
@@ -107,6 +107,12 @@ class RunNoise:
                 shape = sizes[part.size] ** 2 * np.exp(-part.lag / sizes[part.time])
                 total += part.response @ shape @ part.response.T
         return total
+
+    def factor(self, sizes: Mapping[str, float]) -> Array:
+        """Lower triangular factor (n, n) of the covariance; its diagonal (n,) alone where all is white."""
+        if all(isinstance(p, White) for p in self.parts) and not self.known.any():
+            return np.sqrt(sum(sizes[p.source] ** 2 * p.variance for p in self.parts if isinstance(p, White)))
+        return np.asarray(np.linalg.cholesky(self.covariance(sizes)), dtype=np.float64)
 
     def slopes(self, sizes: Mapping[str, float], weight: Array) -> dict[str, float]:
         """sum(weight * dC/d log source) for every source; ``weight`` is symmetric, (n, n)."""
@@ -160,10 +166,19 @@ def integration(bins: Bins, fade: Array) -> Array:
     return np.asarray(response)
 
 
-def without_gusts(noise: RunNoise) -> RunNoise:
-    """The white parts alone: every sample independent, as plain least squares has it."""
-    white = tuple(p for p in noise.parts if isinstance(p, White))
-    return RunNoise(white, np.zeros_like(noise.known), noise.push)
+def white_noise(s: Surroundings, channels: Sequence[str]) -> RunNoise:
+    """Of speed or acceleration or both: every sample independent, as plain least squares has it."""
+    levels = {"speed": s.speed_level, "acceleration": s.acceleration_level}
+    size, parts = s.bins.time.size, []
+    for k, name in enumerate(channels):
+        variance = np.zeros(size * len(channels))
+        variance[k * size : (k + 1) * size] = levels[name] ** 2 / s.bins.count
+        parts.append(White(f"{name}_noise", variance))
+    # The response to a constant push in O(n): p' = 1 - fade p.
+    faded = np.cumsum(s.fade * s.bins.width) - 0.5 * s.fade * s.bins.width
+    grown = np.exp(faded) * s.bins.width
+    pushes = {"speed": np.exp(-faded) * (np.cumsum(grown) - 0.5 * grown), "acceleration": np.ones(size)}
+    return RunNoise(tuple(parts), np.zeros((1, 1)), np.concatenate([pushes[n] for n in channels]))
 
 
 def speed_noise(s: Surroundings) -> RunNoise:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.simulate import Simulated, Simulator
+from vdyn_cli.errors import ResultError
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, whiten
 from vdyn_cli.models.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
 from vdyn_cli.models.road_load import road_load
@@ -26,6 +27,7 @@ from vdyn_cli.models.road_load_start import started
 from vdyn_cli.models.road_runs import Campaign, noise_of
 
 Array = NDArray[np.float64]
+SUBSTEPS = 4  # between the nodes of a coast, which are a second apart
 ROUNDS = 3  # of noise sizes and fit, at most
 SETTLED = 0.1  # standard deviations that a round may still move an estimate
 START = "start.speed"
@@ -77,21 +79,21 @@ class _Rows:
 
     def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
         """Residual (m,), simulated less measured, and derivatives (m, s + own) of one run."""
-        campaign, bins = self.campaign, self.campaign.bins[run]
-        s, start = len(self.shared), self.campaign.runs[run].speed[0]
-        seen = self.simulator(
-            campaign.drives[run], [*theta[:s], self.wind_variance, *(theta[s:] if campaign.speed_fitted else [start])]
-        )
-        used = [k for k in range(s + 2) if k != s and (k < s or campaign.speed_fitted)]
+        campaign, s = self.campaign, len(self.shared)
+        own = theta[s:] if campaign.speed_fitted else campaign.runs[run].speed[:1]
+        try:
+            seen = self.simulator(campaign.fit_drives[run], [*theta[:s], self.wind_variance, *own])
+        except ResultError as error:  # far off, a trial may be beyond what the step size bears
+            raise ArithmeticError(str(error)) from error
+        used = [*range(s), *range(s + 1, s + 1 + len(own) * campaign.speed_fitted)]
         residuals, slopes = [], []
         for name, measured in self._channels(run):
-            residuals.append(bins.mean(seen.outputs[name]) - measured)
-            slopes.append(bins.mean(seen.sensitivities[name][:, used]))
+            residuals.append(campaign.mean(run, seen.outputs[name]) - measured)
+            slopes.append(campaign.mean(run, seen.sensitivities[name])[:, used])
         return np.concatenate(residuals), np.concatenate(slopes)
 
     def _channels(self, run: int) -> list[tuple[str, Array]]:
-        names = ["speed"] if self.campaign.speed_fitted else []
-        names += ["acceleration"] if self.campaign.accelerometer != "none" else []
+        names = self.campaign.channels
         if run not in self._measured:
             one, bins = self.campaign.runs[run], self.campaign.bins[run]
             self._measured[run] = np.array([bins.mean(one.channel(n)) for n in names])
@@ -99,7 +101,11 @@ class _Rows:
 
     def __call__(self, run: int, theta: Array) -> Rows:
         residual, jacobian = self.binned(run, theta)
-        residual, jacobian = whiten(residual, jacobian, cholesky=self.factors[run])
+        factor = self.factors[run]
+        if factor.ndim == 1:
+            residual, jacobian = residual / factor, jacobian / factor[:, None]
+        else:
+            residual, jacobian = whiten(residual, jacobian, cholesky=factor)
         times = self.campaign.bins[run].time
         return Rows(residual, jacobian, time=np.tile(times, residual.size // times.size))
 
@@ -121,7 +127,7 @@ def fit_road_load(
     sizes = typical_sizes([noise_of(campaign, k, campaign.values) for k in range(len(campaign.runs))])
     at = dict(campaign.values)
     rows, solution = _weighted_fit(rows, regression, sizes, at)
-    for _ in range(rounds):
+    for _ in range(0 if campaign.white else rounds):
         at.update(solution.values)
         sizes = _sizes(rows, regression, solution, sizes, at)
         at["wind_variance"] = wind_variance(sizes)
@@ -147,6 +153,7 @@ def _begin(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Un
         campaign.values,
         unknowns=(*names, "wind_variance", START),
         effects=effects,
+        substeps=1 if campaign.nodes is None else SUBSTEPS,
     )
     rows = _Rows(campaign, simulator, names)
     starts = np.array([r.speed[: min(5, r.speed.size)].mean() for r in campaign.runs])
@@ -158,8 +165,7 @@ def _begin(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Un
 def _weighted_fit(
     rows: _Rows, regression: Regression, sizes: Mapping[str, float], at: Mapping[str, float]
 ) -> tuple[_Rows, Solution]:
-    noises = [noise_of(rows.campaign, k, at) for k in range(len(rows.campaign.runs))]
-    factors = tuple(np.asarray(np.linalg.cholesky(n.covariance(sizes)), dtype=np.float64) for n in noises)
+    factors = tuple(noise_of(rows.campaign, k, at).factor(sizes) for k in range(len(rows.campaign.runs)))
     rows = replace(rows, factors=factors, wind_variance=at["wind_variance"])
     return rows, solve(replace(regression, rows=rows))
 

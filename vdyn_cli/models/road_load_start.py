@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.fit import Unknown
-from vdyn_cli.models.bins import cut
+from vdyn_cli.models.bins import Bins
 from vdyn_cli.models.road_runs import Campaign, RoadRun
 
 Array = NDArray[np.float64]
 
-WIDTH = 4.0  # s, over which a deceleration is taken
+STRIDE = 2  # bins, over which a deceleration is taken
 INSIDE = 0.01  # of the physical range that a start stays off its bounds
 
 
@@ -24,7 +24,7 @@ def started(campaign: Campaign) -> tuple[Unknown, ...]:
     A simulation from far off may stop before the car did, and where it stands still nothing tells the fit which way.
     """
     at = campaign.values
-    parts = [_slowed(campaign, run) for run in campaign.runs]
+    parts = [_slowed(campaign, run, bins) for run, bins in zip(campaign.runs, campaign.bins, strict=True)]
     speed, wind, force = (np.concatenate(column) for column in zip(*parts, strict=True))
     flow = speed + wind
     columns = {
@@ -47,17 +47,18 @@ def _moved(unknown: Unknown, start: float) -> Unknown:
     return replace(unknown, start=float(np.clip(start, unknown.lower + margin, unknown.upper - margin)))
 
 
-def _slowed(campaign: Campaign, run: RoadRun) -> tuple[Array, Array, Array]:
-    """Speed, headwind, and the force that slowed the car, between bins: (k,) m/s, m/s, N."""
-    at, bins, zeros = campaign.values, cut(run.time, WIDTH, run.part), np.zeros(run.time.size)
+def _slowed(campaign: Campaign, run: RoadRun, bins: Bins) -> tuple[Array, Array, Array]:
+    """Speed, headwind, and the force that slowed the car, from bin to bin: (k,) m/s, m/s, N."""
+    at, zeros = campaign.values, np.zeros(run.time.size)
     if "drive_torque" in run.inputs:
         drive = run.inputs["drive_torque"] * (at["driveline_efficiency"] * at["gear_ratio"] / at["wheel_radius"])
     else:
         drive = run.inputs.get("drive_force", 0.0)
     pushed = zeros + drive - at["mass"] * GRAVITY * run.inputs["grade"]
-    channels = (run.speed, zeros + run.inputs["wind_speed"], pushed)
-    speed, wind, force = (bins.mean(c) for c in channels)
-    rate = np.diff(speed) / np.diff(bins.time)
-    middle = [0.5 * (c[1:] + c[:-1]) for c in (speed, wind, force)]
-    within = np.diff(run.part[bins.first]) == 0
-    return middle[0][within], middle[1][within], (middle[2] - (at["mass"] + at["rotating_mass"]) * rate)[within]
+    means = bins.mean(np.column_stack([run.speed, zeros + run.inputs["wind_speed"], pushed]))
+    part = run.part[bins.first]
+    within = part[STRIDE:] == part[:-STRIDE]
+    rate = (means[STRIDE:, 0] - means[:-STRIDE, 0]) / (bins.time[STRIDE:] - bins.time[:-STRIDE])
+    middle = 0.5 * (means[STRIDE:] + means[:-STRIDE])
+    force = middle[:, 2] - (at["mass"] + at["rotating_mass"]) * rate
+    return middle[within, 0], middle[within, 1], force[within]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.fit import Unknown, white_level
 from vdyn_cli.models import gust_noise
-from vdyn_cli.models.bins import Bins, cut
+from vdyn_cli.models.bins import Bins, Nodes, cut, nodes
 from vdyn_cli.models.gust_noise import RunNoise, Surroundings
 from vdyn_cli.models.road_load import Driven
 
@@ -85,17 +85,45 @@ class Campaign:
         return tuple(cut(r.time, width, r.part) for r, width in zip(self.runs, widths, strict=True))
 
     @cached_property
+    def nodes(self) -> tuple[Nodes, ...] | None:
+        """Where runs that nothing but their own motion drives need to be simulated; None: at every sample."""
+        smooth = self.driven == "coasting" and self.accelerometer == "none"
+        if not smooth or any(isinstance(v, np.ndarray) for r in self.runs for v in r.inputs.values()):
+            return None
+        return tuple(nodes(r.time, b) for r, b in zip(self.runs, self.bins, strict=True))
+
+    @cached_property
     def drives(self) -> tuple[Drive, ...]:
-        return tuple(_drive(r, self.accelerometer != "none") for r in self.runs)
+        """Every run at its samples."""
+        return tuple(_drive(r, r.time, self.accelerometer != "none") for r in self.runs)
+
+    @cached_property
+    def fit_drives(self) -> tuple[Drive, ...]:
+        """Every run where the fit simulates it."""
+        if self.nodes is None:
+            return self.drives
+        return tuple(_drive(r, n.time, False) for r, n in zip(self.runs, self.nodes, strict=True))
+
+    def mean(self, run: int, simulated: Array) -> Array:
+        """Mean over the samples of every bin, of a trace (or columns) along ``fit_drives``."""
+        return self.bins[run].mean(simulated) if self.nodes is None else self.nodes[run].mean(simulated)
 
     @cached_property
     def levels(self) -> tuple[Mapping[str, float], ...]:
-        """White noise in the samples of each run's channels."""
-        return tuple(_levels(r) for r in self.runs)
+        """White noise in the samples of each run's channels; in plain least squares the same for every run."""
+        found = tuple(_levels(r) for r in self.runs)
+        if not self.white:
+            return found
+        return ({n: float(np.median([f[n] for f in found])) for n in found[0]},) * len(found)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """What is fitted, in the order of the rows."""
+        return {"none": ("speed",), "beside": ("speed", "acceleration"), "alone": ("acceleration",)}[self.accelerometer]
 
     @property
     def speed_fitted(self) -> bool:
-        return self.accelerometer != "alone"
+        return "speed" in self.channels
 
 
 def _covered(run: RoadRun) -> float:
@@ -110,13 +138,13 @@ def _levels(run: RoadRun) -> dict[str, float]:
     return {n: max(white_level(c, run.time), LEAST_LEVEL) for n, c in found.items() if isinstance(c, np.ndarray)}
 
 
-def _drive(run: RoadRun, measured_speed: bool) -> Drive:
-    inputs: dict[str, Array | float] = {**run.inputs, "elapsed": run.start + run.time - run.time[0]}
+def _drive(run: RoadRun, time: Array, measured_speed: bool) -> Drive:
+    inputs: dict[str, Array | float] = {**run.inputs, "elapsed": run.start + time - run.time[0]}
     if measured_speed:
         inputs["speed"] = run.speed
     own = {} if run.air_density is None else {"air_density": run.air_density}
     context = {"heading": run.heading, "temperature": run.temperature}
-    return Drive(run.time, inputs, parameters=own, context=context)
+    return Drive(time, inputs, parameters=own, context=context)
 
 
 def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
@@ -137,13 +165,14 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
         acceleration_level=levels.get("acceleration", 0.0),
         zero=one.zero_std,
     )
+    if campaign.white:
+        return gust_noise.white_noise(surroundings, campaign.channels)
     law = {
         "none": gust_noise.speed_noise,
         "beside": gust_noise.speed_and_force_noise,
         "alone": gust_noise.force_noise,
     }[campaign.accelerometer]
-    noise = law(surroundings)
-    return gust_noise.without_gusts(noise) if campaign.white else noise
+    return law(surroundings)
 
 
 def _binned_input(run: RoadRun, bins: Bins, name: str) -> Array | float:

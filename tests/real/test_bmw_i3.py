@@ -1,0 +1,62 @@
+"""An electric car's trips on public roads, read from the untouched files (doi:10.21227/6jr9-5235)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from vdyn_cli.execute import execute
+from vdyn_cli.result import Result
+
+EXPECTED = 260.0  # N at 60 km/h: the EPA's coast-down of this model gives 259.8
+
+
+def trips(root: Path, shared_data: Path, tmp_path: Path, season: str, without: str = "") -> Result:
+    """The shipped description with its logs where they are here, perhaps without a channel."""
+    folder = shared_data / "bmw_i3"
+    if not folder.is_dir():
+        pytest.skip(f"the trips are not at {folder}")
+    configs = root / "configs"
+    description = yaml.safe_load((configs / f"bmw_i3_{season}.yaml").read_text(encoding="utf-8"))
+    description["vehicle"] = yaml.safe_load((configs / description["vehicle"]).read_text(encoding="utf-8"))
+    for run in description["runs"]:
+        run["log"] = str(folder / Path(run["log"]).name)
+    description["channels"].pop(without, None)
+    path = tmp_path / f"{season}.yaml"
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    return execute("coastdown", path).result
+
+
+def at_60(result: Result) -> tuple[float, float, float]:
+    (found,) = [f for f in result.extra["road_load"]["force"] if f["speed_kmh"] == pytest.approx(60)]
+    return found["force_N"], *found["interval95"]
+
+
+def test_summer_trips_give_the_road_load_and_winter_trips_more(root: Path, shared_data: Path, tmp_path: Path) -> None:
+    summer = trips(root, shared_data, tmp_path, "summer")
+    force, low, high = at_60(summer)
+    assert force == pytest.approx(EXPECTED, rel=0.1)
+    assert low < EXPECTED < high
+    assert high - low < 0.4 * EXPECTED
+    assert len(summer.fit.runs) == 10
+    winter = trips(root, shared_data, tmp_path, "winter")
+    assert at_60(winter)[0] > force + 20
+    # Cold tires are part of it: corrected to 20 degC, the two come closer.
+    apart = {
+        k: winter.extra["road_load"][k]["F0_N"] - summer.extra["road_load"][k]["F0_N"] for k in ("tested", "corrected")
+    }
+    assert abs(apart["corrected"]) < apart["tested"]
+
+
+def test_without_the_elevation_channel_the_answer_is_less_sure_and_says_so(
+    root: Path, shared_data: Path, tmp_path: Path
+) -> None:
+    sure = trips(root, shared_data, tmp_path, "summer")
+    blind = trips(root, shared_data, tmp_path, "summer", without="elevation")
+    assert at_60(blind)[0] == pytest.approx(EXPECTED, rel=0.15)
+    assert any("lead up as often as down" in f.what for f in blind.findings)
+    assert not any("lead up as often as down" in f.what for f in sure.findings)
+    widths = [z["std"] for z in blind.extra["accelerometer_zero"].values()]
+    assert min(widths) > max(z["std"] for z in sure.extra["accelerometer_zero"].values()) * 0.99
