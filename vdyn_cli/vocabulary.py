@@ -56,7 +56,7 @@ OTHERS = _named(
     [
         Q("rotating_mass", "kg", "inertia of everything that turns, as mass at the tyre contact", "mr", 0, 5_000),
         Q("sprung_mass", "kg", "mass carried by the springs", "Ms", 20, 60_000),
-        Q("sprung_pitch_inertia", "kg m^2", "moment of inertia of the sprung body about its own centre", "Is", 5, 200_000),
+        Q("sprung_pitch_inertia", "kg m^2", "pitch inertia of the sprung body about its own centre", "Is", 5, 200_000),
         Q("unsprung_mass_front", "kg", "mass of both front wheels with their carriers", "mf", 1, 5_000),
         Q("unsprung_mass_rear", "kg", "mass of both rear wheels with their carriers", "mr", 1, 5_000),
         Q("wheel_mass", "kg", "mass between wheel force sensor and road", "mw", 0.1, 500),

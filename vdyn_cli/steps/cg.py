@@ -9,8 +9,8 @@ spin up unload the front axle too; left out, it reads as 1 to 2 % of height). Wi
 is the paper's equation (5): the body is then taken not to heave.
 
 The loads at rest give lr; the load moved per acceleration gives M h; the load moved per pitch acceleration gives
-I - (M h + J) (H - h). The last two oppose: a pitch rate of the wrong sign silently turns I into 2 (M h + J)(H - h) - I, so
-the sign is checked against physics (a car squats, nose up, when it is driven).
+I - (M h + J) (H - h). The last two oppose: a pitch rate of the wrong sign silently turns I into
+2 (M h + J)(H - h) - I, so the sign is checked against physics (a car squats, nose up, when it is driven).
 
 The balance is integrated over 20 ms, so the pitch rate is never differentiated; noise in loads, acceleration and pitch
 rate is treated alike (total least squares). Each run has its own zero of the load cells, within ``load_zero``.
