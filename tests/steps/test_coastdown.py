@@ -91,6 +91,19 @@ def test_force_is_as_good_as_torque() -> None:
         assert by_force.parameters[name].value == pytest.approx(by_torque.parameters[name].value, rel=1e-6)
 
 
+def test_a_brake_in_a_driven_log_is_taken_out() -> None:
+    runs = coast.campaign(REFERENCE, 3, coast.POWERED)
+    logs = logs_of(runs, ("speed", "drive_torque"))
+    logs[1] = braked(logs[1], 60.0, 63.0, 1.0)
+    result = estimate(spec_of(runs), logs, known(REFERENCE, coast.POWERED))
+    (entry,) = result.extra["rejected"]
+    assert "brake" in entry["why"]
+    assert entry["from_s"] < 60 < 63 < entry["to_s"] < 72
+    assert len(result.fit.runs) == 9  # the braked one counts as two
+    for name, truth in coast.truth(REFERENCE).items():
+        assert abs(off(result, name, truth)) < 3.5
+
+
 HILLY = {"grade_profile": 0.01}
 FELT = coast.DAY.but(acceleration=sensors.ACCELEROMETER)
 

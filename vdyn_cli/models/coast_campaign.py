@@ -13,9 +13,10 @@ from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
 from vdyn_cli.fit import Unknown
 from vdyn_cli.log import Log
+from vdyn_cli.models import coast_braking
 from vdyn_cli.models import coast_selection as selection
 from vdyn_cli.models.accelerometer import Zero, zero_of
-from vdyn_cli.models.bins import cut
+from vdyn_cli.models.coast_conventions import conventions
 from vdyn_cli.models.coast_selection import Rejected, Stretch
 from vdyn_cli.models.road_load import Driven
 from vdyn_cli.models.road_runs import Campaign, RoadRun, Use
@@ -85,12 +86,8 @@ def prepare(logs: Sequence[Log], notes: Sequence[RunNote], known: Mapping[str, G
     raise_all(f for log in logs for f in conventions(log, driven))
     stretches, rejected = _chosen(logs, driven, choices)
     stretches, windy = _calm(stretches, choices.wind_limit)
-    if driven == "coasting" and stretches:
-        share = known["mass"].value / (known["mass"].value + known["rotating_mass"].value)
-        slopes = [-GRAVITY * share * _grade(s.log) for s in stretches]
-        upper, lower = choices.speeds or _span(stretches)
-        directions = [notes[s.run].direction for s in stretches]
-        stretches, braked = selection.without_braking(stretches, slopes, directions, upper - lower)
+    if stretches and choices.windows != "powered":
+        stretches, braked = _unbraked(stretches, notes, driven, known, choices)
         windy = [*windy, *braked]
     rejected = [*rejected, *windy]
     if not stretches:
@@ -115,40 +112,6 @@ def _driven(logs: Sequence[Log], choices: Choices) -> Driven:
         what = "windows 'powered' needs the drive to be known"
         raise InputError(Finding("settings.windows", what, remedy="map drive_torque or drive_force, or choose 'coast'"))
     return "coasting"
-
-
-def conventions(log: Log, driven: Driven) -> list[Finding]:
-    """Signs that contradict physics, with the line that mends them."""
-    found, line = [], "add 'sign: -1' to its channel"
-    good = np.isfinite(log["speed"])
-    if good.sum() < selection.FEWEST_SAMPLES:
-        return []
-    if np.median(log["speed"][good]) < -0.5:
-        return [Finding(f"{log.name}, speed", "the car drives backwards", "negative speed", line)]
-    names = {"acceleration": -0.3, "drive_torque": -0.3, "drive_force": -0.3}
-    for name, limit in names.items():
-        if name in log and not (name != "acceleration" and driven == "coasting"):
-            alike = _alike(log, name)
-            if alike < limit:
-                what = f"{name} falls when the car speeds up and rises when it slows down"
-                found.append(Finding(f"{log.name}, {name}", what, f"correlation {alike:.2f}", line))
-    return found
-
-
-def _alike(log: Log, name: str) -> float:
-    """Cosine of the channel and the rate of the speed, over bins of two seconds."""
-    good = np.isfinite(log["speed"]) & np.isfinite(log[name])
-    if good.sum() < selection.FEWEST_SAMPLES:
-        return 0.0
-    bins = cut(log.time[good], 2.0)
-    if bins.time.size < 4:
-        return 0.0
-    speed, value = bins.mean(log["speed"][good]), bins.mean(log[name][good])
-    rate, value = np.diff(speed) / np.diff(bins.time), 0.5 * (value[1:] + value[:-1])
-    if name != "acceleration":  # a drive holds the speed too: only its changes count
-        rate, value = rate - rate.mean(), value - value.mean()
-    size = float(np.linalg.norm(rate) * np.linalg.norm(value))
-    return float(rate @ value) / size if size > 0 else 0.0
 
 
 def _chosen(logs: Sequence[Log], driven: Driven, choices: Choices) -> tuple[list[Stretch], list[Rejected]]:
@@ -204,6 +167,34 @@ def _calm(stretches: Sequence[Stretch], limit: float) -> tuple[list[Stretch], li
         else:
             calm.append(s)
     return calm, windy
+
+
+def _unbraked(
+    stretches: Sequence[Stretch],
+    notes: Sequence[RunNote],
+    driven: Driven,
+    known: Mapping[str, Given],
+    choices: Choices,
+) -> tuple[list[Stretch], list[Rejected]]:
+    """Without what a brake, an engaged driveline or a throttle changed."""
+    inertia = known["mass"].value + known["rotating_mass"].value
+    pushed = [_known_force(s.log, driven, known) / inertia for s in stretches]
+    directions = [notes[s.run].direction for s in stretches]
+    if driven != "coasting":
+        if all("acceleration" in s.log for s in stretches):
+            return list(stretches), []  # hills that an accelerometer sees would be taken for brakes here
+        return coast_braking.without_odd_parts(stretches, pushed, directions, choices.shortest)
+    upper, lower = choices.speeds or _span(stretches)
+    return coast_braking.without_braking(stretches, pushed, directions, upper - lower)
+
+
+def _known_force(log: Log, driven: Driven, known: Mapping[str, Given]) -> Array:
+    """N, of drive and slope."""
+    force = -known["mass"].value * GRAVITY * _grade(log)
+    if driven == "torque":
+        per_torque = known["driveline_efficiency"].value * known["gear_ratio"].value / known["wheel_radius"].value
+        return force + per_torque * log["drive_torque"]
+    return force + log["drive_force"] if driven == "force" else force
 
 
 def _span(stretches: Sequence[Stretch]) -> tuple[float, float]:
