@@ -18,10 +18,27 @@ Kind = Literal["run", "block"]
 
 FEWEST_RUNS = 6  # with so many runs, if they are even enough, the run is the unit of evidence
 BLOCKS = 12  # otherwise so many blocks within runs: more are shorter, and share what colour the whitening left
+PER_UNKNOWN = 3  # blocks at least for each shared unknown: fewer would fit them one by one and hardly scatter
 FEWEST_BLOCKS = 8
 FEWEST_EFFECTIVE = 4.0  # units worth fewer equal ones than this are too uneven to judge by
 OUTLIER = 0.3  # a row whose weight is less is named
+STRAINED = 4.5  # standard deviations from a prior: something else is wrong
 NEIGHBOURS = 3  # rows apart: outliers this near are named together
+
+
+def _strained(solved: Solved) -> list[str]:
+    """Stated values that the data contradict."""
+    regression, x = solved.regression, solved.point.x
+    every = regression.shared + regression.own * len(regression.runs)
+    found = []
+    for i, unknown in enumerate(every):
+        if unknown.prior is not None:
+            mean, std = unknown.prior
+            off = (x[i] - mean) / std
+            if abs(off) > STRAINED:
+                what = f"{regression.label(i)} comes out at {x[i]:.4g} {unknown.unit}".strip()
+                found.append(f"{what}, {abs(off):.0f} standard deviations from the {mean:.4g} that was stated")
+    return found
 
 
 def judge(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
@@ -31,7 +48,7 @@ def judge(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
     found = intervals.spread([_evidence(solved, u, kind) for u in units], solved.covariance)
     effective = _least(solved, found.effective, len(units))
     many = len(units) >= FEWEST_BLOCKS and effective >= FEWEST_EFFECTIVE
-    warnings = [f"down-weighted {d}" for d in downweighted]
+    warnings = [f"down-weighted {d}" for d in downweighted] + _strained(solved)
     classical = solved.variance * solved.covariance
     if len(units) >= 2 and (kind == "run" or many or wanted == "block"):
         covariance, degrees = _with_priors(solved, kind, found)
@@ -138,9 +155,10 @@ def _blocks_of_runs(solved: Solved) -> NDArray[np.int64]:
     """How many blocks each run is cut into: by its share of the information, one at least."""
     whole = solved.reduced.runs[:, :, :-1]
     told = np.sum((whole @ solved.covariance) * whole, axis=(1, 2))
-    quota = BLOCKS * told / max(float(np.sum(told)), 1e-300)
+    blocks = max(BLOCKS, PER_UNKNOWN * solved.s)
+    quota = blocks * told / max(float(np.sum(told)), 1e-300)
     counts: NDArray[np.int64] = np.maximum(np.floor(quota), 1).astype(np.int64)
-    missing = max(BLOCKS - int(counts.sum()), 0)
+    missing = max(blocks - int(counts.sum()), 0)
     counts[np.argsort(counts - quota, kind="stable")[:missing]] += 1
     return counts
 
