@@ -13,7 +13,7 @@ from vdyn_cli.models.road_runs import noise_of
 Array = NDArray[np.float64]
 
 SPEED_STEP = 5 / 3.6  # m/s, of a class of speeds
-RUN_SOURCES = ("run_wind", "run_force", "road_mean")
+RUN_SOURCES = ("run_wind", "run_force", "run_drive", "road_mean")
 
 
 @dataclass(frozen=True)

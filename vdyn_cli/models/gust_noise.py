@@ -47,6 +47,7 @@ SOURCES: Mapping[str, Source] = {
         Source("gust_time", 8.0, 0.5, "s"),
         Source("run_wind", 0.3, 1.0, "m/s"),
         Source("run_force", 1e-3, 1.0, "m/s^2"),  # 1 % of the rolling resistance of a car
+        Source("run_drive", 2e-3, 1.0, "m/s^2"),  # that and the torque sensor's zero, where the drive is measured
         Source("road", 3e-4, 2.0),
         Source("road_time", 5.0, 1.0, "s"),
         Source("road_mean", 1e-4, 2.0),
@@ -145,6 +146,7 @@ class Surroundings:
     jolt : m/s per root second, of white noise in the drive (integrated: a random walk of the speed).
     acceleration_level : m/s^2 of white noise in a sample of the accelerometer.
     zero : m/s^2, standard deviation of the accelerometer's zero in this run, where it is not fitted.
+    driven : whether a measured drive pushes the car, whose zero differs from run to run.
     """
 
     bins: Bins
@@ -155,6 +157,12 @@ class Surroundings:
     jolt: float = 0.0
     acceleration_level: float = 0.0
     zero: float = 0.0
+    driven: bool = False
+
+    @property
+    def own_force(self) -> str:
+        """The source of a constant force that each run has for itself."""
+        return "run_drive" if self.driven else "run_force"
 
 
 def integration(bins: Bins, fade: Array) -> Array:
@@ -189,7 +197,7 @@ def speed_noise(s: Surroundings) -> RunNoise:
         White("speed_noise", s.speed_level**2 / s.bins.count),
         Coloured("gust", "gust_time", gust, _lag(s.bins)),
         Steady("run_wind", gust.sum(axis=1)),
-        Steady("run_force", integral.sum(axis=1)),
+        Steady(s.own_force, integral.sum(axis=1)),
     )
     return RunNoise(parts, _walk(s), integral.sum(axis=1))
 
@@ -208,7 +216,7 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
         Coloured("road", "road_time", road, lag),
         Steady("road_mean", road.sum(axis=1)),
         Steady("run_wind", gust.sum(axis=1)),
-        Steady("run_force", push.sum(axis=1)),
+        Steady(s.own_force, push.sum(axis=1)),
     )
     known = np.zeros((2 * none.size, 2 * none.size))
     known[: none.size, : none.size] = _walk(s)
@@ -223,7 +231,7 @@ def force_noise(s: Surroundings) -> RunNoise:
         Coloured("gust", "gust_time", np.diag(-s.pull), lag),
         Coloured("push", "push_time", np.eye(ones.size), lag),
         Steady("run_wind", -s.pull),
-        Steady("run_force", ones),
+        Steady(s.own_force, ones),
     )
     return RunNoise(parts, s.zero**2 * np.outer(ones, ones), ones)
 

@@ -24,6 +24,7 @@ from vdyn_cli.models.gust_noise import SOURCES, RunNoise
 Array = NDArray[np.float64]
 
 WIDE = 10.0  # in units of the own unknowns: far more than a fitted start speed is off
+FLAT, LEVEL = 1e-7, 1e-2  # relative fall of the cost, and slope per logarithm, at which a size is as good as found
 REACH = 4.0  # spreads from typical that a size may go
 
 
@@ -64,7 +65,8 @@ def find_sizes(runs: Sequence[NoisyRun], start: Mapping[str, float], priors: Arr
         return value + 0.5 * float(away @ away), np.array([slopes[n] for n in names]) + away / spread
 
     bounds = [(c - REACH * s, c + REACH * s) for c, s in zip(centre, spread, strict=True)]
-    found = minimize(cost, np.log([start[n] for n in names]), jac=True, method="L-BFGS-B", bounds=bounds)
+    begin = np.log([start[n] for n in names])
+    found = minimize(cost, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": FLAT, "gtol": LEVEL})
     return dict(zip(names, np.exp(found.x).tolist(), strict=True))
 
 

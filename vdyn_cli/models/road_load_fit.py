@@ -29,7 +29,7 @@ from vdyn_cli.models.road_runs import Campaign, noise_of
 Array = NDArray[np.float64]
 SUBSTEPS = 4  # between the nodes of a coast, which are a second apart
 ROUNDS = 3  # of noise sizes and fit, at most
-SETTLED = 0.1  # standard deviations that a round may still move an estimate
+SETTLED = 1.0  # standard deviations that a round may move an estimate: within them the model is straight
 START = "start.speed"
 
 

@@ -22,7 +22,7 @@ Use = Literal["none", "beside", "alone"]
 
 WIDTH = 2.0  # s of a bin: a quarter of the usual gust; on an open road torque and force are not sampled together either
 LEAST_LEVEL = 1e-4  # in SI, of the white noise in a channel: a simulated log has none
-FEWEST_BINS, MOST_BINS = 8, 300  # of a run: the covariance stays small
+FEWEST_BINS, MOST_BINS = 8, 200  # of a run: the covariance stays small
 
 
 @dataclass(frozen=True)
@@ -164,6 +164,7 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
         jolt=_jolt(one, levels, at) / inertia,
         acceleration_level=levels.get("acceleration", 0.0),
         zero=one.zero_std,
+        driven=campaign.driven != "coasting",
     )
     if campaign.white:
         return gust_noise.white_noise(surroundings, campaign.channels)
