@@ -18,6 +18,7 @@ ROWS = (
     ("elements",),
     ("effects", "models"),
     ("steps",),
+    ("cross_checks",),
     ("inputs", "document", "execute"),
     ("diagnosis",),
     ("pipeline",),

@@ -6,6 +6,7 @@ import json
 import math
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -36,7 +37,7 @@ def step_document(result: Result, inputs: Inputs, known_files: Sequence[Path]) -
             "held_out_rms": fit.held_out_rms,
             "warnings": list(fit.warnings),
         },
-        "findings": [{"where": f.where, "what": f.what, "got": f.got, "remedy": f.remedy} for f in result.findings],
+        "findings": [asdict(f) for f in result.findings],
         **result.extra,
         "diagnosis": result.diagnosis,
         "provenance": {

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -17,12 +18,14 @@ class Finding:
     what : one sentence fragment naming the problem.
     got : the offending text or value, empty when there is none to show.
     remedy : what the user can do, empty when nothing can be done.
+    minor : worth knowing, but no reason to doubt the result.
     """
 
     where: str
     what: str
     got: str = ""
     remedy: str = ""
+    minor: bool = False
 
     def __str__(self) -> str:
         text = f"{self.where}: {self.what}"
@@ -63,3 +66,20 @@ def raise_all(findings: Iterable[Finding], error: type[VdynError] = InputError) 
     found = tuple(findings)
     if found:
         raise error(*found)
+
+
+def alike(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Findings that say the same of several logs, but for numbers, told once: of the first, and how many more."""
+    groups: dict[tuple[str, str, str], list[Finding]] = {}
+    for found in findings:
+        place = found.where.partition(", ")[2]
+        groups.setdefault((place, re.sub(r"\d+(?:[.,]\d+)?", "#", found.what), found.remedy), []).append(found)
+    told = []
+    for (place, _, _), same in groups.items():
+        first = same[0]
+        if len(same) > 1:
+            log = first.where.partition(", ")[0]
+            where = f"{log} and {len(same) - 1} more" + (f", {place}" if place else "")
+            first = Finding(where, first.what, first.got, first.remedy, first.minor)
+        told.append(first)
+    return tuple(told)

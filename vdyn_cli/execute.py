@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,5 +31,20 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = ()) -> Out
     """
     step = load_step(step_name)
     inputs = gather(step, path, known_files)
-    result = step.estimate(inputs.spec, inputs.data, inputs.known)
+    result = _doubted(step.estimate(inputs.spec, inputs.data, inputs.known))
     return Outcome(result, step_document(result, inputs, known_files))
+
+
+MISFIT = 2.5  # residual over what noise explains, beyond which the law itself is in doubt
+
+
+def _doubted(result: Result) -> Result:
+    """The result, with a warning where the simulation misses the data by far more than noise explains."""
+    fit = result.fit
+    if not fit.rms > MISFIT * fit.noise_floor > 0:
+        return result
+    warning = (
+        f"the simulation misses the data by {fit.rms / fit.noise_floor:.0f} times what noise explains: something that "
+        "it does not know of is in the logs, and the values may be off by more than their intervals say"
+    )
+    return replace(result, fit=replace(fit, warnings=(*fit.warnings, warning)))

@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
+import numpy as np
+
+from vdyn_cli.cross_checks import with_cross_checks
 from vdyn_cli.elements.atmosphere import air_density
 from vdyn_cli.errors import Finding, InputError, raise_all
 from vdyn_cli.log import Log
@@ -44,7 +47,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     """
     spec, source = load_spec(path, step.spec)
     known_files = tuple(known_files)
-    problems = [*_wrong_test(step, spec, source), *_wrong_channels(step, spec, source)]
+    problems = [*_wrong_test(step, spec, source), *_wrong_channels(step, spec, source), *_repeated(spec, source)]
     known = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     for file in known_files:
         later = _attempt(problems, read_parameters, file)
@@ -101,6 +104,19 @@ def _wrong_channels(step: Step, spec: TestSpec, source: Source) -> list[Finding]
     return findings
 
 
+def _repeated(spec: TestSpec, source: Source) -> list[Finding]:
+    """Runs that are the same stretch of the same log: they would count as independent evidence."""
+    seen: dict[tuple[object, ...], int] = {}
+    findings = []
+    for i, run in enumerate(spec.runs):
+        key = (*_log_names(run), run.from_time, run.to_time)
+        if key in seen:
+            where, first = source.where(("runs", i)), source.where(("runs", seen[key]))
+            findings.append(Finding(where, "the same log is listed twice", f"{_log_names(run)[0]}, first at {first}"))
+        seen.setdefault(key, i)
+    return findings
+
+
 def _channel_maps(spec: TestSpec) -> list[tuple[Mapping[str, Channel], Location]]:
     if not spec.loggers:
         return [(spec.channels, ("channels",))]
@@ -129,7 +145,7 @@ def _read_run(step: Step, spec: TestSpec, source: Source, index: int) -> Log:
     raise_all(problems)
     logs = [replace(log, name=name) for log, name in zip(read, names, strict=True) if log is not None]
     log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
-    log = _summed(step, log)
+    log = with_cross_checks(_summed(step, _within_physics(step, log)))
     if run.from_time is None and run.to_time is None:
         return log
     start = run.from_time.value if run.from_time else log.time[0]
@@ -139,6 +155,29 @@ def _read_run(step: Step, spec: TestSpec, source: Source, index: int) -> Log:
         got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
         raise InputError(Finding(place, "the time window holds no samples of the log", got))
     return cut
+
+
+def _within_physics(step: Step, log: Log) -> Log:
+    """The log, unless a channel holds what no vehicle does: then its unit is likely another one.
+
+    Raises
+    ------
+    InputError : a hundredth of a channel's samples or more lie outside its physical range, all channels at once.
+    """
+    problems = []
+    for name, quantity in step.channels().items():
+        values = log[name] if name in log and name != "time" else None
+        if values is None or not np.isfinite(values).any():
+            continue
+        outside = (values < quantity.lower) | (values > quantity.upper)
+        if np.mean(outside) > 0.01 or np.nanmax(np.abs(values)) > 1e12:
+            worst = values[np.nanargmax(np.abs(values))]
+            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
+            got = f"{worst:.4g} {quantity.unit}".strip()
+            remedy = "check the unit and the column of this channel"
+            problems.append(Finding(f"{log.name}, channel '{name}'", f"lies outside {span}", got, remedy))
+    raise_all(problems)
+    return log
 
 
 def _column(quantity: Quantity, channel: Channel, source: Source, at: Location) -> Column:

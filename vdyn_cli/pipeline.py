@@ -31,7 +31,7 @@ Status = Literal["done", "reused", "failed", "skipped"]
 
 @dataclass(frozen=True)
 class StepOutcome:
-    """How one step of the pipeline ended; ``findings`` say why it failed or was skipped."""
+    """How one step of the pipeline ended; ``findings`` say why it failed or was skipped, or what to read first."""
 
     name: str
     status: Status

@@ -11,7 +11,7 @@ from typing import Any
 
 from vdyn_cli.commands.run_step import Tell, write_step
 from vdyn_cli.document import step_command, to_json, versions
-from vdyn_cli.errors import Finding, InputError, VdynError
+from vdyn_cli.errors import Finding, InputError, VdynError, alike
 from vdyn_cli.files import sha256, write_whole
 from vdyn_cli.parameters import MissingParameterError
 from vdyn_cli.pipeline import StepOutcome, Task, load_plan, summary_document
@@ -89,12 +89,12 @@ def _attempt(task: Task, folder: Path, outcomes: Mapping[str, StepOutcome], keep
     if stopped is not None and not keep_going:
         return StepOutcome(task.name, "skipped", f"{stopped.name} failed before")
     known = tuple(folder / f"{n}.json" for n in task.after if outcomes[n].good)
-    sentence = _unchanged(task, folder, known)
-    if sentence is not None:
-        return StepOutcome(task.name, "reused", sentence)
+    earlier = _unchanged(task, folder, known)
+    if earlier is not None:
+        return StepOutcome(task.name, "reused", str(earlier["sentence"]), _to_read(earlier))
     try:
-        outcome = write_step(task.name, task.path, known, folder)
-        return StepOutcome(task.name, "done", outcome.result.sentence)
+        document = write_step(task.name, task.path, known, folder).document
+        return StepOutcome(task.name, "done", str(document["sentence"]), _to_read(document))
     except MissingParameterError as error:
         failed = [n for n in task.after if not outcomes[n].good]
         if failed:
@@ -113,8 +113,15 @@ def _failure(task: Task, error: VdynError) -> StepOutcome:
     return StepOutcome(task.name, "failed", what, error.findings, error.exit_code)
 
 
-def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> str | None:
-    """The earlier result's sentence where it was made from the same bytes by the same program, else None."""
+def _to_read(document: Mapping[str, Any]) -> tuple[Finding, ...]:
+    """What a good result still warns of."""
+    warnings = [Finding(document["step"], text) for text in document["fit"]["warnings"]]
+    findings = [Finding(**f) for f in document["findings"]]
+    return (*warnings, *(f for f in alike(findings) if not f.minor))
+
+
+def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> Mapping[str, Any] | None:
+    """The earlier result's document where it was made from the same bytes by the same program, else None."""
     try:
         document = json.loads((folder / f"{task.name}.json").read_text(encoding="utf-8"))
         made = document["provenance"]
@@ -126,7 +133,7 @@ def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> str | None:
             and all(sha256(by_name.get(n, task.path.parent / n)) == digest for n, digest in fingerprints.items())
             and (folder / f"{task.name}.html").is_file()
         )
-        return str(document["sentence"]) if same else None
+        return document if same and document["sentence"] and _to_read(document) is not None else None
     except (OSError, ValueError, KeyError, TypeError, InputError):
         return None  # no earlier result that can be trusted
 

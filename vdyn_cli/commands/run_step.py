@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vdyn_cli.document import to_json
-from vdyn_cli.errors import ResultError
+from vdyn_cli.errors import ResultError, alike
 from vdyn_cli.execute import Outcome, execute
 from vdyn_cli.files import write_whole
 from vdyn_cli.report.words import estimate_text
@@ -29,8 +29,8 @@ def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, 
         outcome = write_step(name, path, known_files, Path(output))
         tell(f"{Path(output) / name}.json and .html")
     result = outcome.result
-    for finding in result.findings:
-        tell(f"note: {finding}", detail=True)
+    for finding in alike(result.findings):
+        tell(f"note: {finding}", detail=finding.minor)
     for warning in result.fit.warnings:
         tell(f"warning: {warning}")
     for key, estimate in result.parameters.items():

@@ -105,7 +105,8 @@ def check_steps(time: Array, where: str, line_of: LineOf) -> tuple[Finding, ...]
         findings.append(Finding(where, what))
     if uneven > 0.1 * usual:
         what = f"uneven clock: 90 % of the steps lie between {low:.4g} s and {high:.4g} s"
-        findings.append(Finding(where, what, remedy="the times are used as written, nothing is resampled"))
+        remedy = "the times are used as written, nothing is resampled"
+        findings.append(Finding(where, what, remedy=remedy, minor=True))
     if usual > 10.0 or usual < 1e-5:
         what = f"the usual step is {usual:.3g} s and the log lasts {time[-1] - time[0]:.4g} s"
         findings.append(Finding(where, what, remedy="is the unit of time right?"))

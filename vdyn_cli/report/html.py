@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vdyn_cli.errors import Finding
+from vdyn_cli.errors import Finding, alike
 from vdyn_cli.report import comparison, residual_map, views, words
 from vdyn_cli.report.diagnosis_view import diagnosis
 from vdyn_cli.report.figures import figure_svg
@@ -57,7 +57,8 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
     name = slug(result.step)
     grouped = channels(result.comparisons, result.fit.noise_floor, result.fit.unit)
     rows = views.parameter_rows(result.parameters)
-    findings = views.alike(result.findings)
+    findings = alike(result.findings)
+    to_read = sum(not f.minor for f in findings)
     told = diagnosis(document.get("diagnosis") or result.diagnosis)
     return {
         "slug": name,
@@ -65,7 +66,7 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
         "about": _about(result.step),
         "sentence": words.prose(result.sentence),
         "diagnosis": told,
-        "chips": views.chips(result.fit, len(findings), name, bool(told and told.gain and told.gain.held_out)),
+        "chips": views.chips(result.fit, to_read, name, bool(told and told.gain and told.gain.held_out)),
         "parameters": rows,
         "widths": views.widths(rows),
         "moved": any(r.before for r in rows),

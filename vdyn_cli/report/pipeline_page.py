@@ -50,6 +50,7 @@ def pipeline_page(
         steps=steps,
         verdict=_verdict(len(estimates), len(missing), good, len(outcomes)),
         whole=good == len(outcomes),
+        doubts=sum(len(o.findings) for o in outcomes if o.good),
         parameters=rows,
         widths=views.widths(rows),
         moved=any(r.before for r in rows),

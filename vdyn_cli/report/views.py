@@ -241,23 +241,6 @@ def strongest(table: Mapping[str, Mapping[str, float]]) -> str:
     )
 
 
-def alike(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Findings that say the same of several logs, but for numbers, told once: of the first, and how many more."""
-    groups: dict[tuple[str, str, str], list[Finding]] = {}
-    for found in findings:
-        place = found.where.partition(", ")[2]
-        groups.setdefault((place, re.sub(r"\d+(?:[.,]\d+)?", "#", found.what), found.remedy), []).append(found)
-    told = []
-    for (place, _, _), same in groups.items():
-        first = same[0]
-        if len(same) > 1:
-            log = first.where.partition(", ")[0]
-            where = f"{log} and {len(same) - 1} more" + (f", {place}" if place else "")
-            first = Finding(where, first.what, first.got, first.remedy)
-        told.append(first)
-    return tuple(told)
-
-
 def finding(source: Finding) -> dict[str, str]:
     return {
         "where": words.clean(source.where),

@@ -124,7 +124,7 @@ def estimate(spec: AreaSpec, pictures: Pictures, known: Parameters) -> Result:
         f"The frontal area is {budget.value:.3f} m^2 (95 %: {low:.3f} to {high:.3f}): the silhouette fills "
         f"{share:.1%} of the box of {spec.box.width.value * spec.box.height.value:.3f} m^2."
     )
-    summary = FitSummary((spec.image,), shape.edge_std, shape.edge_std, "pixels", ("frontal_area",))
+    summary = FitSummary((spec.image,), float("nan"), float("nan"), "", ("frontal_area",))
     tables = (_numbers(shape, share, edges), _table(budget))
     return Result(
         "area", sentence, Parameters({"frontal_area": estimate_}), summary, METHODS,

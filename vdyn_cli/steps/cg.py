@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 SHORTEST = 2.0  # s
 LEAST_PULL = 0.5  # m/s^2, standard deviation of the acceleration below which no height can be had
+WEIGHED, REFUSED = 0.015, 0.08  # of the weight, by which the loads may differ from it; more is refused
 LEAST_ALIKE = 0.3  # correlation that makes a sign certain
 
 
@@ -119,10 +120,14 @@ def _wrong(log: Log) -> list[Finding]:
             findings.append(Finding(f"{log.name}, {name}", "the axle is pulled up: loads must be positive", "", line))
     if findings:
         return findings
+    pitch = _pitch(log) if "pitch" not in log else log["pitch"] - np.nanmean(log["pitch"])
+    if _alike(acceleration, load) > LEAST_ALIKE and _alike(acceleration, pitch) > LEAST_ALIKE:
+        what = "the front axle gains load and the nose rises when the car is driven"
+        remedy = "swap the columns of front and rear loads, or check the signs of acceleration and pitch"
+        return [Finding(f"{log.name}, front_load", what, "", remedy)]
     if _alike(acceleration, load) > LEAST_ALIKE:
         what = "the front axle gains load when the car is driven: acceleration must be positive forward"
         return [Finding(f"{log.name}, acceleration", what, "", line)]
-    pitch = _pitch(log) if "pitch" not in log else log["pitch"] - np.nanmean(log["pitch"])
     if _alike(acceleration, pitch) < -LEAST_ALIKE:
         what = "the nose dives when the car is driven: pitch must be positive nose-up (else the inertia is wrong)"
         findings.append(Finding(f"{log.name}, pitch_rate", what, "", line))
@@ -164,6 +169,27 @@ def setting(known: Parameters) -> Setting:
     return Setting(values, std, tuple(notes))
 
 
+def _weighed(logs: Sequence[Log], mass: float) -> list[Finding]:
+    """The loads of both axles against the weight.
+
+    Raises
+    ------
+    InputError : they differ by more than the wheels outside hub sensors could weigh.
+    """
+    sums = [float(np.nanmean(log["front_load"] + log["rear_load"])) for log in logs if "rear_load" in log]
+    if not sums:
+        return []
+    share = float(np.median(sums)) / (mass * GRAVITY) - 1.0
+    if abs(share) < WEIGHED:
+        return []
+    got = f"{np.median(sums):.0f} N against {mass * GRAVITY:.0f} N"
+    remedy = "check the mass, the unit of the loads, and whether the sensors carry the wheels' own weight"
+    finding = Finding("front_load, rear_load", f"the axles carry {share:+.1%} of what mass x g says", got, remedy)
+    if abs(share) > REFUSED:
+        raise InputError(finding)
+    return [finding]
+
+
 def regression_of(windows: Sequence[Windows], values: Mapping[str, float], zero_std: float) -> LoadFit:
     """The fit of all runs, from a starting guess of an ordinary car."""
     both = "rear_load" in windows[0].channels
@@ -177,6 +203,7 @@ def regression_of(windows: Sequence[Windows], values: Mapping[str, float], zero_
 def estimate(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> Result:
     """Fit height, position and pitch inertia to all runs at once."""
     given = setting(known)
+    weighed = _weighed(logs, given.values["mass"])
     windows = [cut_windows(log) for log in prepare(spec, logs)]
 
     def fitted(values: Mapping[str, float]) -> tuple[LoadFit, Solution]:
@@ -186,7 +213,7 @@ def estimate(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> Result:
     fit, solution = fitted(given.values)
     moved = _moved(lambda values: fitted(values)[1], given, solution)
     estimates = _estimates(solution, moved, given)
-    findings = (*given.notes, *(f for log in logs for f in log.findings))
+    findings = (*given.notes, *weighed, *(f for log in logs for f in log.findings))
     h, lr, inertia = (estimates[n] for n in SOUGHT)
     sentence = (
         f"The centre of gravity is {h.value:.3f} m high (95 %: {h.interval95[0]:.3f} to {h.interval95[1]:.3f}) and "

@@ -185,7 +185,7 @@ def estimate(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Res
         coast_figures.comparisons(fit),
         coast_figures.figures(fit, answer.load, laps),
         coast_result.tables(answer, laps),
-        (*_assumptions(known), *coast_result.findings(answer)),
+        (*_assumptions(known), *coast_result.findings(answer), *(f for log in logs for f in log.findings)),
         coast_result.extra(answer, laps),
     )
 

@@ -55,6 +55,7 @@ from vdyn_cli.vocabulary import CHANNELS
 
 Array = NDArray[np.float64]
 ANY_TYRE = Given(0.010, 0.003)  # rolling resistance of car tyres
+DISAGREE = 3.5  # standard deviations between road and pendulum
 
 
 class InertiaSettings(Strict):
@@ -154,6 +155,9 @@ def _summary(road: Road | None, pendulum: Pendulum | None, runs: tuple[str, ...]
     swings = pendulum.swings if pendulum else None
     solutions += [swings.solution] if swings else []
     warnings = tuple(w for s in solutions for w in s.warnings)
+    if road and pendulum and abs(apart(road, pendulum)) > DISAGREE:
+        gap = abs(apart(road, pendulum))
+        warnings += (f"road and pendulum disagree by {gap:.0f} standard deviations: one of them is wrong",)
     unknowns = tuple(dict.fromkeys(n for s in solutions for n in (*s.names, *s.per_run)))
     if road is not None:
         off = np.concatenate([measured - simulated for measured, simulated in road.torque])

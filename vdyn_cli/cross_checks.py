@@ -1,0 +1,83 @@
+"""Redundant channels held against each other: a wrong unit or scale shows where two of them measure the same motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.log import Log
+
+Array = NDArray[np.float64]
+
+NOTICED, REFUSED = 0.03, 0.25  # relative difference of two scales
+LONG = 20.0  # m, distance below which position says nothing
+STRETCH = 1.0  # s over which accelerations are compared
+LIVELY = 0.8  # m/s^2, standard deviation of the acceleration above which its scale can be checked: slopes are less
+
+
+def with_cross_checks(log: Log) -> Log:
+    """The log with a finding for every pair of channels that contradict each other.
+
+    Position moves by the integral of speed; speed changes by the integral of acceleration (that an accelerometer also
+    feels slopes hardly matters where the car is driven and braked hard).
+
+    Raises
+    ------
+    InputError : the scales differ by more than a quarter: one channel's unit is wrong.
+    """
+    findings = []
+    for first, second, ratio in _ratios(log):
+        off = abs(ratio - 1.0)
+        if off <= NOTICED:
+            continue
+        what = f"{first} and {second} contradict each other: by {second} it would be {ratio:.3g} times as large"
+        finding = Finding(log.name, what, remedy="check units and scale of both channels")
+        if off > REFUSED:
+            raise InputError(finding)
+        findings.append(finding)
+    return replace(log, findings=(*log.findings, *findings)) if findings else log
+
+
+def _ratios(log: Log) -> list[tuple[str, str, float]]:
+    """(channel, the one it is held against, size by the second over size by the first)."""
+    name = "speed" if "speed" in log else "vehicle_speed"
+    if name not in log:
+        return []
+    speed = log[name]
+    found = []
+    if "position" in log and (ratio := _distance_ratio(log.time, speed, log["position"])) is not None:
+        found.append((name, "position", ratio))
+    if "acceleration" in log and (ratio := _change_ratio(log.time, speed, log["acceleration"])) is not None:
+        found.append(("acceleration", name, ratio))
+    return found
+
+
+def _integral(time: Array, values: Array) -> Array:
+    steps = np.diff(time) * (values[1:] + values[:-1]) / 2
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
+    good = np.isfinite(speed) & np.isfinite(position)
+    if np.count_nonzero(good) < 10:
+        return None
+    distance = float(np.ptp(_integral(time[good], np.abs(speed[good]))))
+    moved = float(np.sum(np.abs(np.diff(position[good][:: max(1, good.sum() // 50)]))))
+    return moved / distance if distance > LONG else None
+
+
+def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:
+    """Slope of the change of speed on the integral of acceleration, over stretches of a second."""
+    good = np.isfinite(speed) & np.isfinite(acceleration)
+    if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < LIVELY:
+        return None
+    time, speed, change = time[good], speed[good], _integral(time[good], acceleration[good])
+    ends = np.searchsorted(time, np.arange(time[0], time[-1], STRETCH))
+    by_speed, by_force = np.diff(speed[ends]), np.diff(change[ends])
+    by_speed, by_force = by_speed - by_speed.mean(), by_force - by_force.mean()
+    if by_force @ by_speed < 0.9 * np.sqrt((by_force @ by_force) * (by_speed @ by_speed)):
+        return None
+    return float(np.sqrt((by_speed @ by_speed) / (by_force @ by_force)))
