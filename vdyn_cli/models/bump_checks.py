@@ -20,7 +20,8 @@ SHORTEST = 50  # samples of a log
 SEEN, LOUD = 0.01, 8.0  # of the load at rest, and of its noise: by so much a load must change
 FORCES = ((1e3, "kN"), (4.4482216, "lbf"), (GRAVITY, "kgf"))
 ALIKE = 0.3  # correlation with a typical car's answer, below which the bump is another one
-AIRBORNE = 0.4  # of the fitted time with an axle off the road, above which a run tells too little
+AIRBORNE = 0.25  # of the time on and behind the bump with an axle off the road: such a car lands on its bump stops
+BEHIND = 1.0  # s after the rear axle has met the bump
 PACE = 1.25  # between the speed logged and that from the axles' delay
 KINDS = {
     "vertical_acceleration": ((GRAVITY, "g"), (0.3048, "ft/s^2")),
@@ -135,10 +136,12 @@ def notes(log: Log, crossing: Crossing, told: Given | None) -> list[Finding]:
     return findings
 
 
-def airborne(crossing: Crossing, static: Mapping[str, float]) -> Finding | None:
-    """A run in which an axle hangs in the air for much of the time."""
+def airborne(crossing: Crossing, static: Mapping[str, float], wheelbase: float) -> Finding | None:
+    """A run in which an axle hangs in the air for much of the time on and behind the bump."""
+    front = crossing.time[0] + (crossing.distance - crossing.origin) / crossing.pace
+    behind = (crossing.time > front) & (crossing.time < front + wheelbase / crossing.pace + BEHIND)
     for name in LOADS:
-        load = crossing.channels[name]
+        load = crossing.channels[name][behind]
         share = float(np.mean(load[np.isfinite(load)] < 0.02 * static[name]))
         if share > AIRBORNE:
             what = f"left out: the {name[:-5]} axle is off the road for {share:.0%} of the crossing"

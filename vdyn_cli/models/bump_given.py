@@ -73,11 +73,11 @@ def given_numbers(known: Parameters) -> tuple[dict[str, Given], list[Finding]]:
 
 
 def _mass(stated: Mapping[str, Given]) -> Given:
-    """The whole car's mass, from either way of stating it."""
+    """The whole car's mass, from either way of stating it; then as uncertain as all of its parts."""
     if "sprung_mass" not in stated:
         return stated["mass"]
     parts = [stated[n] for n in ("sprung_mass", "unsprung_mass_front", "unsprung_mass_rear")]
-    total = Given(sum(p.value for p in parts), parts[0].std)
+    total = Given(sum(p.value for p in parts), float(np.hypot.reduce([p.std for p in parts])))
     whole = stated.get("mass")
     if whole is not None and abs(whole.value - total.value) > SAME * whole.value + 3 * whole.std:
         got = f"mass {whole.value:.0f} kg, sprung and unsprung together {total.value:.0f} kg"

@@ -54,7 +54,7 @@ def select_crossings(
             wrong += wrong_here
             continue
         crossing = cut_crossing(ready, place.distance, wheelbase)
-        hanging = airborne(crossing, static)
+        hanging = airborne(crossing, static, wheelbase)
         said += [*gravity, *([hanging] if hanging else notes(ready, crossing, paced))]
         found += [] if hanging else [crossing]
     raise_all(dict.fromkeys(wrong))
