@@ -278,7 +278,11 @@ CASES: dict[str, Case] = {
         for kind in ("compound", "bifilar", "torsional")
     },
     "tire": Case("tire", "Five slip sweeps, beyond the peak.", lambda seed, folder: _tire(seed, folder, True)),
-    "tire_short": Case("tire", "Five sweeps below half the peak.", lambda seed, folder: _tire(seed, folder, False)),
+    "tire_short": Case(
+        "tire",
+        "Five sweeps below half the peak; the bound knows nothing of how such curves go on.",
+        lambda seed, folder: _tire(seed, folder, False),
+    ),
     "shaft_drawing": Case("shaft", "Drawings of both half-shafts, read with errors as stated.", _drawing),
     "shaft": Case("shaft", "One tip-in of the left half-shaft.", _shaft),
 }

@@ -112,7 +112,7 @@ def _row(parameter: str, trials: Sequence[Trial]) -> str:
     low, high = column("interval").T
     share = 100 * float(np.sqrt(np.mean(error**2) / np.mean(column("truth") ** 2)))
     rmse = float(np.sqrt(np.mean(scaled**2)))
-    bias = float(np.mean(scaled) / np.std(scaled))
+    bias = float(np.mean(scaled) / np.std(scaled)) if len(trials) > 1 else float("nan")
     covered = float(np.mean((low <= column("truth")) & (column("truth") <= high)))
     said = float(np.sqrt(np.mean((column("std") / column("bound")) ** 2)) / rmse)
     worst = int(np.argmax(np.abs(scaled)))
