@@ -203,8 +203,8 @@ def regression_of(windows: Sequence[Windows], values: Mapping[str, float], zero_
 def estimate(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> Result:
     """Fit height, position and pitch inertia to all runs at once."""
     given = setting(known)
-    weighed = _weighed(logs, given.values["mass"])
     windows = [cut_windows(log) for log in prepare(spec, logs)]
+    weighed = _weighed(logs, given.values["mass"])
 
     def fitted(values: Mapping[str, float]) -> tuple[LoadFit, Solution]:
         fit = regression_of(windows, values, spec.settings.load_zero.value)
