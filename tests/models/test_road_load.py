@@ -84,7 +84,8 @@ def test_a_car_that_has_stopped_stays() -> None:
 def test_specific_force_is_blind_to_slope_but_for_the_turning_parts() -> None:
     """f = (F - Fd - Rr)/(M + mr) + g sin(grade) mr/(M + mr)."""
     time = np.arange(0.0, 2.0, 0.1)
-    parameters = {**PAPER, **NOTHING, "rotating_mass": 88.0, "accelerometer_zero": 0.02, "accelerometer_scale": 0.0}
+    parameters = {**PAPER, **NOTHING, "rotating_mass": 88.0, "accelerometer_zero": 0.02}
+    parameters |= {"accelerometer_scale": 0.0, "road_slope": 0.0}
     simulator = Simulator(road_load("coasting", accelerometer=True), parameters)
     context = {"heading": 0.0, "temperature": 293.15}
 

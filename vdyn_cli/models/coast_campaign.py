@@ -99,7 +99,8 @@ def prepare(logs: Sequence[Log], notes: Sequence[RunNote], known: Mapping[str, G
     else:
         stretches = [one for s in stretches for one in selection.split(s)]
     runs = tuple(_road_run(s, notes[s.run], driven, use, zeros.get(s.name), known) for s in stretches)
-    unknowns = _unknowns(known, choices, use, driven)
+    both_ways = {"out", "back"} <= {notes[s.run].direction for s in stretches}
+    unknowns = _unknowns(known, choices, use, driven, both_ways)
     campaign = Campaign(runs, driven, _values(known, use, driven), unknowns, use, choices.white)
     return Prepared(campaign, tuple(stretches), tuple(rejected), _remarks(notes, stretches, use), zeros)
 
@@ -259,10 +260,14 @@ def _values(known: Mapping[str, Given], use: Use, driven: Driven) -> dict[str, f
     values = {n: known[n].value for n in names}
     values |= {n: known[n].value if n in known else RANGES[n][0] for n in RANGES}
     values |= {"wind_variance": 0.0}
-    return values | ({"accelerometer_zero": 0.0, "accelerometer_scale": 0.0} if use != "none" else {})
+    return values | (
+        {"accelerometer_zero": 0.0, "accelerometer_scale": 0.0, "road_slope": 0.0} if use != "none" else {}
+    )
 
 
-def _unknowns(known: Mapping[str, Given], choices: Choices, use: Use, driven: Driven) -> tuple[Unknown, ...]:
+def _unknowns(
+    known: Mapping[str, Given], choices: Choices, use: Use, driven: Driven, both_ways: bool
+) -> tuple[Unknown, ...]:
     """What is sought, then what is known with an uncertainty, then the accelerometer's own."""
     found = []
     for name, (start, low, high, unit) in RANGES.items():
@@ -276,6 +281,8 @@ def _unknowns(known: Mapping[str, Given], choices: Choices, use: Use, driven: Dr
             found.append(Unknown(name, mean, low, mean + 8 * std, "", (mean, std), nuisance=True))
     if use == "beside":
         found.append(Unknown("accelerometer_zero", 0.0, -3.0, 3.0, "m/s^2", nuisance=True))
+        if both_ways:  # one way alone, slope and zero are one
+            found.append(Unknown("road_slope", 0.0, -0.2, 0.2, nuisance=True))
     if use != "none":
         found.append(Unknown("accelerometer_scale", 0.0, -0.3, 0.3, "", (0.0, SCALE_ERROR), nuisance=True))
     return tuple(found)

@@ -7,7 +7,7 @@ from typing import Literal
 
 from vdyn_cli.elements.air import air, gust_drag
 from vdyn_cli.elements.brake import brake
-from vdyn_cli.elements.climb import climb
+from vdyn_cli.elements.climb import climb, slope
 from vdyn_cli.elements.driveline import drive, driveline
 from vdyn_cli.elements.rolling import rolling
 from vdyn_cli.engine.bench import Bench, Number, Signals
@@ -18,7 +18,7 @@ Driven = Literal["coasting", "torque", "force"]
 
 CAR = ("mass", "rotating_mass", "rolling_resistance", "rolling_speed", "drag_area", "air_density", "wind_variance")
 DRIVELINE = ("gear_ratio", "wheel_radius", "driveline_efficiency")
-ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale")
+ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 
 @cache
@@ -36,7 +36,8 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False) -> Model
         drive_force, N).
     accelerometer : the resistances then see the measured speed (input ``speed``), and a second reading is the specific
         force f = (1 + k) (V' + g sin(grade)) + zero. Over M f + mr V' = F - Fd - Rr the slope drops out, so that
-        hills do not drive the simulated speed away from the measured one.
+        hills do not drive the simulated speed away from the measured one. road_slope is the road's mean slope, uphill
+        on the way out, as far as the grade does not tell it.
 
     Returns
     -------
@@ -53,6 +54,8 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False) -> Model
         state = e.state("speed", 15.0)
         speed = e("measured_speed", value=u.speed) if accelerometer else state
         grade = e("grade", value=u.grade)
+        if accelerometer:
+            grade = e(slope, grade=grade, road_slope=e.p.road_slope)
         rate = (_drive_force(e, u, driven) - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)) / (
             e.p.mass + e.p.rotating_mass
         )
