@@ -162,6 +162,12 @@ def test_the_sample_logs_give_their_truth(root: Path) -> None:
     assert set(STEP.gives) - {"drag_coefficient"} <= set(result.parameters)
 
 
+def test_runs_predict_each_other(root: Path) -> None:
+    fit = sample(root).fit
+    assert fit.held_out_rms is not None
+    assert fit.rms < fit.held_out_rms < 1.5 * fit.rms
+
+
 def test_times_agree_with_the_fitted_force(root: Path) -> None:
     (table,) = [t for t in sample(root).tables if t.key == "times"]
     for row in table.rows:
@@ -347,6 +353,11 @@ def test_nothing_left_says_why_run_by_run() -> None:
 def test_powered_windows_need_a_drive() -> None:
     text = message(lambda: solve_day(REFERENCE, 1, settings={"windows": "powered"}), InputError)
     assert "drive_torque" in text
+
+
+def test_with_everything_fixed_there_is_nothing_to_find() -> None:
+    fix = {"drag_coefficient": 0.25, "rolling_resistance": 0.01}
+    assert "nothing is left" in message(lambda: solve_day(REFERENCE, 1, settings={"fix": fix}), InputError)
 
 
 def test_one_run_alone_gives_an_answer_that_knows_its_limits() -> None:

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.models.road_load_fit import RoadLoadFit
+from vdyn_cli.errors import ResultError
+from vdyn_cli.fit import Regression, solve
+from vdyn_cli.models.road_load_fit import START, RoadLoadFit
 from vdyn_cli.models.road_runs import noise_of
 
 Array = NDArray[np.float64]
 
 SPEED_STEP = 5 / 3.6  # m/s, of a class of speeds
+FEWEST, MOST = 3, 20  # runs, of which each is left out in turn
 RUN_SOURCES = ("run_wind", "run_force", "run_drive", "road_mean")
 
 
@@ -77,3 +80,37 @@ def _class(
     if means.size < 2:
         return None
     return k * SPEED_STEP, float(means.mean()), float(means.std(ddof=1) / np.sqrt(means.size))
+
+
+def held_out_rms(fit: RoadLoadFit) -> float | None:
+    """Root mean square of measured less predicted speed, m/s, each run predicted from the others.
+
+    Only the run's start speed is its own. None where the runs are too few to leave one out, or so many that it shows
+    nothing new, or where the speed is not what was fitted.
+    """
+    count = len(fit.campaign.runs)
+    if not FEWEST <= count <= MOST or not fit.campaign.speed_fitted:
+        return None
+    squares, samples = 0.0, 0
+    for run in range(count):
+        try:
+            missed = fit.campaign.runs[run].speed - _predicted(fit, run)
+        except ResultError:
+            return None
+        squares, samples = squares + float(missed @ missed), samples + missed.size
+    return float(np.sqrt(squares / samples))
+
+
+def _predicted(fit: RoadLoadFit, run: int) -> Array:
+    """The run's speed with what the other runs say."""
+    full, others = fit.regression, [k for k in range(len(fit.campaign.runs)) if k != run]
+    starts = {name: values[others] for name, values in full.run_starts.items()}
+    names = tuple(full.runs[k] for k in others)
+    rest = Regression(full.unknowns, names, lambda k, theta: full.rows(others[k], theta), starts)
+    values = solve(rest, units="run").values
+    theta = np.array([*(values[u.name] for u in full.shared), fit.solution.per_run[START][run]])
+    for _ in range(2):
+        rows = full.rows(run, theta)
+        own = rows.jacobian[:, -1]
+        theta[-1] -= float(own @ rows.residual) / float(own @ own)
+    return fit.trace(run, {**fit.at, **values}, float(theta[-1])).outputs["speed"]

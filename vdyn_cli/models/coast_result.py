@@ -12,6 +12,7 @@ import numpy as np
 from vdyn_cli.errors import Finding
 from vdyn_cli.models import coast_words
 from vdyn_cli.models.coast_campaign import Prepared
+from vdyn_cli.models.coast_residuals import held_out_rms
 from vdyn_cli.models.coast_times import Timed
 from vdyn_cli.models.reference_conditions import Conditions, RoadLoad, corrected, of_parameters
 from vdyn_cli.models.road_load_fit import RoadLoadFit
@@ -178,6 +179,7 @@ def summary(answer: Answer) -> FitSummary:
         unknowns=tuple(n for n in solution.names if n not in answer.fixed),
         interval_unit=solution.unit,
         interval_units=solution.n_units,
+        held_out_rms=held_out_rms(fit),
         warnings=solution.warnings,
     )
 

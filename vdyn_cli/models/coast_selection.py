@@ -86,6 +86,8 @@ def coast(run: int, log: Log, window: tuple[float, float] | None, shortest: floa
     if missing > MOST_MISSING:
         return Rejected(log.name, begin, finish, f"the speed is missing in {missing:.0%} of the rows")
     part = rows(whole, (whole.time >= begin) & (whole.time <= finish))
+    if part.time.size < FEWEST_SAMPLES:
+        return Rejected(log.name, begin, finish, f"only {part.time.size} samples hold a speed")
     return Stretch(run, log.name, part, np.zeros(part.time.size, dtype=np.int64))
 
 

@@ -54,7 +54,11 @@ class RoadLoadFit:
         """The run with the fitted parameters."""
         fitted = self.solution.per_run.get(START)
         start = float(self.campaign.runs[run].speed[0] if fitted is None else fitted[run])
-        theta = [self.at[n] for n in self.simulator.unknowns[:-1]]
+        return self.trace(run, self.at, start)
+
+    def trace(self, run: int, at: Mapping[str, float], start: float) -> Simulated:
+        """The run at its samples, with other parameters and start speed."""
+        theta = [at[n] for n in self.simulator.unknowns[:-1]]
         return self.simulator(self.campaign.drives[run], [*theta, start], sensitivities=False)
 
     def residual(self, run: int) -> tuple[Array, Array]:
@@ -167,7 +171,7 @@ def _weighted_fit(
 ) -> tuple[_Rows, Solution]:
     factors = tuple(noise_of(rows.campaign, k, at).factor(sizes) for k in range(len(rows.campaign.runs)))
     rows = replace(rows, factors=factors, wind_variance=at["wind_variance"])
-    return rows, solve(replace(regression, rows=rows))
+    return rows, solve(replace(regression, rows=rows), tolerance=ARRIVED)
 
 
 def _from(regression: Regression, solution: Solution) -> Regression:

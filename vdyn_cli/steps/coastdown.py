@@ -109,6 +109,9 @@ def prepared(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Pre
         speeds = max(v.value for v in s.speed_window), min(v.value for v in s.speed_window)
         if speeds[0] - speeds[1] < 1.0:
             raise InputError(Finding("settings.speed_window", "must span at least 1 m/s", f"{speeds[0]:g} m/s"))
+    if len(_fixed(s.fix)) == 2:
+        what = "rolling resistance and drag are both fixed: nothing is left to find"
+        raise InputError(Finding("settings.fix", what, remedy="take one of them out"))
     choices = Choices(
         speeds,
         s.windows,
