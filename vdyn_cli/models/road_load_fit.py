@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 SUBSTEPS = 4  # between the nodes of a coast, which are a second apart
 ROUNDS = 3  # of noise sizes and fit, at most
 SETTLED = 1.0  # standard deviations that a round may move an estimate: within them the model is straight
+ARRIVED = 1e-6  # of one residual variance: a further step would move a value by 1e-3 of its standard deviation
 START = "start.speed"
 
 
