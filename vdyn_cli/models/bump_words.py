@@ -20,6 +20,7 @@ HOP = (
     "the bump is too gentle to make the wheels hop, and without that a heavier axle on a stiffer tire moves alike; "
     "cross it faster, or take a shorter or higher one"
 )
+SCALE = "with the bump's height uncertain too, the ratio of stiffness to mass is what the hopping wheels tell; measure it"
 
 
 def sentence(estimates: Mapping[str, Estimate], swings: Sequence[Mode]) -> str:
@@ -54,9 +55,10 @@ def vague(estimates: Mapping[str, Estimate], by_given: Mapping[str, Mapping[str,
     masses = [f"unsprung_mass_{end}" for end in ("front", "rear")]
     follows = sum(by_given[m][name] * known.values[m] for m in masses if m not in known.std) / estimates[name].value
     if follows > FOLLOWS:
+        why = SCALE if "bump_height" in known.std else HOP
         said.append(
             f"{name} rests on the unsprung masses, which are given as exact: 1 % of them is {follows:.1f} % of it; "
-            f"{HOP}, or state how well they are known ('82 +- 4 kg')"
+            f"{why}, or state how well they are known ('82 +- 4 kg')"
         )
     return said
 
