@@ -113,7 +113,7 @@ def test_restricted_likelihood_has_the_slopes_it_says() -> None:
 
 
 def test_the_sizes_of_the_noise_are_found_again() -> None:
-    found = [find_sizes(drawn(seed, 8), typical_sizes([drawn(0, 1)[0].noise])) for seed in range(6)]
+    found = [find_sizes(drawn(seed, 8), typical_sizes(drawn(0, 1)[0].noise)) for seed in range(6)]
     for name, tolerance in (("speed_noise", 0.05), ("gust", 0.12), ("gust_time", 0.25), ("run_wind", 0.4)):
         middle = np.exp(np.mean([np.log(f[name]) for f in found]))
         assert middle == pytest.approx(SIZES[name], rel=tolerance)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tests.coast_cases import known, logs_of, solve_day, spec_of
 from tests.plant import coast, sensors
@@ -372,3 +375,41 @@ def test_a_constant_speed_is_no_coast() -> None:
     runs = coast.campaign(REFERENCE, 1, coast.DAY.but(runs=2))
     logs = [Log(f"run_{k}.csv", time, {"speed": np.full(time.size, 20.0)}) for k in (1, 2)]
     assert "no coast" in message(lambda: estimate(spec_of(runs), logs, known(REFERENCE)), ResultError)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.integers(0, 2**31),
+    st.sampled_from(["gap", "noise", "jump", "frozen", "short", "rising", "nan", "huge"]),
+    st.sampled_from([("speed",), ("speed", "acceleration")]),
+)
+def test_damaged_logs_end_in_an_answer_or_a_message(seed: int, damage: str, channels: tuple[str, ...]) -> None:
+    rng = np.random.default_rng(seed)
+    runs = coast.campaign(REFERENCE, 21, FELT.but(runs=2))
+    logs = [hurt(log, damage, rng) for log in logs_of(runs, channels)]
+    with suppress(VdynError):
+        result = estimate(spec_of(runs, settings=WINDOW), logs, known(REFERENCE))
+        assert all(np.isfinite(e.value) for e in result.parameters.values())
+
+
+def hurt(log: Log, damage: str, rng: np.random.Generator) -> Log:
+    """What loggers do on a bad day."""
+    speed, n = log["speed"].copy(), log.time.size
+    at = int(rng.integers(n))
+    if damage == "gap":
+        speed[at : at + int(rng.integers(1, 600))] = np.nan
+    elif damage == "noise":
+        speed += rng.normal(0.0, 10 ** rng.uniform(-2, 1), n)
+    elif damage == "jump":
+        speed[at:] += rng.normal(0.0, 3.0)
+    elif damage == "frozen":
+        speed[at:] = speed[at]
+    elif damage == "short":
+        return log.between(0.0, float(log.time[max(at, 1)]))
+    elif damage == "rising":
+        speed = speed[::-1].copy()
+    elif damage == "nan":
+        speed[rng.random(n) < rng.uniform()] = np.nan
+    else:
+        speed[at] = 1e6
+    return log.with_channels(speed=speed)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from vdyn_cli.engine.bench import Number, Signals
 from vdyn_cli.engine.maths import GRAVITY, sqrt, tanh
 
-STANDSTILL = 0.02  # m/s, over which resistance turns with the direction of motion; exactly 1 above 0.4 m/s
+STANDSTILL = 0.05  # m/s, over which resistance turns with the direction of motion; exactly 1 above 1 m/s
 
 
 def rolling(s: Signals) -> Number:
     """Rolling resistance, N, against the motion.
 
-    Rr = (frr + frr1 V) M g cos(grade) sgn(V), with the sign made smooth over 0.02 m/s
+    Rr = (frr + frr1 V) M g cos(grade) sgn(V), with the sign made smooth over 0.05 m/s
 
     Parameters
     ----------

@@ -55,8 +55,7 @@ def cut(time: Array, width: float, part: NDArray[np.int64] | None = None) -> Bin
     count = np.diff(np.r_[first, time.size]).astype(np.int64)
     # A group reaches to the next one's first sample, and the last of a stretch to its end.
     until = np.r_[time[first[1:]], time[-1]]
-    closing = np.isin(first + count - 1, ends)
-    until[closing] = time[(first + count - 1)[closing]]
+    until[np.searchsorted(first, ends, side="right") - 1] = time[ends]
     return Bins(first, count, np.add.reduceat(time, first) / count, until - time[first])
 
 

@@ -38,9 +38,9 @@ class NoisyRun:
     noise: RunNoise
 
 
-def typical_sizes(noises: Sequence[RunNoise]) -> dict[str, float]:
-    """Every source of these runs at its typical size."""
-    return {name: SOURCES[name].typical for noise in noises for name in noise.sources}
+def typical_sizes(noise: RunNoise) -> dict[str, float]:
+    """Every source of a run at its typical size."""
+    return {name: SOURCES[name].typical for name in noise.sources}
 
 
 def find_sizes(runs: Sequence[NoisyRun], start: Mapping[str, float], priors: Array | None = None) -> dict[str, float]:

@@ -27,7 +27,7 @@ from vdyn_cli.models.road_load_start import started
 from vdyn_cli.models.road_runs import Campaign, noise_of
 
 Array = NDArray[np.float64]
-SUBSTEPS = 4  # between the nodes of a coast, which are a second apart
+SUBSTEPS = 2  # between the nodes of a coast, which are a second apart
 ROUNDS = 3  # of noise sizes and fit, at most
 SETTLED = 1.0  # standard deviations that a round may move an estimate: within them the model is straight
 ARRIVED = 1e-6  # of one residual variance: a further step would move a value by 1e-3 of its standard deviation
@@ -59,8 +59,9 @@ class RoadLoadFit:
 
     def trace(self, run: int, at: Mapping[str, float], start: float) -> Simulated:
         """The run at its samples, with other parameters and start speed."""
-        theta = [at[n] for n in self.simulator.unknowns[:-1]]
-        return self.simulator(self.campaign.drives[run], [*theta, start], sensitivities=False)
+        values = {**at, START: start}
+        theta = [values[n] for n in self.simulator.unknowns]
+        return self.simulator(self.campaign.drives[run], theta, sensitivities=False)
 
     def residual(self, run: int) -> tuple[Array, Array]:
         """Binned rows of a run, simulated less measured, and their derivatives to the run's own unknowns."""
@@ -84,18 +85,20 @@ class _Rows:
 
     def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
         """Residual (m,), simulated less measured, and derivatives (m, s + own) of one run."""
-        campaign, s = self.campaign, len(self.shared)
-        own = theta[s:] if campaign.speed_fitted else campaign.runs[run].speed[:1]
+        campaign, k = self.campaign, theta.size
+        start = theta[-1] if campaign.speed_fitted else campaign.runs[run].speed[0]
+        others = theta[: len(self.shared)]
         try:
-            seen = self.simulator(campaign.fit_drives[run], [*theta[:s], self.wind_variance, *own])
+            seen = self.simulator(campaign.fit_drives[run], [*others, start, self.wind_variance])
         except ResultError as error:  # far off, a trial may be beyond what the step size bears
             raise ArithmeticError(str(error)) from error
-        used = [*range(s), *range(s + 1, s + 1 + len(own) * campaign.speed_fitted)]
-        residuals, slopes = [], []
-        for name, measured in self._channels(run):
-            residuals.append(campaign.mean(run, seen.outputs[name]) - measured)
-            slopes.append(campaign.mean(run, seen.sensitivities[name])[:, used])
-        return np.concatenate(residuals), np.concatenate(slopes)
+        parts = [
+            (campaign.mean(run, seen.outputs[n]) - measured, campaign.mean(run, seen.sensitivities[n][:, :k]))
+            for n, measured in self._channels(run)
+        ]
+        if len(parts) == 1:
+            return parts[0]
+        return np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
 
     def _channels(self, run: int) -> list[tuple[str, Array]]:
         names = self.campaign.channels
@@ -111,8 +114,7 @@ class _Rows:
             residual, jacobian = residual / factor, jacobian / factor[:, None]
         else:
             residual, jacobian = whiten(residual, jacobian, cholesky=factor)
-        times = self.campaign.bins[run].time
-        return Rows(residual, jacobian, time=np.tile(times, residual.size // times.size))
+        return Rows(residual, jacobian, time=np.tile(self.campaign.bins[run].time, len(self.campaign.channels)))
 
 
 def fit_road_load(
@@ -129,7 +131,7 @@ def fit_road_load(
     ResultError : the data do not determine the unknowns, or a value lies at its bound.
     """
     rows, regression = _begin(campaign, effects, extra)
-    sizes = typical_sizes([noise_of(campaign, k, campaign.values) for k in range(len(campaign.runs))])
+    sizes = typical_sizes(noise_of(campaign, 0, campaign.values))
     at = dict(campaign.values)
     rows, solution = _weighted_fit(rows, regression, sizes, at)
     for _ in range(0 if campaign.white else rounds):
@@ -156,7 +158,7 @@ def _begin(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Un
     simulator = Simulator(
         road_load(campaign.driven, campaign.accelerometer != "none"),
         campaign.values,
-        unknowns=(*names, "wind_variance", START),
+        unknowns=(*names, START, "wind_variance"),
         effects=effects,
         substeps=1 if campaign.nodes is None else SUBSTEPS,
     )

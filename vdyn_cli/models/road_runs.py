@@ -110,11 +110,13 @@ class Campaign:
 
     @cached_property
     def levels(self) -> tuple[Mapping[str, float], ...]:
-        """White noise in the samples of each run's channels; in plain least squares the same for every run."""
-        found = tuple(_levels(r) for r in self.runs)
-        if not self.white:
-            return found
-        return ({n: float(np.median([f[n] for f in found])) for n in found[0]},) * len(found)
+        """White noise in the samples of each run's channels."""
+        return tuple(_levels(r) for r in self.runs)
+
+    @cached_property
+    def common_levels(self) -> Mapping[str, float]:
+        """Those of the first run: in plain least squares they only scale the cost."""
+        return _levels(self.runs[0])
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -154,7 +156,7 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
     density = one.air_density if one.air_density is not None else at["air_density"]
     flow = np.maximum(bins.mean(one.speed) + _binned_input(one, bins, "wind_speed"), 0.0)
     pull = density * at["drag_area"] * flow / inertia
-    levels = campaign.levels[run]
+    levels = campaign.common_levels if campaign.white else campaign.levels[run]
     surroundings = Surroundings(
         bins=bins,
         pull=pull,
