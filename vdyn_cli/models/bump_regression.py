@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -37,7 +38,7 @@ class BumpFit:
     start : of the five.
     rear_weight : the paper's w: both loads are weighted alike, in newtons, the rear's squares times w; None weighs each
         channel by its noise.
-    noise : of each channel, over what the crossings say; (channels,), by name.
+    inflation : by how much each channel counts for less than its noise says, by name.
     """
 
     def __init__(
@@ -49,12 +50,12 @@ class BumpFit:
         rear_weight: float | None = None,
         effects: Sequence[Correction] = (),
         effect_unknowns: Sequence[Unknown] = (),
-        noise: Mapping[str, float] | None = None,
+        inflation: Mapping[str, float] | None = None,
     ) -> None:
         self.crossings, self.known, self.model = tuple(crossings), known, model
         self.start, self.rear_weight, self.effects = dict(start), rear_weight, tuple(effects)
         self.channels = tuple(n for n in CHANNELS if all(n in c.channels for c in crossings))
-        self.inflation = {n: (noise or {}).get(n, 1.0) for n in self.channels}
+        self.inflation = {n: (inflation or {}).get(n, 1.0) for n in self.channels}
         uncertain = tuple(n for n in GIVEN if known.std.get(n, 0.0) > 0.0)
         ranges = known.ranges()
         self.shared = (
@@ -96,21 +97,26 @@ class BumpFit:
         own.setdefault("distance_front", np.array([c.distance for c in self.crossings]))
         return Regression((*shared, *self.own), tuple(c.run for c in self.crossings), self.rows, own)
 
-    def solve(self) -> Solution:
+    def solve(self) -> tuple[BumpFit, Solution]:
         """Fit; channels that the model cannot follow to their noise are then weighted by what it leaves of them.
+
+        Returns
+        -------
+        This fit with the weights of its last round, and the solution.
 
         Raises
         ------
         ResultError : the fit's own.
         """
-        solution = solve(self.regression(), tolerance=ARRIVED)
+        fit, solution = self, solve(self.regression(), tolerance=ARRIVED)
         for _ in range(3):
-            misfit = self.misfit(solution)
-            if all(m < MISFIT and (m * MISFIT > 1 or self.inflation[n] == 1) for n, m in misfit.items()):
+            misfit = fit.misfit(solution)
+            if all(m < MISFIT and (m * MISFIT > 1 or fit.inflation[n] == 1) for n, m in misfit.items()):
                 break
-            self.inflation = {n: max(1.0, self.inflation[n] * misfit[n]) for n in self.channels}
-            solution = solve(self.regression(solution), tolerance=ARRIVED)
-        return solution
+            fit = copy(fit)
+            fit.inflation = {n: max(1.0, fit.inflation[n] * misfit[n]) for n in fit.channels}
+            solution = solve(fit.regression(solution), tolerance=ARRIVED)
+        return fit, solution
 
     def simulate(self, run: int, theta: Array, **options: bool) -> Simulated:
         """One run at its local unknowns (shared, then its own)."""

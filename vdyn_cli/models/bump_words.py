@@ -20,7 +20,7 @@ HOP = (
     "the bump is too gentle to make the wheels hop, and without that a heavier axle on a stiffer tire moves alike; "
     "cross it faster, or take a shorter or higher one"
 )
-SCALE = "with the bump's height uncertain too, the ratio of stiffness to mass is what the hopping wheels tell; measure it"
+SCALE = "with the bump's height uncertain too, the ratio of stiffness to mass is what hopping wheels tell; measure it"
 
 
 def sentence(estimates: Mapping[str, Estimate], swings: Sequence[Mode]) -> str:

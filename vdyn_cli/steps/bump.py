@@ -200,7 +200,7 @@ def estimate(spec: BumpSpec, data: Measured, known: Parameters) -> Result:
     """Fit springs, dampers and tires to all crossings at once."""
     fit, said = fit_of(spec, data, known)
     try:
-        solution = fit.solve()
+        fit, solution = fit.solve()
     except ResultError as error:
         raise ResultError(*error.findings, bump_words.EXCITE) from None
     estimates = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "bump") for n in SOUGHT}
