@@ -200,6 +200,7 @@ def test_the_paper_s_weighting() -> None:
     for name in SOUGHT:
         assert paper[name].value == pytest.approx(plain[name].value, rel=2e-4)
     assert front["suspension_damping_rear"].std > 5 * plain["suspension_damping_rear"].std
+    assert not run(data, spec(rear_weight=9.0)).fit.warnings
 
 
 def test_uncertain_given_numbers_are_carried_into_the_intervals() -> None:

@@ -114,9 +114,16 @@ class BumpFit:
             if all(m < MISFIT and (m * MISFIT > 1 or fit.inflation[n] == 1) for n, m in misfit.items()):
                 break
             fit = copy(fit)
-            fit.inflation = {n: max(1.0, fit.inflation[n] * misfit[n]) for n in fit.channels}
+            fit.inflation = fit._weaker(misfit)
             solution = solve(fit.regression(solution), tolerance=ARRIVED)
         return fit, solution
+
+    def _weaker(self, misfit: Mapping[str, float]) -> dict[str, float]:
+        """The weights that a misfit asks for; the paper's weighting keeps those of the loads in their proportion."""
+        grown = {n: max(1.0, self.inflation[n] * misfit[n]) for n in self.channels}
+        if self.rear_weight is not None:
+            grown |= dict.fromkeys(LOADS, max(grown[n] for n in LOADS))
+        return grown
 
     def simulate(self, run: int, theta: Array, **options: bool) -> Simulated:
         """One run at its local unknowns (shared, then its own)."""
@@ -130,11 +137,13 @@ class BumpFit:
 
     def deviation(self, run: int, channel: str) -> float:
         """The standard deviation by which a channel's rows are weighted."""
-        noise = self.crossings[run].noise
-        if self.rear_weight is not None and channel in LOADS:
-            weight = self.rear_weight if channel == "rear_load" else 1.0
-            return noise["front_load"] * self.inflation["front_load"] / float(np.sqrt(weight))
-        return noise[channel] * self.inflation[channel]
+        alike = self.rear_weight is not None and channel == "rear_load"
+        noise = self.crossings[run].noise["front_load" if alike else channel]
+        return noise * self.inflation[channel] / self._emphasis(channel)
+
+    def _emphasis(self, channel: str) -> float:
+        """Root of the paper's w for the rear load."""
+        return float(np.sqrt(self.rear_weight)) if self.rear_weight is not None and channel == "rear_load" else 1.0
 
     def rows(self, run: int, theta: Array) -> Rows:
         """Whitened residuals of one run: channel after channel, samples without a reading left out."""
@@ -161,7 +170,7 @@ class BumpFit:
         return np.array([*shared, *(solution.per_run[u.name][run] for u in self.own)])
 
     def misfit(self, solution: Solution) -> dict[str, float]:
-        """Of each channel, the residual's root mean square over the deviation that weighted it."""
+        """Of each channel, the residual's root mean square over its noise times inflation."""
         squares = dict.fromkeys(self.channels, 0.0)
         counts = dict.fromkeys(self.channels, 0)
         for crossing, residual in zip(self.crossings, solution.residuals, strict=True):
@@ -171,7 +180,7 @@ class BumpFit:
                 squares[name] += float(np.sum(residual[begin : begin + n] ** 2))
                 counts[name] += n
                 begin += n
-        return {n: float(np.sqrt(squares[n] / max(counts[n], 1))) for n in self.channels}
+        return {n: float(np.sqrt(squares[n] / max(counts[n], 1))) / self._emphasis(n) for n in self.channels}
 
 
 def drive_of(crossing: Crossing) -> Drive:

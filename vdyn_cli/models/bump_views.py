@@ -217,8 +217,7 @@ def misfit_table(fit: BumpFit, misfit: Mapping[str, float]) -> Table:
     rows = []
     for name in fit.channels:
         noise = float(np.sqrt(np.mean([c.noise[name] ** 2 for c in fit.crossings])))
-        weighted = float(np.sqrt(np.mean([fit.deviation(k, name) ** 2 for k in range(len(fit.crossings))])))
-        left = misfit[name] * weighted
+        left = misfit[name] * fit.inflation[name] * noise
         rows.append((name, f"{noise:.3g} {UNITS[name]}", f"{left:.3g} {UNITS[name]}", f"{left / noise:.2f}"))
     columns = ("channel", "noise", "left over (rms)", "ratio")
     caption = (
