@@ -187,6 +187,16 @@ def test_uncertain_mass_widens_the_interval() -> None:
         assert np.sqrt(by_mass) == pytest.approx(0.03 * narrow.parameters[name].value, rel=0.1)
 
 
+def test_plain_least_squares_weighs_a_prior_as_it_should() -> None:
+    runs = coast.campaign(REFERENCE, 9)
+    sure = known(REFERENCE)
+    unsure = replace(sure, estimates={**sure.estimates, "mass": replace(sure["mass"], std=0.03 * 1588)})
+    result = estimate(spec_of(runs, settings={"noise": "white"}), logs_of(runs), unsure)
+    drag = result.parameters["drag_area"]
+    assert drag.std > 0.03 * drag.value
+    assert drag.value == pytest.approx(0.5475, rel=0.12)
+
+
 def test_without_temperature_nothing_is_corrected() -> None:
     result = solve_day(REFERENCE, 1, settings=WINDOW)
     assert result.extra["road_load"]["corrected"] is None

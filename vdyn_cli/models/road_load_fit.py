@@ -133,6 +133,8 @@ def fit_road_load(
     rows, regression = _begin(campaign, effects, extra)
     sizes = typical_sizes(noise_of(campaign, 0, campaign.values))
     at = dict(campaign.values)
+    if campaign.white and any(u.prior for u in regression.shared):
+        sizes = _as_large_as_misses(rows, regression, sizes, at)
     rows, solution = _weighted_fit(rows, regression, sizes, at)
     for _ in range(0 if campaign.white else rounds):
         at.update(solution.values)
@@ -175,6 +177,18 @@ def _weighted_fit(
     factors = tuple(noise_of(rows.campaign, k, at).factor(sizes) for k in range(len(rows.campaign.runs)))
     rows = replace(rows, factors=factors, wind_variance=at["wind_variance"])
     return rows, solve(replace(regression, rows=rows), tolerance=ARRIVED)
+
+
+def _as_large_as_misses(
+    rows: _Rows, regression: Regression, sizes: Mapping[str, float], at: Mapping[str, float]
+) -> dict[str, float]:
+    """White sizes that make the residuals at the start their own noise: beside them priors keep their weight."""
+    start, squares = regression.start(), []
+    for k in range(len(regression.runs)):
+        residual, _ = rows.binned(k, regression.local(start, k))
+        squares.append((residual / noise_of(rows.campaign, k, at).factor(sizes)) ** 2)
+    scale = float(np.sqrt(np.mean(np.concatenate(squares))))
+    return {name: size * max(scale, 1.0) for name, size in sizes.items()}
 
 
 def _from(regression: Regression, solution: Solution) -> Regression:
