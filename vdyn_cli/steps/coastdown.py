@@ -9,6 +9,7 @@ and no brake is used. The simulated speed is fitted to the measured one, every r
 push the car and the push stays in its speed, so the residuals are whitened with the covariance of gusts, of wind and
 rolling resistance that differ from run to run, and of the sensor, whose sizes come from the data (restricted maximum
 likelihood). Wind of zero mean adds 1/2 rho Cd A var(w), which is reckoned with. Intervals come from the runs.
+``noise: white`` is plain least squares instead, as in the paper.
 
 Where an accelerometer (specific force f = V' + g sin(grade)) is mapped, M f + mr V' = F - Fd - Rr holds without the
 slope. On a track it is fitted beside the speed, its zero unknown. On an open road (``windows: powered``: stretches with
