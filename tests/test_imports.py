@@ -17,6 +17,7 @@ ROWS = (
     ("engine", "fit"),
     ("elements",),
     ("effects", "models"),
+    ("estimation",),
     ("steps",),
     ("cross_checks",),
     ("inputs", "document", "execute"),

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
-from vdyn_cli.models.road_load_fit import RoadLoadFit, fit_road_load
-from vdyn_cli.models.road_runs import Campaign
+from vdyn_cli.estimation.coastdown.road_load_fit import RoadLoadFit, fit_road_load
+from vdyn_cli.estimation.coastdown.road_runs import Campaign
 from vdyn_cli.steps.coastdown import prepared
 
 Array = NDArray[np.float64]

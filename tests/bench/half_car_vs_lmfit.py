@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from tests.plant import bump
 from tests.plant.vehicle import REFERENCE
+from vdyn_cli.estimation.bump.crossing import LOADS, Crossing
+from vdyn_cli.estimation.bump.regression import BumpFit
 from vdyn_cli.fit import Regression, Rows, Solution, solve
 from vdyn_cli.log import Log
-from vdyn_cli.models.bump_crossing import LOADS, Crossing
-from vdyn_cli.models.bump_regression import BumpFit
 from vdyn_cli.models.half_car import SOUGHT
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.steps.bump import STEP, BumpSpec, Measured, fit_of

@@ -12,11 +12,11 @@ from tests.plant.vehicle import GRAVITY, REFERENCE, Vehicle, random_vehicle
 from vdyn_cli.elements.road import half_sine, haversine, straight_lines
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.models.bump_crossing import at_limit
-from vdyn_cli.models.bump_given import usual_car
-from vdyn_cli.models.bump_modes import matrices, swings
-from vdyn_cli.models.bump_profile import thinned
-from vdyn_cli.models.bump_speed import smooth_speed
+from vdyn_cli.estimation.bump.crossing import at_limit
+from vdyn_cli.estimation.bump.given import usual_car
+from vdyn_cli.estimation.bump.modes import matrices, swings
+from vdyn_cli.estimation.bump.profile import thinned
+from vdyn_cli.estimation.bump.speed import smooth_speed
 from vdyn_cli.models.half_car import BODY, SOUGHT, half_car, half_car_on_profile, sprung_body
 
 GIVEN = ("mass", "sprung_pitch_inertia", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_mass_rear")

@@ -13,9 +13,9 @@ from tests.plant import pendulum as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.errors import ResultError
+from vdyn_cli.estimation.inertia.pendulum_fit import Recording, fit_swings
+from vdyn_cli.estimation.inertia.pendulum_inertia import inertia_budget, rod_stiffness
 from vdyn_cli.models import pendulum
-from vdyn_cli.models.pendulum_fit import Recording, fit_swings
-from vdyn_cli.models.pendulum_inertia import inertia_budget, rod_stiffness
 from vdyn_cli.quantity import Given
 
 Array = NDArray[np.float64]
@@ -144,7 +144,7 @@ def test_what_is_no_swing_is_refused() -> None:
 
 
 def test_a_period_that_leaves_no_inertia_is_refused() -> None:
-    from vdyn_cli.models.pendulum_inertia import Period
+    from vdyn_cli.estimation.inertia.pendulum_inertia import Period
 
     hung = {"mass": Given(20.0), "pivot_distance": Given(0.3), "gravity": Given(G)}
     with pytest.raises(ResultError, match=r"swings slower than 1\.099 s"):

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.estimation.coastdown.reference_conditions import RoadLoad
 from vdyn_cli.log import Log
-from vdyn_cli.models.reference_conditions import RoadLoad
 from vdyn_cli.models.road_load import road_load
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.steps.coastdown import CoastdownSpec, estimate

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vdyn_cli.estimation.inertia.pendulum_fit import Recording, fit_swings
 from vdyn_cli.inputs import gather
 from vdyn_cli.log import Log
-from vdyn_cli.models.pendulum_fit import Recording, fit_swings
 from vdyn_cli.parameters import Parameters
 from vdyn_cli.result import Result
 from vdyn_cli.steps.inertia import STEP, InertiaSpec, Measured

@@ -9,9 +9,9 @@ from statistics import mean
 import numpy as np
 import pytest
 
+from vdyn_cli.estimation.inertia.pendulum_fit import Recording, fit_swings
+from vdyn_cli.estimation.shaft.sections import compliance
 from vdyn_cli.log import Log
-from vdyn_cli.models.pendulum_fit import Recording, fit_swings
-from vdyn_cli.models.shaft_sections import compliance
 from vdyn_cli.parameters import Parameters
 from vdyn_cli.steps.shaft import STEP, ShaftSpec
 

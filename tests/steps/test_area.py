@@ -12,7 +12,7 @@ from PIL import Image
 from tests.plant import silhouette as plant
 from tests.plant.vehicle import REFERENCE, random_vehicle
 from vdyn_cli.errors import InputError, ResultError
-from vdyn_cli.models.silhouette import otsu
+from vdyn_cli.estimation.area.silhouette import otsu
 from vdyn_cli.parameters import Parameters
 from vdyn_cli.result import Result
 from vdyn_cli.steps.area import STEP, AreaSpec, area_budget

@@ -15,10 +15,10 @@ from tests.plant.vehicle import GRAVITY, REFERENCE, Vehicle, random_vehicle
 from tests.plant.write_csv import csv_bytes
 from vdyn_cli.effects.asymmetric_damping import asymmetric_damping
 from vdyn_cli.errors import InputError
+from vdyn_cli.estimation.bump.given import given_numbers
 from vdyn_cli.fit import Unknown, solve
 from vdyn_cli.inputs import gather
 from vdyn_cli.log import Log
-from vdyn_cli.models.bump_given import given_numbers
 from vdyn_cli.models.half_car import SOUGHT
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.result import Result

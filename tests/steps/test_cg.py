@@ -91,7 +91,7 @@ def test_a_sign_that_contradicts_physics_is_refused_with_the_line_to_add(channel
 
 def test_the_trap_is_real() -> None:
     """Were the sign not checked, the inertia would come out as 2 (M h + J)(H - h) - I."""
-    from vdyn_cli.models.load_regression import cut_windows
+    from vdyn_cli.estimation.cg.load_regression import cut_windows
     from vdyn_cli.steps.cg import regression_of, setting
 
     vehicle = random_vehicle(1)

@@ -15,10 +15,10 @@ from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.effects import effect
 from vdyn_cli.engine.bench import Law, Number, Signals
 from vdyn_cli.errors import InputError, ResultError
+from vdyn_cli.estimation.inertia.wheel_windows import cut, regression
 from vdyn_cli.fit import Unknown, solve
 from vdyn_cli.inputs import gather
 from vdyn_cli.log import Log
-from vdyn_cli.models.wheel_windows import cut, regression
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given, Quantity
 from vdyn_cli.steps.inertia import STEP, InertiaSpec, Measured

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.models.test_shaft import log
+from tests.estimation.shaft.test_shaft import log
 from tests.plant import shaft as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.errors import InputError

@@ -9,9 +9,9 @@ from scipy.optimize import curve_fit
 from tests.plant import tire as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.errors import InputError
+from vdyn_cli.estimation.tire.tire_regression import SHAPE
 from vdyn_cli.log import Log
 from vdyn_cli.models.tire_curve import peak_slip
-from vdyn_cli.models.tire_regression import SHAPE
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.result import Result
 from vdyn_cli.steps.tire import STEP, TireSpec

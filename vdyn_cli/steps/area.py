@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
+from vdyn_cli.estimation.area.silhouette import Silhouette, find_silhouette, outline
 from vdyn_cli.fit.budget import Budget, propagate
 from vdyn_cli.log import Log
-from vdyn_cli.models.silhouette import Silhouette, find_silhouette, outline
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.reading.picture import read_grey

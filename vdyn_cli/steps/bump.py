@@ -43,17 +43,18 @@ from pydantic_core import PydanticCustomError
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError
+from vdyn_cli.estimation.bump import views as bump_views
+from vdyn_cli.estimation.bump import words as bump_words
+from vdyn_cli.estimation.bump.budget import budget_table, slopes
+from vdyn_cli.estimation.bump.checks import uneven_zeros
+from vdyn_cli.estimation.bump.crossing import LOADS
+from vdyn_cli.estimation.bump.given import Known, given_numbers, static_loads, usual_car
+from vdyn_cli.estimation.bump.modes import modes
+from vdyn_cli.estimation.bump.profile import thinned
+from vdyn_cli.estimation.bump.regression import BumpFit
+from vdyn_cli.estimation.bump.select import select_crossings
 from vdyn_cli.fit import Unknown
 from vdyn_cli.log import Log
-from vdyn_cli.models import bump_views, bump_words
-from vdyn_cli.models.bump_budget import budget_table, slopes
-from vdyn_cli.models.bump_checks import uneven_zeros
-from vdyn_cli.models.bump_crossing import LOADS
-from vdyn_cli.models.bump_given import Known, given_numbers, static_loads, usual_car
-from vdyn_cli.models.bump_modes import modes
-from vdyn_cli.models.bump_profile import thinned
-from vdyn_cli.models.bump_regression import BumpFit
-from vdyn_cli.models.bump_select import select_crossings
 from vdyn_cli.models.half_car import SOUGHT, Points, half_car, half_car_on_profile
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given

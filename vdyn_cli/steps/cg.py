@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.errors import Finding, InputError, raise_all
+from vdyn_cli.estimation.cg.load_regression import LoadFit, Windows, cut_windows
 from vdyn_cli.fit import Solution
 from vdyn_cli.log import Log
-from vdyn_cli.models.load_regression import LoadFit, Windows, cut_windows
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.result import Comparison, Figure, FitSummary, Result, Series, Table

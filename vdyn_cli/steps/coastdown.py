@@ -38,14 +38,15 @@ from pydantic import Field
 
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.estimation.coastdown import figures as coast_figures
+from vdyn_cli.estimation.coastdown import result as coast_result
+from vdyn_cli.estimation.coastdown.campaign import Choices, Prepared, RunNote, prepare
+from vdyn_cli.estimation.coastdown.reference_conditions import Conditions, density_of
+from vdyn_cli.estimation.coastdown.result import SOURCE, Answer
+from vdyn_cli.estimation.coastdown.road_load_fit import RoadLoadFit, fit_road_load
+from vdyn_cli.estimation.coastdown.times import timed
 from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.log import Log
-from vdyn_cli.models import coast_figures, coast_result
-from vdyn_cli.models.coast_campaign import Choices, Prepared, RunNote, prepare
-from vdyn_cli.models.coast_result import SOURCE, Answer
-from vdyn_cli.models.coast_times import timed
-from vdyn_cli.models.reference_conditions import Conditions, density_of
-from vdyn_cli.models.road_load_fit import RoadLoadFit, fit_road_load
 from vdyn_cli.parameters import Parameters
 from vdyn_cli.quantity import Given, Quantity
 from vdyn_cli.result import Result

@@ -40,11 +40,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.errors import Finding, InputError, ResultError
+from vdyn_cli.estimation.inertia import pendulum_views, wheel_views
+from vdyn_cli.estimation.inertia.pendulum_rig import Rig
+from vdyn_cli.estimation.inertia.wheel_inertia import (
+    UNIT,
+    Pendulum,
+    advice,
+    apart,
+    cure,
+    pendulum_inertia,
+    published,
+    value,
+)
+from vdyn_cli.estimation.inertia.wheel_road import KNOWN, Road, road_inertia
 from vdyn_cli.log import Log
-from vdyn_cli.models import pendulum_views, wheel_views
-from vdyn_cli.models.pendulum_rig import Rig
-from vdyn_cli.models.wheel_inertia import UNIT, Pendulum, advice, apart, cure, pendulum_inertia, published, value
-from vdyn_cli.models.wheel_road import KNOWN, Road, road_inertia
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.reading.csv_reader import Column, ReadOptions, read_csv

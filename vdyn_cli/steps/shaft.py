@@ -30,14 +30,14 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from vdyn_cli.errors import Finding, InputError, raise_all
+from vdyn_cli.estimation.inertia.pendulum_inertia import UNITS, rod_stiffness
+from vdyn_cli.estimation.inertia.pendulum_rig import Bar
+from vdyn_cli.estimation.shaft import views as shaft_views
+from vdyn_cli.estimation.shaft.fit import Twisting
+from vdyn_cli.estimation.shaft.sections import SOLID, Section, drawing_budget, shared_modulus_correlation
+from vdyn_cli.estimation.shaft.side import Side, Tested, judge, tested
 from vdyn_cli.fit.budget import Budget, propagate
 from vdyn_cli.log import Log
-from vdyn_cli.models import shaft_views
-from vdyn_cli.models.pendulum_inertia import UNITS, rod_stiffness
-from vdyn_cli.models.pendulum_rig import Bar
-from vdyn_cli.models.shaft_fit import Twisting
-from vdyn_cli.models.shaft_sections import SOLID, Section, drawing_budget, shared_modulus_correlation
-from vdyn_cli.models.shaft_side import Side, Tested, judge, tested
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.result import FitSummary, Result

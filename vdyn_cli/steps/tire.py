@@ -27,10 +27,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
+from vdyn_cli.estimation.tire.tire_regression import SHAPE, TireFit
 from vdyn_cli.fit import Solution
 from vdyn_cli.log import Log
 from vdyn_cli.models.tire_curve import Bins, bin_sweep, peak_slip
-from vdyn_cli.models.tire_regression import SHAPE, TireFit
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.result import Comparison, Figure, FitSummary, Result, Series, Table

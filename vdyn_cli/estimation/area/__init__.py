@@ -1,0 +1,1 @@
+"""Frontal area from a silhouette."""

@@ -1,0 +1,1 @@
+"""The half car from one bump."""

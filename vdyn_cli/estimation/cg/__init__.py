@@ -1,0 +1,1 @@
+"""Centre of gravity and pitch inertia from the axle loads."""

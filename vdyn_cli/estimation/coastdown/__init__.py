@@ -1,0 +1,1 @@
+"""The road load from coast-downs and powered drives."""

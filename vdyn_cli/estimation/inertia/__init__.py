@@ -1,0 +1,1 @@
+"""Wheel inertia from the road and from a pendulum."""

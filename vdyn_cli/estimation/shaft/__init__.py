@@ -1,0 +1,1 @@
+"""Half-shaft stiffness from drawings and from tip-ins."""

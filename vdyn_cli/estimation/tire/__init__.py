@@ -1,0 +1,1 @@
+"""The tyre's slip curve."""
