@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from vdyn_cli.elements.rolling import STANDSTILL
 from vdyn_cli.engine.bench import Number, Signals
-from vdyn_cli.engine.maths import tanh
 
 
 def drive(s: Signals) -> Number:
@@ -28,10 +26,11 @@ def drive(s: Signals) -> Number:
 def driveline(s: Signals) -> Number:
     """Spin loss of the driveline, N at the tire contacts, against the motion; there without any torque.
 
-    F = F0 + c V
+    F = (F0 + c V) s
 
     Parameters
     ----------
-    s : driveline_drag F0 in N, driveline_viscous c in N s/m, speed m/s.
+    s : driveline_drag F0 in N, driveline_viscous c in N s/m, speed m/s, sense s (-1 to 1, see ``standstill``), share
+        (of the driven wheels that this call stands for).
     """
-    return (s.driveline_drag + s.driveline_viscous * s.speed) * tanh(s.speed / STANDSTILL)
+    return (s.driveline_drag + s.driveline_viscous * s.speed) * s.sense

@@ -12,7 +12,8 @@ def spring(s: Signals) -> Number:
 
     Parameters
     ----------
-    s : stiffness N/m (both wheels of the axle), stroke m (extension from rest, compression negative).
+    s : stiffness N/m (both wheels of the axle), stroke m (extension from rest, compression negative),
+        share (of the axle that this call stands for: 1, or 1/2 for one wheel with half the axle's stiffness).
 
     Notes
     -----
@@ -28,7 +29,8 @@ def damper(s: Signals) -> Number:
 
     Parameters
     ----------
-    s : damping N s/m (both wheels of the axle), stroke_rate m/s (positive in rebound).
+    s : damping N s/m (both wheels of the axle), stroke_rate m/s (positive in rebound),
+        share (of the axle, as for ``spring``).
 
     Notes
     -----

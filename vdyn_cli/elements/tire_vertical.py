@@ -14,7 +14,8 @@ def tire_vertical(s: Signals) -> Number:
     Parameters
     ----------
     s : static_load N (F0, at rest), stiffness N/m and damping N s/m of both tires, compression m (u - z: road height
-        less wheel height, beyond that at rest), compression_rate m/s.
+        less wheel height, beyond that at rest), compression_rate m/s, share (of the axle's two tires that this call
+        stands for: 1, or 1/2 for one wheel with half of the axle's values).
 
     Notes
     -----

@@ -123,9 +123,10 @@ def _axle(
         damping=0.0,
         compression=level(past) - y,
         compression_rate=rise - v,
+        share=1.0,
     )
-    strut = e(spring, at, stiffness=stiffness, stroke=body[0] - y)
-    strut = strut + e(damper, at, damping=damping, stroke_rate=body[1] - v)
+    strut = e(spring, at, stiffness=stiffness, stroke=body[0] - y, share=1.0)
+    strut = strut + e(damper, at, damping=damping, stroke_rate=body[1] - v, share=1.0)
     acceleration = (strut + load - static) / mass
     e.integrate(**{f"wheel{at}": v, f"wheel_rate{at}": acceleration})
     e.sensor(f"{end}_load", load - p.outboard_mass * (GRAVITY + acceleration))

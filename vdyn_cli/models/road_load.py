@@ -10,6 +10,7 @@ from vdyn_cli.elements.brake import brake
 from vdyn_cli.elements.climb import climb, slope
 from vdyn_cli.elements.driveline import drive, driveline
 from vdyn_cli.elements.rolling import rolling
+from vdyn_cli.elements.standstill import turned
 from vdyn_cli.engine.bench import Bench, Number, Signals
 from vdyn_cli.engine.maths import GRAVITY, sqrt
 from vdyn_cli.engine.model import Model
@@ -99,13 +100,13 @@ def _resistance(e: Bench, u: Signals, speed: Number, grade: Number) -> Number:
     day = {"elapsed": u.elapsed, "speed": speed}
     wind = e("wind_speed", value=u.wind_speed)
     drag = e(air, air_density=p.air_density, drag_area=p.drag_area, wind=wind, **day)
+    day |= {"sense": turned(speed), "share": 1.0}
     drag = drag + e(gust_drag, air_density=p.air_density, drag_area=p.drag_area, wind_variance=p.wind_variance)
     tires = e(
         rolling,
         rolling_resistance=p.rolling_resistance,
         rolling_speed=p.rolling_speed,
-        mass=p.mass,
-        grade=grade,
+        load=p.mass * GRAVITY / sqrt(1.0 + grade**2),
         **day,
     )
     spin = e(driveline, driveline_drag=0.0, driveline_viscous=0.0, **day)

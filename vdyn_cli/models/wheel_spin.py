@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vdyn_cli.elements.brake import brake
+from vdyn_cli.elements.standstill import turned
 from vdyn_cli.elements.wheel import bearing, wheel_spin
 from vdyn_cli.engine.bench import Bench, Signals
 from vdyn_cli.engine.model import Model
@@ -14,7 +15,8 @@ def _assemble(e: Bench, u: Signals) -> None:
     """The wheel's speed from the readings at its hub; ``u.wheel_speed`` only says how fast it starts."""
     p = e.p
     speed = e.state("wheel_speed", u.wheel_speed)
-    rubbing = e(brake, brake_force=0.0, speed=speed * p.wheel_radius) * p.wheel_radius
+    rim = speed * p.wheel_radius
+    rubbing = e(brake, brake_force=0.0, speed=rim, sense=turned(rim), share=1.0) * p.wheel_radius
     turning = e(
         wheel_spin,
         hub_torque=e("hub_torque", value=u.hub_torque) - p.hub_torque_zero,
