@@ -59,9 +59,29 @@ def _step(name: str) -> str:
 
 
 def _effect(effect: Effect) -> str:
-    unknowns = [f"  {q.name}: {q.meaning}, {q.lower:g} to {q.upper:g} {q.unit}" for q in effect.unknowns.values()]
-    about = inspect.cleandoc(effect.law.__doc__ or effect.summary)
-    return "\n".join([f"{effect.name}: corrects the law '{effect.on}'", "", about, "", *unknowns, effect.reference])
+    """Law, unknowns and source; then what tells it in the data, what it can be taken for, and what settles it."""
+    fault = ", a fault of a sensor" if effect.sensor else ""
+    shows = "within a run" if effect.kind == "within_run" else "only between runs"
+    lines = [
+        f"{effect.name}: {effect.label}{fault}",
+        f"corrects the law {', '.join(effect.on)}; shows {shows}",
+        "",
+        inspect.cleandoc(effect.law.__doc__ or effect.summary),
+        "",
+        *(_range(q, effect.nominal.get(q.name)) for q in effect.unknowns.values()),
+        f"looked for in:  {', '.join(effect.steps) or 'every step whose model has that law'}",
+        f"in the data:    {effect.signature}",
+        f"can be taken for: {', '.join(effect.alike) or 'nothing else known'}",
+        f"would confirm it: {effect.confirm}",
+        f"source: {effect.reference}",
+    ]
+    return "\n".join(lines)
+
+
+def _range(quantity: Quantity, nominal: float | None) -> str:
+    usual = f", usually {nominal:g}" if nominal is not None else ""
+    span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".rstrip()
+    return f"  {quantity.name}: {quantity.meaning}, {span}{usual}"
 
 
 def _quantity(quantity: Quantity) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pkgutil
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from types import MappingProxyType
@@ -20,14 +20,16 @@ _NONE: Mapping[str, float] = MappingProxyType({})
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """A candidate cause: a correction of one element's law that is exactly nothing when its unknowns are zero.
+    """A candidate cause: a correction of an element's law that is exactly nothing when its unknowns are zero.
 
     Parameters
     ----------
     name : the cause, as in the report; the name of its function and file.
-    on : the element law that it corrects; "parameters", an input, a sensor, or ``<sensor>_clock``.
-    law : ``law(element, s, q)`` calls the element it corrects; ``s`` are its signals, ``q`` the unknowns.
-    unknowns : each with unit, meaning and the plausible range. A name belongs to one effect.
+    on : the element laws that it corrects; "parameters", an input, a sensor, or ``<sensor>_clock``.
+    laws : for each of them ``law(element, s, q)``, which calls the element it corrects; ``s`` are its signals, ``q``
+        the unknowns.
+    unknowns : each with unit, meaning and the plausible range; the first is the effect's size. A name belongs to one
+        effect.
     kind : does it show within a run, or only between runs?
     reference : where law and range come from.
     summary : one sentence for the report.
@@ -35,38 +37,96 @@ class Effect:
         do nothing while the others are zero.
     states : states of its own and their rates, ``rate(s)``; ``s`` also holds the unknowns. They start at zero.
     probes : sizes of the first unknown from which a fit is started where the derivative at zero is useless.
+    label : the cause as a noun phrase, "a headwind".
+    signature : what it looks like in the data, one sentence.
+    alike : effects and parameters that it can be taken for.
+    confirm : the cheapest manoeuvre that would show it, one sentence.
+    sensor : a fault of a sensor, not of the car.
+    sense : words that follow a value and its unit, such as "along the out direction".
+    steps : the steps in which it is looked for; none: wherever the model has its laws.
     """
 
     name: str
-    on: str
-    law: EffectLaw
+    on: tuple[str, ...]
+    laws: Mapping[str, EffectLaw]
     unknowns: Mapping[str, Quantity]
     kind: Kind
     reference: str
     summary: str
-    nominal: Mapping[str, float] = field(default_factory=dict)
-    states: Mapping[str, Callable[[Signals], Number]] = field(default_factory=dict)
-    probes: tuple[float, ...] = ()
+    nominal: Mapping[str, float]
+    states: Mapping[str, Callable[[Signals], Number]]
+    probes: tuple[float, ...]
+    label: str
+    signature: str
+    alike: tuple[str, ...]
+    confirm: str
+    sensor: bool
+    sense: str
+    steps: tuple[str, ...]
+
+    @property
+    def law(self) -> EffectLaw:
+        """The correction of the first law: the effect's own function, whose docstring explains it."""
+        return self.laws[self.on[0]]
 
 
 def effect(
     *,
-    on: str,
+    on: str | tuple[str, ...],
     unknowns: tuple[Quantity, ...],
     reference: str,
+    also: Mapping[str, EffectLaw] = MappingProxyType({}),
     kind: Kind = "within_run",
     nominal: Mapping[str, float] = _NONE,
     states: Mapping[str, Callable[[Signals], Number]] = MappingProxyType({}),
     probes: tuple[float, ...] = (),
+    label: str = "",
+    signature: str = "",
+    alike: tuple[str, ...] = (),
+    confirm: str = "",
+    sensor: bool = False,
+    sense: str = "",
+    steps: tuple[str, ...] = (),
 ) -> Callable[[EffectLaw], Effect]:
-    """Make a function ``law(element, s, q)`` an effect; it takes the name, and the docstring gives the summary."""
+    """Make a function ``law(element, s, q)`` an effect; it takes the name, and the docstring gives the summary.
+
+    ``on`` names the law, or laws, that the function corrects; ``also`` further laws that other functions correct: the
+    same cause may enter two models, or a sensor and an input, in two ways. The rest is Effect's.
+    """
 
     def make(law: EffectLaw) -> Effect:
-        summary = (law.__doc__ or "").strip().partition("\n")[0]
-        named = {quantity.name: quantity for quantity in unknowns}
-        return Effect(law.__name__, on, law, named, kind, reference, summary, dict(nominal), dict(states), probes)
+        own = (on,) if isinstance(on, str) else on
+        return Effect(
+            name=law.__name__,
+            on=(*own, *also),
+            laws={**dict.fromkeys(own, law), **also},
+            unknowns={quantity.name: quantity for quantity in unknowns},
+            kind=kind,
+            reference=reference,
+            summary=(law.__doc__ or "").strip().partition("\n")[0],
+            nominal=dict(nominal),
+            states=dict(states),
+            probes=probes,
+            label=label or law.__name__.replace("_", " "),
+            signature=signature,
+            alike=alike,
+            confirm=confirm,
+            sensor=sensor,
+            sense=sense,
+            steps=steps,
+        )
 
     return make
+
+
+def reads(s: Signals) -> bool:
+    """Whether a law makes a sensor's reading of the truth; an input's law makes the truth of a reading."""
+    return hasattr(s, "sensor")
+
+
+def candidates(step: str) -> tuple[Effect, ...]:
+    """The effects that a step looks for, as far as its model can take them."""
+    return tuple(one for one in catalogue() if not one.steps or step in one.steps)
 
 
 @cache

@@ -39,9 +39,7 @@ class Correction(Protocol):
     @property
     def name(self) -> str: ...
     @property
-    def on(self) -> str: ...
-    @property
-    def law(self) -> Callable[[Law, Signals, Signals], Number]: ...
+    def laws(self) -> Mapping[str, Callable[[Law, Signals, Signals], Number]]: ...
     @property
     def unknowns(self) -> Mapping[str, Any]: ...
     @property
@@ -86,9 +84,9 @@ class Bench:
             name, value = law.__name__, law
         s = Signals(**{**self._context, **signals})
         for effect in self._effects:
-            if effect.on == name:
+            if name in effect.laws:
                 self.met.add(effect.name)
-                value = self._wrap(effect, value, self._states(effect, at, s))
+                value = self._wrap(effect, name, value, self._states(effect, at, s))
         return value(s)
 
     def _states(self, effect: Correction, at: str, s: Signals) -> dict[str, Number]:
@@ -99,9 +97,9 @@ class Bench:
             self.rates.update({f"{effect.name}.{name}{at}": rate(seen) for name, rate in effect.states.items()})
         return states
 
-    def _wrap(self, effect: Correction, law: Law, states: Mapping[str, Number]) -> Law:
-        q = Signals(**{name: self._unknowns[name] for name in effect.unknowns})
-        return lambda s: effect.law(law, s.but(**states), q)
+    def _wrap(self, effect: Correction, name: str, law: Law, states: Mapping[str, Number]) -> Law:
+        q = Signals(**{unknown: self._unknowns[unknown] for unknown in effect.unknowns})
+        return lambda s: effect.laws[name](law, s.but(**states), q)
 
     def state(self, name: str, start: Number = 0.0) -> Any:
         """A state's value now; the first touch declares it, with its start value.
@@ -118,8 +116,9 @@ class Bench:
     def sensor(self, name: str, true: Number, rate: Number | None = None) -> None:
         """A reading: its value law and its clock law are elements that effects can correct.
 
-        The clock law ``<name>_clock`` gives the shift in seconds at which the true value is read (0 without effects).
-        ``rate``, the time derivative of the true value, is only needed where the value depends on an input directly
-        and the model knows better than differences of the simulated trace.
+        The value law sees ``sensor``, its name; an input's law does not, and leads the other way, from the reading
+        back to the truth. The clock law ``<name>_clock`` gives the shift in seconds at which the true value is read (0
+        without effects). ``rate``, the time derivative of the true value, is only needed where the value depends on an
+        input directly and the model knows better than differences of the simulated trace.
         """
-        self.outputs[name] = (self(name, value=true), rate, self(f"{name}_clock", value=0.0))
+        self.outputs[name] = (self(name, value=true, sensor=name), rate, self(f"{name}_clock", value=0.0))

@@ -33,8 +33,8 @@ class _Asking(Bench):
             self.lacking.add(effect.name)
             return {}
 
-    def _wrap(self, effect: Correction, law: Law, states: Mapping[str, Number]) -> Law:
-        corrected = super()._wrap(effect, law, states)
+    def _wrap(self, effect: Correction, name: str, law: Law, states: Mapping[str, Number]) -> Law:
+        corrected = super()._wrap(effect, name, law, states)
 
         def attempt(s: Signals) -> Number:
             try:
