@@ -1,6 +1,7 @@
 """The recovery bench's test days: one random vehicle's logs and description in a folder, the truth, and the bound.
 
-A case writes what a tester would write; what is hidden from the program stays in ``Made``.
+A case writes what a tester would write; what is hidden from the program stays in ``Made``. The functions that write
+logs and description also hide ``effects`` in them.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -16,7 +18,7 @@ import yaml
 from tests.plant import bump, cg, coast, pendulum, shaft, silhouette, tire, wheel
 from tests.plant.coast_information import information as coast_information
 from tests.plant.sensors import Record
-from tests.plant.vehicle import GRAVITY, random_vehicle
+from tests.plant.vehicle import GRAVITY, Vehicle, random_vehicle
 from tests.plant.write_csv import csv_bytes
 
 
@@ -38,7 +40,7 @@ class Case:
     make: Callable[[int, Path], Made]
 
 
-def _write(
+def write(
     folder: Path,
     step: str,
     vehicle: Mapping[str, float],
@@ -64,22 +66,27 @@ def _write(
     return path
 
 
+NOTHING: Mapping[str, float] = MappingProxyType({})
 COAST_CHANNELS = {"time": ("Time [s]", "s"), "speed": ("GPS Speed [km/h]", "km/h")}
+
+
+def coast_downs(
+    vehicle: Vehicle, seed: int, folder: Path, day: coast.Day, fixed: bool, effects: Mapping[str, float] = NOTHING
+) -> Path:
+    """A coast-down campaign, or drives with known torque."""
+    runs = coast.campaign(vehicle, seed, day, effects)
+    notes = [{"direction": run.direction, "start": run.start} for run in runs]
+    if len({run.temperature for run in runs}) > 1:
+        notes = [{**note, "temperature": f"{run.temperature:.1f} degC"} for note, run in zip(notes, runs, strict=True)]
+    channels = COAST_CHANNELS | ({"drive_torque": ("Drive Torque [N m]", "N m")} if day.powered else {})
+    settings = {"fix": {"drag_coefficient": vehicle.drag_coefficient}} if fixed else {}
+    records = [run.record for run in runs]
+    return write(folder, "coastdown", coast.known(vehicle, day), channels, records, notes, settings=settings)
 
 
 def _coastdown(seed: int, folder: Path, day: coast.Day, fixed: bool) -> Made:
     vehicle = random_vehicle(seed)
-    runs = coast.campaign(vehicle, seed, day)
-    settings = {"fix": {"drag_coefficient": vehicle.drag_coefficient}} if fixed else {}
-    path = _write(
-        folder,
-        "coastdown",
-        coast.known(vehicle, day),
-        COAST_CHANNELS,
-        [run.record for run in runs],
-        [{"direction": run.direction, "start": run.start} for run in runs],
-        settings=settings,
-    )
+    path = coast_downs(vehicle, seed, folder, day, fixed)
     info = coast_information(vehicle, seed, day)
     truth = coast.truth(vehicle)
     if fixed:
@@ -100,7 +107,7 @@ def _area(seed: int, folder: Path) -> Made:
     edges = dict(zip(("left", "top", "right", "bottom"), rng.normal(shot.box, corner).tolist(), strict=True))
     box = {"width": ruled(shot.box_width, tape), "height": ruled(shot.box_height, tape), **edges}
     settings = {"camera_distance": ruled(shot.distance, pace), "vehicle_depth": ruled(shot.depth, depth)}
-    path = _write(folder, "area", {}, {}, [], image="photo.png", box=box, settings=settings)
+    path = write(folder, "area", {}, {}, [], image="photo.png", box=box, settings=settings)
     left, top, right, bottom = shot.box
     parts = [tape / shot.box_width, tape / shot.box_height]
     parts += [2**0.5 * corner / (right - left), 2**0.5 * corner / (bottom - top)]
@@ -109,9 +116,9 @@ def _area(seed: int, folder: Path) -> Made:
     return Made(path, silhouette.truth(vehicle), {"frontal_area": vehicle.frontal_area * float(np.linalg.norm(parts))})
 
 
-def _cg(seed: int, folder: Path) -> Made:
-    vehicle = random_vehicle(seed)
-    runs = cg.campaign(vehicle, seed)
+def launches(vehicle: Vehicle, seed: int, folder: Path, effects: Mapping[str, float] = NOTHING) -> Path:
+    """Accelerate-and-brake runs."""
+    runs = cg.campaign(vehicle, seed, effects)
     channels = {
         "time": ("Time [s]", "s"),
         "front_left_load": ("FL Fz [N]", "N"),
@@ -124,12 +131,16 @@ def _cg(seed: int, folder: Path) -> Made:
     }
     records, directions = [run.record for run in runs], [{"direction": run.direction} for run in runs]
     settings = {"accelerometer": "gps", "load_zero": cg.LOAD.zero}
-    path = _write(folder, "cg", cg.known(vehicle), channels, records, directions, settings=settings)
-    return Made(path, cg.truth(vehicle), cg.information(vehicle, seed).bound())
+    return write(folder, "cg", cg.known(vehicle), channels, records, directions, settings=settings)
 
 
-def _bump(seed: int, folder: Path) -> Made:
+def _cg(seed: int, folder: Path) -> Made:
     vehicle = random_vehicle(seed)
+    return Made(launches(vehicle, seed, folder), cg.truth(vehicle), cg.information(vehicle, seed).bound())
+
+
+def crossings(vehicle: Vehicle, seed: int, folder: Path, effects: Mapping[str, float] = NOTHING) -> Path:
+    """Crossings of the bump."""
     channels = {
         "time": ("Time [s]", "s"),
         "front_load": ("Front Load [N]", "N"),
@@ -138,7 +149,7 @@ def _bump(seed: int, folder: Path) -> Made:
         "vertical_acceleration": ("Vertical Accel [m/s^2]", "m/s^2"),
         "pitch_rate": ("Pitch Rate [deg/s]", "deg/s"),
     }
-    records = bump.campaign(vehicle, seed)
+    records = bump.campaign(vehicle, seed, effects)
     places = [{"distance_front": f"{bump.DISTANCE} +- {bump.DISTANCE_SD} m"} for _ in records]
     shape = bump.Bump()
     obstacle = {"height": shape.height, "width": shape.width, "shape": shape.shape}
@@ -148,12 +159,16 @@ def _bump(seed: int, folder: Path) -> Made:
         "pitch_rate_zero": float(bump.GYRO.zero),
         "speed_scale": bump.SPEED_SCALE_SD,
     }
-    path = _write(folder, "bump", bump.known(vehicle), channels, records, places, bump=obstacle, settings=settings)
-    return Made(path, bump.truth(vehicle), bump.information(vehicle, seed).bound())
+    return write(folder, "bump", bump.known(vehicle), channels, records, places, bump=obstacle, settings=settings)
 
 
-def _inertia(seed: int, folder: Path) -> Made:
+def _bump(seed: int, folder: Path) -> Made:
     vehicle = random_vehicle(seed)
+    return Made(crossings(vehicle, seed, folder), bump.truth(vehicle), bump.information(vehicle, seed).bound())
+
+
+def wheel_drives(vehicle: Vehicle, seed: int, folder: Path, effects: Mapping[str, float] = NOTHING) -> Path:
+    """Drives with a force sensor at the hub."""
     channels = {
         "time": ("Time [s]", "s"),
         "hub_torque": ("Hub Torque [N m]", "N m"),
@@ -164,9 +179,13 @@ def _inertia(seed: int, folder: Path) -> Made:
         "vehicle_speed": ("Speed [km/h]", "km/h"),
     }
     settings = {"torque_zero": wheel.WHEEL_TORQUE.zero, "force_zero": wheel.WHEEL_FORCE.zero}
-    records = wheel.campaign(vehicle, seed)
-    path = _write(folder, "inertia", wheel.known(vehicle), channels, records, settings=settings)
-    return Made(path, wheel.truth(vehicle), wheel.information(vehicle, seed).bound())
+    records = wheel.campaign(vehicle, seed, effects)
+    return write(folder, "inertia", wheel.known(vehicle), channels, records, settings=settings)
+
+
+def _inertia(seed: int, folder: Path) -> Made:
+    vehicle = random_vehicle(seed)
+    return Made(wheel_drives(vehicle, seed, folder), wheel.truth(vehicle), wheel.information(vehicle, seed).bound())
 
 
 # How well a tester weighs and measures the pendulum, standard deviations in SI.
@@ -191,14 +210,16 @@ def _pendulum(seed: int, folder: Path, kind: str) -> Made:
         "log": "pendulum.csv",
         "channels": {name: {"column": column, "unit": unit} for name, (column, unit) in channels.items()},
     }
-    path = _write(folder, "inertia", {}, {}, [], pendulum=rig)
+    path = write(folder, "inertia", {}, {}, [], pendulum=rig)
     swing = pendulum.information(vehicle, seed, kind).bound()["wheel_inertia"]
     bound = np.hypot(swing, pendulum.by_ruler(vehicle, kind, sd))
     return Made(path, pendulum.truth(vehicle), {"wheel_inertia": float(bound)})
 
 
-def _tire(seed: int, folder: Path, peak: bool) -> Made:
-    vehicle = random_vehicle(seed)
+def tire_sweeps(
+    vehicle: Vehicle, seed: int, folder: Path, peak: bool = True, effects: Mapping[str, float] = NOTHING
+) -> Path:
+    """Slip sweeps."""
     channels = {
         "time": ("Time [s]", "s"),
         "wheel_speed": ("Wheel Speed [rad/s]", "rad/s"),
@@ -206,7 +227,12 @@ def _tire(seed: int, folder: Path, peak: bool) -> Made:
         "force_x": ("Fx [N]", "N"),
         "force_z": ("Fz [N]", "N"),
     }
-    path = _write(folder, "tire", tire.known(vehicle), channels, tire.campaign(vehicle, seed, peak=peak))
+    return write(folder, "tire", tire.known(vehicle), channels, tire.campaign(vehicle, seed, effects, peak=peak))
+
+
+def _tire(seed: int, folder: Path, peak: bool) -> Made:
+    vehicle = random_vehicle(seed)
+    path = tire_sweeps(vehicle, seed, folder, peak)
     info = tire.information(vehicle, seed, peak=peak)
     slope = "tire_longitudinal_stiffness"
     bound = {slope: tire.stiffness_bound(vehicle, info)} | (info.bound() if peak else {})
@@ -235,12 +261,12 @@ def _drawing(seed: int, folder: Path) -> Made:
             sides[side].append(row)
         bound[f"shaft_stiffness_{side}"] = float(np.linalg.norm(parts))
     stated = f"{rng.normal(shear, modulus_sd)!r} +- {modulus_sd!r} Pa"
-    path = _write(folder, "shaft", {}, {}, [], sections=sides, shear_modulus=stated)
+    path = write(folder, "shaft", {}, {}, [], sections=sides, shear_modulus=stated)
     return Made(path, {name: shaft.truth(vehicle)[name] for name in bound}, bound)
 
 
-def _shaft(seed: int, folder: Path) -> Made:
-    vehicle = random_vehicle(seed)
+def tip_in(vehicle: Vehicle, seed: int, folder: Path, effects: Mapping[str, float] = NOTHING) -> Path:
+    """One tip-in of the left half-shaft."""
     channels = {
         "time": ("Time [s]", "s"),
         "shaft_torque": ("Shaft Torque [N m]", "N m"),
@@ -248,8 +274,13 @@ def _shaft(seed: int, folder: Path) -> Made:
         "wheel_speed": ("Wheel Speed [rad/s]", "rad/s"),
         "twist": ("Twist [deg]", "deg"),
     }
-    sides = [{"side": "left"}]
-    path = _write(folder, "shaft", shaft.known(vehicle), channels, shaft.campaign(vehicle, seed), sides)
+    records = shaft.campaign(vehicle, seed, effects)
+    return write(folder, "shaft", shaft.known(vehicle), channels, records, [{"side": "left"}])
+
+
+def _shaft(seed: int, folder: Path) -> Made:
+    vehicle = random_vehicle(seed)
+    path = tip_in(vehicle, seed, folder)
     truth = {name: shaft.truth(vehicle)[name] for name in ("shaft_stiffness_left", "shaft_damping_left")}
     return Made(path, truth, shaft.information(vehicle, seed).bound())
 

@@ -17,7 +17,7 @@ from tests.plant.vehicle import Vehicle
 # Sizes at which finite differences are taken (SI); 1e-3 where not listed.
 SMALL = dict.fromkeys(("road_grade", "grade_profile", "speed_dependent_rolling", "temperature_rolling"), 1e-5)
 SMALL |= {"rolling_resistance": 1e-5, "brake_drag": 0.1, "brake_drag_fading": 0.1, "driveline_drag": 0.1}
-SMALL |= {"rotating_mass": 0.1, "torque_offset": 0.01}
+SMALL |= {"rotating_mass": 0.1, "torque_offset": 0.01, "driveline_drag_viscous": 0.01, "drag_bump": 0.1}
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,16 @@ class Case:
         return replace(self, effects={**self.effects, name: self.effects.get(name, 0.0) + by})
 
     def slope(self, name: str) -> list[Array]:
-        """d speed / d that thing, of each run."""
+        """d speed / d that thing, of each run.
+
+        The speed is reckoned from the torque that was read. A torque sensor that reads (1 + q) T leaves the car with
+        the force that a larger wheel would; one that reads T + q, with the force that a rubbing brake would.
+        """
+        if name == "torque_gain":
+            return self.slope("wheel_radius")
+        if name == "torque_offset":
+            per_torque = self.vehicle.gear_ratio / self.vehicle.wheel_radius
+            return [per_torque * slope for slope in self.slope("brake_drag")]
         by = SMALL.get(name, 1e-3)
         ends = self.shifted(name, by).speeds(), self.shifted(name, -by).speeds()
         return [(high - low) / (2.0 * by) for high, low in zip(*ends, strict=True)]

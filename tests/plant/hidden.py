@@ -1,0 +1,141 @@
+"""Test days with something hidden in them, and how strongly their logs could show it at best.
+
+A ``Scenario`` is a random vehicle's campaign of one step with effects hidden in it. ``strength`` is its Cramer-Rao t:
+the size of each hidden effect over the least standard deviation that any estimator could give it, the step's
+parameters and nuisances being unknown as well, noise and priors known; ``rivals`` is the same with one rival's size
+unknown too. A t of 6 can't be missed; a t of 6 with a t of 1 against a rival can't be named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from tests.plant import coast, coast_information
+from tests.plant.information import Information, prior, total
+from tests.plant.vehicle import Vehicle, random_vehicle
+
+FRESH = 500_000  # added to the seed of a further campaign with the same vehicle
+WIDE_PRIOR = 1e3  # sizes; a rival that leaves no trace of its own has to stay finite
+
+About = Callable[[Vehicle, int, Mapping[str, float], Sequence[str]], Information]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A way to run a step's test: what is known of the vehicle, what is driven, what is measured.
+
+    ``information(vehicle, seed, hidden, unknowns)`` is about the step's own unknowns and those effects;
+    ``rivals`` are the effects of the catalogue with a typical size, that of a cell in which each is hidden.
+    """
+
+    about: str
+    information: About
+    rivals: Mapping[str, float]
+    day: coast.Day | None = None
+    fixed: bool = False
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What is hidden in the logs of one random vehicle; ``campaign``: seed of the logs where not the vehicle's."""
+
+    step: str
+    effects: Mapping[str, float]
+    seed: int
+    variant: str = ""
+    campaign: int | None = None
+    fault: str = ""
+
+    @property
+    def vehicle(self) -> Vehicle:
+        return random_vehicle(self.seed)
+
+    @property
+    def drawn(self) -> int:
+        return self.seed if self.campaign is None else self.campaign
+
+    @property
+    def way(self) -> Variant:
+        return VARIANTS[self.step, self.variant]
+
+    def fresh(self) -> Scenario:
+        """The same vehicle with the same thing hidden, driven and measured anew."""
+        return replace(self, campaign=self.drawn + FRESH)
+
+    def evidence(self) -> Evidence:
+        """What these logs could tell of the hidden effects and their rivals."""
+        sizes = {**self.way.rivals, **self.effects}
+        info = self.way.information(self.vehicle, self.drawn, self.effects, tuple(sizes))
+        loose = prior({name: WIDE_PRIOR * abs(size) for name, size in sizes.items()})
+        return Evidence(total([info, loose]), sizes, dict(self.effects))
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """``info`` is about a step's unknowns and those of ``sizes``, the effects; ``hidden`` are the sizes in the logs."""
+
+    info: Information
+    sizes: Mapping[str, float]
+    hidden: Mapping[str, float] = field(default_factory=dict)
+
+    def strength(self, effect: str, beside: Sequence[str] = ()) -> float:
+        """t of an effect of its size while the effects ``beside`` it are unknown, and no other is there."""
+        absent = set(self.sizes) - {effect, *beside}
+        left = self.info.known(absent).reduced([effect]).matrix[0, 0]
+        return float(abs(self.sizes[effect]) * max(left, 0.0) ** 0.5)
+
+    def t(self) -> dict[str, float]:
+        """Of each hidden effect, the other hidden ones being unknown too."""
+        return {name: self.strength(name, [other for other in self.hidden if other != name]) for name in self.hidden}
+
+    def rivals(self) -> dict[str, dict[str, float]]:
+        """Of each hidden effect against each other effect of the catalogue."""
+        return {
+            name: {other: self.strength(name, [other]) for other in self.sizes if other != name} for name in self.hidden
+        }
+
+    def least(self) -> dict[str, float]:
+        """The least of t and of the t against every rival, of each hidden effect."""
+        return {name: min([t, *self.rivals()[name].values()]) for name, t in self.t().items()}
+
+
+def _coast(day: coast.Day, fixed: bool) -> About:
+    def about(vehicle: Vehicle, seed: int, hidden: Mapping[str, float], unknowns: Sequence[str]) -> Information:
+        info = coast_information.information(vehicle, seed, day, hidden, unknowns)
+        return info.known(["drag_area"]) if fixed else info
+
+    return about
+
+
+COASTING: Mapping[str, float] = {
+    "extra_drag_area": 0.10,
+    "headwind": 2.0,
+    "road_grade": 0.002,
+    "grade_profile": 0.003,
+    "speed_dependent_rolling": 1e-4,
+    "tire_warmup": 0.15,
+    "brake_drag": 40.0,
+    "brake_drag_fading": 40.0,
+    "driveline_drag": 40.0,
+    "rotating_mass": 80.0,
+    "mass_error": 0.05,
+    "speed_scale": 0.03,
+    "speed_delay": 0.15,
+}
+DRIVEN = {**COASTING, "torque_gain": 0.03, "torque_offset": 3.0, "wheel_radius": 0.02}
+MANY = coast.WIDE.but(runs=16)
+
+
+def _coasting(about: str, day: coast.Day, fixed: bool, rivals: Mapping[str, float] = COASTING) -> Variant:
+    return Variant(about, _coast(day, fixed), rivals, day, fixed)
+
+
+VARIANTS: dict[tuple[str, str], Variant] = {
+    ("coastdown", "wide"): _coasting("16 coasts from 36 to 2 m/s, drag and rolling both unknown", MANY, False),
+    ("coastdown", "fixed"): _coasting("16 coasts from 36 to 2 m/s, drag coefficient fixed", MANY, True),
+    ("coastdown", "eight"): _coasting("8 coasts from 36 to 2 m/s, drag and rolling both unknown", coast.WIDE, False),
+    ("coastdown", "short"): _coasting("8 coasts from 75 to 20 km/h, drag coefficient fixed", coast.DAY, True),
+    ("coastdown", "one_way"): _coasting("8 coasts all one way", coast.WIDE.but(one_way=True), False),
+    ("coastdown", "powered"): _coasting("8 drives of 120 s with known torque", coast.POWERED, False, DRIVEN),
+}
