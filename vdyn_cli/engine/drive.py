@@ -57,7 +57,7 @@ class Simulated:
     time : (n,) s.
     outputs : each (n,).
     sensitivities : each (n, k), derivatives of the outputs to the unknowns, in their order; k = 0 unless asked for.
-    final : the states at the last sample.
+    final : the states at the last sample simulated.
     states : each (n,); empty unless asked for.
     """
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -14,23 +14,40 @@ from vdyn_cli.engine.backend import MOST, Backend, build
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.clock import read_at
 from vdyn_cli.engine.drive import Drive, Simulated
+from vdyn_cli.engine.finite import culprit, first_odd, left_the_numbers
 from vdyn_cli.engine.graph import refuse_unknown, trace
 from vdyn_cli.engine.kernel import Array, Kernel, Seeds
 from vdyn_cli.engine.model import Model
-from vdyn_cli.errors import Finding, ResultError
+from vdyn_cli.engine.window import Window
 
 __all__ = ["Drive", "Simulated", "Simulator"]
 
 
 @dataclass(frozen=True, eq=False)
 class _Packed:
-    """A drive in the order of the graph, on the grid of substeps."""
+    """What a drive gives beyond its signals, in the order of the graph."""
 
-    inputs: Array
-    steps: Array
     start: Array
     constants: Array
     given: frozenset[str]
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """Inputs (n + 1, inputs) and lengths (n,) of substeps."""
+
+    inputs: Array
+    steps: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """A simulation under way: for each kernel the row of tangents and states that it moves on."""
+
+    kernels: Sequence[Kernel]
+    rows: Sequence[Array]
+    constants: Array
+    unknowns: int
 
 
 class Simulator:
@@ -82,6 +99,7 @@ class Simulator:
         self._seeds[self._places, np.arange(self._places.size)] = 1.0
         self._freed = frozenset(name[6:] for name in self.unknowns if name in starts)
         self._packed: WeakKeyDictionary[Drive, _Packed] = WeakKeyDictionary()
+        self._grids: WeakKeyDictionary[Drive, _Grid] = WeakKeyDictionary()
         self._built: dict[bool, list[Kernel]] = {}
         self._start_laws: dict[frozenset[str], ca.Function] = {}
 
@@ -102,32 +120,85 @@ class Simulator:
 
         Raises
         ------
-        ResultError : the simulation or a derivative is not finite; says when it first happened.
+        ResultError : the simulation or a derivative is not finite; says what became so first, and when.
         ValueError : the shape of theta, or the names in the drive, do not fit.
         """
+        packed = self._pack(drive)
+        grid = self._grids.get(drive)
+        if grid is None:
+            grid = self._grids[drive] = self._grid(drive, 0, drive.time.size)
+        course = self._course(packed, grid.inputs[0], theta, sensitivities)
+        trail = np.empty((drive.time.size if states else 0, packed.start.size))
+        readings, tangents, final = self._advance(course, grid, drive.time, trail)
+        return self._result(drive.time, readings, tangents, trail, final)
+
+    def chunks(
+        self,
+        drive: Drive,
+        theta: ArrayLike = (),
+        *,
+        samples: int = 1024,
+        sensitivities: bool = True,
+        reach: float = 1.0,
+    ) -> Iterator[Simulated]:
+        """The same simulation in pieces, one after the other: memory does not grow with the length of the drive.
+
+        Joined, the pieces are what a call gives, bit for bit. A fit folds each piece's rows into a triangle and lets
+        the piece go.
+
+        Parameters
+        ----------
+        samples : simulated at a time. Pieces have as many, but where a sensor's clock is shifted: its reading waits
+            until the trace has come as far as it looks ahead.
+        reach : s, the largest shift of a sensor's clock; so much of the trace is kept.
+
+        Raises
+        ------
+        ResultError, ValueError : as a call; also ValueError where a clock is shifted farther than ``reach``.
+        """
+        packed, time = self._pack(drive), drive.time
+        first_inputs = np.array([np.broadcast_to(drive.inputs[name], time.shape)[0] for name in self._graph.inputs])
+        course = self._course(packed, first_inputs, theta, sensitivities)
+        window = Window(reach, len(self._graph.shifted)) if self._graph.shifted else None
+        none = np.empty((0, packed.start.size))
+        for begin in range(0, time.size, samples):
+            end = min(begin + samples, time.size)
+            grid = self._grid(drive, begin, end)
+            readings, tangents, final = self._advance(course, grid, time[begin:end], none)
+            if window is None:
+                yield self._result(time[begin:end], readings, tangents, none, final)
+                continue
+            window.add(time[begin:end], readings, tangents, last=end == time.size)
+            if window.ready.stop > window.ready.start:
+                whole = self._result(window.time, window.readings, window.tangents, none, final)
+                yield window.cut(whole)
+
+    def _course(self, packed: _Packed, first_inputs: Array, theta: ArrayLike, sensitivities: bool) -> _Course:
+        """What moves: each kernel's states and tangents at the start."""
         values = np.asarray(theta, dtype=np.float64)
         if values.shape != self._places.shape:
             raise ValueError(f"theta has shape {values.shape}, there are {len(self.unknowns)} unknowns")
-        packed = self._packed.get(drive)
-        if packed is None:
-            packed = self._packed[drive] = self._pack(drive)
         everything = np.concatenate([packed.start, packed.constants])
         everything[self._places] = values
         count = packed.start.size
-        start, seeds = self._start(packed, everything[:count], everything[count:])
+        start, seeds = self._start(packed, first_inputs, everything[:count], everything[count:])
         k = len(self.unknowns) if sensitivities else 0
-        readings = np.empty((drive.time.size, self._graph.readings))
-        tangents = np.empty((*readings.shape, k))
-        trail = np.empty((drive.time.size if states else 0, count))
-        p, final = everything[count:], start
-        for kernel, some in zip(self._kernels(k), _blocks(k), strict=True):
-            final = self._run(
-                kernel, packed, start, p, seeds[:, some], drive.time, readings, tangents[:, :, some], trail
-            )
-        return self._result(drive.time, readings, tangents, trail, final)
+        kernels, rows = self._kernels(k), []
+        for kernel, some in zip(kernels, _blocks(k), strict=True):
+            z = np.zeros(count * (kernel.lanes + 1))
+            z[: count * kernel.lanes].reshape(count, kernel.lanes)[:, : some.stop - some.start] = seeds[:, some]
+            z[count * kernel.lanes :] = start + 0.0  # -0.0 becomes 0.0
+            rows.append(z)
+        return _Course(kernels, rows, everything[count:], k)
 
     def _pack(self, drive: Drive) -> _Packed:
-        graph, n, sub = self._graph, drive.time.size, self._substeps
+        packed = self._packed.get(drive)
+        if packed is None:
+            packed = self._packed[drive] = self._checked(drive)
+        return packed
+
+    def _checked(self, drive: Drive) -> _Packed:
+        graph = self._graph
         what = f"of {self.model.name}"
         refuse_unknown(f"input {what}", drive.inputs, graph.inputs)
         refuse_unknown(f"state {what}", drive.start, graph.states)
@@ -139,56 +210,70 @@ class Simulator:
         missing += [name for name in self.model.context if name not in drive.context]
         if missing:
             raise ValueError(f"model {self.model.name!r} needs {', '.join(missing)} in every drive")
-        coarse = np.empty((n, len(graph.inputs)))
-        for i, name in enumerate(graph.inputs):
-            coarse[:, i] = drive.inputs[name]
-        steps = np.zeros((n - 1) * sub + 1)  # the last step has length zero: it only reads
-        steps[:-1] = np.repeat(np.diff(drive.time) / sub, sub)
-        inputs = np.empty((steps.size + 1, len(graph.inputs)))
-        for j in range(sub):
-            inputs[j:-2:sub] = coarse[:-1] + (coarse[1:] - coarse[:-1]) * (j / sub)
-        inputs[-2:] = coarse[-1]
         constants = self._constants.copy()
         for name, value in {**drive.parameters, **drive.context}.items():
             constants[graph.constants.index(name)] = value
         starts = {**graph.starts, **drive.start}
         start = np.array([starts.get(name, 0.0) for name in graph.states], dtype=np.float64)
-        return _Packed(inputs, steps, start, constants, frozenset(starts) | self._freed)
+        return _Packed(start, constants, frozenset(starts) | self._freed)
 
-    def _start(self, packed: _Packed, x: Array, p: Array) -> tuple[Array, Array]:
+    def _grid(self, drive: Drive, begin: int, end: int) -> _Grid:
+        """The substeps that begin at samples ``begin`` to ``end``, exclusive; the drive's last one only reads."""
+        sub, last = self._substeps, end == drive.time.size
+        time = drive.time[begin : end + 1]
+        coarse = np.empty((time.size, len(self._graph.inputs)))
+        for i, name in enumerate(self._graph.inputs):
+            signal = np.asarray(drive.inputs[name])
+            coarse[:, i] = signal[begin : end + 1] if signal.shape else signal
+        moving = (time.size - 1) * sub
+        steps = np.zeros(moving + last)
+        steps[:moving] = np.repeat(np.diff(time) / sub, sub)
+        inputs = np.empty((steps.size + 1, coarse.shape[1]))
+        for j in range(sub):
+            inputs[j:moving:sub] = coarse[:-1] + (coarse[1:] - coarse[:-1]) * (j / sub)
+        inputs[moving:] = coarse[-1]
+        return _Grid(inputs, steps)
+
+    def _start(self, packed: _Packed, first_inputs: Array, x: Array, p: Array) -> tuple[Array, Array]:
         """The initial states, and their derivatives to the unknowns."""
         if len(packed.given) == x.size:
             return x, self._seeds[: x.size]
         law = self._start_laws.get(packed.given)
         if law is None:
             law = self._start_laws[packed.given] = self._graph.start(packed.given)
-        start, slopes = law(x, packed.inputs[0], p)
+        start, slopes = law(x, first_inputs, p)
         return start.full()[:, 0], slopes.full() @ self._seeds
+
+    def _advance(self, course: _Course, grid: _Grid, time: Array, trail: Array) -> tuple[Array, Array, Array]:
+        """Go through a grid: readings and tangents at its samples, and the states at the last of them."""
+        readings = np.empty((time.size, self._graph.readings))
+        tangents = np.empty((*readings.shape, course.unknowns))
+        final = np.empty(0)
+        for kernel, z, some in zip(course.kernels, course.rows, _blocks(course.unknowns), strict=True):
+            final = self._run(kernel, z, course.constants, grid, time, readings, tangents[:, :, some], trail)
+        return readings, tangents, final
 
     def _run(
         self,
         kernel: Kernel,
-        packed: _Packed,
-        start: Array,
+        z: Array,
         p: Array,
-        seeds: Array,
+        grid: _Grid,
         time: Array,
         readings: Array,
         tangents: Array,
         trail: Array,
     ) -> Array:
-        """All samples with one set of lanes, a chunk at a time so that memory stays small; returns the last state."""
-        total, sub, lanes = packed.steps.size, self._substeps, kernel.lanes
-        nx, m, k = start.size, readings.shape[1], tangents.shape[2]
+        """A grid with one set of lanes, some steps at a time so that memory stays small; the last sample's states."""
+        total, sub, lanes = grid.steps.size, self._substeps, kernel.lanes
+        nx, m, k = len(self._graph.states), readings.shape[1], tangents.shape[2]
         rows = min(total, kernel.rows)
         w, passed = np.empty((rows, m * (lanes + 1))), np.empty((rows, nx))
-        z = np.zeros(nx * (lanes + 1))
-        z[: nx * lanes].reshape(nx, lanes)[:, :k] = seeds
-        z[nx * lanes :] = start + 0.0  # -0.0 becomes 0.0
+        final = np.empty(nx)
         for begin in range(0, total, rows):
             n = min(rows, total - begin)
-            kernel(n, z, packed.inputs[begin:], packed.steps[begin:], p, w, passed)
-            self._refuse_not_finite(time, begin, passed[:n], w[:n])
+            kernel(n, z, grid.inputs[begin:], grid.steps[begin:], p, w, passed)
+            self._refuse_not_finite(time, begin, passed[:n], w[:n], grid)
             seen = slice(-begin % sub, n, sub)  # of the substeps, those that begin a sample
             samples = slice(-(-begin // sub), (begin + n - 1) // sub + 1)
             readings[samples] = w[seen, m * lanes :]
@@ -196,26 +281,21 @@ class Simulator:
                 tangents[samples] = w[seen, : m * lanes].reshape(-1, m, lanes)[:, :, :k]
             if trail.size:
                 trail[samples] = passed[seen]
-        final: Array = passed[n - 1]
+            if samples.stop > samples.start:
+                final = passed[seen][-1].copy()
         return final
 
-    def _refuse_not_finite(self, time: Array, begin: int, states: Array, w: Array) -> None:
+    def _refuse_not_finite(self, time: Array, begin: int, states: Array, w: Array, grid: _Grid) -> None:
         # A sum is the cheap test; that the sum alone overflows is settled by the full one.
         with np.errstate(invalid="ignore", over="ignore"):
             if np.isfinite(states.sum() + w.sum()):
                 return
-        values = np.hstack([states, w[:, w.shape[1] - self._graph.readings :]])
-        for what, rows in (("simulation", values), ("derivative to an unknown", w)):
-            odd = ~np.isfinite(rows).all(axis=1)
-            if odd.any():
-                at = time[(begin + int(np.argmax(odd))) // self._substeps]
-                raise ResultError(
-                    Finding(
-                        f"model {self.model.name!r} at t = {at:.6g} s",
-                        f"the {what} is not a finite number: step too large or unstable",
-                        remedy="use more substeps, or check the parameters and inputs at that time",
-                    )
-                )
+        readings = w[:, w.shape[1] - self._graph.readings :]
+        for what, rows in (("", np.hstack([states, readings])), ("a derivative to an unknown", w)):
+            if (row := first_odd(rows)) is not None:
+                at, step = time[(begin + row) // self._substeps], grid.steps[min(begin + row, grid.steps.size - 2)]
+                names = (*self._graph.states, *self._graph.outputs)
+                raise left_the_numbers(self.model.name, at, step, what or culprit(rows, row, names))
 
     def _result(self, time: Array, readings: Array, tangents: Array, trail: Array, final: Array) -> Simulated:
         graph = self._graph

@@ -1,0 +1,46 @@
+"""Where a simulation leaves the numbers: when, what went first, and what to do about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vdyn_cli.engine.kernel import Array
+from vdyn_cli.errors import Finding, ResultError
+
+
+def first_odd(rows: Array) -> int | None:
+    """The first row (of n, k) with a value that is not finite."""
+    odd = ~np.isfinite(rows).all(axis=1)
+    return int(np.argmax(odd)) if odd.any() else None
+
+
+def culprit(rows: Array, row: int, names: Sequence[str]) -> str:
+    """Which column led the way out: of those not finite at ``row``, the one that had grown most just before.
+
+    An unstable step carries every state away within a step or two; the one that oscillates with a growing size, step
+    after step, is the cause.
+    """
+    odd = np.flatnonzero(~np.isfinite(rows[row]))
+    odd = odd[odd < len(names)]
+    if not odd.size:
+        return "the simulation"
+    last = odd[0]
+    if row >= 2:
+        with np.errstate(over="ignore", invalid="ignore"):
+            moved = np.abs(np.diff(rows[:row, odd], axis=0))
+            usual = np.median(moved, axis=0) + 1e-9 * (np.abs(rows[0, odd]) + 1e-3)
+            last = odd[int(np.argmax(np.nan_to_num(moved[-1] / usual, posinf=np.finfo(float).max)))]
+    return names[last] if odd.size == 1 else f"{names[last]}, and {odd.size - 1} more with it,"
+
+
+def left_the_numbers(model: str, time: float, step: float, what: str) -> ResultError:
+    """The error of a simulation that is no longer finite at ``time`` (s), with steps of ``step`` (s)."""
+    return ResultError(
+        Finding(
+            f"model {model!r} at t = {time:.6g} s",
+            f"{what} is not a finite number: the step of {1e3 * step:.3g} ms is too large, or the model is unstable",
+            remedy="use smaller steps (more substeps), or check the parameters and inputs at that time",
+        )
+    )

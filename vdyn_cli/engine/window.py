@@ -1,0 +1,59 @@
+"""The part of a long simulation that sensors with shifted clocks may still look at."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vdyn_cli.engine.drive import Simulated
+from vdyn_cli.engine.kernel import Array
+
+
+class Window:
+    """Samples kept while a shifted clock can reach them; a sample is ready once all that it may look at has come.
+
+    Reading a trace at a shifted time takes the two samples around it and, for their slopes, one more on either side.
+
+    Parameters
+    ----------
+    reach : s, the largest shift.
+    shifted : how many clock shifts there are; they are the last readings.
+    """
+
+    def __init__(self, reach: float, shifted: int) -> None:
+        self._reach, self._shifted = reach, shifted
+        self.time, self.readings, self.tangents = np.empty(0), np.empty((0, 0)), np.empty((0, 0, 0))
+        self.ready = slice(0, 0)
+
+    def add(self, time: Array, readings: Array, tangents: Array, last: bool) -> None:
+        """Take what was simulated next, and let go what nobody can look at any more.
+
+        Raises
+        ------
+        ValueError : a clock is shifted by more than the reach.
+        """
+        done = self.ready.stop
+        if self.time.size:
+            oldest = np.searchsorted(self.time, self._at(done, time) - self._reach, side="right") - 2
+            keep = max(int(oldest), 0)
+            time = np.concatenate([self.time[keep:], time])
+            readings = np.concatenate([self.readings[keep:], readings])
+            tangents = np.concatenate([self.tangents[keep:], tangents])
+            done -= keep
+        far = float(np.max(np.abs(readings[done:, readings.shape[1] - self._shifted :])))
+        if not far <= self._reach:
+            raise ValueError(f"a sensor's clock is shifted by {far:.3g} s, farther than the reach of {self._reach:.3g} s")
+        self.time, self.readings, self.tangents = time, readings, tangents
+        end = time.size if last else 0
+        if not last and time.size >= 3:
+            end = int(np.searchsorted(time, time[-3] - self._reach, side="right"))
+        self.ready = slice(done, max(end, done))
+
+    def _at(self, index: int, following: Array) -> float:
+        """The time of the first sample that is not ready yet; it may be the first of what follows."""
+        return float(self.time[index] if index < self.time.size else following[0])
+
+    def cut(self, whole: Simulated) -> Simulated:
+        """Of a result over all that is kept, the part that is ready."""
+        outputs = {name: value[self.ready] for name, value in whole.outputs.items()}
+        sensitivities = {name: value[self.ready] for name, value in whole.sensitivities.items()}
+        return Simulated(whole.time[self.ready], outputs, sensitivities, whole.final, {})
