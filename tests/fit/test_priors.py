@@ -43,3 +43,19 @@ def test_a_shared_prior_that_the_data_cannot_check_stays_in_the_interval() -> No
     unknowns = (Unknown("slope", 2.0), Unknown("gain", 1.0, prior=(1.0, 0.01), nuisance=True))
     solution = solve(Regression(unknowns, ("a",), rows))
     assert solution.std["slope"] == pytest.approx(0.03, rel=0.05)
+
+
+def test_priors_that_belong_together_are_weighed_together() -> None:
+    """With two correlated priors the fit is the textbook's: information J'J + C^-1."""
+    rng = np.random.default_rng(3)
+    jacobian, residual = rng.standard_normal((30, 2)), rng.standard_normal(30)
+    std, correlation = np.array([0.5, 2.0]), 0.8
+    covariance = np.outer(std, std) * np.array([[1.0, correlation], [correlation, 1.0]])
+    unknowns = (
+        Unknown("a", 0.0, prior=(1.0, 0.5), prior_correlation={"b": correlation}),
+        Unknown("b", 0.0, prior=(-1.0, 2.0), prior_correlation={"a": correlation}),
+    )
+    found = solve(Regression(unknowns, ("run",), lambda _, x: Rows(residual + jacobian @ x, jacobian)))
+    known = np.linalg.inv(covariance)
+    expected = np.linalg.solve(jacobian.T @ jacobian + known, known @ [1.0, -1.0] - jacobian.T @ residual)
+    assert [found.values["a"], found.values["b"]] == pytest.approx(expected)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.fit import intervals
 from vdyn_cli.fit.intervals import Evidence, equal_information_blocks
-from vdyn_cli.fit.regression import Rows, matrix_of, weights
+from vdyn_cli.fit.regression import Rows, matrix_of, prior_rows, weights
 from vdyn_cli.fit.solution import Downweighted, Solution, Unit
 from vdyn_cli.fit.solved import Solved
 from vdyn_cli.fit.triangles import Array, fold
@@ -113,7 +113,7 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
     The scatter of blocks cannot show it: a prior says the same to every block. Where the run is the unit, the runs'
     own priors are within it already. Satterthwaite: what priors state has no degrees of freedom to lose.
     """
-    rows = [np.eye(solved.s)[i] / u.prior[1] for i, u in enumerate(solved.regression.shared) if u.prior]
+    rows = list(prior_rows(solved.regression.shared, np.zeros(solved.s))[:, :-1])
     if kind == "block":
         own = [(i, u.prior[1]) for i, u in enumerate(solved.regression.own) if u.prior]
         rows += [follow[i] / std for follow in solved.follow for i, std in own]

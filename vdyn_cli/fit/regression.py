@@ -25,6 +25,7 @@ class Unknown:
     ----------
     start, lower, upper : where to begin, and the physical range, in SI.
     prior : mean and standard deviation of what is known before the data, or None.
+    prior_correlation : of the prior with those of other unknowns, by name; what is not named is independent.
     per_run : every run has its own.
     nuisance : the model needs it but nobody asks for it; it takes no part in choosing the units of evidence.
     """
@@ -37,6 +38,7 @@ class Unknown:
     prior: tuple[float, float] | None = None
     per_run: bool = False
     nuisance: bool = False
+    prior_correlation: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -128,11 +130,22 @@ class Point:
 
 
 def prior_rows(unknowns: tuple[Unknown, ...], values: Array) -> Array:
-    """Rows [J | r] over the unknowns that stand for their priors: (value - mean) / standard deviation."""
+    """Rows [J | r] over the unknowns that stand for their priors: L^-1 (value - mean) / standard deviation.
+
+    L is the Cholesky factor of the priors' correlation, the identity where they are independent.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError : correlations that no random numbers can have.
+    """
     known = [(i, u.prior) for i, u in enumerate(unknowns) if u.prior is not None]
     rows = np.zeros((len(known), len(unknowns) + 1))
     for row, (i, (mean, std)) in zip(rows, known, strict=True):
         row[i], row[-1] = 1 / std, (values[i] - mean) / std
+    related = [unknowns[i] for i, _ in known]
+    if any(u.prior_correlation for u in related):
+        correlation = np.array([[a.prior_correlation.get(b.name, float(a is b)) for b in related] for a in related])
+        rows = np.linalg.solve(np.linalg.cholesky(correlation), rows)
     return rows
 
 
