@@ -1,4 +1,4 @@
-"""A model about a steady state: where it rests or cruises, how it swings about it, and what each parameter does to that.
+"""A model about a steady state: where it rests or cruises, how it swings about it, and what each parameter does to it.
 
 All derivatives are exact, those of the eigenvalues too: the Jacobian moves with a parameter directly and because the
 steady state moves.
@@ -100,8 +100,7 @@ def steady(
     active = _active(graph, fixed)
     places = _Places(graph, active, held, free)
     x, u = _settle(model, graph, places, _start(graph, {**held, **fixed}, u, p), u, p)
-    jacobian = graph.field.jacobian()
-    on_x = np.asarray(jacobian(x, u, p, 0, 0)[0])[np.ix_(active, active)]
+    on_x = np.asarray(graph.field.jacobian()(x, u, p, 0, 0)[0])[np.ix_(active, active)]
     return Steady(
         dict(zip(graph.states, x.tolist(), strict=True)),
         dict(zip(graph.inputs, u.tolist(), strict=True)),
@@ -129,10 +128,10 @@ class _Places:
         self.u = [graph.inputs.index(name) for name in free]
         self.rates = active
 
-    def derivatives(self, blocks: Sequence[ca.DM]) -> tuple[Array, Array]:
+    def derivatives(self, field: ca.Function, x: Array, u: Array, p: Array) -> tuple[Array, Array]:
         """Of the rates, to the unknowns (m, n) and to the constants (m, p)."""
-        x, u, p = (np.asarray(block)[self.rates] for block in blocks[:3])
-        return np.hstack([x[:, self.x], u[:, self.u]]), p
+        on_x, on_u, on_p = (np.asarray(block)[self.rates] for block in list(field.jacobian()(x, u, p, 0, 0))[:3])
+        return np.hstack([on_x[:, self.x], on_u[:, self.u]]), on_p
 
 
 def _start(graph: Graph, held: Mapping[str, float], u: Array, p: Array) -> Array:
@@ -144,12 +143,12 @@ def _start(graph: Graph, held: Mapping[str, float], u: Array, p: Array) -> Array
 
 def _settle(model: Model, graph: Graph, places: _Places, x: Array, u: Array, p: Array) -> tuple[Array, Array]:
     """Newton's method, steps halved while the rates, each in units of its steepest slope, grow."""
-    jacobian, field = graph.field.jacobian(), graph.field
+    field = graph.field
     weights: Array | None = None
     count = len(places.x)
     for _ in range(MOST_STEPS):
         rates = np.asarray(field(x, u, p)[0])[places.rates, 0]
-        slopes, _ = places.derivatives(jacobian(x, u, p, 0, 0))
+        slopes, _ = places.derivatives(field, x, u, p)
         if not (np.isfinite(rates).all() and np.isfinite(slopes).all()):
             break
         weights = 1.0 / np.maximum(np.abs(slopes).max(axis=1, initial=0.0), 1e-12) if weights is None else weights
@@ -180,8 +179,8 @@ def _roots(graph: Graph, places: _Places, matrix: Array, x: Array, u: Array, p: 
     values, right = np.linalg.eig(matrix)
     left = np.linalg.pinv(right).conj().T  # columns, scaled so that left' right = 1
     slope = _root_slopes(graph)
-    to_z, to_p = places.derivatives(graph.field.jacobian()(x, u, p, 0, 0))
-    moves: Array = -np.linalg.lstsq(to_z, to_p, rcond=1e-13)[0]  # of the steady state with the constants
+    to_z, to_p = places.derivatives(graph.field, x, u, p)
+    moves = -np.asarray(np.linalg.lstsq(to_z, to_p, rcond=1e-13)[0])  # of the steady state with the constants
     names = [graph.states[i] for i in places.active]
     found = []
     for k in np.argsort(np.abs(values)):

@@ -41,7 +41,7 @@ class Window:
             done -= keep
         far = float(np.max(np.abs(readings[done:, readings.shape[1] - self._shifted :])))
         if not far <= self._reach:
-            raise ValueError(f"a sensor's clock is shifted by {far:.3g} s, farther than the reach of {self._reach:.3g} s")
+            raise ValueError(f"a clock is shifted by {far:.3g} s, farther than the reach of {self._reach:.3g} s")
         self.time, self.readings, self.tangents = time, readings, tangents
         end = time.size if last else 0
         if not last and time.size >= 3:
