@@ -1,9 +1,9 @@
-"""Longitudinal force of a tyre over its slip."""
+"""Longitudinal and lateral force of a tyre over its slip."""
 
 from __future__ import annotations
 
 from vdyn_cli.engine.bench import Number, Signals
-from vdyn_cli.engine.maths import atan, sin
+from vdyn_cli.engine.maths import atan, fmax, sin, tanh
 
 
 def tire(s: Signals) -> Number:
@@ -18,3 +18,26 @@ def tire(s: Signals) -> Number:
     """
     b = s.tire_B * s.slip
     return s.load * s.tire_D * sin(s.tire_C * atan(b - s.tire_E * (b - atan(b))))
+
+
+def friction(s: Signals) -> Number:
+    """Peak friction, which falls with the load.
+
+    D (1 - k (Fz - F0)), never below zero
+
+    Signals: ``load`` Fz and ``static_load`` F0 (at which D was found), N; ``tire_D`` D; ``tire_load_sensitivity`` k,
+    1/N. Source: the linear term of Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.3.2.
+    """
+    return s.tire_D * fmax(1.0 - s.tire_load_sensitivity * (s.load - s.static_load), 0.0)
+
+
+def cornering(s: Signals) -> Number:
+    """Lateral force of a wheel that is not steered.
+
+    Fy = Fz D tanh(c a / D)
+
+    Signals: ``load`` Fz, N; ``slip`` a, the sideways sliding over the speed (the tangent of the slip angle), positive
+    where the force is; ``tire_cornering_stiffness`` c, per load, 1/rad; ``tire_D`` D. Returns N. A saturating line:
+    enough where a car drives straight, and the sideways slip is a disturbance.
+    """
+    return s.load * s.tire_D * tanh(s.tire_cornering_stiffness * s.slip / s.tire_D)

@@ -73,6 +73,7 @@ class Bench:
         self.rates: dict[str, Number] = {}
         self.outputs: dict[str, tuple[Number, Number | None, Number]] = {}
         self.met: set[str] = set()
+        self._sought: dict[str, Number] = {}
         self.p = self("parameters", **parameters)
 
     def __call__(self, law: Law | str, at: str = "", **signals: Number) -> Any:
@@ -122,3 +123,16 @@ class Bench:
         input directly and the model knows better than differences of the simulated trace.
         """
         self.outputs[name] = (self(name, value=true, sensor=name), rate, self(f"{name}_clock", value=0.0))
+
+    def rate(self, name: str, of: Number) -> None:
+        """A reading of the time derivative of an expression, such as jerk.
+
+        Along the states; inputs are held, since what they do between samples is the log's choice and not the model's.
+        It is read after all other sensors, when every state has its rate.
+        """
+        self._sought[name] = of
+
+    def finish(self, derivative: Callable[[Number], Number]) -> None:
+        """Read what ``rate`` asked for, once the model is assembled; ``derivative`` gives it from the expression."""
+        for name, of in self._sought.items():
+            self.sensor(name, derivative(of))

@@ -121,6 +121,7 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
 
     bench = Bench(read, p, q, effects, c)
     model.assemble(bench, Signals(**u))
+    bench.finish(lambda of: ca.jtimes(ca.SX(of), *_moving(x, bench.rates)))
     if unmet := [effect.name for effect in effects if effect.name not in bench.met]:
         raise ValueError(f"model {model.name!r} has no element for the effect {', '.join(unmet)}")
     if odd := set(bench.rates) ^ set(x):
@@ -152,6 +153,11 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
         _symbols=names,
         _start_laws=laws,
     )
+
+
+def _moving(x: Mapping[str, ca.SX], rates: Mapping[str, Number]) -> tuple[ca.SX, ca.SX]:
+    """The states and their rates, as columns."""
+    return column(x.values()), column(rates.get(name, 0.0) for name in x)
 
 
 def _readings(bench: Bench, x: ca.SX, rates: ca.SX, u: ca.SX) -> dict[str, tuple[ca.SX, ca.SX | None, ca.SX]]:

@@ -56,4 +56,5 @@ def offered(model: Model, catalogue: Iterable[E]) -> tuple[E, ...]:
     effects = tuple(catalogue)
     bench = _Asking(model, effects)
     model.assemble(bench, Signals(**symbols(model.inputs)))
+    bench.finish(lambda of: of)
     return tuple(e for e in effects if e.name in bench.met and e.name not in bench.lacking)
