@@ -40,7 +40,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from vdyn_cli.engine.bench import Correction
+from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError
 from vdyn_cli.estimation.bump import views as bump_views
@@ -53,7 +53,8 @@ from vdyn_cli.estimation.bump.modes import modes
 from vdyn_cli.estimation.bump.profile import thinned
 from vdyn_cli.estimation.bump.regression import BumpFit
 from vdyn_cli.estimation.bump.select import select_crossings
-from vdyn_cli.fit import Unknown
+from vdyn_cli.estimation.sizes import sizes_found
+from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.log import Log
 from vdyn_cli.models.half_car import SOUGHT, Points, half_car, half_car_on_profile
 from vdyn_cli.parameters import Estimate, Parameters
@@ -172,7 +173,7 @@ def known_of(spec: BumpSpec, known: Parameters) -> tuple[Known, list[Finding]]:
     return Known(values, std, zeros, settings.speed_scale.value), said
 
 
-def model_of(spec: BumpSpec, data: Measured) -> tuple[Model, float]:
+def _on_the_bump(spec: BumpSpec, data: Measured) -> tuple[Model, float]:
     """The half car on this bump, and the bump's width, m."""
     if data.profile is not None:
         return half_car_on_profile(data.profile), data.profile[-1][0] - data.profile[0][0]
@@ -184,22 +185,49 @@ def fit_of(
     spec: BumpSpec,
     data: Measured,
     known: Parameters,
-    effects: Sequence[Correction] = (),
-    effect_unknowns: Sequence[Unknown] = (),
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
 ) -> tuple[BumpFit, list[Finding]]:
     """The estimation problem, to which candidate causes may add their corrections and unknowns."""
     given, said = known_of(spec, known)
-    model, width = model_of(spec, data)
+    half, width = _on_the_bump(spec, data)
     told = [(run.distance_front, run.distance_rear) for run in spec.runs] or [(None, None)] * len(data.runs)
-    found, doubtful = select_crossings(data.runs, told, given, model, width)
+    found, doubtful = select_crossings(data.runs, told, given, half, width)
     weight = spec.settings.rear_weight.value if spec.settings.rear_weight else None
-    fit = BumpFit(found, model, given, usual_car(given.values), weight, effects, effect_unknowns)
+    fit = BumpFit(found, half, given, usual_car(given.values), weight, effects, extra)
     return fit, [*said, *data.findings, *doubtful]
 
 
-def estimate(spec: BumpSpec, data: Measured, known: Parameters) -> Result:
-    """Fit springs, dampers and tires to all crossings at once."""
-    fit, said = fit_of(spec, data, known)
+def model(spec: BumpSpec, data: Measured, known: Parameters) -> Model:
+    """The half car on the bump that was crossed."""
+    return _on_the_bump(spec, data)[0]
+
+
+def regression(
+    spec: BumpSpec,
+    data: Measured,
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Regression:
+    """All channels of all crossings over their white noise, with ``effects`` in the half car.
+
+    Parameters
+    ----------
+    extra : the effects' unknowns, shared by all crossings; those left out stay zero, or nominal.
+    """
+    return fit_of(spec, data, known, effects, extra)[0].regression()
+
+
+def estimate(
+    spec: BumpSpec,
+    data: Measured,
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Result:
+    """Fit springs, dampers and tires to all crossings at once, and the unknowns of ``effects`` where there are any."""
+    fit, said = fit_of(spec, data, known, effects, extra)
     try:
         fit, solution = fit.solve()
     except ResultError as error:
@@ -238,7 +266,7 @@ def estimate(spec: BumpSpec, data: Measured, known: Parameters) -> Result:
             budget_table(by_given, fit, solution),
         ),
         tuple(dict.fromkeys(said)),
-        bump_words.extra(swings, replays),
+        {**bump_words.extra(swings, replays), **sizes_found(solution, extra)},
     )
 
 

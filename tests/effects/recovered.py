@@ -1,0 +1,63 @@
+"""What the tests of hidden effects share: unknowns for a fit, and the comparison of what was found with the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.fit import Unknown
+from vdyn_cli.parameters import Estimate, Parameters
+from vdyn_cli.result import Result
+from vdyn_cli.vocabulary import PARAMETERS
+
+
+def effect(name: str) -> Effect:
+    return next(one for one in catalogue() if one.name == name)
+
+
+def unknowns(effects: Sequence[Effect]) -> tuple[Unknown, ...]:
+    """Every unknown of the effects, from where a search would begin."""
+    found = []
+    for one in effects:
+        for k, (name, q) in enumerate(one.unknowns.items()):
+            start = one.probes[0] if one.probes and k == 0 else one.nominal.get(name, 0.0)
+            found.append(Unknown(name, start, 1.5 * q.lower, 1.5 * q.upper, q.unit))
+    return tuple(found)
+
+
+def given(numbers: Mapping[str, float], **std: float) -> Parameters:
+    return Parameters({n: Estimate.given(PARAMETERS[n], v, std.get(n, 0.0)) for n, v in numbers.items()})
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """An effect of this size in the plant, by the plant's name, and by ours where it has another one."""
+
+    plant: str
+    size: float
+    ours: str = ""
+
+    @property
+    def effect(self) -> Effect:
+        return effect(self.ours or self.plant)
+
+    def __str__(self) -> str:
+        return self.plant
+
+
+def compare(result: Result, hidden: Hidden, truth: Mapping[str, float], size: float, near: float) -> None:
+    """The size within three standard deviations, and within ``near`` of it; the parameters within four.
+
+    Parameters
+    ----------
+    size : of the effect's first unknown in the truth. near : relative.
+    """
+    name = next(iter(hidden.effect.unknowns))
+    found = result.extra["effects"][name]
+    assert abs(found["value"] - size) < 3 * found["std"], (found, size)
+    assert abs(found["value"] - size) < near * abs(size), (found, size)
+    assert abs(size) > 4 * found["std"], "hidden too small to be seen"
+    for parameter, value in truth.items():
+        estimate = result.parameters[parameter]
+        assert abs(estimate.value - value) < 4 * estimate.std, (parameter, estimate, value)

@@ -1,0 +1,33 @@
+"""Channels of one logger that lag behind those of another."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+def early(clock: Law, s: Signals, q: Signals) -> Number:
+    """What follows from late channels is known late: it belongs to the moment before."""
+    return clock(s) + q.clock_offset
+
+
+@effect(
+    on=("vertical_acceleration_clock", "pitch_rate_clock"),
+    also={"load_moment_clock": early, "hub_clock": early},
+    unknowns=(Quantity("clock_offset", "s", "by which some channels are logged late", "tau", -0.2, 0.2),),
+    reference="latency of inertial and GPS devices: 7 to 160 ms; devices without a common trigger: a sample or more",
+    label="clocks of two loggers that differ",
+    signature="what is left follows the rate at which the late channels change, so that they draw loops",
+    alike=("tire_damping", "tire_relaxation", "pitch inertia"),
+    confirm="knock the car once at rest with every channel logging, and compare when each one sees it",
+    sensor=True,
+    sense="late (on a bump the body's acceleration and pitch rate, else loads, torque and forces)",
+)
+def clock_offset(clock: Law, s: Signals, q: Signals) -> Number:
+    """One device's channels are logged late against another's.
+
+    x_read(t) = x(t - tau). On a bump the late channels are the body's acceleration and pitch rate; in runs for the
+    centre of gravity the wheel loads; at a wheel the hub's torque and forces.
+    """
+    return clock(s) - q.clock_offset

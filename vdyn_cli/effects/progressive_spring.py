@@ -1,0 +1,26 @@
+"""Springs that stiffen as they are compressed."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="spring",
+    unknowns=(
+        Quantity("progressive_spring", "1/m", "relative gain of stiffness per compression, halved", "k2", -5, 15),
+    ),
+    reference="first bend of a spring's line; a rate that doubles in 50 to 100 mm is that of a bump stop (5 to 10 1/m)",
+    label="springs that stiffen in compression",
+    signature="what is left of the loads, over the stroke, bends upwards at both ends",
+    alike=("asymmetric_damping",),
+    confirm="load the parked car with ballast and read ride height against axle load: the line is bent",
+)
+def progressive_spring(spring: Law, s: Signals, q: Signals) -> Number:
+    """Springs whose stiffness grows with compression: progressive coils, bump stops, levers that turn.
+
+    F = K x (1 + k2 x) for a compression x: stiffness K (1 + 2 k2 x), less in extension.
+    """
+    return spring(s) - q.progressive_spring * s.stiffness * s.stroke**2

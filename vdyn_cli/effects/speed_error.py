@@ -1,0 +1,26 @@
+"""A speed channel with a wrong scale on a short crossing."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="speed",
+    unknowns=(Quantity("speed_error", "", "share by which the speed channel reads too much", "ev", -0.1, 0.1),),
+    reference="a worn or pumped-up tire: 1 to 3 %; a speedometer's lead: up to 10 % (UN Regulation 39)",
+    label="a speed that reads wrong",
+    signature="the rear axle meets the bump sooner or later than wheelbase over speed says, in proportion",
+    alike=("wheelbase", "bump width"),
+    confirm="time the car between two marks a measured way apart",
+    sensor=True,
+    steps=("bump",),
+)
+def speed_error(speed: Law, s: Signals, q: Signals) -> Number:
+    """A speed channel whose scale is off, so that the bump seems longer or shorter, and the axles further apart.
+
+    V = V_read / (1 + ev).
+    """
+    return speed(s) / (1 + q.speed_error)

@@ -1,0 +1,44 @@
+"""Dry friction in the struts."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.engine.maths import soft_abs, sqrt
+from vdyn_cli.quantity import Quantity
+
+STICK = 2e-4  # m, of stroke until a strut slips
+FASTEST = 2.5e-3  # s, within which friction turns in the fastest strokes
+STILL = 1e-4  # m/s, below which a strut is at rest
+
+
+def bristle(s: Signals) -> Number:
+    """Rate of the friction's sense z, from -1 to 1: it follows the stroke, and slips once it is fully bent.
+
+    z' = (v - |v| z^5) / sqrt(STICK^2 + (FASTEST v)^2)
+
+    The fifth power makes it a spring that slips rather than a soft bend. Its rate is limited: with steps of 1 ms the
+    integration stays stable.
+    Source: after Dahl, A Solid Friction Model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968.
+    """
+    slipping = s.stroke_rate - soft_abs(s.stroke_rate, STILL) * s.bristle**5
+    return slipping / sqrt(STICK**2 + (FASTEST * s.stroke_rate) ** 2)
+
+
+@effect(
+    on="damper",
+    unknowns=(Quantity("suspension_friction", "N", "dry friction in the struts of an axle", "Fc", -20, 600),),
+    reference="Dahl 1968; 50 to 200 N a wheel: Reimpell, Stoll, Betzler, The Automotive Chassis, 2nd ed. 2001, 5.4",
+    states={"bristle": bristle},
+    label="dry friction in the struts",
+    signature="what is left of the loads, over the stroke's rate, is a step at zero as high in slow strokes as in fast",
+    alike=("asymmetric_damping", "tire_damping"),
+    confirm="rock the car slowly by hand over load cells: springs with friction draw a loop of twice its height",
+)
+def suspension_friction(damper: Law, s: Signals, q: Signals) -> Number:
+    """Dry friction of struts, bushings and seals, the same force at every stroke rate, against the motion.
+
+    F = C v + Fc z, z from -1 to 1 following the stroke over some tenths of a millimetre. A call that stands for a part
+    of the axle takes its share.
+    """
+    return damper(s) + s.share * q.suspension_friction * s.bristle
