@@ -24,6 +24,7 @@ __all__ = [
     "Solution",
     "Unit",
     "Unknown",
+    "approach",
     "equal_information_blocks",
     "solve",
     "white_level",
@@ -62,6 +63,24 @@ def solve(
     solved = Solved(regression, minimum, robust, scale)
     raise_all(refusals(solved), ResultError)
     return judge(solved, units)
+
+
+def approach(regression: Regression, most_iterations: int) -> tuple[dict[str, float], dict[str, Array]]:
+    """Values of the shared and of every run's own unknowns after a few steps, judged by nobody.
+
+    For fits whose answer is not sought but what they leave over: unknowns that the data do not determine must be held
+    by priors.
+
+    Raises
+    ------
+    ResultError : the model has no finite value at the start.
+    """
+    minimum, _ = _minimise(regression, "none", most_iterations, 1.0)
+    s, m = len(regression.shared), len(regression.own)
+    x = minimum.point.x
+    each = x[s:].reshape(len(regression.runs), m)
+    shared = {u.name: float(v) for u, v in zip(regression.shared, x, strict=False)}
+    return shared, {u.name: each[:, i] for i, u in enumerate(regression.own)}
 
 
 def _minimise(regression: Regression, loss: Loss, most_iterations: int, tolerance: float) -> tuple[Minimum, float]:

@@ -43,7 +43,7 @@ from vdyn_cli.estimation.coastdown import result as coast_result
 from vdyn_cli.estimation.coastdown.campaign import Choices, Prepared, RunNote, prepare
 from vdyn_cli.estimation.coastdown.reference_conditions import Conditions, density_of
 from vdyn_cli.estimation.coastdown.result import SOURCE, Answer
-from vdyn_cli.estimation.coastdown.road_load_fit import RoadLoadFit, fit_road_load
+from vdyn_cli.estimation.coastdown.road_load_fit import RoadLoadFit, fit_road_load, scan_road_load
 from vdyn_cli.estimation.coastdown.times import timed
 from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.log import Log
@@ -171,8 +171,8 @@ def regression(
     effects: Sequence[Correction] = (),
     extra: Sequence[Unknown] = (),
 ) -> Regression:
-    """The whitened regression, with effects of the model's laws and their unknowns; the noise is found with them in."""
-    return fit_road_load(prepared(spec, logs, known).campaign, effects, extra).regression
+    """The whitened regression with candidate causes beside the baseline; the noise is freed of their traces."""
+    return scan_road_load(prepared(spec, logs, known).campaign, effects, extra)
 
 
 def estimate(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Result:

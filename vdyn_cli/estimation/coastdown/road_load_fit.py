@@ -23,12 +23,14 @@ from vdyn_cli.errors import ResultError
 from vdyn_cli.estimation.coastdown.road_load_start import started
 from vdyn_cli.estimation.coastdown.road_runs import Campaign, noise_of
 from vdyn_cli.estimation.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
-from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, whiten
+from vdyn_cli.fit import Regression, Rows, Solution, Unknown, approach, solve, whiten
 from vdyn_cli.models.road_load import road_load
 
 Array = NDArray[np.float64]
 SUBSTEPS = 2  # between the nodes of a coast, which are a second apart
 ROUNDS = 3  # of noise sizes and fit, at most
+STEPS = 6  # of a fit with every cause in, whose answer nobody asks for
+SIZES_SETTLED = 0.05  # of the logarithm of a noise size
 SETTLED = 1.0  # standard deviations that a round may move an estimate: within them the model is straight
 ARRIVED = 1e-6  # of one residual variance: a further step would move a value by 1e-3 of its standard deviation
 START = "start.speed"
@@ -138,7 +140,7 @@ def fit_road_load(
     rows, solution = _weighted_fit(rows, regression, sizes, at)
     for _ in range(0 if campaign.white else rounds):
         at.update(solution.values)
-        sizes = _sizes(rows, regression, solution, sizes, at)
+        sizes = _sizes(rows, regression, solution.values, solution.per_run, sizes, at)
         at["wind_variance"] = wind_variance(sizes)
         regression, before = _from(regression, solution), solution
         rows, solution = _weighted_fit(rows, regression, sizes, at)
@@ -147,6 +149,35 @@ def fit_road_load(
     at.update(solution.values)
     final = replace(_from(regression, solution), rows=rows)
     return RoadLoadFit(campaign, final, solution, sizes, at, rows.simulator)
+
+
+def scan_road_load(
+    campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown], rounds: int = ROUNDS
+) -> Regression:
+    """The regression at the baseline's fit with candidate causes beside it, whose traces the noise is freed of.
+
+    The noise comes from the residual of a fit with base and all causes in, held together by their priors: found after
+    the baseline alone it would swallow what is sought. The causes' unknowns then start at zero.
+
+    Raises
+    ------
+    ResultError : the baseline cannot be fitted.
+    """
+    rows, full = _begin(campaign, effects, extra)
+    sizes = typical_sizes(noise_of(campaign, 0, campaign.values))
+    at = dict(campaign.values)
+    rows = _weighted(rows, sizes, at)
+    for _ in range(0 if campaign.white else rounds):
+        shared, own = approach(replace(full, rows=rows), STEPS)
+        full = _starting(full, shared, own)
+        at.update({n: v for n, v in shared.items() if n in at})
+        before, sizes = sizes, _sizes(rows, full, shared, own, sizes, at)
+        at["wind_variance"] = wind_variance(sizes)
+        rows = _weighted(rows, sizes, at)
+        if all(abs(np.log(sizes[n] / before[n])) < SIZES_SETTLED for n in sizes):
+            break
+    nothing = dict.fromkeys((u.name for u in extra), 0.0)
+    return _starting(replace(full, rows=rows), nothing, {})
 
 
 def wind_variance(sizes: Mapping[str, float]) -> float:
@@ -174,9 +205,13 @@ def _begin(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Un
 def _weighted_fit(
     rows: _Rows, regression: Regression, sizes: Mapping[str, float], at: Mapping[str, float]
 ) -> tuple[_Rows, Solution]:
-    factors = tuple(noise_of(rows.campaign, k, at).factor(sizes) for k in range(len(rows.campaign.runs)))
-    rows = replace(rows, factors=factors, wind_variance=at["wind_variance"])
+    rows = _weighted(rows, sizes, at)
     return rows, solve(replace(regression, rows=rows), tolerance=ARRIVED)
+
+
+def _weighted(rows: _Rows, sizes: Mapping[str, float], at: Mapping[str, float]) -> _Rows:
+    factors = tuple(noise_of(rows.campaign, k, at).factor(sizes) for k in range(len(rows.campaign.runs)))
+    return replace(rows, factors=factors, wind_variance=at["wind_variance"])
 
 
 def _as_large_as_misses(
@@ -193,18 +228,28 @@ def _as_large_as_misses(
 
 def _from(regression: Regression, solution: Solution) -> Regression:
     """The same regression, beginning at a solution."""
-    unknowns = tuple(replace(u, start=solution.values.get(u.name, u.start)) for u in regression.unknowns)
-    return replace(regression, unknowns=unknowns, run_starts=dict(solution.per_run))
+    return _starting(regression, solution.values, solution.per_run)
+
+
+def _starting(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:
+    """The same regression, beginning at these values; the others keep theirs."""
+    unknowns = tuple(replace(u, start=shared.get(u.name, u.start)) for u in regression.unknowns)
+    return replace(regression, unknowns=unknowns, run_starts={**regression.run_starts, **own})
 
 
 def _sizes(
-    rows: _Rows, regression: Regression, solution: Solution, start: Mapping[str, float], at: Mapping[str, float]
+    rows: _Rows,
+    regression: Regression,
+    shared: Mapping[str, float],
+    own: Mapping[str, Array],
+    start: Mapping[str, float],
+    at: Mapping[str, float],
 ) -> dict[str, float]:
     s = len(rows.shared)
-    own = [solution.per_run[u.name] for u in regression.own]
+    each = [own[u.name] for u in regression.own]
     runs = []
     for k in range(len(rows.campaign.runs)):
-        theta = np.array([*(solution.values[n] for n in rows.shared), *(o[k] for o in own)])
+        theta = np.array([*(shared[n] for n in rows.shared), *(o[k] for o in each)])
         residual, jacobian = rows.binned(k, theta)
         runs.append(NoisyRun(residual, jacobian[:, :s], jacobian[:, s:], noise_of(rows.campaign, k, at)))
     known = np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])

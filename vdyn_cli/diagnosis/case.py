@@ -1,0 +1,68 @@
+"""What is diagnosed: a step's regression with every cause that its model can take, free profiles among them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.fit import Regression, Unknown
+
+BEYOND = 1.5  # times the plausible range: a cause that needs more is not the cause
+
+
+@dataclass(frozen=True)
+class Case:
+    """One step's data and model, open to causes.
+
+    Parameters
+    ----------
+    regression : the step's own, with effects in the model and their unknowns beside the step's.
+    effects : the named causes that model and data can take.
+    profiles : free profiles, each of one family (speed, time, position ...).
+    one_way : all runs went the same way, so that what turns with the direction can't be told from what does not.
+    repeated : what a run is called (a coast, a drive, a crossing).
+    fewest_runs : below which nothing is diagnosed.
+    """
+
+    step: str
+    regression: Callable[[Sequence[Effect], Sequence[Unknown]], Regression]
+    effects: tuple[Effect, ...]
+    profiles: tuple[Effect, ...]
+    one_way: bool = False
+    repeated: str = "run"
+    fewest_runs: int = 1
+
+    @property
+    def causes(self) -> Mapping[str, Effect]:
+        return {e.name: e for e in self.effects}
+
+    @property
+    def families(self) -> Mapping[str, Effect]:
+        return {e.name: e for e in self.profiles}
+
+
+def scanned(effect: Effect) -> tuple[str, ...]:
+    """The unknowns of an effect that the scan frees: all but those that only shape it."""
+    return tuple(n for n in effect.unknowns if n not in effect.nominal)
+
+
+def unknowns_of(effect: Effect, shapes: bool = False, prior: bool = False) -> tuple[Unknown, ...]:
+    """An effect's unknowns for a fit, within their range and somewhat beyond.
+
+    Parameters
+    ----------
+    shapes : free what shapes the effect as well (a decay time), within its range.
+    prior : keep them about nothing within their plausible range, so that a whole catalogue can be fitted at once.
+    """
+    found = []
+    for name, quantity in effect.unknowns.items():
+        if name in effect.nominal:
+            if shapes:
+                found.append(Unknown(name, effect.nominal[name], quantity.lower, quantity.upper, quantity.unit))
+            continue
+        reach = max(abs(quantity.lower), abs(quantity.upper))
+        low, high = BEYOND * quantity.lower, BEYOND * quantity.upper
+        known = (0.0, reach / 2) if prior else None
+        found.append(Unknown(name, 0.0, low, high, quantity.unit, known))
+    return tuple(found)

@@ -1,0 +1,88 @@
+"""Naming by sufficiency: a cause is named if, with it in, nothing else of the catalogue adds anything, nor any shape.
+
+A cause that merely makes the fit better is no answer: on a headwind's log a brake drag takes away most of the error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from vdyn_cli.diagnosis.detect import Detection, chance, is_testable
+from vdyn_cli.diagnosis.workbench import Fitted, Workbench
+
+REST = 0.02  # level at which something else still adds
+BEYOND = 3.0  # standard errors that each of two causes must reach
+LEAST = 1.5  # normal equivalent: what shows less by itself is not tried as the whole answer
+FEWEST_SHARE = 0.25  # of the strongest evidence: what explains less is not tried alone
+PAIRED = 8  # strongest causes of which pairs are tried
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One candidate answer.
+
+    Parameters
+    ----------
+    causes : in it.
+    rest : chance that what is left of the others, and of free profiles, is noise.
+    strongest : what is left most.
+    """
+
+    causes: tuple[str, ...]
+    fitted: Fitted
+    rest: float
+    strongest: str | None
+
+    @property
+    def sufficient(self) -> bool:
+        return self.rest > REST
+
+
+def singles(bench: Workbench, detection: Detection) -> tuple[Trial, ...]:
+    """Every cause that could be the whole answer, tried after its refit."""
+    evidence = detection.scores.evidence
+    most = max((evidence[n] for n in detection.testable), default=0.0)
+    tried = []
+    for name in sorted(detection.testable, key=lambda n: -evidence[n]):
+        if evidence[name] < max(LEAST, FEWEST_SHARE * most):
+            continue
+        trial = attempt(bench, (name,))
+        if trial is not None:
+            tried.append(trial)
+    return tuple(tried)
+
+
+def attempt(bench: Workbench, causes: Sequence[str]) -> Trial | None:
+    """Refit with these causes and see what is left; None where the refit fails or a cause leaves its range."""
+    fitted = bench.fitted(causes)
+    if fitted is None:
+        return None
+    found = bench.scores(fitted, [*bench.case.causes, *bench.case.families])
+    others = [n for n in bench.case.causes if n not in causes and is_testable(bench, found, n)]
+    p = chance(bench, fitted, found, others)
+    return Trial(tuple(causes), fitted, p, found.strongest([*others, *bench.case.families]))
+
+
+def pairs(bench: Workbench, tried: Sequence[Trial], detection: Detection) -> tuple[Trial, ...]:
+    """Two causes together that suffice, each of them beyond three standard errors beside the other."""
+    evidence = dict(detection.scores.evidence)
+    for trial in tried:
+        beside = bench.scores(trial.fitted, list(bench.case.causes)).evidence
+        for name, value in beside.items():
+            evidence[name] = max(evidence[name], value)
+    names = sorted((n for n in bench.case.causes if evidence[n] > 2.0), key=lambda n: -evidence[n])[:PAIRED]
+    found = []
+    for pair in combinations(names, 2):
+        trial = attempt(bench, pair)
+        if trial is not None and trial.sufficient and all(_beyond(bench, trial, c) for c in pair):
+            found.append(trial)
+    return tuple(found)
+
+
+def _beyond(bench: Workbench, trial: Trial, cause: str) -> bool:
+    """Is the cause needed beside the others of the answer?"""
+    others = tuple(c for c in trial.causes if c != cause)
+    without = bench.fitted(others)
+    return without is not None and bench.scores(without, [cause]).statistic[cause] > BEYOND**2

@@ -1,0 +1,186 @@
+"""A regression linearised at one point and cut into independent units: all that the tests of causes need.
+
+Sign: the residual here is measured less simulated, so that y = J d + noise and a positive score asks for a larger value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.fit import Regression, Rows, equal_information_blocks
+from vdyn_cli.fit.intervals import effective_number
+from vdyn_cli.fit.regression import prior_rows
+from vdyn_cli.fit.triangles import Array, fold
+
+RUNS_AS_UNITS = 16  # from so many on the run is the unit of evidence
+BLOCKS = 24  # of all runs together where they are fewer
+FEWEST_ROWS = 6  # of a block, or its own pattern of noise weighs too much
+
+
+@dataclass(frozen=True)
+class Linear:
+    """The rows of every run at one point.
+
+    Parameters
+    ----------
+    regression : whose shared unknowns are the baseline's and, behind them, those of all candidates.
+    shared : (s,), where it is linearised; own : (g, m).
+    rows : one for each run.
+    """
+
+    regression: Regression
+    shared: Array
+    own: Array
+    rows: tuple[Rows, ...]
+
+
+def linearise(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Linear:
+    """Rows and derivatives of all unknowns at a fitted point; what is not named is zero.
+
+    Raises
+    ------
+    ArithmeticError : the model has no finite value there.
+    """
+    values = np.array([shared.get(u.name, 0.0) for u in regression.shared])
+    each = np.array([own[u.name] for u in regression.own], dtype=float).reshape(len(regression.own), -1).T
+    if not regression.own:
+        each = np.zeros((len(regression.runs), 0))
+    rows = tuple(regression.rows(k, np.concatenate([values, each[k]])) for k in range(len(regression.runs)))
+    if not all(np.all(np.isfinite(r.residual)) and np.all(np.isfinite(r.jacobian)) for r in rows):
+        raise ArithmeticError("the model has no finite derivatives at the fit")
+    return Linear(regression, values, each, rows)
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The compressed rows of all units.
+
+    Parameters
+    ----------
+    names : of the columns: the shared unknowns, then (where blocks are the units) every run's own.
+    columns : (n, p); y : (n,).
+    label : (n,), the unit of each row; run : (units,), the run of each unit, -1 for what is known beforehand.
+    counts : (units,), rows of each before they were compressed.
+    kind : what a unit is.
+    """
+
+    names: tuple[str, ...]
+    columns: Array
+    y: Array
+    label: NDArray[np.int64]
+    run: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    kind: Literal["run", "block"]
+
+    @property
+    def units(self) -> int:
+        return len(self.run)
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.names)}
+
+    @cached_property
+    def starts(self) -> NDArray[np.int64]:
+        """First row of each unit, for sums over units (rows are in the order of units)."""
+        return np.searchsorted(self.label, np.arange(self.units)).astype(np.int64)
+
+    def of(self, names: Sequence[str]) -> Array:
+        """The columns of these unknowns, (n, k)."""
+        return self.columns[:, [self.index[n] for n in names]]
+
+    def evidence(self) -> float:
+        """How many equal units all of them are worth, by what they tell about all unknowns together."""
+        q = np.linalg.qr(_scaled(self.columns))[0]
+        told = np.add.reduceat(np.sum(q**2, axis=1), self.starts)
+        return float(effective_number(told[self.run >= 0][:, None])[0]) if np.any(self.run >= 0) else 0.0
+
+    def by_run(self) -> Sheet:
+        """The same rows with whole runs as units, for causes that differ between runs."""
+        if self.kind == "run":
+            return self
+        of_row = self.run[self.label]
+        known = of_row < 0
+        runs = np.unique(of_row[~known])
+        label = np.where(known, 0, np.searchsorted(runs, of_row))
+        label[known] = runs.size + self.label[known] - np.min(self.label[known], initial=self.units)
+        order = np.argsort(label, kind="stable")
+        units = np.concatenate([runs, -np.ones(len(np.unique(label[known])), dtype=np.int64)])
+        counts = np.array([self.counts[self.run == k].sum() for k in runs], dtype=np.int64)
+        counts = np.concatenate([counts, np.ones(len(units) - len(runs), dtype=np.int64)])
+        return Sheet(self.names, self.columns[order], self.y[order], label[order], units, counts, "run")
+
+
+def sheet(linear: Linear, kind: Literal["auto", "run", "block"] = "auto") -> Sheet:
+    """Cut the rows into units and compress each to a triangle; priors are units of their own."""
+    regression = linear.regression
+    runs = len(regression.runs)
+    if kind == "auto":
+        kind = "run" if runs >= RUNS_AS_UNITS else "block"
+    s, m = len(regression.shared), len(regression.own)
+    names = [u.name for u in regression.shared]
+    if kind == "block":
+        names += [f"{u.name}#{k}" for k in range(runs) for u in regression.own]
+    parts: list[Array] = []
+    owner: list[tuple[int, int]] = []
+    counts = _counts(linear) if kind == "block" else np.ones(runs, dtype=np.int64)
+    for k, rows in enumerate(linear.rows):
+        matrix = np.column_stack([rows.jacobian[:, s:], rows.jacobian[:, :s], -rows.residual])
+        known = prior_rows(regression.own, linear.own[k])
+        known = np.column_stack([known[:, :m], np.zeros((len(known), s)), -known[:, -1]])
+        if kind == "run":
+            triangle = fold(np.vstack([matrix, known]))[m:, m:]
+            parts.append(triangle)
+            owner.append((k, len(matrix)))
+            continue
+        for block in _cut(rows, matrix, int(counts[k])):
+            parts.append(_spread(fold(matrix[block]), s, m, k, runs))
+            owner.append((k, len(block)))
+        for row in known:
+            parts.append(_spread(row[None], s, m, k, runs))
+            owner.append((-1, 1))
+    for row in prior_rows(regression.shared, linear.shared):
+        parts.append(np.concatenate([row[:-1], np.zeros(len(names) - s), -row[-1:]])[None])
+        owner.append((-1, 1))
+    stacked = np.vstack(parts)
+    label = np.repeat(np.arange(len(parts), dtype=np.int64), [len(p) for p in parts])
+    run, count = np.array(owner, dtype=np.int64).T
+    return Sheet(tuple(names), stacked[:, :-1], stacked[:, -1], label, run, count, kind)
+
+
+def _spread(rows: Array, s: int, m: int, run: int, runs: int) -> Array:
+    """Rows over [own | shared | y] as rows over [shared | every run's own | y]."""
+    wide = np.zeros((len(rows), s + m * runs + 1))
+    wide[:, :s], wide[:, -1] = rows[:, m:-1], rows[:, -1]
+    wide[:, s + m * run : s + m * (run + 1)] = rows[:, :m]
+    return wide
+
+
+def _counts(linear: Linear) -> NDArray[np.int64]:
+    """Blocks of each run: alike, for an equal share of all."""
+    runs = len(linear.rows)
+    each = -(-BLOCKS // runs)
+    return np.array([max(1, min(each, r.residual.size // FEWEST_ROWS)) for r in linear.rows], dtype=np.int64)
+
+
+def _cut(rows: Rows, matrix: Array, blocks: int) -> list[NDArray[np.int64]]:
+    """Rows of each block, in the order of time, with equal information about all unknowns together."""
+    order = np.argsort(rows.time, kind="stable") if rows.time is not None else np.arange(len(matrix))
+    q = np.linalg.qr(_scaled(matrix[:, :-1]))[0]
+    # Half by information, half by count: no block may hold too few rows to show its noise.
+    told = np.sum(q**2, axis=1)[order]
+    told = told / max(float(told.sum()), 1e-300) + 1.0 / told.size
+    label = equal_information_blocks(told, blocks)
+    return [order[label == b] for b in range(int(label.max()) + 1)]
+
+
+def _scaled(columns: Array) -> Array:
+    """Columns of length one; those that vanish are left out."""
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    return columns[:, size > 0] / size[size > 0]

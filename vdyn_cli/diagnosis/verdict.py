@@ -1,0 +1,144 @@
+"""From the tests of causes to one of six verdicts.
+
+adequate      nothing is wrong that these data could show
+named         one cause (or one pair) suffices
+ambiguous     several suffice: these data cannot tell them apart
+unknown       something is wrong that no cause of the catalogue explains
+not_testable  too little was driven to say
+data_fault    the cause is a sensor's
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, Detection, detect
+from vdyn_cli.diagnosis.gain import Gain, gain
+from vdyn_cli.diagnosis.naming import REST, Trial, pairs, singles
+from vdyn_cli.diagnosis.scores import absorbed
+from vdyn_cli.diagnosis.workbench import Fitted, Workbench
+
+Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
+LEVEL = 0.05
+TYPICAL = 0.5  # of the plausible range, for what a cause that cannot be seen would bias
+
+
+@dataclass(frozen=True)
+class Invisible:
+    """A cause that these data cannot show, and what it would do to the parameters if it were there."""
+
+    effect: str
+    visibility: float
+    size: float
+    would_bias: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The outcome of a diagnosis.
+
+    Parameters
+    ----------
+    why : for not_testable, what is missing.
+    answers : the sets of causes that suffice: one if named, several if ambiguous.
+    tried : all that was tried as the answer.
+    gain : of the answer, on data held out.
+    """
+
+    name: Name
+    why: str
+    base: Fitted
+    detection: Detection
+    answers: tuple[Trial, ...]
+    tried: tuple[Trial, ...]
+    invisible: tuple[Invisible, ...]
+    gain: Gain | None
+
+    @property
+    def answer(self) -> Trial | None:
+        """The one answer, where there is one."""
+        return self.answers[0] if self.name in ("named", "data_fault") else None
+
+
+def judge(bench: Workbench, level: float = LEVEL) -> Verdict:
+    """Is something wrong, and what? The chance of a false alarm is ``level``.
+
+    Raises
+    ------
+    ResultError : the baseline cannot be fitted.
+    """
+    base = bench.fitted(())
+    assert base is not None
+    found = detect(bench, base)
+    unseen = _invisible(bench, base, found)
+    why = _missing(bench, found, level)
+
+    def verdict(name: Name, answers: tuple[Trial, ...] = (), tried: tuple[Trial, ...] = ()) -> Verdict:
+        gained = None
+        if len(answers) == 1:
+            gained = gain(bench, base, answers[0].fitted, found.testable)
+        return Verdict(name, why, base, found, answers, tried, unseen, gained)
+
+    if why:
+        return verdict("not_testable")
+    if found.p_value > level:
+        return verdict("adequate") if found.testable else verdict("not_testable")
+    tried = singles(bench, found)
+    answers = tuple(t for t in tried if t.sufficient)
+    if not answers and not _one_shape(bench):
+        answers = pairs(bench, tried, found)
+    if not answers:
+        return verdict("unknown", (), tried)
+    if len(answers) > 1:
+        return verdict("ambiguous", answers, tried)
+    fault = all(bench.case.causes[c].sensor for c in answers[0].causes)
+    return verdict("data_fault" if fault else "named", answers, tried)
+
+
+def _missing(bench: Workbench, found: Detection, level: float) -> str:
+    """What these data lack to be diagnosed; empty where they will do."""
+    runs = len(bench.full.runs)
+    if runs < bench.case.fewest_runs:
+        return f"{runs} {bench.case.repeated}{'s' if runs > 1 else ''} cannot tell a cause from chance"
+    if bench.case.one_way:
+        return f"all {bench.case.repeated}s went the same way: wind, slope and resistance look alike"
+    if found.units < FEWEST_UNITS or found.worth < FEWEST_WORTH:
+        return (
+            f"there are {found.units} independent pieces of evidence, worth {found.worth:.0f} equal ones: too few to "
+            "certify anything"
+        )
+    if found.smallest * 3 > level:
+        return f"{found.units} pieces of evidence cannot reach the level of {level:.2g}"
+    return ""
+
+
+def _one_shape(bench: Workbench) -> bool:
+    """Does a single free profile explain everything? Then it is one cause that the catalogue lacks."""
+    for family in bench.case.families:
+        fitted = bench.fitted((family,))
+        if fitted is None:
+            continue
+        names = [n for n in bench.case.causes if n]
+        left = bench.scores(fitted, names)
+        visible = [n for n in names if left.rank[n] and left.visibility[n] > SEEN]
+        if left.p_value(visible) > REST:
+            return True
+    return False
+
+
+SEEN = 0.02
+
+
+def _invisible(bench: Workbench, base: Fitted, found: Detection) -> tuple[Invisible, ...]:
+    result = []
+    for name, effect in bench.case.causes.items():
+        if name in found.testable:
+            continue
+        unknown = bench.unknowns(name)[0]
+        quantity = effect.unknowns[unknown]
+        size = TYPICAL * max(abs(quantity.lower), abs(quantity.upper))
+        moved = absorbed(base.sheet, bench.base, base.sheet.of([unknown])[:, 0]) * size
+        bias = {n: float(m) for n, m in zip(bench.base, moved, strict=True) if n not in bench.nuisances}
+        result.append(Invisible(name, found.scores.visibility[name], size, bias))
+    return tuple(result)

@@ -1,0 +1,55 @@
+"""Nested regressions: one model with every cause in it, of which a fit frees some and holds the others at nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vdyn_cli.fit.regression import Regression, Rows
+from vdyn_cli.fit.solution import Solution
+from vdyn_cli.fit.triangles import Array
+
+
+@dataclass(frozen=True)
+class _Held:
+    """Rows of the full regression with some shared unknowns held, their columns left out."""
+
+    full: Regression
+    free: Array
+    at: Array
+
+    def __call__(self, run: int, theta: Array) -> Rows:
+        s = len(self.full.shared)
+        local = np.concatenate([self.at, theta[self.free.size :]])
+        local[self.free] = theta[: self.free.size]
+        rows = self.full.rows(run, local)
+        columns = np.concatenate([self.free, np.arange(s, rows.jacobian.shape[1])])
+        return replace(rows, jacobian=np.ascontiguousarray(rows.jacobian[:, columns]))
+
+
+def restricted(full: Regression, held: Mapping[str, float], starts: Solution | None = None) -> Regression:
+    """The regression in which the shared unknowns of ``held`` keep those values.
+
+    Parameters
+    ----------
+    full : with every unknown free.
+    starts : a solution whose values the others begin at.
+    """
+    shared = full.shared
+    free = np.array([i for i, u in enumerate(shared) if u.name not in held], dtype=np.int64)
+    at = np.array([held.get(u.name, 0.0) for u in shared])
+    kept = [shared[i] for i in free]
+    run_starts = dict(full.run_starts)
+    if starts is not None:
+        kept = [replace(u, start=float(np.clip(starts.values.get(u.name, u.start), u.lower, u.upper))) for u in kept]
+        run_starts |= dict(starts.per_run)
+    return replace(full, unknowns=(*kept, *full.own), rows=_Held(full, free, at), run_starts=run_starts)
+
+
+def without_priors(regression: Regression, names: Iterable[str]) -> Regression:
+    """The same with nothing known beforehand about some unknowns."""
+    left = set(names)
+    unknowns = tuple(replace(u, prior=None) if u.name in left else u for u in regression.unknowns)
+    return replace(regression, unknowns=unknowns)
