@@ -1,4 +1,4 @@
-"""How the vehicle swings by itself about a cruise: eigenmodes with their names, and what each parameter does to them."""
+"""How the vehicle swings by itself about a cruise: eigenmodes with names, and what each parameter does to them."""
 
 from __future__ import annotations
 
@@ -79,8 +79,8 @@ class Mode:
 def modes(parameters: Mapping[str, float], speed: float, driven: Driven = "front") -> tuple[Mode, ...]:
     """The modes of the vehicle that swing, slowest first.
 
-    x' = f(x, u, p) about the cruise at ``speed``: A = df/dx, A v = s v. Slopes are exact: ds/dp = w' (dA/dp) v / (w' v),
-    where the cruise itself moves with p.
+    x' = f(x, u, p) about the cruise at ``speed``: A = df/dx, A v = s v. Slopes are exact, as the cruise itself moves
+    with p: ds/dp = w' (dA/dp) v / (w' v).
 
     Parameters
     ----------
