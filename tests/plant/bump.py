@@ -6,13 +6,13 @@ acceleration and pitch rate. Where the bump lies in a log is known to a few cent
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tests.plant.half_car import HalfCars, body_acceleration, ride, tire_load
-from tests.plant.information import Array, Information, from_means, prior, total
+from tests.plant.information import Array, Information, effect_slopes, prior, slopes, total
 from tests.plant.obstacle import Bump
 from tests.plant.sample import Samples
 from tests.plant.sensors import ACCELEROMETER, GROUND_SPEED, GYRO, WHEEL_FORCE, Record, Sensor, jitter, read, regular
@@ -27,7 +27,14 @@ EFFECTS = {
     "tire_enveloping": "m of contact patch over which the tyre averages the road",
     "speed_error": "1: the speed channel reads (1 + q) times the speed",
     "clock_offset": "s by which acceleration and pitch rate are read late",
+    "bump_height": "1: the bump is (1 + q) times as high as the tester measured; in no catalogue, for controls",
+    "degressive_damping": "s/m: damper force C v (1 - q |v|); in no catalogue, for controls",
 }
+# Sizes at which finite differences are taken.
+SMALL = {"asymmetric_damping": 1e-3, "suspension_friction": 100.0, "progressive_spring": 1e-2, "tire_damping": 1.0}
+SMALL |= {"tire_enveloping": 0.08, "speed_error": 1e-4, "clock_offset": 1e-4, "bump_height": 1e-3}
+SMALL |= {"degressive_damping": 1e-3}
+ONE_SIDED = ("suspension_friction", "tire_enveloping")
 PARAMETERS = (
     "suspension_stiffness_front",
     "suspension_stiffness_rear",
@@ -116,17 +123,30 @@ def campaign(
 
 
 def information(
-    vehicle: Vehicle, seed: int, effects: Mapping[str, float] | None = None, bump: Bump | None = None, count: int = 4
+    vehicle: Vehicle,
+    seed: int,
+    effects: Mapping[str, float] | None = None,
+    bump: Bump | None = None,
+    count: int = 4,
+    unknowns: Sequence[str] = (),
 ) -> Information:
-    """About ``PARAMETERS``, and for run k: where the bump is, speed, its slope and scale, the zero of each sensor.
+    """About ``PARAMETERS``, the effects in ``unknowns``, and what run k has of its own.
 
+    That is where the bump lies, speed, its slope and scale, the zero of each sensor.
     All five channels count; priors are the sensors' data sheets and the tape measure.
     """
     effects = effects or {}
     own = ("speed", "speed_up", "distance")
     at_shared = np.array([getattr(vehicle, name) for name in PARAMETERS])
+    crossings = runs(seed, count)
+
+    def readings(hidden: Mapping[str, float]) -> Array:
+        logs = noise_free(vehicle, crossings, hidden, bump)
+        return np.concatenate([channel for log in logs for channel in log.values()])
+
+    by_effect = np.split(effect_slopes(readings, effects, unknowns, SMALL, ONE_SIDED), count)
     parts = []
-    for k, crossing in enumerate(runs(seed, count)):
+    for k, crossing in enumerate(crossings):
         at = np.concatenate([at_shared, [crossing.speed, crossing.speed_up, crossing.distance], np.zeros(6)])
         steps = np.concatenate([1e-3 * at_shared, [1e-3, 1e-3, 1e-3], np.ones(6)])
 
@@ -142,7 +162,8 @@ def information(
 
         names = [*PARAMETERS, *(f"{n}_{k}" for n in own), *(f"zero_{h}_{k}" for h in SENSORS), f"speed_scale_{k}"]
         sd = np.repeat([np.hypot(s.noise, s.step / 12**0.5) for s in SENSORS.values()], crossing.times.size)
-        parts.append(from_means(names, mean, at, steps, sd))
+        whitened = np.hstack([slopes(mean, at, steps), by_effect[k]]) / sd[:, None]
+        parts.append(Information((*names, *unknowns), whitened.T @ whitened))
         zeros = {f"zero_{header}_{k}": max(sensor.zero, 1e-9) for header, sensor in SENSORS.items()}
         parts.append(prior({**zeros, f"speed_scale_{k}": SPEED_SCALE_SD, f"distance_{k}": DISTANCE_SD}))
     return total(parts)
@@ -183,6 +204,7 @@ def _cars(vehicles: list[Vehicle], effects: Mapping[str, float]) -> HalfCars:
         asymmetry=flat * effects.get("asymmetric_damping", 0.0),
         friction=flat * effects.get("suspension_friction", 0.0),
         progression=flat * effects.get("progressive_spring", 0.0),
+        degression=flat * effects.get("degressive_damping", 0.0),
     )
 
 
@@ -193,8 +215,9 @@ def _measure(
     unknown = set(effects) - set(EFFECTS)
     if unknown:
         raise ValueError(f"a bump crossing has no effect {sorted(unknown)}")
-    bump = Bump(**{f.name: getattr(bump or Bump(), f.name) for f in fields(Bump) if f.name != "patch"},
-                patch=effects.get("tire_enveloping", 0.0))  # fmt: skip
+    known = bump or Bump()
+    higher = known.height * (1.0 + effects.get("bump_height", 0.0))
+    bump = replace(known, patch=effects.get("tire_enveloping", 0.0), height=higher)
     speed, up, distance = driven.T[:, :, None]
     behind = np.array([0.0, 1.0]) * np.sum(cars.levers, axis=1)[:, None]
 

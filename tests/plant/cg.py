@@ -5,14 +5,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from tests.plant import sample, sensors
-from tests.plant.cg_motion import STEP, Body, Pedals, Ride, sizes
-from tests.plant.information import Information, from_constraints, prior, total
+from tests.plant.cg_motion import EFFECTS, STEP, Body, Pedals, Ride, sizes
+from tests.plant.information import Information, effect_slopes, from_constraints, prior, total
 from tests.plant.sample import Samples
 from tests.plant.sensors import Array, Record
 from tests.plant.vehicle import AIR_DENSITY, GRAVITY, REFERENCE, Vehicle
@@ -26,6 +27,10 @@ PITCH_RATE = sensors.GYRO
 SPEED = sensors.GPS_SPEED.but(latency=0.0)
 WHEELS = ("FL", "FR", "RL", "RR")
 BRAKE_FRONT = 0.65  # share of the braking force; all of the driving force is at the front
+
+# Sizes at which finite differences are taken.
+SMALL = dict.fromkeys(EFFECTS, 1e-3) | {"unsprung_mass": 40.0, "aero_lift": 0.1, "road_grade": 1e-4}
+ONE_SIDED = ("unsprung_mass",)
 
 
 @dataclass(frozen=True)
@@ -142,8 +147,15 @@ def campaign(
     return tuple(result)
 
 
-def information(vehicle: Vehicle, seed: int, effects: Mapping[str, float] | None = None, count: int = 4) -> Information:
-    """About cg_height, cg_to_rear, pitch_inertia and, under its prior, each run's zero of both axles' load cells.
+def information(
+    vehicle: Vehicle,
+    seed: int,
+    effects: Mapping[str, float] | None = None,
+    count: int = 4,
+    unknowns: Sequence[str] = (),
+) -> Information:
+    """About cg_height, cg_to_rear, pitch_inertia, the effects in ``unknowns`` and, under its prior, each run's zero of
+    both axles' load cells.
 
     Motion and loads being unknown themselves, a log says no more than that the moments balance at each sample, L Ff =
     lr (Ff + Fr) - (M h + 4 J/r) a - Fd hd + I th'', a the antenna's acceleration + (H - h) th'', th'' by the slope of
@@ -164,12 +176,28 @@ def information(vehicle: Vehicle, seed: int, effects: Mapping[str, float] | None
                 true.pitch_acceleration[inner],
                 np.full(run.times.size - 2, vehicle.cg_to_front),
                 np.full(run.times.size - 2, -vehicle.cg_to_rear),
+                effect_slopes(partial(_imbalance, vehicle, run), effects or {}, unknowns, SMALL, ONE_SIDED),
             ]
         )
         zeros = [f"zero_front_{k}", f"zero_rear_{k}"]
-        parts.append(from_constraints((*names, *zeros), slopes, _noise_band(vehicle, run, per_acceleration, lever)))
+        band = _noise_band(vehicle, run, per_acceleration, lever)
+        parts.append(from_constraints((*names, *zeros, *unknowns), slopes, band))
         parts.append(prior(dict.fromkeys(zeros, 2**0.5 * LOAD.zero)))
     return total(parts)
+
+
+def _imbalance(vehicle: Vehicle, run: Manoeuvre, effects: Mapping[str, float]) -> Array:
+    """By how much the moments of the readings at the inner samples miss their balance when effects are ignored."""
+    log = _readings(vehicle, run, effects)
+    front, rear = log["FL Fz [N]"] + log["FR Fz [N]"], log["RL Fz [N]"] + log["RR Fz [N]"]
+    rate = log["Pitch Rate [deg/s]"]
+    pitching = (rate[2:] - rate[:-2]) / (run.times[2:] - run.times[:-2])
+    lever = vehicle.antenna_height - vehicle.cg_height
+    per_acceleration = vehicle.mass * vehicle.cg_height + 4 * vehicle.wheel_inertia / vehicle.wheel_radius
+    drag = 0.5 * run.pedals.air_density * vehicle.drag_area * log["Speed [km/h]"] ** 2
+    moment = vehicle.cg_to_rear * rear - vehicle.cg_to_front * front - drag * vehicle.drag_height
+    moment = moment - per_acceleration * log["Antenna Accel [m/s^2]"]
+    return np.asarray(moment[1:-1] - per_acceleration * lever * pitching + vehicle.pitch_inertia * pitching)
 
 
 def _noise_band(vehicle: Vehicle, run: Manoeuvre, per_acceleration: float, lever: float) -> Array:

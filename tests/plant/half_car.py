@@ -37,6 +37,7 @@ class HalfCars:
     asymmetry: Array  # damper force C (v + asymmetry |v|), v > 0 in rebound
     friction: Array  # N, of an axle's struts
     progression: Array  # 1/m, spring force K x (1 + progression x), x > 0 in compression
+    degression: Array  # s/m, damper force C v (1 - degression |v|)
 
     def take(self, which: Any) -> HalfCars:
         return HalfCars(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
@@ -103,7 +104,7 @@ def ride(cars: HalfCars, road: Array, slope: Array, step: float) -> Ride:
     blend = np.zeros((n, points, 4))  # s and t, lift included, at the grid points
     blend[:, :, 2:] = forced
     pushed = cars.static_load[:, None, :] + forced  # tyre load were the wheel at rest
-    law = _Beyond(cars) if np.any([cars.asymmetry, cars.friction, cars.progression]) else None
+    law = _Beyond(cars) if np.any([cars.asymmetry, cars.friction, cars.progression, cars.degression]) else None
     state = np.zeros((points, n, 8))
     more = np.zeros((n, 4))
     x = np.zeros((n, 8, 1))
@@ -177,5 +178,5 @@ class _Beyond:
         limit = c.friction[:, None]
         self.dry = np.clip(self.dry + limit / self.stick * (length - self.length), -limit, limit)
         self.length = length
-        bent = c.asymmetry[:, None] * c.damping * np.abs(rate)
+        bent = (c.asymmetry[:, None] - c.degression[:, None] * rate) * c.damping * np.abs(rate)
         return bent - c.progression[:, None] * c.stiffness * length**2 + self.dry

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from tests.plant import coast, coast_information
+from tests.plant import bump, cg, coast, coast_information, shaft, tire, wheel
 from tests.plant.information import Information, prior, total
 from tests.plant.vehicle import Vehicle, random_vehicle
 
@@ -127,8 +127,49 @@ DRIVEN = {**COASTING, "torque_gain": 0.03, "torque_offset": 3.0, "wheel_radius":
 MANY = coast.WIDE.but(runs=16)
 
 
+LOADED: Mapping[str, float] = {
+    "accelerometer_tilt": 0.01,
+    "accelerometer_offset": 0.1,
+    "wheel_force_gain": 0.01,
+    "clock_offset": 0.005,
+    "road_grade": 0.01,
+    "aero_lift": 0.3,
+    "unsprung_mass": 80.0,
+}
+BUMPED: Mapping[str, float] = {
+    "asymmetric_damping": 0.02,
+    "suspension_friction": 20.0,
+    "progressive_spring": 0.1,
+    "tire_damping": 20.0,
+    "tire_enveloping": 0.03,
+    "speed_error": 0.003,
+    "clock_offset": 0.001,
+}
+SPUN: Mapping[str, float] = {
+    "brake_drag": 3.0,
+    "bearing_drag": 0.1,
+    "hub_torque_gain": 0.01,
+    "hub_torque_offset": 3.0,
+    "clock_offset": 0.002,
+    "wheel_radius": 0.01,
+    "wheel_mass": 2.0,
+}
+SLIPPED: Mapping[str, float] = {
+    "load_sensitivity": 1e-5,
+    "slip_offset": 0.001,
+    "force_offset": 20.0,
+    "tire_relaxation": 0.2,
+    "friction_fade": 0.005,
+}
+TWISTED: Mapping[str, float] = {"series_compliance": 5e-6, "damping": 20.0, "backlash": 2e-3}
+
+
 def _coasting(about: str, day: coast.Day, fixed: bool, rivals: Mapping[str, float] = COASTING) -> Variant:
     return Variant(about, _coast(day, fixed), rivals, day, fixed)
+
+
+def _plain(information: Callable[..., Information]) -> About:
+    return lambda vehicle, seed, hidden, unknowns: information(vehicle, seed, hidden, unknowns=unknowns)
 
 
 VARIANTS: dict[tuple[str, str], Variant] = {
@@ -138,4 +179,9 @@ VARIANTS: dict[tuple[str, str], Variant] = {
     ("coastdown", "short"): _coasting("8 coasts from 75 to 20 km/h, drag coefficient fixed", coast.DAY, True),
     ("coastdown", "one_way"): _coasting("8 coasts all one way", coast.WIDE.but(one_way=True), False),
     ("coastdown", "powered"): _coasting("8 drives of 120 s with known torque", coast.POWERED, False, DRIVEN),
+    ("cg", ""): Variant("4 accelerate-and-brake runs", _plain(cg.information), LOADED),
+    ("bump", ""): Variant("4 crossings, wheels lifting off", _plain(bump.information), BUMPED),
+    ("inertia", ""): Variant("3 drives with throttle and brake steps", _plain(wheel.information), SPUN),
+    ("tire", ""): Variant("5 slip sweeps beyond the peak", _plain(tire.information), SLIPPED),
+    ("shaft", ""): Variant("one tip-in of the left half-shaft", _plain(shaft.information), TWISTED),
 }

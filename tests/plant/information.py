@@ -5,7 +5,7 @@ The inverse of the information is the Cramer-Rao bound; ``bound`` gives the stan
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,6 +72,31 @@ def slopes(function: Callable[[Array], Array], at: Array, steps: Array) -> Array
     count = len(at)
     result: Array = ((values[:count] - values[count:]) / (2.0 * steps[:, None])).T
     return result
+
+
+def effect_slopes(
+    function: Callable[[Mapping[str, float]], Array],
+    hidden: Mapping[str, float],
+    names: Sequence[str],
+    steps: Mapping[str, float],
+    one_sided: Iterable[str] = (),
+) -> Array:
+    """d function / d size of each effect about the hidden sizes, shape (values, names).
+
+    Central differences; the chord from nothing to a whole step for those of ``one_sided`` that are not there: what
+    can only be positive, or has no derivative at nothing (play, dry friction).
+    """
+    nothing = function(hidden)
+    columns = [np.zeros((nothing.size, 0))]
+    for name in names:
+        by, size = steps[name], hidden.get(name, 0.0)
+        if name in one_sided and size == 0.0:
+            column = (function({**hidden, name: by}) - nothing) / by
+        else:
+            ends = function({**hidden, name: size + by}), function({**hidden, name: size - by})
+            column = (ends[0] - ends[1]) / (2.0 * by)
+        columns.append(column[:, None])
+    return np.hstack(columns)
 
 
 def from_means(names: Iterable[str], mean: Callable[[Array], Array], at: Array, steps: Array, sd: Array) -> Information:

@@ -6,7 +6,7 @@ relaxation length and pushes half a car. Explicit midpoint steps.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import atan, copysign, exp, pi, sin
 
@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags, hstack, vstack
 from scipy.sparse.linalg import splu
 
-from tests.plant.information import Array, Information
+from tests.plant.information import Array, Information, effect_slopes
 from tests.plant.sample import Samples
 from tests.plant.sensors import SHAFT_TORQUE, WHEEL_SPEED, Record, Sensor, jitter, read, regular
 from tests.plant.vehicle import AIR_DENSITY, REFERENCE, Vehicle
@@ -24,7 +24,11 @@ EFFECTS = {
     "series_compliance": "rad/(N m) of the joints, in series with the shaft",
     "damping": "N m s/rad beyond the vehicle's",
     "backlash": "rad of free play to either side",
+    "stiffening": "1/rad^2: torque k phi (1 + q phi^2); in no catalogue, for controls",
 }
+# Sizes at which finite differences are taken.
+SMALL = {"series_compliance": 1e-7, "damping": 0.1, "backlash": 1e-3, "stiffening": 1.0}
+ONE_SIDED = ("backlash",)
 RATE = 1000.0
 STEP = 1.25e-4  # s
 SENSORS: dict[str, Sensor] = {
@@ -111,9 +115,14 @@ def campaign(
 
 
 def information(
-    vehicle: Vehicle, seed: int, effects: Mapping[str, float] | None = None, duration: float = 4.0
+    vehicle: Vehicle,
+    seed: int,
+    effects: Mapping[str, float] | None = None,
+    duration: float = 4.0,
+    unknowns: Sequence[str] = (),
 ) -> Information:
-    """About stiffness, damping and the zero of torque (its and the twist's) of the left shaft.
+    """About stiffness, damping and the zero of torque (its and the twist's) of the left shaft, and the effects in
+    ``unknowns``.
 
     The motion is unknown: every sample's rate of twist is, and the twist at the start; twist is its running mean.
     """
@@ -122,21 +131,28 @@ def information(
     n = times.size
     sd_torque, sd_fast, sd_slow, sd_twist = (float(np.hypot(s.noise, s.step / 12**0.5)) for s in SENSORS.values())
     k, c = truth(vehicle)["shaft_stiffness_left"], vehicle.shaft_damping_left
+
+    def beyond(hidden: Mapping[str, float]) -> Array:
+        torque, fast, slow, twist = noise_free(vehicle, times, hidden).values()
+        return np.asarray(torque - k * twist - c * (fast - slow))
+
+    by_effect = effect_slopes(beyond, effects or {}, unknowns, SMALL, ONE_SIDED)
     eye, none = diags([np.ones(n)], [0]), csr_matrix((n, n))
-    params = csr_matrix(np.column_stack([twist, fast - slow, np.ones(n)]))
     half = np.diff(times) / 2
     chain = hstack([diags([-np.ones(n - 1), np.ones(n - 1)], [0, 1], shape=(n - 1, n)),
-                    -diags([half, half], [0, 1], shape=(n - 1, n)), csr_matrix((n - 1, 3))])  # fmt: skip
-    rows = vstack(
+                    -diags([half, half], [0, 1], shape=(n - 1, n))])  # fmt: skip
+    motion = vstack(
         [
-            hstack([k * eye, c * eye, params]) / sd_torque,
-            hstack([none, eye, csr_matrix((n, 3))]) / np.hypot(sd_fast, sd_slow),
-            hstack([eye, none, csr_matrix((n, 3))]) / sd_twist,
+            hstack([k * eye, c * eye]) / sd_torque,
+            hstack([none, eye]) / np.hypot(sd_fast, sd_slow),
+            hstack([eye, none]) / sd_twist,
             chain / 1e-8,
         ]
     ).tocsc()
-    covariance = splu((rows.T @ rows).tocsc()).solve(np.eye(2 * n + 3, 3, k=-2 * n))[-3:]
-    return Information(("shaft_stiffness_left", "shaft_damping_left", "zero"), np.linalg.inv(covariance))
+    sought = np.column_stack([twist, fast - slow, np.ones(n), by_effect]) / sd_torque
+    taken = motion[:n].T @ sought
+    left = sought.T @ sought - taken.T @ splu((motion.T @ motion).tocsc()).solve(taken)
+    return Information(("shaft_stiffness_left", "shaft_damping_left", "zero", *unknowns), left)
 
 
 def samples() -> Samples:
@@ -166,6 +182,7 @@ def _drive(vehicle: Vehicle, effects: Mapping[str, float], points: int) -> Array
     v, r = vehicle, vehicle.wheel_radius
     spring = 1.0 / (1.0 / truth(v)["shaft_stiffness_left"] + effects.get("series_compliance", 0.0))
     damper, gap = v.shaft_damping_left + effects.get("damping", 0.0), effects.get("backlash", 0.0)
+    stiffening = effects.get("stiffening", 0.0)
     load = v.front_load / 2
     resistance = v.rolling_resistance * v.rear_load / 2  # of the rear wheel; the front one is in the wheel's balance
     motor = v.driveline_inertia / 2
@@ -175,7 +192,7 @@ def _drive(vehicle: Vehicle, effects: Mapping[str, float], points: int) -> Array
         engaged = abs(twist) - gap
         if engaged <= 0.0:
             return 0.0 if gap else damper * rate
-        torque = copysign(spring * engaged, twist) + damper * rate
+        torque = copysign(spring * engaged * (1.0 + stiffening * engaged**2), twist) + damper * rate
         return torque if not gap or torque * twist > 0.0 else 0.0  # flanks push, they never pull
 
     def rates(t: float, y: tuple[float, ...]) -> tuple[float, ...]:

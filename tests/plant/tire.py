@@ -5,13 +5,13 @@ Both speeds are noisy, so slip is; the tyre's force is Fz times the magic formul
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
-from tests.plant.information import Array, Information, slopes
+from tests.plant.information import Array, Information, effect_slopes, slopes, total
 from tests.plant.sample import Samples
 from tests.plant.sensors import GROUND_SPEED, WHEEL_FORCE, WHEEL_SPEED, Record, Sensor, jitter, read, regular
 from tests.plant.vehicle import REFERENCE, Vehicle
@@ -23,7 +23,12 @@ EFFECTS = {
     "force_offset": "N on the force channel",
     "tire_relaxation": "m over which slip builds up",
     "friction_fade": "s/m: friction is lost with the sliding speed |vs|, mu (1 - q |vs|)",
+    "braking_friction": "1: friction is (1 + q) times as high under braking; in no catalogue, for controls",
 }
+# Sizes at which finite differences are taken.
+SMALL = {"load_sensitivity": 1e-6, "slip_offset": 1e-5, "force_offset": 1.0, "tire_relaxation": 0.2}
+SMALL |= {"friction_fade": 1e-4, "braking_friction": 1e-3}
+ONE_SIDED = ("tire_relaxation",)
 PARAMETERS = ("tire_B", "tire_C", "tire_D", "tire_E")
 RATE = 100.0
 SENSORS: dict[str, Sensor] = {
@@ -92,6 +97,7 @@ def noise_free(vehicle: Vehicle, sweep: Sweep, effects: Mapping[str, float] | No
     grip = friction(lagging, vehicle.tire_B, vehicle.tire_C, vehicle.tire_D, vehicle.tire_E)
     grip *= 1.0 - effects.get("load_sensitivity", 0.0) * (sweep.load - vehicle.front_load / 2)
     grip *= 1.0 - effects.get("friction_fade", 0.0) * np.abs(sweep.slip * sweep.speed)
+    grip *= 1.0 + effects.get("braking_friction", 0.0) * (lagging < 0.0)
     turning = sweep.speed * (1.0 + sweep.slip + effects.get("slip_offset", 0.0)) / vehicle.wheel_radius
     force = grip * sweep.load + effects.get("force_offset", 0.0)
     return dict(zip(SENSORS, (turning, sweep.speed, force, sweep.load), strict=True))
@@ -123,10 +129,12 @@ def information(
     count: int = 5,
     duration: float = 12.0,
     peak: bool = True,
+    unknowns: Sequence[str] = (),
 ) -> Information:
-    """About B, C, D, E when each sample's true speeds and load are unknown: their errors count with the force's."""
+    """About B, C, D, E and the effects in ``unknowns`` when each sample's true speeds and load are unknown: their
+    errors count with the force's."""
     at = np.array([getattr(vehicle, name) for name in PARAMETERS])
-    matrix = np.zeros((4, 4))
+    parts = []
     noise = {header: np.hypot(s.noise, s.step / 12**0.5) for header, s in SENSORS.items()}
     for sweep in sweeps(vehicle, seed, count, duration, peak):
         clean = noise_free(vehicle, sweep, effects)
@@ -141,12 +149,17 @@ def information(
             slip = turning * vehicle.wheel_radius / speed - 1.0
             return np.asarray(friction(slip, *at) * load)
 
+        def beyond(hidden: Mapping[str, float], sweep: Sweep = sweep) -> Array:
+            turning, speed, pull, load = noise_free(vehicle, sweep, hidden).values()
+            return np.asarray(pull - friction(turning * vehicle.wheel_radius / speed - 1.0, *at) * load)
+
         by_reading = slopes(read_force, np.zeros(3), np.array([1e-4, 1e-4, 1.0]))
         sd = np.array([noise["Wheel Speed [rad/s]"], noise["Vehicle Speed [km/h]"], noise["Fz [N]"]])
         variance = noise["Fx [N]"] ** 2 + np.sum((by_reading * sd) ** 2, axis=1)
-        whitened = slopes(force, at, np.full(4, 1e-4)) / np.sqrt(variance)[:, None]
-        matrix += whitened.T @ whitened
-    return Information(PARAMETERS, matrix)
+        by_effect = effect_slopes(beyond, effects or {}, unknowns, SMALL, ONE_SIDED)
+        whitened = np.hstack([slopes(force, at, np.full(4, 1e-4)), by_effect]) / np.sqrt(variance)[:, None]
+        parts.append(Information((*PARAMETERS, *unknowns), whitened.T @ whitened))
+    return total(parts)
 
 
 def stiffness_bound(vehicle: Vehicle, info: Information) -> float:

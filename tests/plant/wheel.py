@@ -9,12 +9,13 @@ load Fz, the wheel's speed om = v (1 + s) / r, and the torque
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from tests.plant.information import Array, Information, from_constraints, prior, total
+from tests.plant.information import Array, Information, effect_slopes, from_constraints, prior, total
 from tests.plant.sample import Samples
 from tests.plant.sensors import (
     ACCELEROMETER,
@@ -39,6 +40,14 @@ EFFECTS = {
     "clock_offset": "s by which torque and forces are read late",
     "wheel_radius": "1: the true radius is (1 + q) times the one that the tester knows",
     "wheel_mass": "kg by which the wheel is heavier than the tester knows",
+    "drag_bump": "N m at 45 rad/s, 3 rad/s wide: a pad that rubs at one speed; in no catalogue, for controls",
+}
+# Sizes at which finite differences are taken.
+SMALL = dict.fromkeys(EFFECTS, 1e-4) | {
+    "brake_drag": 1.0,
+    "hub_torque_offset": 1.0,
+    "wheel_mass": 0.1,
+    "drag_bump": 1.0,
 }
 RATE = 200.0
 FINE = 5e-4  # s, grid of the truth
@@ -112,6 +121,7 @@ def noise_free(vehicle: Vehicle, drive: Drive, effects: Mapping[str, float] | No
     torque = vehicle.wheel_inertia * np.gradient(turning, FINE, edge_order=2)
     torque += force * radius + vehicle.rolling_resistance * load * radius
     torque += effects.get("brake_drag", 0.0) + effects.get("bearing_drag", 0.0) * turning
+    torque += effects.get("drag_bump", 0.0) * np.exp(-0.5 * ((turning - 45.0) / 3.0) ** 2)
     torque = torque * (1.0 + effects.get("hub_torque_gain", 0.0)) + effects.get("hub_torque_offset", 0.0)
     signals = (torque, turning, force - heavy * acceleration, load - heavy * GRAVITY, acceleration, speed)
     late = drive.times - effects.get("clock_offset", 0.0)
@@ -136,9 +146,15 @@ def campaign(
 
 
 def information(
-    vehicle: Vehicle, seed: int, effects: Mapping[str, float] | None = None, count: int = 3, duration: float = 30.0
+    vehicle: Vehicle,
+    seed: int,
+    effects: Mapping[str, float] | None = None,
+    count: int = 3,
+    duration: float = 30.0,
+    unknowns: Sequence[str] = (),
 ) -> Information:
-    """About the wheel's inertia and each run's torque zero (all sensors' zeros at the torque, within data sheets).
+    """About the wheel's inertia, the effects in ``unknowns``, and each run's torque zero (all sensors' zeros at the
+    torque, within data sheets).
 
     The motion itself is unknown: over each sampling interval Jw times the change of speed equals the mean of the
     torques at its ends, and every one of those readings is noisy.
@@ -152,13 +168,25 @@ def information(
     for k, drive in enumerate(drives(seed, count, duration)):
         turning = noise_free(vehicle, drive, effects)["Wheel Speed [rad/s]"]
         dt = np.diff(drive.times)
-        by_unknown = np.column_stack([np.diff(turning), dt])
+        by_effect = effect_slopes(partial(_imbalance, vehicle, drive), effects or {}, unknowns, SMALL)
+        by_unknown = np.column_stack([np.diff(turning), dt, by_effect])
         spread = (J * _sd(SENSORS["Wheel Speed [rad/s]"])) ** 2
         band = np.zeros((2, dt.size))
         band[0] = 2 * spread + dt**2 / 2 * noise
         band[1, :-1] = -spread + dt[1:] * dt[:-1] / 4 * noise
-        parts += [from_constraints(("wheel_inertia", f"zero_{k}"), by_unknown, band), prior({f"zero_{k}": zero})]
+        names = ("wheel_inertia", f"zero_{k}", *unknowns)
+        parts += [from_constraints(names, by_unknown, band), prior({f"zero_{k}": zero})]
     return total(parts)
+
+
+def _imbalance(vehicle: Vehicle, drive: Drive, effects: Mapping[str, float]) -> Array:
+    """By how much the torques read miss the change of spin over each sampling interval when effects are ignored."""
+    torque, turning, force, load, acceleration, _ = noise_free(vehicle, drive, effects).values()
+    force = force + vehicle.wheel_mass * acceleration
+    load = load + vehicle.wheel_mass * GRAVITY
+    net = torque - (force + vehicle.rolling_resistance * load) * vehicle.wheel_radius
+    pushed = (net[1:] + net[:-1]) / 2 * np.diff(drive.times)
+    return np.asarray(pushed - vehicle.wheel_inertia * np.diff(turning))
 
 
 def samples() -> Samples:
