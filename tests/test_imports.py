@@ -20,10 +20,10 @@ ROWS = (
     ("estimation",),
     ("steps",),
     ("cross_checks",),
-    ("inputs", "document", "execute"),
     ("diagnosis",),
+    ("inputs", "document", "execute"),
     ("pipeline",),
-    ("report",),
+    ("report", "export"),
     ("commands", "cli"),
 )
 RANK = {room: row for row, rooms in enumerate(ROWS) for room in rooms}

@@ -93,6 +93,21 @@ def pipeline(
     raise typer.Exit(code)
 
 
+@app.command()
+def export(
+    parameters: Annotated[Path, typer.Argument(metavar="PARAMETERS.json", show_default=False)],
+    to: Annotated[str, typer.Option("--to", metavar="c|fmu|tir|abc|mat", help="Format.", show_default=False)],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the files.")] = Path("out"),
+    name: Annotated[str, typer.Option("--name", help="Name of files and structs.")] = "vehicle",
+    driven: Annotated[str, typer.Option("--driven", metavar="front|rear|both", help="Driven axle.")] = "front",
+    quiet: Quiet = False,
+) -> None:
+    """Hand a parameter set to other programs: C, FMU, tire file, dynamometer, MATLAB."""
+    from vdyn_cli.commands.run_export import run_export
+
+    run_export(parameters, to, output, name, driven, _teller(quiet, False))
+
+
 @app.command("list")
 def list_steps() -> None:
     """The steps, what each reads, needs and gives; and the effects that can be looked for."""

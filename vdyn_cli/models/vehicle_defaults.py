@@ -102,3 +102,6 @@ _WAYS = (
     _A("shaft_damping_right", lambda k: SHAFT_TIME * k["shaft_stiffness_right"], "2 ms times the stiffness"),
     _A("brake_share_front", lambda k: 0.65, "usual for passenger cars"),
 )
+
+# Parameters that others, or custom, can stand for.
+FOLLOWING = frozenset(way.name for way in _WAYS)

@@ -1,0 +1,36 @@
+"""`vdyn export`: read a parameter file, make the files of one format, write them all or none."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import get_args
+
+from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.export import Driven, Options, make
+from vdyn_cli.export.given import read_given
+from vdyn_cli.files import write_whole
+
+Tell = Callable[..., None]
+
+
+def run_export(path: Path, form: str, folder: Path, name: str, driven: str, tell: Tell) -> None:
+    """Write the files of one format into ``folder``; nothing is written before all are made.
+
+    Raises
+    ------
+    InputError : no parameter file, no such format, parameters that are missing, a name that is no identifier.
+    """
+    # In C, in MATLAB and in an FMU the name is an identifier.
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,30}", name):
+        raise InputError(Finding("--name", "is not a letter followed by letters, digits or _, 31 at most", repr(name)))
+    axle = next((way for way in get_args(Driven) if way == driven), None)
+    if axle is None:
+        raise InputError(Finding("--driven", "is no axle", repr(driven), f"write {', '.join(get_args(Driven))}"))
+    made = make(read_given(path), form, Options(name, axle))
+    for file, data in made.files.items():
+        write_whole(folder / file, data)
+        tell(str(folder / file))
+    for note in made.notes:
+        tell(f"  {note}")

@@ -1,0 +1,54 @@
+"""A parameter set in the shapes that other programs read; each format makes its files from the same `Given`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from importlib import import_module
+from typing import Literal
+
+from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.export.given import Given
+
+Driven = Literal["front", "rear", "both"]
+
+# What each format is, in words; its file has a function `made`.
+FORMATS: Mapping[str, str] = {
+    "c": "the full vehicle as C99: header, source and a worked example",
+    "fmu": "the full vehicle for co-simulation (FMI 2.0), source inside",
+    "tir": "the tire as a property file of the magic formula",
+    "abc": "the road load as A, B, C and F0, F1, F2",
+    "mat": "every parameter as a MATLAB struct",
+}
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the command line says: a name for files and structs, and the driven axle."""
+
+    name: str = "vehicle"
+    driven: Driven = "front"
+
+
+@dataclass(frozen=True)
+class Made:
+    """Files under their names, and what there is to say of them."""
+
+    files: Mapping[str, bytes]
+    notes: tuple[str, ...] = ()
+
+
+def make(given: Given, form: str, options: Options) -> Made:
+    """The files of one format.
+
+    Raises
+    ------
+    InputError : no such format; parameters that it needs and nobody gave.
+    """
+    if form not in FORMATS:
+        near = get_close_matches(form, FORMATS, n=1)
+        remedy = f"did you mean {near[0]}?" if near else f"there are {', '.join(FORMATS)}"
+        raise InputError(Finding("--to", "is no format of vdyn export", repr(form), remedy))
+    made: Callable[[Given, Options], Made] = import_module(f"vdyn_cli.export.{form}").made
+    return made(given, options)

@@ -1,0 +1,69 @@
+"""The full vehicle as C99: ``<name>.h``, ``<name>.c`` and ``<name>_main.c``, a tip-in and a stop worked out."""
+
+from __future__ import annotations
+
+from vdyn_cli.export import Made, Options
+from vdyn_cli.export.given import Given
+from vdyn_cli.export.machine import Machine, machine
+
+COMPILE = "cc -std=c99 -O2 {0}.c {0}_main.c -lm -o {0}"
+
+MAIN = """/* {title}: rest, tip-in, back-out, brakes, rest again. Compile: {command} */
+#include <stdio.h>
+
+#include "{name}.h"
+
+int main(void)
+{{
+    const double dt = 0.001; /* s, the longest step that resolves half-shafts and wheel hop */
+    const double torque = {torque!r}; /* N m at the driveline's input: 0.2 g */
+    const double brakes = {brakes!r}; /* N m of all wheels: 0.4 g */
+    {name}_parameters p = {name}_defaults; /* change what you like: p.mass = 1600.0; */
+    {name}_state x;
+    {name}_input now = {{0}}, next = {{0}};
+    {name}_output y;
+    int k;
+    {name}_init(&x, &now, &p, 0.0);
+    printf("time_s,drive_torque_Nm,speed_mps,{shaft}_Nm,jerk_mps3\\n");
+    for (k = 0; k <= 10000; k++) {{
+        next.drive_torque = (k >= 1000 && k < 4000) ? torque : 0.0;
+        next.brake_torque = (k >= 5000) ? brakes : 0.0;
+        next.elapsed = (k + 1) * dt;
+        {name}_step(&x, &now, &next, dt, &p, &y); /* y: what there is to see before the step */
+        if (k % 100 == 0) {{
+            printf("%.3f,%.1f,%.6f,%.3f,%.3f\\n", k * dt, now.drive_torque, y.speed, y.{shaft}, y.jerk);
+        }}
+        now = next;
+    }}
+    return 0;
+}}
+"""
+
+
+def made(given: Given, options: Options) -> Made:
+    """The three files.
+
+    Raises
+    ------
+    InputError : parameters that nobody gave and nothing can stand for.
+    """
+    car = machine(given, options.driven)
+    title = f"{given.title} ({given.source})"
+    program = car.program(options.name, title)
+    name = options.name
+    files = {
+        f"{name}.h": program.header.encode(),
+        f"{name}.c": program.source.encode(),
+        f"{name}_main.c": _main(car, name, title).encode(),
+    }
+    return Made(files, (*car.notes, f"compile with: {COMPILE.format(name)}"))
+
+
+def _main(car: Machine, name: str, title: str) -> str:
+    v = car.values
+    weight = v["mass"] * 9.81 * v["wheel_radius"]
+    torque = round(0.2 * weight / v["gear_ratio"], 0)
+    brakes = round(0.4 * weight, 0)
+    command = COMPILE.format(name)
+    plain = title.replace("*/", "* /")
+    return MAIN.format(title=plain, command=command, name=name, torque=torque, brakes=brakes, shaft="shaft_torque_left")

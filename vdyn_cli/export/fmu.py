@@ -1,0 +1,105 @@
+"""The full vehicle as a unit for co-simulation (FMI 2.0): description, source and, with a compiler here, a binary."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+
+from vdyn_cli.export import Made, Options
+from vdyn_cli.export.fmu_description import Variable, description
+from vdyn_cli.export.fmu_source import source
+from vdyn_cli.export.given import Given
+from vdyn_cli.export.machine import STEP, Machine, comment, machine
+from vdyn_cli.quantity import Quantity
+
+START = Quantity("start_speed", "m/s", "speed to start with", "", 0, 100)
+EPOCH = (1980, 1, 1, 0, 0, 0)  # the oldest time that a zip can hold: the same bytes from the same parameters
+# FMI 2.0's names of platforms, by system, machine and pointer size; and how a compiler is asked for a library there.
+PLATFORMS: Mapping[tuple[str, str], tuple[str, str, tuple[str, ...]]] = {
+    ("linux", "x86_64"): ("linux64", "so", ("-shared", "-fPIC")),
+    ("darwin", "x86_64"): ("darwin64", "dylib", ("-dynamiclib",)),
+    ("darwin", "arm64"): ("darwin64", "dylib", ("-dynamiclib", "-arch", "arm64", "-arch", "x86_64")),
+    ("win32", "AMD64"): ("win64", "dll", ("-shared",)),
+}
+
+
+def made(given: Given, options: Options) -> Made:
+    """``<name>.fmu``.
+
+    Inputs, parameters (the start speed among them) and outputs carry SI units, meaning and start values. A
+    communication step is divided into steps of at most 1 ms; inputs go as their derivatives say, which are zero where
+    the importer sets none. It needs nothing on the target: no Python, no library but libm.
+
+    Raises
+    ------
+    InputError : parameters that nobody gave and nothing can stand for.
+    """
+    car = machine(given, options.driven)
+    name, title = options.name, f"{given.title} ({given.source})"
+    program = car.program(name, title)
+    variables = _variables(car)
+    wrapper = source(program, [v.name for v in variables], STEP)
+    sources = {f"{name}.h": program.header, f"{name}.c": program.source, f"{name}_fmi2.c": wrapper}
+    guid = _guid(sources)
+    sources[f"{name}_fmi2.c"] = wrapper.replace("@GUID@", guid)
+    compiled = [file for file in sources if file.endswith(".c")]
+    files = {f"sources/{file}": text.encode() for file, text in sources.items()}
+    files["modelDescription.xml"] = description(name, title, guid, variables, compiled, STEP)
+    binary, note = _binary(name, sources)
+    return Made({f"{name}.fmu": _zip({**files, **binary})}, (*car.notes, note))
+
+
+def _variables(car: Machine) -> tuple[Variable, ...]:
+    """What the importer sees, in the order of its references."""
+    q = car.quantities
+    return (
+        Variable(START.name, START.unit, comment(START), "parameter", 0.0),
+        *(Variable(n, q[n].unit, comment(q[n]), "parameter", car.values[n]) for n in car.graph.constants),
+        *(Variable(n, q[n].unit, comment(q[n]), "input", 0.0) for n in car.graph.inputs),
+        *(Variable(n, q[n].unit, comment(q[n]), "output") for n in car.graph.outputs),
+    )
+
+
+def _guid(sources: Mapping[str, str]) -> str:
+    digest = hashlib.sha256("".join(f"{n}\n{t}" for n, t in sources.items()).encode()).hexdigest()
+    return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
+
+
+def _binary(name: str, sources: Mapping[str, str]) -> tuple[dict[str, bytes], str]:
+    """The library for this platform, where a compiler can make it, and what to say of that."""
+    compiler = next((path for path in map(shutil.which, ("cc", "gcc", "clang")) if path), None)
+    place = PLATFORMS.get((sys.platform, platform.machine())) if struct.calcsize("P") == 8 else None
+    if compiler is None or place is None:
+        why = "no C compiler here" if compiler is None else "no name for this platform in FMI 2.0"
+        return {}, f"source only ({why}): the importer compiles it, or 'fmpy compile {name}.fmu'"
+    folder, ending, flags = place
+    with tempfile.TemporaryDirectory() as scratch:
+        for file, text in sources.items():
+            (Path(scratch) / file).write_text(text, encoding="utf-8")
+        target = f"{name}.{ending}"
+        inputs = [file for file in sources if file.endswith(".c")]
+        command = [compiler, "-std=c99", "-O2", *flags, *inputs, "-o", target, "-lm"]
+        done = subprocess.run(command, cwd=scratch, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            why = (done.stderr.strip().splitlines() or ["no message"])[0]
+            return {}, f"source only: {compiler} failed here ({why})"
+        return {f"binaries/{folder}/{target}": (Path(scratch) / target).read_bytes()}, f"compiled for {folder}"
+
+
+def _zip(files: Mapping[str, bytes]) -> bytes:
+    packed = BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file, data in sorted(files.items(), key=lambda item: (item[0] != "modelDescription.xml", item[0])):
+            entry = zipfile.ZipInfo(file, EPOCH)
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            archive.writestr(entry, data)
+    return packed.getvalue()

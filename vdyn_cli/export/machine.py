@@ -1,0 +1,123 @@
+"""The vehicle that leaves as C: the full model with the causes that were accepted, and every number in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.engine.c_source import CProgram, c_program
+from vdyn_cli.engine.graph import Graph, trace
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.export.given import Cause, Given, completed, quantity_of
+from vdyn_cli.models.vehicle import Driven, vehicle
+from vdyn_cli.quantity import Quantity
+from vdyn_cli.vocabulary import CHANNELS, PARAMETERS
+
+STEP = 1e-3  # s, the longest step that resolves half-shafts and wheel hop
+CONTEXT = {
+    "heading": Quantity(
+        "heading", "", "+1 or -1 out or back on the test track, 0: its wind and slope do not blow here"
+    ),
+    "temperature": PARAMETERS["temperature"],
+}
+MORE = {
+    "elapsed": Quantity("elapsed", "s", "time since the start; only what changes with it looks at it"),
+    **{
+        f"road_{at}": Quantity(f"road_{at}", "m", f"height of the road under the {where} wheel")
+        for at, where in (("fl", "front left"), ("fr", "front right"), ("rl", "rear left"), ("rr", "rear right"))
+    },
+}
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A model with its numbers.
+
+    Parameters
+    ----------
+    model, effects, graph : what is printed.
+    values : of every constant of the graph: parameters, causes' unknowns and context, SI.
+    quantities : unit and meaning of parameters, inputs, outputs.
+    assumed : parameters that nobody gave, and why their value.
+    causes : those taken in; ``notes`` say which were left out, and why.
+    """
+
+    model: Model
+    effects: tuple[Effect, ...]
+    graph: Graph
+    values: Mapping[str, float]
+    quantities: Mapping[str, Quantity]
+    assumed: Mapping[str, str]
+    causes: tuple[Cause, ...]
+    notes: tuple[str, ...]
+
+    def program(self, name: str, title: str) -> CProgram:
+        """The machine in C, with a start speed; steps are the caller's and at most STEP long."""
+        comments = {n: comment(q) + _doubt(self.assumed.get(n)) for n, q in self.quantities.items()}
+        return c_program(self.graph, 1, name, start=("speed",), defaults=self.values, comments=comments, title=title)
+
+
+def machine(given: Given, driven: Driven) -> Machine:
+    """The vehicle of a parameter file.
+
+    Raises
+    ------
+    InputError : parameters that nobody gave and nothing can stand for.
+    """
+    model = vehicle(driven)
+    values, assumed = completed(given, model.parameters, "the full vehicle")
+    context = {"heading": 0.0, "temperature": given.values.get("temperature", 293.15)}
+    taken, notes = accepted(model, given.causes)
+    known = {effect.name: effect for effect in catalogue()}
+    effects = tuple(known[cause.effect] for cause in taken)
+    graph = trace(model, effects)
+    unknowns = {name: value for cause in taken for name, value in cause.unknowns.items()}
+    everything = {**graph.defaults, **values, **context, **unknowns}
+    quantities = {name: quantity_of(name) for name in model.parameters}
+    quantities |= {name: CHANNELS.get(name) or MORE.get(name) or Quantity(name, "", "") for name in model.inputs}
+    quantities |= {name: CHANNELS.get(name) or Quantity(name, "", "") for name in graph.outputs}
+    quantities |= {name: quantity for effect in effects for name, quantity in effect.unknowns.items()}
+    quantities |= {name: CONTEXT[name] for name in model.context}
+    notes = tuple(f"assumed {name}: {why}" for name, why in assumed.items()) + notes
+    return Machine(model, effects, graph, everything, quantities, assumed, taken, notes)
+
+
+def accepted(model: Model, causes: Iterable[Cause]) -> tuple[tuple[Cause, ...], tuple[str, ...]]:
+    """The causes that belong to the car and that the model offers, and what to say of the others.
+
+    A fault of the measurement (a sensor's gain, zero, delay, a recorded input that is off) is part of the test day, not
+    of the car: the published parameters have been freed of it already.
+    """
+    known = {effect.name: effect for effect in catalogue()}
+    offers = {effect.name for effect in offered(model, catalogue())}
+    recorded = {*CHANNELS, *model.inputs, *trace(model).outputs}
+    taken: list[Cause] = []
+    notes: list[str] = []
+    for cause in causes:
+        effect = known.get(cause.effect)
+        if effect is None:
+            notes.append(f"left out {cause.effect}: this version knows no such cause")
+        elif effect.sensor or all(law.removesuffix("_clock") in recorded for law in effect.on):
+            notes.append(f"left out {cause.effect}: a fault of the measurement or the day's road, not of the car")
+        elif cause.effect not in offers:
+            notes.append(f"left out {cause.effect}: the full vehicle has no element for it ({', '.join(effect.on)})")
+        elif strange := [name for name in cause.unknowns if name not in effect.unknowns]:
+            notes.append(f"left out {cause.effect}: it has no unknown {', '.join(strange)}")
+        else:
+            taken.append(cause)
+            sizes = ", ".join(
+                f"{name} = {value:.4g} {effect.unknowns[name].unit}".rstrip() for name, value in cause.unknowns.items()
+            )
+            notes.append(f"taken in {cause.effect}: {sizes}")
+    return tuple(taken), tuple(notes)
+
+
+def comment(quantity: Quantity) -> str:
+    """Unit and meaning, as a comment."""
+    return ", ".join(part for part in (quantity.unit or "1", quantity.meaning) if part)
+
+
+def _doubt(why: str | None) -> str:
+    return f" (assumed: {why})" if why else ""

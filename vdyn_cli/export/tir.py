@@ -1,0 +1,144 @@
+"""The tire as a property file: the magic formula's coefficients in the names of Pacejka's 2002 version."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.export import Made, Options
+from vdyn_cli.export.given import Given, completed
+
+NEEDED = (
+    *("tire_B", "tire_C", "tire_D", "tire_E", "wheel_radius", "tire_vertical_stiffness", "mass"),
+    *("tire_load_sensitivity", "tire_relaxation_length", "tire_vertical_damping", "rolling_resistance"),
+)
+WIDTH, ASPECT = 0.195, 0.65  # m and 1, of a common passenger car tire
+DEFLECTION_SHARE = 1 / 3  # how far below the unloaded radius the effective one lies, in deflections
+
+
+@dataclass(frozen=True)
+class _Line:
+    key: str
+    value: float | int | str
+    why: str = ""
+
+    def __str__(self) -> str:
+        value = f"'{self.value}'" if isinstance(self.value, str) else f"{self.value!r}"
+        return f"{self.key:<24} = {value:<24}" + (f" $ {self.why}" if self.why else "")
+
+
+def made(given: Given, options: Options) -> Made:
+    """``<name>.tir``, for pure longitudinal slip (USE_MODE 1).
+
+    With dfz = Fz / Fz0 - 1 and Fz0 a quarter of the weight::
+
+        Cx = PCX1                      Fx = Dx sin(Cx atan(Bx k - Ex (Bx k - atan(Bx k))))
+        Dx = (PDX1 + PDX2 dfz) Fz      PDX1 = D,      PDX2 = -D Fz0 (load sensitivity)
+        Ex = PEX1                      PEX1 = E
+        Kx = (PKX1 + PKX2 dfz) Fz      PKX1 = B C D,  PKX2 = B C PDX2,  Bx = Kx / (Cx Dx) = B
+        sigma = R0 Fz / Fz0 PTX1 exp(PTX3 dfz)        PTX1 = sigma / R0, PTX3 = -1: constant to first order
+
+    Assumes the effective radius to lie a third of the tire's deflection below the unloaded one. What is measured and
+    what is assumed stands in the file. Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.3.2.
+
+    Raises
+    ------
+    InputError : the tire's curve, radius, stiffness or the mass are not given.
+    """
+    values, assumed = completed(given, NEEDED, "a tire file")
+    why = {name: _why(given, name, assumed) for name in NEEDED}
+    sections = _sections(values, why, options)
+    lines = [
+        f"$ Tire of: {given.title} ({given.source})",
+        "$ Longitudinal slip alone was measured: USE_MODE = 1. Lateral coefficients are left out on purpose.",
+        "$ SI units; the slip is (omega R / V - 1), the force positive when it drives the car.",
+    ]
+    for title, body in sections.items():
+        lines += [f"$---------------------------------------------------------------- {title.lower()}", f"[{title}]"]
+        lines += [str(line).rstrip() for line in body]
+    return Made({f"{options.name}.tir": ("\n".join(lines) + "\n").encode()}, _notes(assumed))
+
+
+def _notes(assumed: Mapping[str, str]) -> tuple[str, ...]:
+    return tuple(f"assumed {name}: {why}" for name, why in assumed.items())
+
+
+def _why(given: Given, name: str, assumed: Mapping[str, str]) -> str:
+    if name in assumed:
+        return f"assumed: {assumed[name]}"
+    estimate = given.parameters[name]
+    spread = f" +- {estimate.std:.2g}" if estimate.std else ""
+    return f"{name} {estimate.value:.5g}{spread} {estimate.unit}".rstrip() + f", {_source(estimate.source)}"
+
+
+def _source(source: str) -> str:
+    return "stated" if source == "given" else f"measured ({source})"
+
+
+def _sections(v: Mapping[str, float], why: Mapping[str, str], options: Options) -> dict[str, tuple[_Line, ...]]:
+    load = v["mass"] * GRAVITY / 4
+    stiffness = v["tire_vertical_stiffness"] / 2  # of one tire; ours is of an axle
+    unloaded = v["wheel_radius"] + DEFLECTION_SHARE * load / stiffness
+    b, c, d, e = (v[f"tire_{letter}"] for letter in "BCDE")
+    fall = 0.0 - d * load * v["tire_load_sensitivity"]
+    usual = "assumed: a common tire's, not used by the formula"
+    return {
+        "MDI_HEADER": (
+            _Line("FILE_TYPE", "tir"),
+            _Line("FILE_VERSION", 3.0),
+            _Line("FILE_FORMAT", "ASCII"),
+        ),
+        "UNITS": tuple(
+            _Line(key, unit)
+            for key, unit in (
+                *(("LENGTH", "meter"), ("FORCE", "newton"), ("ANGLE", "radians")),
+                *(("MASS", "kg"), ("TIME", "second")),
+            )
+        ),
+        "MODEL": (
+            _Line("PROPERTY_FILE_FORMAT", "PAC2002"),
+            _Line("USE_MODE", 1, "longitudinal slip alone"),
+            _Line("VXLOW", 1.0, "m/s, below which a user of this file smooths the slip"),
+            _Line("LONGVL", 16.7, "m/s, reference speed"),
+            _Line("TYRESIDE", "LEFT"),
+        ),
+        "DIMENSION": (
+            _Line("UNLOADED_RADIUS", unloaded, f"{why['wheel_radius']}; and a third of the deflection, assumed"),
+            _Line("WIDTH", WIDTH, usual),
+            _Line("ASPECT_RATIO", ASPECT, usual),
+            _Line("RIM_RADIUS", unloaded - WIDTH * ASPECT, usual),
+            _Line("RIM_WIDTH", 0.77 * WIDTH, usual),
+        ),
+        "VERTICAL": (
+            _Line("VERTICAL_STIFFNESS", stiffness, f"half an axle's: {why['tire_vertical_stiffness']}"),
+            _Line(
+                "VERTICAL_DAMPING", v["tire_vertical_damping"] / 2, f"half an axle's: {why['tire_vertical_damping']}"
+            ),
+            _Line("FNOMIN", load, f"a quarter of the weight: {why['mass']}"),
+        ),
+        "LONG_SLIP_RANGE": (_Line("KPUMIN", -1.0), _Line("KPUMAX", 1.0)),
+        "VERTICAL_FORCE_RANGE": (_Line("FZMIN", 0.0), _Line("FZMAX", 3 * load)),
+        "SCALING_COEFFICIENTS": tuple(
+            _Line(key, 1.0) for key in ("LFZO", "LCX", "LMUX", "LEX", "LKX", "LHX", "LVX", "LSGKP", "LMY")
+        ),
+        "LONGITUDINAL_COEFFICIENTS": (
+            _Line("PCX1", c, why["tire_C"]),
+            _Line("PDX1", d, why["tire_D"]),
+            _Line("PDX2", fall, f"load sensitivity: {why['tire_load_sensitivity']}"),
+            _Line("PDX3", 0.0, "camber was not measured"),
+            _Line("PEX1", e, why["tire_E"]),
+            *(_Line(f"PEX{k}", 0.0) for k in (2, 3, 4)),
+            _Line("PKX1", b * c * d, f"B C D, with {why['tire_B']}"),
+            _Line("PKX2", b * c * fall, "so that B does not depend on load"),
+            _Line("PKX3", 0.0),
+            *(_Line(key, 0.0) for key in ("PHX1", "PHX2", "PVX1", "PVX2")),
+            _Line("PTX1", v["tire_relaxation_length"] / unloaded, why["tire_relaxation_length"]),
+            _Line("PTX2", 0.0),
+            _Line("PTX3", -1.0, "relaxation length constant over load, to first order"),
+        ),
+        "ROLLING_COEFFICIENTS": (
+            _Line("QSY1", v["rolling_resistance"], why["rolling_resistance"]),
+            *(_Line(f"QSY{k}", 0.0) for k in (2, 3, 4)),
+        ),
+    }
