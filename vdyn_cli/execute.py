@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from vdyn_cli.diagnosis import LEVEL, diagnosed
 from vdyn_cli.document import step_document
 from vdyn_cli.inputs import gather
 from vdyn_cli.result import Result
@@ -21,8 +22,14 @@ class Outcome:
     document: Mapping[str, Any]
 
 
-def execute(step_name: str, path: Path, known_files: Sequence[Path] = ()) -> Outcome:
-    """Run one step on one description.
+def execute(
+    step_name: str, path: Path, known_files: Sequence[Path] = (), diagnose: bool = True, level: float = LEVEL
+) -> Outcome:
+    """Run one step on one description, and diagnose what its simulation gets wrong.
+
+    Parameters
+    ----------
+    level : chance that the diagnosis raises a false alarm.
 
     Raises
     ------
@@ -31,7 +38,10 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = ()) -> Out
     """
     step = load_step(step_name)
     inputs = gather(step, path, known_files)
-    result = _doubted(step.estimate(inputs.spec, inputs.data, inputs.known))
+    result = step.estimate(inputs.spec, inputs.data, inputs.known)
+    if diagnose:
+        result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level)
+    result = _doubted(result)
     return Outcome(result, step_document(result, inputs, known_files))
 
 

@@ -1,8 +1,8 @@
-"""What the extension gains on runs that it has not seen, the choice of the cause repeated without them.
+"""What the extension gains on data that it has not seen, the choice of the cause repeated without them.
 
 Each fold leaves one run out (or one block of time where runs are few), chooses again among the causes by the same rule,
-refits, and predicts what was left out. Its own unknowns (a start speed) are taken from the run itself, as anybody who
-predicts a run must.
+refits to first order, and predicts what was left out. A run's own unknowns (a start speed) are taken from the run
+itself, as anybody who predicts a run must.
 """
 
 from __future__ import annotations
@@ -11,30 +11,49 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.scores import scores
-from vdyn_cli.diagnosis.sheet import Sheet
+from vdyn_cli.diagnosis.sheet import Linear, Sheet
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 from vdyn_cli.fit.intervals import t_quantile
+from vdyn_cli.fit.regression import prior_rows
 from vdyn_cli.fit.triangles import Array
 
-FEWEST_FOLDS = 4  # runs; fewer are cut into blocks
+FEWEST_RUNS = 4  # that can be left out one by one; fewer are cut into blocks
+FEWEST_BLOCKS = 8
+CHOSEN = 2.0  # normal equivalent of evidence below which a fold chooses no further cause
+
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Gain:
-    """Root mean square of what is predicted wrongly, before and after; ``share`` is that of the explainable error.
+    """Root mean square of what is predicted wrongly, before and after.
 
     Parameters
     ----------
+    plain : in the unit of the main channel; else in standard deviations of its noise.
     interval : 95 % of before - after on new logs of the same kind and number.
+    share : of the explainable error (above the noise) that is gone.
     """
 
     before: float
     after: float
+    plain: bool
     interval: tuple[float, float]
     share: float
     folds: int
+
+
+@dataclass(frozen=True)
+class Missed:
+    """Sums of squares of what is predicted wrongly: whitened, and of the main channel where it is known."""
+
+    squares: float
+    rows: float
+    plain: float
+    plain_rows: int
 
 
 def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]) -> Gain | None:
@@ -44,90 +63,103 @@ def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]
     ----------
     choose : the causes among which every fold chooses again.
     """
-    folds = _folds(base.sheet)
-    if len(folds) < FEWEST_FOLDS:
+    sheet = base.sheet
+    runs = np.unique(sheet.run[sheet.run >= 0])
+    of_row = sheet.run[sheet.label]
+    by_run = runs.size >= FEWEST_RUNS
+    folds = (
+        [(int(k), of_row == k) for k in runs]
+        if by_run
+        else [(-1, sheet.label == u) for u in np.flatnonzero(sheet.run >= 0)]
+    )
+    if not by_run and len(folds) < FEWEST_BLOCKS:
         return None
-    before, after, counts = [], [], []
-    for rows in folds:
-        chosen = _chosen(bench, base.sheet, rows, choose, extended.causes)
-        before.append(_missed(base.sheet, rows, bench.base))
-        unknowns = [n for c in chosen for n in bench.unknowns(c)]
+    before, after = [], []
+    for run, rows in folds:
+        chosen = _chosen(bench, sheet, rows, choose, len(extended.causes))
         at = extended if chosen == extended.causes else base
-        after.append(_missed(at.sheet, rows, [*bench.base, *unknowns]))
-        counts.append(_weight(base.sheet, rows))
-    return _summary(np.array(before), np.array(after), np.array(counts))
+        unknowns = [*bench.base, *(n for c in chosen for n in bench.unknowns(c))]
+        before.append(_missed(base, run, rows, bench.base))
+        after.append(_missed(at, run, rows, unknowns))
+    return _summary(before, after)
 
 
-def _folds(sheet: Sheet) -> list[Array]:
-    """Row masks of what is left out in turn."""
-    by_run = sheet.run[sheet.label]
-    runs = np.unique(by_run[by_run >= 0])
-    if runs.size >= FEWEST_FOLDS:
-        return [by_run == k for k in runs]
-    return [sheet.label == u for u in np.flatnonzero(sheet.run >= 0)]
+def rms_of(linear: Linear) -> float:
+    """Root mean square of the main channel's error as the runs are, their own unknowns fitted to them."""
+    zero = np.zeros(len(linear.regression.shared))
+    every = [_left_of_run(linear, k, zero) for k in range(len(linear.rows))]
+    plain = every[0].plain_rows > 0
+    squares = sum(m.plain if plain else m.squares for m in every)
+    return float(np.sqrt(squares / sum(m.plain_rows if plain else m.rows for m in every)))
 
 
-def _without(sheet: Sheet, rows: Array) -> Sheet:
+def _chosen(bench: Workbench, sheet: Sheet, rows: Mask, choose: Sequence[str], most: int) -> tuple[str, ...]:
+    """The answer that the fold would have given: cause after cause, the one that then explains most."""
     kept = ~rows
     units, label = np.unique(sheet.label[kept], return_inverse=True)
     label = label.astype(np.int64)
-    return Sheet(
-        sheet.names, sheet.columns[kept], sheet.y[kept], label, sheet.run[units], sheet.counts[units], sheet.kind
-    )
-
-
-def _chosen(
-    bench: Workbench, sheet: Sheet, rows: Array, choose: Sequence[str], named: tuple[str, ...]
-) -> tuple[str, ...]:
-    """The answer that the fold would have given: the set of as many causes that leaves least, or none."""
-    rest = _without(sheet, rows)
-    fitted = list(bench.base)
-    found: tuple[str, ...] = ()
-    for _ in named:
-        candidates = {n: bench.unknowns(n) for n in choose if n not in found}
-        seen = scores(rest, fitted, candidates)
+    columns, y = sheet.columns[kept], sheet.y[kept]
+    rest = Sheet(sheet.names, columns, y, label, sheet.run[units], sheet.counts[units], sheet.kind)
+    fitted, found = list(bench.base), []
+    for _ in range(most):
+        seen = scores(rest, fitted, {n: bench.unknowns(n) for n in choose if n not in found})
         best = seen.strongest()
-        if best is None or seen.evidence[best] < 2.0:
+        if best is None or seen.evidence[best] < CHOSEN:
             break
-        found = (*found, best)
+        found.append(best)
         fitted += bench.unknowns(best)
     return tuple(sorted(found))
 
 
-def _missed(sheet: Sheet, rows: Array, fitted: Sequence[str]) -> float:
-    """Sum of squares of what a fit to the other rows predicts wrongly in these."""
-    own = [n for n in sheet.names if "#" in n]
-    names = [*fitted, *own]
-    columns, size = sheet.of(names), None
+def _missed(at: Fitted, run: int, rows: Mask, fitted: Sequence[str]) -> Missed:
+    """What a fit to all other rows predicts wrongly in a run, or in a block."""
+    sheet = at.sheet
+    names = [*fitted, *(n for n in sheet.names if "#" in n)]
+    columns = sheet.of(names)
     size = np.sqrt(np.sum(columns**2, axis=0))
     columns = columns / np.where(size > 0, size, 1.0)
     kept = ~rows
-    values = np.linalg.lstsq(columns[kept], sheet.y[kept], rcond=1e-9)[0]
-    left = sheet.y[rows] - columns[rows] @ values
-    mine = [i for i, n in enumerate(names) if "#" in n and not np.any(columns[kept, i]) and np.any(columns[rows, i])]
-    if mine:
-        basis = np.linalg.qr(columns[np.ix_(rows, mine)])[0]
-        left = left - basis @ (basis.T @ left)
-    return float(left @ left)
+    step = np.linalg.lstsq(columns[kept], sheet.y[kept], rcond=1e-9)[0]
+    if run < 0:
+        left = sheet.y[rows] - columns[rows] @ step
+        return Missed(float(left @ left), float(np.sum(sheet.counts[np.unique(sheet.label[rows])])), 0.0, 0)
+    shared = np.zeros(len(at.linear.regression.shared))
+    place = {u.name: i for i, u in enumerate(at.linear.regression.shared)}
+    for name, value, scale in zip(names, step, size, strict=True):
+        if name in place and scale > 0:
+            shared[place[name]] = value / scale
+    return _left_of_run(at.linear, run, shared)
 
 
-def _weight(sheet: Sheet, rows: Array) -> float:
-    """How many rows there were before they were compressed."""
-    return float(np.sum(sheet.counts[np.unique(sheet.label[rows])]))
+def _left_of_run(linear: Linear, run: int, step: Array) -> Missed:
+    """What is left of a run after a step of the shared unknowns and the best one of its own."""
+    rows, s = linear.rows[run], len(linear.regression.shared)
+    left = rows.residual + rows.jacobian[:, :s] @ step
+    mine = rows.jacobian[:, s:]
+    own = np.zeros(mine.shape[1])
+    if own.size:
+        known = prior_rows(linear.regression.own, linear.own[run])
+        stacked, right = np.vstack([mine, known[:, :-1]]), np.concatenate([left, known[:, -1]])
+        own = -np.linalg.lstsq(stacked, right, rcond=1e-9)[0]
+        left = left + mine @ own
+    plain = np.zeros(0)
+    if rows.plain is not None:
+        plain = rows.plain[0] + rows.plain[1][:, :s] @ step + rows.plain[1][:, s:] @ own
+    return Missed(float(left @ left), float(left.size), float(plain @ plain), plain.size)
 
 
-def _summary(before: Array, after: Array, counts: Array) -> Gain:
+def _summary(before: Sequence[Missed], after: Sequence[Missed]) -> Gain:
     """Means over folds, the interval from their scatter; it holds for as many new runs, which scatter as well."""
-    n, total = len(before), counts.sum()
-    rms_before, rms_after = np.sqrt(before.sum() / total), np.sqrt(after.sum() / total)
+    plain = all(m.plain_rows for m in (*before, *after))
+    b = np.array([m.plain if plain else m.squares for m in before])
+    a = np.array([m.plain if plain else m.squares for m in after])
+    counts = np.array([m.plain_rows if plain else m.rows for m in before])
+    n, mean = len(b), float(counts.mean())
+    rms_b, rms_a = float(np.sqrt(b.sum() / counts.sum())), float(np.sqrt(a.sum() / counts.sum()))
     # Influence of each fold on the difference of the roots.
-    mean = counts.mean()
-    pull = (before - counts * rms_before**2) / (2 * rms_before * mean) - (after - counts * rms_after**2) / (
-        2 * rms_after * mean
-    )
-    spread = np.sqrt(2.0) * float(np.std(pull, ddof=1)) / np.sqrt(n)
-    half = t_quantile(n - 1) * spread
-    difference = float(rms_before - rms_after)
-    explainable = max(float(before.sum() - total), 1e-12)
-    share = float(np.clip((before.sum() - after.sum()) / explainable, 0.0, 1.0))
-    return Gain(float(rms_before), float(rms_after), (difference - half, difference + half), share, n)
+    pull = (b - counts * rms_b**2) / (2 * rms_b * mean) - (a - counts * rms_a**2) / (2 * rms_a * mean)
+    half = t_quantile(n - 1) * float(np.sqrt(2.0 / n) * np.std(pull, ddof=1))
+    was, is_ = sum(m.squares for m in before), sum(m.squares for m in after)
+    explainable = max(was - sum(m.rows for m in before), 1e-12)
+    share = float(np.clip((was - is_) / explainable, 0.0, 1.0))
+    return Gain(rms_b, rms_a, plain, (rms_b - rms_a - half, rms_b - rms_a + half), share, n)

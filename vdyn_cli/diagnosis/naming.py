@@ -68,8 +68,8 @@ def attempt(bench: Workbench, causes: Sequence[str]) -> Trial | None:
 def pairs(bench: Workbench, tried: Sequence[Trial], detection: Detection) -> tuple[Trial, ...]:
     """Two causes together that suffice, each of them beyond three standard errors beside the other."""
     evidence = dict(detection.scores.evidence)
-    for trial in tried:
-        beside = bench.scores(trial.fitted, list(bench.case.causes)).evidence
+    for one in tried:
+        beside = bench.scores(one.fitted, list(bench.case.causes)).evidence
         for name, value in beside.items():
             evidence[name] = max(evidence[name], value)
     names = sorted((n for n in bench.case.causes if evidence[n] > 2.0), key=lambda n: -evidence[n])[:PAIRED]

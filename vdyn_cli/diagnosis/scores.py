@@ -1,6 +1,6 @@
 """How strongly the data ask for each cause once the baseline has had its say, and what chance would have given.
 
-With Q an orthonormal basis of what is fitted anyway, the cause's trace s leaves s' = s - Q Q's, the residual y likewise.
+With Q an orthonormal basis of what is fitted anyway, the cause's trace s leaves s' = s - Q Q's, and so does y.
 Unit b votes with U_b = s'_b . y'_b. Under the null its sign is a coin: for signs g the statistic
 
     T(g)^2 = U(g)' [S'S - M(g)'M(g)]^-1 U(g),   U(g) = sum g_b U_b,   M(g) = sum g_b Q_b' s'_b
@@ -91,7 +91,7 @@ class Scores:
 
     def _drawn(self, names: Sequence[str], seen: float, draws: int) -> float:
         columns = np.concatenate([self.groups[self.names.index(n)] for n in names])
-        triangle = np.linalg.qr(self._left[:, columns], mode="r")
+        triangle: Array = np.asarray(np.linalg.qr(self._left[:, columns], mode="r"))
         normal = np.random.default_rng(SEED).standard_normal((draws, triangle.shape[0])) @ triangle
         most, at = np.full(draws, -np.inf), 0
         for name in names:
@@ -160,7 +160,7 @@ def signs(units: int, draws: int) -> Array:
         bits = (np.arange(2 ** (units - 1))[:, None] >> np.arange(units)[None, :]) & 1
         return 1.0 - 2.0 * bits
     random = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(draws, units))
-    return np.vstack([np.ones(units), random])
+    return np.asarray(np.vstack([np.ones(units), random]), dtype=np.float64)
 
 
 def quadratic(votes: Array, variance: Array) -> Array:

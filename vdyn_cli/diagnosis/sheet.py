@@ -1,6 +1,6 @@
 """A regression linearised at one point and cut into independent units: all that the tests of causes need.
 
-Sign: the residual here is measured less simulated, so that y = J d + noise and a positive score asks for a larger value.
+Sign: the residual here is measured less simulated, so that y = J d + noise, and a positive score asks for more.
 """
 
 from __future__ import annotations
@@ -183,4 +183,4 @@ def _cut(rows: Rows, matrix: Array, blocks: int) -> list[NDArray[np.int64]]:
 def _scaled(columns: Array) -> Array:
     """Columns of length one; those that vanish are left out."""
     size = np.sqrt(np.sum(columns**2, axis=0))
-    return columns[:, size > 0] / size[size > 0]
+    return np.asarray(columns[:, size > 0] / size[size > 0])

@@ -13,7 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, Detection, detect
+import numpy as np
+
+from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, detect
 from vdyn_cli.diagnosis.gain import Gain, gain
 from vdyn_cli.diagnosis.naming import REST, Trial, pairs, singles
 from vdyn_cli.diagnosis.scores import absorbed
@@ -21,6 +23,7 @@ from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 
 Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
 LEVEL = 0.05
+NOTICEABLE = 0.01  # standard deviations: a bias below is not worth a word
 TYPICAL = 0.5  # of the plausible range, for what a cause that cannot be seen would bias
 
 
@@ -119,26 +122,28 @@ def _one_shape(bench: Workbench) -> bool:
         fitted = bench.fitted((family,))
         if fitted is None:
             continue
-        names = [n for n in bench.case.causes if n]
-        left = bench.scores(fitted, names)
-        visible = [n for n in names if left.rank[n] and left.visibility[n] > SEEN]
+        left = bench.scores(fitted, list(bench.case.causes))
+        visible = [n for n in left.names if left.rank[n] and left.visibility[n] > VISIBLE]
         if left.p_value(visible) > REST:
             return True
     return False
 
 
-SEEN = 0.02
-
-
 def _invisible(bench: Workbench, base: Fitted, found: Detection) -> tuple[Invisible, ...]:
     result = []
     for name, effect in bench.case.causes.items():
-        if name in found.testable:
-            continue
         unknown = bench.unknowns(name)[0]
+        trace = base.sheet.of([unknown])[:, 0]
+        if name in found.testable or not np.any(trace):
+            continue
         quantity = effect.unknowns[unknown]
         size = TYPICAL * max(abs(quantity.lower), abs(quantity.upper))
-        moved = absorbed(base.sheet, bench.base, base.sheet.of([unknown])[:, 0]) * size
-        bias = {n: float(m) for n, m in zip(bench.base, moved, strict=True) if n not in bench.nuisances}
+        moved = absorbed(base.sheet, bench.base, trace) * size
+        spread = base.solution.std
+        bias = {
+            n: float(m)
+            for n, m in zip(bench.base, moved, strict=True)
+            if n not in bench.nuisances and abs(m) > NOTICEABLE * spread[n]
+        }
         result.append(Invisible(name, found.scores.visibility[name], size, bias))
     return tuple(result)

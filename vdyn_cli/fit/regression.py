@@ -52,12 +52,14 @@ class Rows:
     block : (n,), the unit of evidence of each row, or None: cut by equal information in the order of ``time``, or of
         the rows where that is None too.
     time : (n,), when each row was taken; give it where the rows of several channels follow one another.
+    plain : the main channel's residual (p,) in its own unit, with its derivatives (p, k), before it was whitened.
     """
 
     residual: Array
     jacobian: Array
     block: NDArray[np.int64] | None = None
     time: Array | None = None
+    plain: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,7 @@ def prior_rows(unknowns: tuple[Unknown, ...], values: Array) -> Array:
     related = [unknowns[i] for i, _ in known]
     if any(u.prior_correlation for u in related):
         correlation = np.array([[a.prior_correlation.get(b.name, float(a is b)) for b in related] for a in related])
-        rows = np.linalg.solve(np.linalg.cholesky(correlation), rows)
+        rows = np.asarray(np.linalg.solve(np.linalg.cholesky(correlation), rows), dtype=np.float64)
     return rows
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vdyn_cli.fit.regression import Regression, Rows
 from vdyn_cli.fit.solution import Solution
@@ -17,7 +18,7 @@ class _Held:
     """Rows of the full regression with some shared unknowns held, their columns left out."""
 
     full: Regression
-    free: Array
+    free: NDArray[np.int64]
     at: Array
 
     def __call__(self, run: int, theta: Array) -> Rows:
@@ -26,7 +27,8 @@ class _Held:
         local[self.free] = theta[: self.free.size]
         rows = self.full.rows(run, local)
         columns = np.concatenate([self.free, np.arange(s, rows.jacobian.shape[1])])
-        return replace(rows, jacobian=np.ascontiguousarray(rows.jacobian[:, columns]))
+        plain = None if rows.plain is None else (rows.plain[0], rows.plain[1][:, columns])
+        return replace(rows, jacobian=np.ascontiguousarray(rows.jacobian[:, columns]), plain=plain)
 
 
 def restricted(full: Regression, held: Mapping[str, float], starts: Solution | None = None) -> Regression:

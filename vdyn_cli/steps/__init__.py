@@ -6,7 +6,7 @@ touched to add one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -15,10 +15,38 @@ from typing import TYPE_CHECKING, Any
 from vdyn_cli.quantity import Quantity
 
 if TYPE_CHECKING:
+    from vdyn_cli.effects import Effect
+    from vdyn_cli.engine.model import Model
+    from vdyn_cli.fit import Regression, Unknown
     from vdyn_cli.log import Log
     from vdyn_cli.parameters import Parameters
     from vdyn_cli.result import Result
     from vdyn_cli.spec import TestSpec
+
+
+@dataclass(frozen=True)
+class Diagnosable:
+    """How a step lends its regression to the diagnosis of what the simulation gets wrong.
+
+    Parameters
+    ----------
+    regression : (spec, data, known, effects, extra) -> Regression, the step's own with effects in its model and their
+        unknowns (``extra``) behind its shared ones, starting at zero; its noise freed of their traces.
+    model : (spec, data, known) -> Model, to ask which effects it can take.
+    profiles : (spec, data, known) -> free profiles, over whatever the step's laws live on.
+    metric : name and unit of the channel in which the gain is measured.
+    run : what a run is called.
+    fewest_runs : below which no cause can be told from chance.
+    two_way : causes that turn with the direction of driving need runs both ways.
+    """
+
+    regression: Callable[[Any, Any, Parameters, Sequence[Effect], Sequence[Unknown]], Regression]
+    model: Callable[[Any, Any, Parameters], Model]
+    profiles: Callable[[Any, Any, Parameters], tuple[Effect, ...]]
+    metric: tuple[str, str]
+    run: str = "run"
+    fewest_runs: int = 1
+    two_way: bool = False
 
 
 @dataclass(frozen=True)
@@ -33,7 +61,8 @@ class Step:
         ``"front_load|front_left_load+front_right_load"``.
     needs : parameters that the step may read from other steps or the vehicle; they order the pipeline.
     gives : parameters that the step estimates.
-    estimate : pure: (spec, data, known) -> Result, where ``data`` is what ``load`` read.
+    estimate : pure: (spec, data, known) -> Result, where ``data`` is what ``load`` read; a diagnosable step's also
+        takes ``effects`` and ``extra``, the causes that extend its model and their unknowns.
     load : reads what is not a run's log (a picture, a pendulum recording): (spec, folder) -> (data, paths read);
         None for steps that need the runs' logs alone, whose data is the tuple of Logs.
     """
@@ -44,9 +73,10 @@ class Step:
     optional: tuple[str, ...]
     needs: tuple[str, ...]
     gives: tuple[str, ...]
-    estimate: Callable[[Any, Any, Parameters], Result]
+    estimate: Callable[..., Result]
     load: Callable[[Any, Path, tuple[Log, ...]], tuple[Any, tuple[Path, ...]]] | None = None
     extra_channels: tuple[Quantity, ...] = ()
+    diagnosable: Diagnosable | None = None
 
     def channels(self) -> Mapping[str, Quantity]:
         """Every channel that a log of this step may map."""

@@ -36,7 +36,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from vdyn_cli.effects import Effect
 from vdyn_cli.engine.bench import Correction
+from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError
 from vdyn_cli.estimation.coastdown import figures as coast_figures
 from vdyn_cli.estimation.coastdown import result as coast_result
@@ -45,14 +47,18 @@ from vdyn_cli.estimation.coastdown.reference_conditions import Conditions, densi
 from vdyn_cli.estimation.coastdown.result import SOURCE, Answer
 from vdyn_cli.estimation.coastdown.road_load_fit import RoadLoadFit, fit_road_load, scan_road_load
 from vdyn_cli.estimation.coastdown.times import timed
+from vdyn_cli.estimation.effects import sizes_of
+from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.log import Log
+from vdyn_cli.models.road_load import road_load
 from vdyn_cli.parameters import Parameters
 from vdyn_cli.quantity import Given, Quantity
 from vdyn_cli.result import Result
 from vdyn_cli.spec import Si, Strict, TestSpec
-from vdyn_cli.steps import Step
+from vdyn_cli.steps import Diagnosable, Step
 
+FREE_FORCE = 100.0  # N, of a free profile
 TURNING_SHARE, TURNING_SPREAD = 0.035, 0.01  # of the mass, for wheels alone, where nothing is given
 
 
@@ -175,10 +181,33 @@ def regression(
     return scan_road_load(prepared(spec, logs, known).campaign, effects, extra)
 
 
-def estimate(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Result:
-    """Fit the road load and say what it is worth."""
+def model(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Model:
+    """The road load as these runs drive and measure it."""
+    campaign = prepared(spec, logs, known).campaign
+    return road_load(campaign.driven, campaign.accelerometer != "none")
+
+
+def profiles(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> tuple[Effect, ...]:
+    """Forces that are free over the speed, over the day, and (where it is logged) over the position."""
+    campaign = prepared(spec, logs, known).campaign
+    speed = span_of([r.speed for r in campaign.runs], 1.0)
+    day = span_of([r.start + r.time - r.time[0] for r in campaign.runs], 1.0)
+    return (
+        profile("force_over_speed", "driveline", "speed", speed, FREE_FORCE, "N"),
+        profile("force_over_day", "driveline", "elapsed", day, FREE_FORCE, "N"),
+    )
+
+
+def estimate(
+    spec: CoastdownSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Result:
+    """Fit the road load, with accepted effects in the model, and say what it is worth."""
     ready = prepared(spec, logs, known)
-    fit = fit_road_load(ready.campaign)
+    fit = fit_road_load(ready.campaign, effects, extra)
     answer = Answer(ready, fit, _fixed(spec.settings.fix), _test_conditions(spec, fit), _reference(spec, fit))
     laps = timed(ready.stretches, [r.direction for r in spec.runs]) if answer.coasting else []
     return Result(
@@ -191,7 +220,7 @@ def estimate(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Res
         coast_figures.figures(fit, answer.load, laps),
         coast_result.tables(answer, laps),
         (*_assumptions(known), *coast_result.findings(answer), *(f for log in logs for f in log.findings)),
-        coast_result.extra(answer, laps),
+        {**coast_result.extra(answer, laps), **sizes_of(fit.solution, extra)},
     )
 
 
@@ -240,5 +269,8 @@ STEP = Step(
         "road_load_f2",
     ),
     estimate=estimate,
+    diagnosable=Diagnosable(
+        regression, model, profiles, metric=("speed", "m/s"), run="coast", fewest_runs=4, two_way=True
+    ),
     extra_channels=(Quantity("elevation", "m", "height of the road above the sea", "z", -500, 9_000),),
 )

@@ -111,12 +111,15 @@ class _Rows:
 
     def __call__(self, run: int, theta: Array) -> Rows:
         residual, jacobian = self.binned(run, theta)
+        main = self.campaign.bins[run].time.size
+        plain = residual[:main], jacobian[:main]
         factor = self.factors[run]
         if factor.ndim == 1:
             residual, jacobian = residual / factor, jacobian / factor[:, None]
         else:
             residual, jacobian = whiten(residual, jacobian, cholesky=factor)
-        return Rows(residual, jacobian, time=np.tile(self.campaign.bins[run].time, len(self.campaign.channels)))
+        time = np.tile(self.campaign.bins[run].time, len(self.campaign.channels))
+        return Rows(residual, jacobian, time=time, plain=plain)
 
 
 def fit_road_load(

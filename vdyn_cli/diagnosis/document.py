@@ -1,0 +1,149 @@
+"""The ``diagnosis`` part of a result's JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vdyn_cli.diagnosis.next_test import NextTest
+from vdyn_cli.diagnosis.verdict import Verdict
+from vdyn_cli.diagnosis.workbench import Workbench
+from vdyn_cli.parameters import Estimate
+
+RANKED = 8  # causes in the ranking
+
+
+def document(
+    bench: Workbench,
+    verdict: Verdict,
+    sentence: str,
+    accepted: Sequence[str],
+    sizes: Mapping[str, Estimate],
+    biased: Mapping[str, float],
+    where: Sequence[Mapping[str, Any]],
+    tests: Sequence[NextTest],
+    metric: tuple[str, str],
+) -> dict[str, Any]:
+    """Verdict, causes with sizes, what can't be told apart or shown, gain, where, ranking and next test.
+
+    Parameters
+    ----------
+    accepted : causes that were taken into the model.
+    sizes : of their unknowns.
+    biased : baseline less extended, by published parameter.
+    metric : name and unit of what the gain is measured in.
+    """
+    found = verdict.detection
+    return {
+        "verdict": verdict.name,
+        "sentence": sentence,
+        "p_value": found.p_value,
+        "evidence": {
+            "unit": found.unit,
+            "units": found.units,
+            "worth": found.worth,
+            "smallest_p": found.smallest,
+        },
+        "causes": [_cause(bench, verdict, c, sizes, biased) for c in _causes(verdict, accepted)],
+        "extended": list(accepted),
+        "ambiguous": _ambiguous(verdict),
+        "not_testable": [
+            {
+                "effect": one.effect,
+                "because": _because(one.visibility),
+                "size": one.size,
+                "would_bias": one.would_bias,
+            }
+            for one in verdict.invisible
+        ],
+        "gain": _gain(verdict, metric),
+        "where": list(where),
+        "ranking": _ranking(bench, verdict),
+        "next_test": [
+            {"manoeuvre": t.manoeuvre, "separates": list(t.separates), "expected_t": t.expected_t, "runs": t.runs}
+            for t in tests
+        ],
+    }
+
+
+def _causes(verdict: Verdict, accepted: Sequence[str]) -> list[str]:
+    named = [c for t in verdict.answers for c in t.causes] if len(verdict.answers) == 1 else []
+    return list(dict.fromkeys([*named, *accepted]))
+
+
+def _cause(
+    bench: Workbench, verdict: Verdict, cause: str, sizes: Mapping[str, Estimate], biased: Mapping[str, float]
+) -> dict[str, Any]:
+    scores = verdict.detection.scores
+    effect = bench.case.causes[cause]
+    entry: dict[str, Any] = {"effect": cause, "label": effect.label}
+    fallback = verdict.answers[0].fitted if verdict.answers else None
+    unknowns = {}
+    for name, quantity in effect.unknowns.items():
+        if name in sizes:
+            e = sizes[name]
+            unknowns[name] = {"value": e.value, "std": e.std, "interval95": list(e.interval95), "unit": e.unit}
+        elif fallback is not None and name in fallback.values:
+            solution = fallback.solution
+            unknowns[name] = {
+                "value": solution.values[name],
+                "std": solution.std[name],
+                "interval95": list(solution.interval95[name]),
+                "unit": quantity.unit,
+            }
+    return {
+        **entry,
+        "unknowns": unknowns,
+        "p_value": verdict.detection.p_value,
+        "visibility": scores.visibility[cause],
+        "sensor": effect.sensor,
+        "biased": dict(biased),
+    }
+
+
+def _ambiguous(verdict: Verdict) -> list[list[str]]:
+    if verdict.name != "ambiguous":
+        return []
+    if all(len(t.causes) == 1 for t in verdict.answers):
+        return [[t.causes[0] for t in verdict.answers]]
+    return [["+".join(t.causes) for t in verdict.answers]]
+
+
+def _because(visibility: float) -> str:
+    if visibility < 1e-3:
+        return "the parameters that are fitted anyway imitate it exactly"
+    return f"only {100 * visibility:.2g} % of its trace is its own, and the noise hides that"
+
+
+def _gain(verdict: Verdict, metric: tuple[str, str]) -> dict[str, Any] | None:
+    found = verdict.gain
+    if found is None:
+        return None
+    name, unit = metric if found.plain else ("error over its noise", "")
+    return {
+        "metric": f"{name} rms",
+        "unit": unit,
+        "before": found.before,
+        "after": found.after,
+        "interval95": list(found.interval),
+        "share_of_explainable": found.share,
+        "held_out": True,
+        "folds": found.folds,
+    }
+
+
+def _ranking(bench: Workbench, verdict: Verdict) -> list[dict[str, Any]]:
+    """Causes by what they explain alone, with what each leaves for the others."""
+    scores = verdict.detection.scores
+    rest = {t.causes[0]: t for t in verdict.tried if len(t.causes) == 1}
+    names = sorted(verdict.detection.testable, key=lambda n: -scores.evidence[n])[:RANKED]
+    return [
+        {
+            "effect": n,
+            "explains_t": float(scores.statistic[n] ** 0.5),
+            "visibility": scores.visibility[n],
+            "left_p": rest[n].rest if n in rest else None,
+            "left_mostly": rest[n].strongest if n in rest else None,
+        }
+        for n in names
+    ]

@@ -1,0 +1,180 @@
+"""From a step's baseline result to its diagnosed and, where a cause was named, extended result."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from vdyn_cli.diagnosis.case import Case, unknowns_of
+from vdyn_cli.diagnosis.document import document
+from vdyn_cli.diagnosis.next_test import next_tests
+from vdyn_cli.diagnosis.verdict import LEVEL, Verdict, judge
+from vdyn_cli.diagnosis.where import where
+from vdyn_cli.diagnosis.words import sentence
+from vdyn_cli.diagnosis.workbench import open_workbench
+from vdyn_cli.effects import Effect, candidates
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.errors import Finding, InputError, ResultError
+from vdyn_cli.parameters import Estimate, Parameters
+from vdyn_cli.result import Comparison, Result
+from vdyn_cli.spec import TestSpec
+from vdyn_cli.steps import Step
+
+
+def diagnosed(step: Step, spec: TestSpec, data: Any, known: Parameters, result: Result, level: float = LEVEL) -> Result:
+    """The result with its diagnosis, of the extended model where a cause was named or asked for.
+
+    Parameters
+    ----------
+    result : of the baseline.
+    level : chance of a false alarm of this step.
+
+    Raises
+    ------
+    InputError : the description names an effect that is not known, or that this model does not have.
+    """
+    lent = step.diagnosable
+    if lent is None or spec.diagnose.effects == "none":
+        return result
+    case = _case(step, spec, data, known)
+    try:
+        bench = open_workbench(case)
+        verdict = judge(bench, level)
+    except (ResultError, ArithmeticError) as error:
+        return _undiagnosed(result, str(error))
+    wanted = _wanted(spec, case, verdict)
+    extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted])
+    accepted = wanted if extended is not None else ()
+    sizes = _sizes(extended, [case.causes[c] for c in accepted])
+    biased = {} if extended is None else _biased(result, extended)
+    text = sentence(verdict, case.causes, sizes)
+    wrong = where(result) if verdict.detection.p_value <= level else []
+    diagnosis = document(bench, verdict, text, accepted, sizes, biased, wrong, next_tests(bench, verdict), lent.metric)
+    if extended is None:
+        return replace(result, diagnosis=diagnosis)
+    return _merged(result, extended, diagnosis)
+
+
+def _case(step: Step, spec: TestSpec, data: Any, known: Parameters) -> Case:
+    lent = step.diagnosable
+    assert lent is not None
+    effects = offered(lent.model(spec, data, known), candidates(step.name))
+    if isinstance(spec.diagnose.effects, list):
+        _refuse_unknown(spec.diagnose.effects, effects, "diagnose.effects")
+        effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
+    if isinstance(spec.diagnose.extend, list):
+        _refuse_unknown(spec.diagnose.extend, effects, "diagnose.extend")
+    ways = {r.direction for r in spec.runs}
+    return Case(
+        step=step.name,
+        regression=lambda effects, extra: lent.regression(spec, data, known, effects, extra),
+        effects=effects,
+        profiles=lent.profiles(spec, data, known),
+        one_way=lent.two_way and len(ways) < 2,
+        repeated=lent.run,
+        fewest_runs=lent.fewest_runs,
+    )
+
+
+def _refuse_unknown(names: Sequence[str], effects: Sequence[Effect], where: str) -> None:
+    known = [e.name for e in effects]
+    findings = [
+        Finding(where, "is no effect that this model can take", name, f"there are: {', '.join(known)}")
+        for name in names
+        if name not in known
+    ]
+    if findings:
+        raise InputError(*findings)
+
+
+def _wanted(spec: TestSpec, case: Case, verdict: Verdict) -> tuple[str, ...]:
+    """The causes to extend the model with: those asked for, or the one that was named."""
+    extend = spec.diagnose.extend
+    if isinstance(extend, list):
+        return tuple(n for n in case.causes if n in extend)
+    if extend == "named" and verdict.answer is not None:
+        return verdict.answer.causes
+    return ()
+
+
+def _extended(step: Step, spec: TestSpec, data: Any, known: Parameters, causes: Sequence[Effect]) -> Result | None:
+    """The step's estimate with causes in its model; what only shapes them is fitted too where the data allow it."""
+    if not causes:
+        return None
+    for shapes in (True, False) if any(e.nominal for e in causes) else (False,):
+        extra = [u for e in causes for u in unknowns_of(e, shapes=shapes)]
+        try:
+            return step.estimate(spec, data, known, effects=tuple(causes), extra=tuple(extra))
+        except ResultError:
+            continue
+    return None
+
+
+def _sizes(extended: Result | None, causes: Sequence[Effect]) -> dict[str, Estimate]:
+    if extended is None:
+        return {}
+    entries: Mapping[str, Any] = extended.extra.get("effects", {})
+    found = {}
+    for effect in causes:
+        for name, quantity in effect.unknowns.items():
+            if name in entries:
+                low, high = entries[name]["interval95"]
+                found[name] = Estimate(
+                    float(entries[name]["value"]),
+                    float(entries[name]["std"]),
+                    (float(low), float(high)),
+                    quantity.unit,
+                    quantity.meaning,
+                    effect.name,
+                )
+    return found
+
+
+def _biased(base: Result, extended: Result) -> dict[str, float]:
+    """By how much the baseline's parameters were off for want of the cause."""
+    return {
+        n: base.parameters[n].value - e.value
+        for n, e in extended.parameters.items()
+        if n in base.parameters and base.parameters[n].value != e.value
+    }
+
+
+def _merged(base: Result, extended: Result, diagnosis: Mapping[str, Any]) -> Result:
+    """The extended result with the baseline's values and simulations beside its own."""
+    estimates = {
+        n: replace(e, baseline=base.parameters[n].value) if n in base.parameters else e
+        for n, e in extended.parameters.items()
+    }
+    before = {(c.run, c.channel): c for c in base.comparisons}
+    comparisons = tuple(_beside(c, before.get((c.run, c.channel))) for c in extended.comparisons)
+    return replace(
+        extended,
+        parameters=Parameters(estimates, extended.parameters.correlation),
+        comparisons=comparisons,
+        diagnosis=diagnosis,
+    )
+
+
+def _beside(one: Comparison, before: Comparison | None) -> Comparison:
+    if before is None or before.simulated.shape != one.simulated.shape:
+        return one
+    return replace(one, baseline=before.simulated)
+
+
+def _undiagnosed(result: Result, why: str) -> Result:
+    text = "These data can't tell what the simulation gets wrong: the diagnosis could not be made."
+    empty: dict[str, Any] = {
+        "verdict": "not_testable",
+        "sentence": text,
+        "causes": [],
+        "extended": [],
+        "ambiguous": [],
+        "not_testable": [],
+        "gain": None,
+        "where": [],
+        "ranking": [],
+        "next_test": [],
+    }
+    finding = Finding("diagnosis", "was not made", why[:200], "", minor=True)
+    return replace(result, diagnosis=empty, findings=(*result.findings, finding))

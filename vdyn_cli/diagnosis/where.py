@@ -1,0 +1,47 @@
+"""Where the baseline's simulation departs from the data: the largest errors that noise does not explain."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.fit import white_level
+from vdyn_cli.result import Comparison, Result
+
+PIECES = 12  # of each run
+SHOWN = 6
+LEAST = 3.0  # times its own noise that a piece's mean must be off
+
+
+def where(result: Result) -> list[dict[str, Any]]:
+    """The pieces of the runs in which measured and simulated differ most, largest first."""
+    found = [entry for c in result.comparisons for entry in _pieces(c)]
+    found.sort(key=lambda e: -abs(e["over_noise"]))
+    return found[:SHOWN]
+
+
+def _pieces(c: Comparison) -> list[dict[str, Any]]:
+    good = np.isfinite(c.measured) & np.isfinite(c.simulated)
+    if c.used is not None:
+        good &= c.used
+    if good.sum() < 4 * PIECES:
+        return []
+    x, error = c.x[good], (c.measured - c.simulated)[good]
+    noise = white_level(error)
+    found = []
+    for part in np.array_split(np.arange(x.size), PIECES):
+        mean = float(np.mean(error[part]))
+        ratio = mean / noise if noise > 0 else 0.0
+        if abs(ratio) * np.sqrt(part.size) > LEAST:
+            found.append(
+                {
+                    "run": c.run,
+                    "channel": c.channel,
+                    "segment": f"{c.x_label} {x[part[0]]:.3g} to {x[part[-1]]:.3g}",
+                    "size": mean,
+                    "unit": c.unit,
+                    "over_noise": ratio,
+                }
+            )
+    return found

@@ -1,0 +1,75 @@
+"""The verdict in the words of an engineer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from vdyn_cli.diagnosis.gain import Gain
+from vdyn_cli.diagnosis.verdict import Verdict
+from vdyn_cli.effects import Effect
+from vdyn_cli.parameters import Estimate
+
+SHOWN = 4  # causes named in one sentence
+
+
+def sentence(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Estimate]) -> str:
+    """One closing sentence.
+
+    Parameters
+    ----------
+    sizes : of the unknowns of the causes that were taken into the model.
+    """
+    p = chance(verdict.detection.p_value)
+    if verdict.name == "adequate":
+        return f"The simulation misses nothing that these data could show ({p})."
+    if verdict.name == "not_testable":
+        why = verdict.why or "no cause of the catalogue would show in them"
+        return f"These data can't tell what the simulation gets wrong: {why}."
+    if verdict.name == "unknown":
+        best = max(verdict.tried, key=lambda t: t.rest, default=None)
+        closest = f" {causes[best.causes[0]].label} comes closest, but leaves something;" if best else ""
+        return f"Something is wrong ({p}) that no cause of the catalogue explains;{closest} see where it is largest."
+    if verdict.name == "ambiguous":
+        named = [" with ".join(causes[c].label for c in t.causes) for t in verdict.answers]
+        return f"Something is wrong ({p}): {either(named)} would explain it, and these data can't tell which."
+    answer = verdict.answers[0]
+    cause = " and ".join(f"{causes[c].label}{_size(causes[c], sizes)}" for c in answer.causes)
+    share = _share(verdict.gain)
+    explain = "explain" if len(answer.causes) > 1 else "explains"
+    if verdict.name == "data_fault":
+        return f"The data are at fault: {cause} {explain} {share}what the simulation got wrong."
+    return f"{cause[0].upper()}{cause[1:]} {explain} {share}what the simulation got wrong."
+
+
+def either(named: Sequence[str]) -> str:
+    shown = list(named[:SHOWN])
+    if len(named) > SHOWN:
+        shown.append(f"{len(named) - SHOWN} more")
+    return " or ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
+
+
+def chance(p: float) -> str:
+    return f"p = {p:.2g}" if p >= 1e-3 else f"p = {p:.1g}"
+
+
+def _share(gain: Gain | None) -> str:
+    return "" if gain is None else f"{100 * gain.share:.0f} % of "
+
+
+def _size(effect: Effect, sizes: Mapping[str, Estimate]) -> str:
+    name = next(iter(effect.unknowns))
+    if name not in sizes or len([n for n in effect.unknowns if n not in effect.nominal]) > 1:
+        return ""
+    e = sizes[name]
+    half = 0.5 * (e.interval95[1] - e.interval95[0])
+    places = max(0, _digits(half))
+    unit = f" {e.unit}" if e.unit else ""
+    sense = f" {effect.sense}" if effect.sense else ""
+    return f" of {e.value:.{places}f} +- {half:.{places}f}{unit}{sense}"
+
+
+def _digits(spread: float) -> int:
+    """Decimals that show two digits of a spread."""
+    from math import floor, log10
+
+    return 1 - floor(log10(spread)) if spread > 0 else 3
