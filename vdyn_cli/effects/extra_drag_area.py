@@ -8,9 +8,14 @@ from vdyn_cli.quantity import Quantity
 
 
 @effect(
-    on="air",
+    on=("air", "gust_drag"),
     unknowns=(Quantity("extra_drag_area", "m^2", "drag area of sensors, cables and open windows", "dCdA", -0.3, 0.5),),
     reference="doi:10.4271/2017-01-1574 blames sensors and cables; range: wheel force sensors with rods about 0.1 m^2",
+    label="drag area that is not in the model",
+    signature="The car slows down faster at high speed only, by as much on every run and in both directions.",
+    alike=("drag_area", "air_density", "headwind", "speed_dependent_rolling"),
+    confirm="Coast down from the same speed with the measuring equipment taken off, or from a higher speed.",
+    steps=("coastdown", "validate"),
 )
 def extra_drag_area(air: Law, s: Signals, q: Signals) -> Number:
     """More drag area than the baseline knows: measuring equipment on the outside, an open window, a roof rack.

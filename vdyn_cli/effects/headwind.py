@@ -11,6 +11,12 @@ from vdyn_cli.quantity import Quantity
     on="air",
     unknowns=(Quantity("headwind", "m/s", "steady headwind along the out direction", "w", -8, 8),),
     reference="drag of the relative air speed; range: SAE J1263 allows 16 km/h of mean wind, doubled for gusty days",
+    label="a headwind",
+    signature="Runs out slow down faster than runs back, the more so the faster they are.",
+    alike=("road_grade", "extra_drag_area", "rolling_resistance"),
+    confirm="Drive the same track both ways from high to walking speed: wind fades with the speed, a slope does not.",
+    sense="along the out direction",
+    steps=("coastdown", "validate"),
 )
 def headwind(air: Law, s: Signals, q: Signals) -> Number:
     """A steady wind along the track, against the vehicle on the way out and behind it on the way back.

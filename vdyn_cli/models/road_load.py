@@ -23,7 +23,7 @@ ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 
 @cache
-def road_load(driven: Driven = "coasting", accelerometer: bool = False) -> Model:
+def road_load(driven: Driven = "coasting", accelerometer: bool = False, located: bool = False) -> Model:
     """The longitudinal model.
 
     (M + mr) V' = F - Fd - Rr - Fb - Fs - M g sin(grade)
@@ -39,6 +39,8 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False) -> Model
         force f = (1 + k) (V' + g sin(grade)) + zero. Over M f + mr V' = F - Fd - Rr the slope drops out, so that
         hills do not drive the simulated speed away from the measured one. road_slope is the road's mean slope, uphill
         on the way out, as far as the grade does not tell it.
+    located : the car knows where it is: the state ``position`` (m) rises in the direction of driving, and heading times
+        position is the road's coordinate; a drive's start gives it. Where the road leads is then a signal of the grade.
 
     Returns
     -------
@@ -47,14 +49,17 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False) -> Model
     Notes
     -----
     Inputs: grade, wind_speed (m/s), elapsed (s since the first run began). Context of a run: heading (+1 out, -1 back,
-    0 unknown), temperature (K). wind_variance (m^2/s^2) is what gusts add to the mean drag.
+    0 unknown), temperature (K). wind_variance (m^2/s^2) is what gusts add to the mean drag. The state run_time (s since
+    the run's log began) starts at zero unless a drive's start says how much of the log goes before.
     Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass that they leave out.
     """
 
     def assemble(e: Bench, u: Signals) -> None:
         state = e.state("speed", 15.0)
         speed = e("measured_speed", value=u.speed) if accelerometer else state
-        grade = e("grade", value=u.grade)
+        place = {"position": e.state("position")} if located else {}
+        e.integrate(**dict.fromkeys(place, speed), run_time=1.0)
+        grade = e("grade", value=u.grade, **place)
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
         rate = (_drive_force(e, u, driven) - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)) / (
@@ -97,7 +102,7 @@ def _drive_force(e: Bench, u: Signals, driven: Driven) -> Number:
 def _resistance(e: Bench, u: Signals, speed: Number, grade: Number) -> Number:
     """All that opposes the motion but the slope, N."""
     p = e.p
-    day = {"elapsed": u.elapsed, "speed": speed}
+    day = {"elapsed": u.elapsed, "run_time": e.state("run_time"), "speed": speed}
     wind = e("wind_speed", value=u.wind_speed)
     drag = e(air, air_density=p.air_density, drag_area=p.drag_area, wind=wind, **day)
     day |= {"sense": turned(speed), "share": 1.0}

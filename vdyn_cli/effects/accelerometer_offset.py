@@ -1,0 +1,30 @@
+"""An accelerometer with a wrong zero."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect, reads
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="acceleration",
+    unknowns=(
+        Quantity("accelerometer_offset", "m/s^2", "what the accelerometer reads at rest on the level", "a0", -1.0, 1.0),
+    ),
+    reference="zero of inertial sensors: 0.01 to 0.1 m/s^2; a tilt of 1 deg is 0.17 m/s^2",
+    label="an accelerometer with a wrong zero",
+    signature="The measured acceleration differs by the same amount at all times and in both directions.",
+    alike=("accelerometer_tilt", "road_grade", "cg_to_rear"),
+    confirm="Read the accelerometer at rest on one spot, facing both ways.",
+    sensor=True,
+    steps=("coastdown", "validate", "cg"),
+)
+def accelerometer_offset(acceleration: Law, s: Signals, q: Signals) -> Number:
+    """An accelerometer with a wrong zero.
+
+    It reads a + a0.
+    """
+    if reads(s):
+        return acceleration(s) + q.accelerometer_offset
+    return acceleration(s.but(value=s.value - q.accelerometer_offset))

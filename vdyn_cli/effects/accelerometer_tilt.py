@@ -1,0 +1,33 @@
+"""An accelerometer that looks up."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect, reads
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.engine.maths import GRAVITY, cos, sin
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="acceleration",
+    unknowns=(
+        Quantity("accelerometer_tilt", "rad", "angle by which the accelerometer's nose points up", "", -0.1, 0.1),
+    ),
+    reference="gravity's share along a tilted axis; mounting by eye is good to 1 to 3 deg",
+    label="an accelerometer that is tilted",
+    signature="The measured acceleration is larger by the same amount at all times and in both directions.",
+    alike=("accelerometer_offset", "road_grade", "cg_to_rear"),
+    confirm="Read the accelerometer at rest on one spot, facing both ways.",
+    sensor=True,
+    sense="nose up",
+    steps=("coastdown", "validate", "cg"),
+)
+def accelerometer_tilt(acceleration: Law, s: Signals, q: Signals) -> Number:
+    """An accelerometer whose axis points up instead of ahead: it feels a share of gravity.
+
+    It reads a cos(q) + g sin(q).
+    """
+    pull, share = GRAVITY * sin(q.accelerometer_tilt), cos(q.accelerometer_tilt)
+    if reads(s):
+        return acceleration(s) * share + pull
+    return acceleration(s.but(value=(s.value - pull) / share))

@@ -1,0 +1,26 @@
+"""Brakes that rub."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="brake",
+    unknowns=(Quantity("brake_drag", "N", "drag of brakes that do not let go, at the road", "Fb", 0.0, 200.0),),
+    reference="residual brake torque of disc brakes, 1 to 6 N m a wheel: 10 to 80 N at the road",
+    label="brakes that drag",
+    signature="A force that is the same at every speed and in both directions slows the car.",
+    alike=("rolling_resistance", "driveline_drag", "torque_offset", "bearing_drag"),
+    confirm="Jack each wheel up and turn it by hand, or push the pads back and repeat two runs.",
+    steps=("coastdown", "validate", "inertia"),
+)
+def brake_drag(brake: Law, s: Signals, q: Signals) -> Number:
+    """Pads that rub with a constant force.
+
+    F = Fb for all wheels together, shared equally between them. Of a single wheel on its rig it is that wheel's force
+    at the rim.
+    """
+    return brake(s.but(brake_force=s.brake_force + s.share * q.brake_drag))

@@ -1,0 +1,31 @@
+"""Brakes that rub at first."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.engine.maths import exp
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="brake",
+    unknowns=(
+        Quantity("brake_drag_fading", "N", "brake drag when a run begins, at the road", "Fb", 0.0, 300.0),
+        Quantity("brake_drag_fading_time", "s", "time in which it falls to 37 %", "", 5.0, 200.0),
+    ),
+    nominal={"brake_drag_fading_time": 20.0},
+    reference="pads retract and discs cool within tens of seconds of braking; size as for residual brake torque",
+    label="brakes that let go slowly",
+    signature="Every run slows down too fast in its first tens of seconds, in both directions alike.",
+    alike=("extra_drag_area", "drag_area", "tire_warmup"),
+    confirm="Do not touch the brakes for a minute before a run, or start coasts from different speeds.",
+    steps=("coastdown", "validate"),
+)
+def brake_drag_fading(brake: Law, s: Signals, q: Signals) -> Number:
+    """Pads that still rub after the car was braked, and let go.
+
+    F = Fb exp(-t/T), t since the run's log began, for all wheels together. T is 20 s until the data say otherwise.
+    """
+    rubbing = q.brake_drag_fading * exp(-s.run_time / q.brake_drag_fading_time)
+    return brake(s.but(brake_force=s.brake_force + s.share * rubbing))

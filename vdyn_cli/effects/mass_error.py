@@ -1,0 +1,25 @@
+"""A wrong mass."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="parameters",
+    unknowns=(Quantity("mass_error", "", "share by which the true mass exceeds the given one", "", -0.15, 0.15),),
+    reference="weighing without crew, fuel or rig: two people and a rig are 10 % of a car",
+    label="a wrong mass",
+    signature="In coasts all forces are scaled alike; under power the car speeds up too fast or too slowly.",
+    alike=("rotating_mass", "torque_gain", "wheel_radius", "rolling_resistance", "drag_area"),
+    confirm="Weigh the car as it was driven, with crew and fuel.",
+    steps=("coastdown", "validate"),
+)
+def mass_error(parameters: Law, s: Signals, q: Signals) -> Number:
+    """A vehicle that is heavier or lighter than the description says.
+
+    M (1 + q) wherever mass enters: inertia, weight on the tires, slope.
+    """
+    return parameters(s.but(mass=s.mass * (1.0 + q.mass_error)))

@@ -1,0 +1,25 @@
+"""Machines that turn along."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="parameters",
+    unknowns=(Quantity("motor_inertia", "kg m^2", "inertia that is missing inside the half-shafts", "", -4.0, 8.0),),
+    reference="geared motor-generators of a power-split transaxle: 3.3 kg m^2 at the wheels, 2 % of the car's mass",
+    label="inertia of motors that is not in the model",
+    signature="The half-shafts see less torque than the drive gives whenever the car speeds up, and shake more slowly.",
+    alike=("rotating_mass", "wheel_inertia", "torque_gain", "shaft_stiffness"),
+    confirm="Step the torque and watch the half-shafts' frequency, or spin the wheels up off the ground.",
+    steps=("validate",),
+)
+def motor_inertia(parameters: Law, s: Signals, q: Signals) -> Number:
+    """Motors, gears and shafts inside the half-shafts whose inertia is not in the model.
+
+    Jd + q, seen at the driven wheels together.
+    """
+    return parameters(s.but(driveline_inertia=s.driveline_inertia + q.motor_inertia))

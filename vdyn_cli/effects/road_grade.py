@@ -1,0 +1,26 @@
+"""A road that is not level."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="grade",
+    unknowns=(Quantity("road_grade", "", "constant slope, uphill on the way out", "i", -0.03, 0.03),),
+    reference="weight along the road; range: SAE J1263 allows 0.5 % on a test road, public roads have more",
+    label="a road that slopes",
+    signature="Runs out and back differ by a force that is the same at every speed.",
+    alike=("headwind", "rolling_resistance", "torque_offset", "accelerometer_offset"),
+    confirm="Let the car roll slowly, below 20 km/h, both ways over the same stretch, or level the road.",
+    sense="uphill on the way out",
+    steps=("coastdown", "validate", "cg"),
+)
+def road_grade(grade: Law, s: Signals, q: Signals) -> Number:
+    """A constant slope that the description does not state: uphill on the way out, downhill on the way back.
+
+    i = i_known + h i_road, heading h = +1 out, -1 back; its force is M g i / sqrt(1 + i^2).
+    """
+    return grade(s) + s.heading * q.road_grade

@@ -1,0 +1,28 @@
+"""Inertia of all that turns."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="parameters",
+    unknowns=(Quantity("extra_rotating_mass", "kg", "rotating mass that is not in the model", "", -100.0, 300.0),),
+    reference="M + sum J/r^2: wheels add 3 to 4 % of the mass, coupled motor-generators 2 % more",
+    label="rotating mass that is not in the model",
+    signature="The car speeds up and slows down less than all forces call for, but climbs as its mass says.",
+    alike=("mass_error", "rolling_resistance", "drag_area", "torque_gain", "wheel_inertia", "motor_inertia"),
+    confirm="Drive hard and gently by a known torque, or coast on a known slope: weight climbs, inertia does not.",
+    steps=("coastdown", "validate"),
+)
+def rotating_mass(parameters: Law, s: Signals, q: Signals) -> Number:
+    """Wheels, shafts and machines that turn with the car and are not in its rotating mass.
+
+    (M + mr + q) V' = F. Where wheels turn one by one, each gets a quarter as moment of inertia, q r^2 / 4.
+    """
+    if hasattr(s, "rotating_mass"):
+        return parameters(s.but(rotating_mass=s.rotating_mass + q.extra_rotating_mass))
+    turning = q.extra_rotating_mass * s.wheel_radius * s.wheel_radius / 4.0
+    return parameters(s.but(wheel_inertia=s.wheel_inertia + turning))

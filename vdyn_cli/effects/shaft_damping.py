@@ -1,0 +1,27 @@
+"""Half-shafts of another damping."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="parameters",
+    unknowns=(Quantity("shaft_damping_error", "", "share by which both shafts damp more than given", "", -0.95, 3.0),),
+    reference="damping of steel shafts with joints is seldom known within a factor of two",
+    label="half-shafts of another damping",
+    signature="After a step of torque the half-shafts' shake dies out faster or slower than simulated.",
+    alike=("shaft_stiffness", "tire_relaxation", "backlash"),
+    confirm="Step the torque and let go at once, several times, at one speed.",
+    steps=("validate",),
+)
+def shaft_damping(parameters: Law, s: Signals, q: Signals) -> Number:
+    """Half-shafts that damp more or less than the model says, left and right by the same share.
+
+    c (1 + q)
+    """
+    scale = 1.0 + q.shaft_damping_error
+    left, right = s.shaft_damping_left * scale, s.shaft_damping_right * scale
+    return parameters(s.but(shaft_damping_left=left, shaft_damping_right=right))

@@ -1,0 +1,29 @@
+"""Half-shafts of another stiffness."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="parameters",
+    unknowns=(
+        Quantity("shaft_stiffness_error", "", "share by which both shafts are stiffer than given", "", -0.8, 1.5),
+    ),
+    reference="joints and splines make a half-shaft 20 to 60 % softer than its bar",
+    label="half-shafts of another stiffness",
+    signature="After a step of torque the half-shafts shake at another frequency than simulated.",
+    alike=("motor_inertia", "tire_relaxation", "backlash", "shaft_damping"),
+    confirm="Clamp the wheel and twist the inner end by a known torque, or step the torque at several speeds.",
+    steps=("validate",),
+)
+def shaft_stiffness(parameters: Law, s: Signals, q: Signals) -> Number:
+    """Half-shafts that are softer or stiffer than the model says, left and right by the same share.
+
+    k (1 + q)
+    """
+    scale = 1.0 + q.shaft_stiffness_error
+    left, right = s.shaft_stiffness_left * scale, s.shaft_stiffness_right * scale
+    return parameters(s.but(shaft_stiffness_left=left, shaft_stiffness_right=right))

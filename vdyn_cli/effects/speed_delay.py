@@ -1,0 +1,26 @@
+"""A speed that comes late."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="speed_clock",
+    unknowns=(Quantity("speed_delay", "s", "time by which the speed channel lags the others", "tau", -0.3, 0.5),),
+    reference="GPS receivers give their speed 7 to 160 ms late",
+    label="a speed channel that comes late",
+    signature="Where the acceleration changes, the measured speed follows the simulated one late by a fixed time.",
+    alike=("torque_delay", "tire_relaxation", "shaft_stiffness"),
+    confirm="Tap the throttle or the brake sharply a few times and compare the speed with an accelerometer.",
+    sensor=True,
+    steps=("coastdown", "validate"),
+)
+def speed_delay(clock: Law, s: Signals, q: Signals) -> Number:
+    """A speed channel whose clock lags that of the other channels.
+
+    It reads V(t - tau). In a coast alone it hides in the start speed.
+    """
+    return clock(s) - q.speed_delay

@@ -1,0 +1,25 @@
+"""Rolling resistance that rises with speed."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="rolling",
+    unknowns=(Quantity("speed_dependent_rolling", "s/m", "rise of the coefficient with speed", "frr1", -4e-4, 4e-4),),
+    reference="linear term of SAE J2452's shortened form; range: the linear term of EPA road loads, up to 6 N s/m",
+    label="rolling resistance that rises with speed",
+    signature="What slows the car rises in proportion to its speed, in both directions alike.",
+    alike=("drag_area", "extra_drag_area", "rolling_resistance"),
+    confirm="Coast down over a wider range of speed: from as fast as allowed to walking speed.",
+    steps=("coastdown", "validate"),
+)
+def speed_dependent_rolling(rolling: Law, s: Signals, q: Signals) -> Number:
+    """Tires whose rolling resistance rises with speed, where the baseline has it constant.
+
+    Rr = (frr + (frr1 + q) V) Fz
+    """
+    return rolling(s.but(rolling_speed=s.rolling_speed + q.speed_dependent_rolling))

@@ -1,0 +1,27 @@
+"""A speed that reads too high."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect, reads
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on=("speed", "measured_speed"),
+    unknowns=(Quantity("speed_scale_error", "", "share by which the speed reads too high", "e", -0.1, 0.1),),
+    reference="wheel-based speeds change by 1 to 4 % with the radius taken; GPS and optical sensors hold 0.2 %",
+    label="a speed that reads too high",
+    signature="Speed is off by the same share everywhere: in a coast like other rolling resistance and drag together.",
+    alike=("rolling_resistance", "drag_area", "wheel_radius", "mass_error", "torque_gain"),
+    confirm="Compare the speed, integrated, with a distance that was measured: kilometre stones, GPS positions.",
+    sensor=True,
+    steps=("coastdown", "validate"),
+)
+def speed_scale(speed: Law, s: Signals, q: Signals) -> Number:
+    """A speed channel whose scale is wrong.
+
+    It reads (1 + e) V; where the measured speed drives the model, V is the reading over 1 + e.
+    """
+    scale = 1.0 + q.speed_scale_error
+    return speed(s) * scale if reads(s) else speed(s.but(value=s.value / scale))

@@ -1,0 +1,31 @@
+"""Tires that start cold."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.engine.maths import exp
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="rolling",
+    unknowns=(
+        Quantity("tire_warmup", "", "share by which rolling resistance is higher when the day begins", "k", 0.0, 0.6),
+        Quantity("tire_warmup_time", "s", "time in which that falls to 37 %", "", 100.0, 3600.0),
+    ),
+    nominal={"tire_warmup_time": 600.0},
+    reference="rolling resistance falls for 10 to 30 minutes of driving (warm-up of SAE J1263 and WLTP)",
+    label="tires that were still warming up",
+    signature="Early runs slow down faster than late ones, and the difference dies out in some ten minutes.",
+    alike=("brake_drag_fading", "temperature_rolling", "rolling_resistance"),
+    confirm="Drive for half an hour and repeat the first runs: they must not differ from the last.",
+    steps=("coastdown", "validate"),
+)
+def tire_warmup(rolling: Law, s: Signals, q: Signals) -> Number:
+    """Tires that roll harder while they are cold.
+
+    frr (1 + k exp(-t/T)), t since the first run began. T is 600 s until the data say otherwise.
+    """
+    cold = exp(-s.elapsed / q.tire_warmup_time)
+    return rolling(s.but(rolling_resistance=s.rolling_resistance * (1.0 + q.tire_warmup * cold)))

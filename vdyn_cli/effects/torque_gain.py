@@ -1,0 +1,26 @@
+"""A torque sensor with a wrong scale."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on=("drive_torque", "drive_torque_left", "drive_torque_right"),
+    unknowns=(Quantity("torque_gain", "", "share by which the drive torque reads too high", "e", -0.15, 0.15),),
+    reference="torque estimated from motor current is good to 1 to 5 %, measured by strain gauges to 0.1 to 0.5 %",
+    label="a drive torque that reads too high",
+    signature="The simulated car outruns the real one in proportion to the torque, and not at all while coasting.",
+    alike=("wheel_radius", "mass_error", "wheel_inertia", "driveline_drag", "driveline_efficiency"),
+    confirm="Hang a known weight on a lever at the hub, or drive up a known slope slowly.",
+    sensor=True,
+    steps=("coastdown", "validate"),
+)
+def torque_gain(drive_torque: Law, s: Signals, q: Signals) -> Number:
+    """A drive torque channel with a wrong scale.
+
+    It reads (1 + e) T, so that the car feels the reading over 1 + e.
+    """
+    return drive_torque(s.but(value=s.value / (1.0 + q.torque_gain)))

@@ -1,0 +1,27 @@
+"""A torque sensor with a wrong zero."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on=("drive_torque", "drive_torque_left", "drive_torque_right"),
+    unknowns=(Quantity("torque_offset", "N m", "what the drive torque reads at no torque", "T0", -30.0, 30.0),),
+    reference="zero drift of torque flanges and of current sensors: up to 1 % of full scale",
+    label="a drive torque with a wrong zero",
+    signature="A force that is the same at every speed and torque pushes or holds the simulated car, coasting as well.",
+    alike=("rolling_resistance", "brake_drag", "driveline_drag", "road_grade"),
+    confirm="Read the torque channel with the wheels off the ground and at rest, before and after the drive.",
+    sensor=True,
+    sense="at no torque",
+    steps=("coastdown", "validate"),
+)
+def torque_offset(drive_torque: Law, s: Signals, q: Signals) -> Number:
+    """A drive torque channel with a wrong zero.
+
+    It reads T + T0, so that the car feels the reading less T0; both half-shafts' sensors alike where there are two.
+    """
+    return drive_torque(s.but(value=s.value - q.torque_offset))

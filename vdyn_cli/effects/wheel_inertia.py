@@ -1,0 +1,27 @@
+"""A wrong inertia of the wheels."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="parameters",
+    unknowns=(
+        Quantity("wheel_inertia_error", "", "share by which the wheels' inertia exceeds the given one", "", -0.7, 1.0),
+    ),
+    reference="doi:10.4271/2017-01-1574 finds 1.65 kg m^2 on the road and 1.25 kg m^2 on a pendulum for one wheel",
+    label="a wrong moment of inertia of the wheels",
+    signature="The car answers a change of torque more slowly, and more so the harder it is accelerated or braked.",
+    alike=("rotating_mass", "motor_inertia", "torque_gain", "mass_error"),
+    confirm="Swing a wheel on a pendulum.",
+    steps=("validate",),
+)
+def wheel_inertia(parameters: Law, s: Signals, q: Signals) -> Number:
+    """Wheels that are harder or easier to turn than the model says.
+
+    Jw (1 + q), all four alike.
+    """
+    return parameters(s.but(wheel_inertia=s.wheel_inertia * (1.0 + q.wheel_inertia_error)))

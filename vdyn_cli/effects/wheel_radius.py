@@ -1,0 +1,27 @@
+"""A wrong wheel radius."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="parameters",
+    unknowns=(
+        Quantity("wheel_radius_error", "", "share by which the true radius exceeds the given one", "", -0.06, 0.06),
+    ),
+    reference="unloaded, rolling and static radius of a tire differ by 1 to 4 %; it grows 1 % per 100 km/h",
+    label="a wrong wheel radius",
+    signature="The same torque gives less force, and the wheels turn slower at the same speed of the car.",
+    alike=("torque_gain", "mass_error", "speed_scale", "wheel_mass"),
+    confirm="Roll ten turns of the wheel along a tape, loaded as driven.",
+    steps=("coastdown", "validate", "inertia"),
+)
+def wheel_radius(parameters: Law, s: Signals, q: Signals) -> Number:
+    """Wheels that are larger or smaller than the description says.
+
+    r (1 + q) as lever of the torque and as radius on which the wheel rolls.
+    """
+    return parameters(s.but(wheel_radius=s.wheel_radius * (1.0 + q.wheel_radius_error)))
