@@ -8,11 +8,11 @@ contact a bristle that bends until it slips, and so rests without creep: ``brist
 from __future__ import annotations
 
 from vdyn_cli.engine.bench import Number, Signals
-from vdyn_cli.engine.maths import soft_abs, sqrt, tanh
+from vdyn_cli.engine.maths import soft_abs, tanh
 
 STANDSTILL = 0.05  # m/s, over which friction turns with the direction of motion; exactly 1 above 1 m/s
-BEND = 0.01  # m, over which a bristle bends before it slips
-QUICKEST = 0.02  # s, no bristle turns faster, so that a fixed step can follow it
+BEND = 2e-3  # m, over which a bristle bends before it slips
+QUICKEST = 5e-3  # s, no bristle turns faster, so that a fixed step can follow it
 STILL = 1e-4  # m/s, below which a bristle does not creep
 SLIDING = 0.1  # m/s, beyond which a bristle's own damping is gone
 
@@ -25,9 +25,9 @@ def turned(speed: Number) -> Number:
 def bristle_rate(s: Signals) -> Number:
     """Rate, 1/s, of the bend of a bristle between two dry surfaces: a spring that slips.
 
-    z' = (v - |v| z) / sqrt(l^2 + (t0 v)^2)
+    z' = (v - |v| z) / (l + t0 |v|)
 
-    At small bends z' = v/l: a spring. At z = 1 it slips: z' = 0. The root caps the rate at 1/t0.
+    At small bends z' = v/l: a spring. At z = 1 it slips: z' = 0. No rate is beyond 1/t0.
 
     Parameters
     ----------
@@ -35,10 +35,11 @@ def bristle_rate(s: Signals) -> Number:
 
     Notes
     -----
-    l = 10 mm, t0 = 20 ms; |v| is soft within 0.1 mm/s, so that what holds does not creep.
+    l = 2 mm, t0 = 5 ms; |v| is soft within 0.1 mm/s, so that what holds does not creep.
     Source: after P. R. Dahl, A Solid Friction Model, 1968, with a cap on the rate.
     """
-    return (s.speed - soft_abs(s.speed, STILL) * s.bend) / sqrt(BEND**2 + (QUICKEST * s.speed) ** 2)
+    size = soft_abs(s.speed, STILL)
+    return (s.speed - size * s.bend) / (BEND + QUICKEST * size)
 
 
 def bristle_sense(s: Signals) -> Number:
@@ -55,4 +56,4 @@ def bristle_sense(s: Signals) -> Number:
     Without the damping a car that has stopped rocks on its bristles for a minute.
     Source: after Canudas de Wit et al., IEEE Trans. Autom. Control 40(3), 1995, doi:10.1109/9.376053.
     """
-    return s.bend + s.damping_time * s.bend_rate / (1.0 + (s.speed / SLIDING) ** 2)
+    return s.bend + s.damping_time * s.bend_rate / (1.0 + (s.speed * (1.0 / SLIDING)) ** 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vdyn_cli.engine.bench import Number, Signals
-from vdyn_cli.engine.maths import atan, fmax, sin, tanh
+from vdyn_cli.engine.maths import atan, fmax, sin, sqrt
 
 
 def tire(s: Signals) -> Number:
@@ -34,10 +34,11 @@ def friction(s: Signals) -> Number:
 def cornering(s: Signals) -> Number:
     """Lateral force of a wheel that is not steered.
 
-    Fy = Fz D tanh(c a / D)
+    Fy = Fz D c a / sqrt(D^2 + (c a)^2)
 
     Signals: ``load`` Fz, N; ``slip`` a, the sideways sliding over the speed (the tangent of the slip angle), positive
     where the force is; ``tire_cornering_stiffness`` c, per load, 1/rad; ``tire_D`` D. Returns N. A saturating line:
     enough where a car drives straight, and the sideways slip is a disturbance.
     """
-    return s.load * s.tire_D * tanh(s.tire_cornering_stiffness * s.slip / s.tire_D)
+    line = s.tire_cornering_stiffness * s.slip
+    return s.load * s.tire_D * line / sqrt(s.tire_D**2 + line**2)

@@ -12,14 +12,14 @@ from vdyn_cli.elements.shaft import shaft
 from vdyn_cli.elements.standstill import bristle_rate, bristle_sense, turned
 from vdyn_cli.elements.suspension import damper, spring
 from vdyn_cli.elements.tire import cornering, friction, tire
-from vdyn_cli.elements.tire_slip import damped_slip, passing, slip_rate
+from vdyn_cli.elements.tire_slip import damped_slip, fresh_tread, slip_rate
 from vdyn_cli.elements.tire_vertical import tire_vertical
 from vdyn_cli.elements.wheel import wheel_spin
 from vdyn_cli.engine.bench import Bench, Number, Signals
 from vdyn_cli.engine.maths import GRAVITY
 
-ROLLING_DAMPING = 0.3  # s, a bristle's damping time
-BRAKE_DAMPING = 0.005  # s
+ROLLING_DAMPING = 0.1  # s, a bristle's damping time
+BRAKE_DAMPING = 2e-3  # s
 CONTACT_LAG = 2e-3  # s, within which a tire's damping follows the road's height
 
 
@@ -167,15 +167,12 @@ def _contact(
     p, name = e.p, at.name
     sliding = e.state(f"wheel_speed{name}", e.state("speed") / p.wheel_radius) * p.wheel_radius - speed
     slip, lateral = e.state(f"slip{name}"), e.state(f"lateral_slip{name}")
-    lag = {"relaxation_length": p.tire_relaxation_length}
-    fresh = passing(speed)
+    fresh = e(fresh_tread, name, speed=speed, sliding=sliding, sideways=sideways, slip=slip, lateral_slip=lateral)
+    lag = {"fresh": fresh, "relaxation_length": p.tire_relaxation_length}
     e.integrate(
         **{
-            f"slip{name}": e(slip_rate, name, sliding=sliding, passing=fresh, slip=slip, **lag),
-            # Sideways, a wheel that spins or locks brings in fresh tread as one that rolls does.
-            f"lateral_slip{name}": e(
-                slip_rate, f"_lateral{name}", sliding=-sideways, passing=fresh + passing(sliding), slip=lateral, **lag
-            ),
+            f"slip{name}": e(slip_rate, name, sliding=sliding, slip=slip, **lag),
+            f"lateral_slip{name}": e(slip_rate, f"_lateral{name}", sliding=-sideways, slip=lateral, **lag),
         }
     )
     grip = e(
