@@ -6,12 +6,14 @@ No fast-math flags and no library knowledge: values come out as CasADi's virtual
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 
 import casadi as ca
 
-from vdyn_cli.engine.dual import Lanes, Value, instructions, tangent
+from vdyn_cli.engine.dual import Lanes, Value, tangent
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir_steps import print_steps
+from vdyn_cli.engine.order import Order, ordered
 
 _ARITHMETIC = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
 _COMPARISONS = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
@@ -157,38 +159,92 @@ def print_kernel(graph: Graph, lanes: int, live: frozenset[int], seeded: frozens
     ``live`` states and ``seeded`` constants are those whose tangents can differ from zero.
     """
     states, inputs = int(graph.field.size1_in(0)), int(graph.field.size1_in(1))
-    out = _print_field(graph.field, lanes, live, seeded)
-    arrays = "ptr %z, ptr %k, double %h, ptr %u, ptr %p, ptr %tp, ptr %f, ptr %w"
-    text = [*(f"declare {function}" for function in sorted(out.used))]
+    body = _Body(ordered(graph.field), lanes, live, seeded, states, graph.readings)
+    first, out = body.prepared(), body.field()
+    arrays = "ptr %z, ptr %k, double %h, ptr %u, ptr %p, ptr %tp, ptr %q, ptr %f, ptr %w, i1 %reading"
+    text = [*(f"declare {function}" for function in sorted(first.used | out.used))]
+    text += ["define internal void @prepare(ptr %p, ptr %tp, ptr %q) #0 {", *first.lines, "ret void", "}"]
     text += [f"define internal void @field({arrays}) #0 {{", *out.lines, "ret void", "}"]
-    text += print_steps(states, inputs, graph.readings, lanes)
+    text += print_steps(states, inputs, graph.readings, lanes, body.held * (1 + lanes))
     return "\n".join([*text, _ATTRIBUTES])
 
 
-def _print_field(field: ca.Function, lanes: int, live: frozenset[int], seeded: frozenset[int]) -> Printer:
-    """The rates f and the readings w of the state z + h k, arranged [lanes | values]."""
-    out = Printer(lanes)
-    states, readings = int(field.size1_in(0)), int(field.size1_out(1))
-    work: dict[int, tuple[str, Lanes | None]] = {}
-    for op, to, of, value in instructions(field):
-        if op == ca.OP_OUTPUT:
-            array, count = (("%f", states), ("%w", readings))[to[0]]
-            out.store(work[of[0]][0], array, count * lanes + to[1])
-            if lanes:
-                out.store_lanes(work[of[0]][1], array, to[1] * lanes)
-        elif op == ca.OP_CONST:
-            work[to[0]] = constant(value), None
-        elif op == ca.OP_INPUT:
-            source, i = of
-            if source == 0:
-                moved = out.move(out.load("%z", states * lanes + i), out.load("%k", states * lanes + i))
-                carried = out.move_lanes(i * lanes) if lanes and i in live else None
+class _Body:
+    """A field in two functions: ``prepare`` writes what constants alone decide, ``field`` does the rest.
+
+    Rates f and readings w are those of the state z + h k; rows are arranged [lanes | values]. What only the readings
+    need is skipped in the stages of a step that nobody reads.
+    """
+
+    def __init__(
+        self, order: Order, lanes: int, live: frozenset[int], seeded: frozenset[int], states: int, readings: int
+    ) -> None:
+        self._order, self._lanes, self._live, self._seeded = order, lanes, live, seeded
+        self._states, self._readings = states, readings
+        self._kept = {place: row for row, place in enumerate(order.kept)}
+        self._tangents: dict[int, bool] = {}
+
+    @property
+    def held(self) -> int:
+        """How many values ``prepare`` leaves."""
+        return len(self._kept)
+
+    def prepared(self) -> Printer:
+        out = Printer(self._lanes)
+        work = self._computed(out, self._order.once, {})
+        for place, row in self._kept.items():
+            value, carried = work[place]
+            self._tangents[place] = carried is not None
+            out.store(value, "%q", self.held * self._lanes + row)
+            if carried is not None:
+                out.store_lanes(carried, "%q", row * self._lanes)
+        return out
+
+    def field(self) -> Printer:
+        out, order = Printer(self._lanes), self._order
+        work = self._computed(out, order.moving, {})
+        self._store(out, work, order.rates, "%f", self._states)
+        out.lines += ["br i1 %reading, label %read, label %done", "read:"]
+        self._store(out, self._computed(out, order.reading, work), order.readings, "%w", self._readings)
+        out.lines += ["br label %done", "done:"]
+        return out
+
+    def _store(self, out: Printer, work: _Work, places: Sequence[int], array: str, count: int) -> None:
+        for i, place in enumerate(places):
+            value, carried = self._found(out, work, place)
+            out.store(value, array, count * self._lanes + i)
+            if self._lanes:
+                out.store_lanes(carried, array, i * self._lanes)
+
+    def _computed(self, out: Printer, places: Sequence[int], work: _Work) -> _Work:
+        for place in places:
+            op, of, value = (now := self._order.values[place]).op, now.of, now.value
+            if op == ca.OP_CONST:
+                work[place] = constant(value), None
+            elif op == ca.OP_INPUT:
+                work[place] = self._input(out, *of)
             else:
-                moved = out.load(("%u", "%p")[source - 1], i)
-                carried = out.load_lanes("%tp", i * lanes) if lanes and source == 2 and i in seeded else None
-            work[to[0]] = moved, carried
-        else:
-            a, ts = [work[k][0] for k in of], [work[k][1] for k in of]
-            v = out.value(op, *a)
-            work[to[0]] = v, tangent(out, op, a, v, ts) if lanes else None
-    return out
+                found = [self._found(out, work, k) for k in of]
+                a, t = [v for v, _ in found], [carried for _, carried in found]
+                v = out.value(op, *a)
+                work[place] = v, tangent(out, op, a, v, t) if self._lanes else None
+        return work
+
+    def _found(self, out: Printer, work: _Work, place: int) -> tuple[str, Lanes | None]:
+        """A value, loaded where ``prepare`` has left it."""
+        if place not in work:
+            row = self._kept[place]
+            carried = out.load_lanes("%q", row * self._lanes) if self._tangents[place] else None
+            work[place] = out.load("%q", self.held * self._lanes + row), carried
+        return work[place]
+
+    def _input(self, out: Printer, source: int, i: int) -> tuple[str, Lanes | None]:
+        lanes = self._lanes
+        if source == 0:
+            moved = out.move(out.load("%z", self._states * lanes + i), out.load("%k", self._states * lanes + i))
+            return moved, out.move_lanes(i * lanes) if lanes and i in self._live else None
+        carried = out.load_lanes("%tp", i * lanes) if lanes and source == 2 and i in self._seeded else None
+        return out.load(("%u", "%p")[source - 1], i), carried
+
+
+_Work = dict[int, tuple[str, Lanes | None]]

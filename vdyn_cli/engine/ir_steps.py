@@ -14,16 +14,17 @@ UNROLLED = 4  # so many neighbours are written out rather than looped over
 Groups = Sequence[tuple[int, int]]  # (width, count): neighbours that are moved together, one group after the other
 
 
-def print_steps(states: int, inputs: int, readings: int, lanes: int) -> list[str]:
+def print_steps(states: int, inputs: int, readings: int, lanes: int, held: int) -> list[str]:
     """``void run(n, z, u, dt, p, tp, w, trail)``, arrays as in kernel.py.
 
-    It calls ``field(z, k, h, u, p, tp, f, w)``: rates f and readings w of the state z + h k.
+    It calls ``prepare(p, tp, q)`` once, which leaves in q, of size ``held``, what constants alone decide; then
+    ``field(z, k, h, u, p, tp, q, f, w, reading)``: rates f and, if asked for, readings w of the state z + h k.
     """
     if not states:
-        return _static(inputs, readings, lanes)
+        return _static(inputs, readings, lanes, held)
     row, seen = states * (1 + lanes), readings * (1 + lanes)
     whole, values = ((lanes, states), (1, states)), ((1, states),)
-    local = {"now": row, "still": row, "k1": row, "k2": row, "k3": row, "k4": row, "unread": seen, "middle": inputs}
+    local = {"now": row, "still": row, "k1": row, "k2": row, "k3": row, "k4": row, "middle": inputs, "q": held}
     return [
         *_function("copy", "out from", "", whole, lambda b: b.store(b.load("from"))),
         *_function("keep", "out from", "", values, lambda b: b.store(b.load("from"))),
@@ -36,6 +37,7 @@ def print_steps(states: int, inputs: int, readings: int, lanes: int) -> list[str
         f"%values = getelementptr double, ptr %now, i64 {states * lanes}",
         "call void @copy(ptr %now, ptr %z)",
         "call void @clear(ptr %still)",
+        "call void @prepare(ptr %p, ptr %tp, ptr %q)",
         *_loop(
             *_address("before", "u", inputs),
             *_address("seen", "w", seen),
@@ -47,10 +49,10 @@ def print_steps(states: int, inputs: int, readings: int, lanes: int) -> list[str
             "%sixth = fdiv double %h, 6.0",
             "call void @keep(ptr %kept, ptr %values)",
             "call void @halfway(ptr %middle, ptr %before, ptr %after)",
-            _field("still", "0.0", "before", "k1", "seen"),
-            _field("k1", "%half", "middle", "k2", "unread"),
-            _field("k2", "%half", "middle", "k3", "unread"),
-            _field("k3", "%h", "after", "k4", "unread"),
+            _field("still", "0.0", "before", "k1", reading=True),
+            _field("k1", "%half", "middle", "k2"),
+            _field("k2", "%half", "middle", "k3"),
+            _field("k3", "%h", "after", "k4"),
             "call void @finish(ptr %now, ptr %k1, ptr %k2, ptr %k3, ptr %k4, double %sixth)",
         ),
         "call void @copy(ptr %z, ptr %now)",
@@ -59,23 +61,25 @@ def print_steps(states: int, inputs: int, readings: int, lanes: int) -> list[str
     ]
 
 
-def _static(inputs: int, readings: int, lanes: int) -> list[str]:
+def _static(inputs: int, readings: int, lanes: int, held: int) -> list[str]:
     """A model without states: readings alone."""
     return [
         "define void @run(i64 %n, ptr %now, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trail) #0 {",
         "entry:",
+        f"%q = alloca [{max(held, 1)} x double], align 64",
+        "call void @prepare(ptr %p, ptr %tp, ptr %q)",
         *_loop(
             *_address("before", "u", inputs),
             *_address("seen", "w", readings * (1 + lanes)),
-            _field("now", "0.0", "before", "now", "seen"),
+            _field("now", "0.0", "before", "now", reading=True),
         ),
         "ret void",
         "}",
     ]
 
 
-def _field(k: str, h: str, u: str, rates: str, readings: str) -> str:
-    arrays = f"ptr %{u}, ptr %p, ptr %tp, ptr %{rates}, ptr %{readings}"
+def _field(k: str, h: str, u: str, rates: str, reading: bool = False) -> str:
+    arrays = f"ptr %{u}, ptr %p, ptr %tp, ptr %q, ptr %{rates}, ptr %seen, i1 {str(reading).lower()}"
     return f"call void @field(ptr %now, ptr %{k}, double {h}, {arrays})"
 
 
