@@ -221,6 +221,7 @@ EXPORT Status fmi2DoStep(Component c, double time, double length, int forward)
         {name}_step(&m->x, &before, &after, length / count, &m->p, &unread);
         before = after;
     }}
+    m->u = before; /* where the inputs have gone */
     memset(&m->slope, 0, sizeof m->slope); /* derivatives hold for one step */
     m->time = time + length;
     m->fresh = 0;

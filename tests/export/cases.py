@@ -1,0 +1,111 @@
+"""A parameter file as the pipeline writes it, of a car that nobody has."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.export.given import Given, read_given
+from vdyn_cli.export.machine import Machine
+from vdyn_cli.parameters import GIVERS
+from vdyn_cli.vocabulary import PARAMETERS
+
+# Value and standard deviation, SI.
+CAR: Mapping[str, tuple[float, float]] = {
+    "mass": (1430.0, 2.0),
+    "wheelbase": (2.62, 0.0),
+    "track_front": (1.51, 0.0),
+    "cg_to_front": (1.13, 0.002),
+    "cg_height": (0.57, 0.003),
+    "pitch_inertia": (1980.0, 12.0),
+    "unsprung_mass_front": (78.0, 0.0),
+    "unsprung_mass_rear": (66.0, 0.0),
+    "suspension_stiffness_front": (41e3, 90.0),
+    "suspension_stiffness_rear": (38e3, 80.0),
+    "suspension_damping_front": (2900.0, 20.0),
+    "suspension_damping_rear": (2600.0, 20.0),
+    "tire_vertical_stiffness": (3.7e5, 900.0),
+    "wheel_inertia": (1.1, 0.01),
+    "wheel_radius": (0.297, 0.0005),
+    "rotating_mass": (85.0, 0.0),
+    "tire_B": (11.3, 0.1),
+    "tire_C": (1.58, 0.01),
+    "tire_D": (0.97, 0.002),
+    "tire_E": (0.21, 0.02),
+    "tire_relaxation_length": (0.24, 0.02),
+    "rolling_resistance": (0.0104, 1e-4),
+    "drag_area": (0.61, 0.01),
+    "road_load_f0": (141.0, 1.5),
+    "road_load_f1": (0.4, 0.2),
+    "road_load_f2": (0.36, 0.004),
+    "gear_ratio": (3.9, 0.0),
+    "shaft_stiffness_left": (11e3, 60.0),
+    "shaft_stiffness_right": (8.6e3, 50.0),
+    "shaft_damping_left": (25.0, 1.0),
+}
+BRAKE_DRAG = {"effect": "brake_drag", "unknowns": {"brake_drag": {"value": 38.0, "std": 3.0, "unit": "N"}}}
+SPEED_SCALE = {"effect": "speed_scale", "unknowns": {"speed_scale": {"value": 0.01, "std": 0.001, "unit": ""}}}
+
+
+def document(causes: Sequence[Any] = (), verdict: str = "named", without: Sequence[str] = ()) -> dict[str, Any]:
+    """The JSON document, with the causes that a diagnosis accepted."""
+    parameters = {
+        name: {
+            "value": value,
+            "std": std,
+            "interval95": [value - 2 * std, value + 2 * std],
+            "unit": PARAMETERS[name].unit,
+            "meaning": PARAMETERS[name].meaning,
+            "source": GIVERS.get(name, "given"),
+            "baseline": None,
+        }
+        for name, (value, std) in CAR.items()
+        if name not in without
+    }
+    diagnosis = {"verdict": verdict, "causes": list(causes)}
+    return {
+        "format": "vdyn/parameters/1",
+        "step": "pipeline",
+        "title": "a car that nobody has",
+        "parameters": parameters,
+        "diagnosis": diagnosis,
+    }
+
+
+def written(folder: Path, **changes: Any) -> Path:
+    """The document in a file."""
+    path = folder / "parameters.json"
+    path.write_text(json.dumps(document(**changes)), encoding="utf-8")
+    return path
+
+
+def given(folder: Path, **changes: Any) -> Given:
+    """The document, read."""
+    return read_given(written(folder, **changes))
+
+
+def stop_and_go(duration: float = 12.0, step: float = 1e-3) -> tuple[np.ndarray, dict[str, Any]]:
+    """Rest, a tip-in with a rough torque, coasting, a stop on a slope, and standing there: time and inputs."""
+    time = np.arange(round(duration / step) + 1) * step
+    rough = np.random.default_rng(5).normal(0.0, 20.0, time.size)
+    driving = (time > 0.5) & (time < 5.0)
+    inputs = dict.fromkeys(("wind_speed", "road_fl", "road_fr", "road_rl", "road_rr"), np.zeros(time.size))
+    inputs["drive_torque"] = np.where(driving, 260.0 + rough, 0.0)
+    inputs["brake_torque"] = np.where(time > 6.5, 1700.0, np.where(time < 0.4, 900.0, 0.0))
+    inputs["grade"] = 0.05 * np.ones(time.size)
+    inputs["elapsed"] = time
+    return time, inputs
+
+
+def simulated(car: Machine, time: np.ndarray, inputs: Mapping[str, Any], speed: float, substeps: int = 1) -> dict:
+    """What Python makes of the same drive."""
+    context = {name: car.values[name] for name in car.model.context}
+    own = {name: value for name, value in car.values.items() if name not in context}
+    simulator = Simulator(car.model, own, (), car.effects, substeps)
+    start = {"speed": speed}
+    return dict(simulator(Drive(time, inputs, start, context=context), sensitivities=False).outputs)

@@ -1,0 +1,86 @@
+"""The exported C compiles without a warning and drives as the Python model does."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+
+import numpy as np
+import pytest
+
+from tests.engine.c_host import Compiled, build
+from tests.export.cases import BRAKE_DRAG, SPEED_SCALE, given, simulated, stop_and_go
+from vdyn_cli.export import Options, make
+from vdyn_cli.export.machine import machine
+
+
+def test_the_worked_example_compiles_without_a_warning_and_runs(tmp_path):
+    made = make(given(tmp_path), "c", Options("car"))
+    assert list(made.files) == ["car.h", "car.c", "car_main.c"]
+    for name, data in made.files.items():
+        (tmp_path / name).write_bytes(data)
+    program = build(tmp_path, ["car.c", "car_main.c"], "car")
+    done = subprocess.run([program], capture_output=True, text=True, check=True)
+    header, *rows = done.stdout.splitlines()
+    assert header == "time_s,drive_torque_Nm,speed_mps,shaft_torque_left_Nm,jerk_mps3"
+    speed = np.array([float(row.split(",")[2]) for row in rows])
+    assert speed[:10] == pytest.approx(0.0, abs=1e-9)
+    assert 4.0 < speed.max() < 7.0
+    assert abs(speed[-1]) < 0.01
+    text = b"".join(made.files.values()).decode()
+    assert not re.search(r"\b(malloc|calloc|realloc)\b", text)
+    assert set(re.findall(r"#include (\S+)", text)) == {"<math.h>", "<stdio.h>", '"car.h"'}
+
+
+@pytest.mark.parametrize(("driven", "speed"), [("front", 0.0), ("rear", 0.0), ("both", 11.0)])
+def test_c_has_the_bits_of_python_through_standstill_and_braking(tmp_path, driven, speed):
+    car = machine(given(tmp_path), driven)
+    compiled = Compiled(car.program("car", "a car"), tmp_path)
+    time, inputs = stop_and_go()
+    got = compiled.simulate(time, inputs, compiled.defaults(), (speed,))
+    expected = simulated(car, time, inputs, speed)
+    assert list(got) == list(expected)
+    for name, values in expected.items():
+        np.testing.assert_array_equal(got[name], values, err_msg=name)
+    assert expected["speed"].max() > 5.0
+    assert abs(expected["speed"][-1]) < 0.05  # the brakes hold it on the slope
+
+
+def test_an_accepted_cause_is_in_the_model_and_a_sensor_fault_is_not(tmp_path):
+    plain = machine(given(tmp_path), "front")
+    car = machine(given(tmp_path, causes=[BRAKE_DRAG, SPEED_SCALE]), "front")
+    assert [cause.effect for cause in car.causes] == ["brake_drag"]
+    assert any(note.startswith("left out speed_scale: a fault of the measurement") for note in car.notes)
+    program = car.program("car", "a car")
+    assert "brake_drag" in program.parameters
+    assert "speed_scale" not in program.parameters
+    compiled = Compiled(program, tmp_path)
+    assert compiled.defaults()["brake_drag"] == 38.0
+    time, inputs = stop_and_go(5.0)
+    got = compiled.simulate(time, inputs, compiled.defaults(), (0.0,))
+    np.testing.assert_array_equal(got["speed"], simulated(car, time, inputs, 0.0)["speed"])
+    freed = compiled.simulate(time, inputs, {**compiled.defaults(), "brake_drag": 0.0}, (0.0,))
+    without = simulated(plain, time, inputs, 0.0)["speed"]
+    np.testing.assert_array_equal(freed["speed"], without)
+    assert got["speed"][-1] < without[-1] - 0.01
+
+
+@pytest.mark.parametrize("verdict", ["adequate", "ambiguous", "unknown"])
+def test_a_cause_that_was_not_named_stays_out(tmp_path, verdict):
+    assert machine(given(tmp_path, causes=[BRAKE_DRAG], verdict=verdict), "front").causes == ()
+
+
+def test_a_cause_that_the_vehicle_does_not_know_is_left_out_and_said(tmp_path):
+    strange = {"effect": "full_moon", "unknowns": {"tide": {"value": 1.0}}}
+    car = machine(given(tmp_path, causes=[strange]), "front")
+    assert car.causes == ()
+    assert "left out full_moon: this version knows no such cause" in car.notes
+
+
+def test_defaults_are_the_estimates_and_comments_say_what_was_assumed(tmp_path):
+    car = machine(given(tmp_path), "front")
+    program = car.program("car", "a car")
+    assert Compiled(program, tmp_path).defaults()["mass"] == 1430.0
+    assert "double mass; /* kg, vehicle mass as tested */" in program.header
+    assert re.search(r"double brake_share_front; /\* .*assumed: .*\*/", program.header)
+    assert all(re.search(rf"double {name}; /\* \S", program.header) for name in program.inputs + program.outputs)

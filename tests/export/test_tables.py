@@ -1,0 +1,116 @@
+"""Tire file, dynamometer's coefficients and MATLAB struct, read back."""
+
+from __future__ import annotations
+
+import csv
+import math
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from tests.export.cases import BRAKE_DRAG, CAR, given
+from vdyn_cli.export import Options, make
+
+G = 9.80665
+
+
+def tire_file(text: str) -> dict[str, dict[str, float | str]]:
+    """The sections of a property file."""
+    sections: dict[str, dict[str, float | str]] = {}
+    for line in text.splitlines():
+        content = line.split("$")[0].strip()
+        if content.startswith("["):
+            section = sections.setdefault(content.strip("[]"), {})
+        elif content:
+            key, value = (part.strip() for part in content.split("="))
+            section[key] = value.strip("'") if value.startswith("'") else float(value)
+    return sections
+
+
+def curve(file: dict, slip: np.ndarray, load: float) -> np.ndarray:
+    """Longitudinal force in pure slip by the equations of the 2002 version."""
+    x, nominal = file["LONGITUDINAL_COEFFICIENTS"], file["VERTICAL"]["FNOMIN"]
+    dfz = (load - nominal) / nominal
+    shape = x["PCX1"]
+    peak = (x["PDX1"] + x["PDX2"] * dfz) * load
+    bend = (x["PEX1"] + x["PEX2"] * dfz + x["PEX3"] * dfz**2) * (1 - x["PEX4"] * np.sign(slip))
+    steep = load * (x["PKX1"] + x["PKX2"] * dfz) * math.exp(x["PKX3"] * dfz)
+    b = steep / (shape * peak) * (slip + x["PHX1"] + x["PHX2"] * dfz)
+    return peak * np.sin(shape * np.arctan(b - bend * (b - np.arctan(b)))) + load * (x["PVX1"] + x["PVX2"] * dfz)
+
+
+@pytest.mark.parametrize("sensitivity", [0.0, 2e-5])
+@pytest.mark.parametrize("share", [0.5, 1.0, 1.8])
+def test_the_tire_file_gives_the_same_curve(tmp_path, monkeypatch, sensitivity, share):
+    monkeypatch.setattr("tests.export.cases.CAR", {**CAR, "tire_load_sensitivity": (sensitivity, 0.0)})
+    text = make(given(tmp_path), "tir", Options("car")).files["car.tir"].decode()
+    file = tire_file(text)
+    nominal = CAR["mass"][0] * G / 4
+    load, slip = share * nominal, np.linspace(-1, 1, 201)
+    b, c, d, e = (CAR[f"tire_{letter}"][0] for letter in "BCDE")
+    d = d * (1 - sensitivity * (load - nominal))
+    bs = b * slip
+    expected = load * d * np.sin(c * np.arctan(bs - e * (bs - np.arctan(bs))))
+    np.testing.assert_allclose(curve(file, slip, load), expected, rtol=1e-12, atol=1e-9)
+
+
+def test_the_tire_file_says_what_is_measured_and_what_is_assumed(tmp_path):
+    made = make(given(tmp_path), "tir", Options("car"))
+    text = made.files["car.tir"].decode()
+    file = tire_file(text)
+    assert file["MODEL"]["USE_MODE"] == 1.0
+    assert file["VERTICAL"]["VERTICAL_STIFFNESS"] == CAR["tire_vertical_stiffness"][0] / 2
+    relaxation, radius = CAR["tire_relaxation_length"][0], file["DIMENSION"]["UNLOADED_RADIUS"]
+    assert file["LONGITUDINAL_COEFFICIENTS"]["PTX1"] * radius == pytest.approx(relaxation)
+    deflection = file["VERTICAL"]["FNOMIN"] / file["VERTICAL"]["VERTICAL_STIFFNESS"]
+    assert radius - deflection < CAR["wheel_radius"][0] < radius
+    lines = {line.split("=")[0].strip(): line for line in text.splitlines() if "=" in line}
+    assert "measured (tire)" in lines["PCX1"]
+    assert "+- 0.01" in lines["PCX1"]
+    assert "assumed" in lines["PDX2"]
+    assert "assumed tire_load_sensitivity" in "".join(made.notes)
+    assert "-0.0" not in text
+
+
+def test_the_dynamometer_gets_both_systems_of_units(tmp_path):
+    text = make(given(tmp_path), "abc", Options("car")).files["car_road_load.csv"].decode()
+    rows = {(r["coefficient"], r["unit"]): r for r in csv.DictReader(text.splitlines())}
+    pound, mile = 4.4482216152605, 0.44704
+    f0, f1, f2 = (CAR[f"road_load_f{k}"][0] for k in range(3))
+    expected = {
+        ("A", "lbf"): f0 / pound,
+        ("B", "lbf/mph"): f1 * mile / pound,
+        ("C", "lbf/mph^2"): f2 * mile**2 / pound,
+        ("F0", "N"): f0,
+        ("F1", "N/(km/h)"): f1 / 3.6,
+        ("F2", "N/(km/h)^2"): f2 / 3.6**2,
+        ("mass", "kg"): 1430.0,
+        ("mass", "lb"): 1430.0 / 0.45359237,
+    }
+    assert {key: float(row["value"]) for key, row in rows.items()} == pytest.approx(expected, rel=1e-5)
+    low, high = (float(rows["F2", "N/(km/h)^2"][side]) for side in ("low95", "high95"))
+    assert (low, high) == pytest.approx(((f2 - 0.008) / 12.96, (f2 + 0.008) / 12.96), rel=1e-5)
+    assert rows["A", "lbf"]["source"] == "coastdown"
+
+
+def test_matlab_reads_every_parameter(tmp_path):
+    made = make(given(tmp_path, causes=[BRAKE_DRAG]), "mat", Options("car"))
+    path = tmp_path / "car.mat"
+    path.write_bytes(made.files["car.mat"])
+    car = loadmat(path, squeeze_me=True, struct_as_record=False)["car"]
+    assert set(car._fieldnames) == {*CAR, "causes"}
+    for name, (value, std) in CAR.items():
+        entry = getattr(car, name)
+        assert (entry.value, entry.std) == (value, std)
+        np.testing.assert_array_equal(entry.interval95, [value - 2 * std, value + 2 * std])
+    assert car.suspension_damping_front.unit == "N s/m"
+    assert car.tire_B.source == "tire"
+    assert car.causes.brake_drag.brake_drag == 38.0
+
+
+def test_the_same_parameters_give_the_same_bytes(tmp_path):
+    for form in ("tir", "abc", "mat", "c"):
+        one, other = (make(given(tmp_path), form, Options()).files for _ in range(2))
+        assert one == other
+    assert b"20" not in make(given(tmp_path), "mat", Options()).files["vehicle.mat"][:116]
