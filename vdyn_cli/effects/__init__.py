@@ -35,7 +35,6 @@ class Effect:
     summary : one sentence for the report.
     nominal : values of the unknowns that shape the effect (a decay time): zero would mean nothing for them, and they
         do nothing while the others are zero.
-    given : those of them that describe the test (where a road begins): set for it, never fitted.
     states : states of its own and their rates, ``rate(s)``; ``s`` also holds the unknowns. They start at zero.
     probes : sizes of the first unknown from which a fit is started where the derivative at zero is useless.
     label : the cause as a noun phrase, "a headwind".
@@ -55,7 +54,6 @@ class Effect:
     reference: str
     summary: str
     nominal: Mapping[str, float]
-    given: tuple[str, ...]
     states: Mapping[str, Callable[[Signals], Number]]
     probes: tuple[float, ...]
     label: str
@@ -80,7 +78,6 @@ def effect(
     also: Mapping[str, EffectLaw] = MappingProxyType({}),
     kind: Kind = "within_run",
     nominal: Mapping[str, float] = _NONE,
-    given: tuple[str, ...] = (),
     states: Mapping[str, Callable[[Signals], Number]] = MappingProxyType({}),
     probes: tuple[float, ...] = (),
     label: str = "",
@@ -108,7 +105,6 @@ def effect(
             reference=reference,
             summary=(law.__doc__ or "").strip().partition("\n")[0],
             nominal=dict(nominal),
-            given=given,
             states=dict(states),
             probes=probes,
             label=label or law.__name__.replace("_", " "),

@@ -18,13 +18,7 @@ def _slope(name: str, knot: int) -> Quantity:
 
 @effect(
     on="grade",
-    unknowns=(
-        *(_slope(name, k) for k, name in enumerate(SLOPES, 1)),
-        Quantity("grade_begin", "m", "road coordinate of the first point", "", -1e7, 1e7),
-        Quantity("grade_end", "m", "road coordinate of the last point", "", -1e7, 1e7),
-    ),
-    nominal={"grade_begin": 0.0, "grade_end": 1500.0},
-    given=("grade_begin", "grade_end"),
+    unknowns=tuple(_slope(name, k) for k, name in enumerate(SLOPES, 1)),
     reference="weight along the road, piecewise linear; range: public roads seldom exceed 3 % for long",
     label="a road that rises and falls",
     signature="The car gains and loses speed at the same places of the road on every run, mirrored on the way back.",
@@ -37,10 +31,10 @@ def grade_profile(grade: Law, s: Signals, q: Signals) -> Number:
     """A slope that changes along the road, and is met again, mirrored, on the way back.
 
     i = i_known + h sum_k i_k hat_k(h x), heading h = +1 out, -1 back; x m in the direction of driving, so that h x is
-    the road's coordinate, rising on the way out. Hats stand on equal knots from grade_begin to grade_end; beyond them
-    the profile falls to nothing within one knot's distance.
+    the road's coordinate, rising on the way out. Hats stand on equal knots from road_begin to road_end; beyond them the
+    profile falls to nothing within one knot's distance.
     """
-    along = (s.heading * s.position - q.grade_begin) / (q.grade_end - q.grade_begin) * (KNOTS - 1)
+    along = (s.heading * s.position - s.road_begin) / (s.road_end - s.road_begin) * (KNOTS - 1)
     slope: Number = 0.0
     for knot, name in enumerate(SLOPES):
         slope = slope + getattr(q, name) * fmax(1.0 - fabs(along - knot), 0.0)

@@ -40,7 +40,7 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False, located:
         hills do not drive the simulated speed away from the measured one. road_slope is the road's mean slope, uphill
         on the way out, as far as the grade does not tell it.
     located : the car knows where it is: the state ``position`` (m) rises in the direction of driving, and heading times
-        position is the road's coordinate; a drive's start gives it. Where the road leads is then a signal of the grade.
+        position is the road's coordinate; a drive's start gives it. What the road does is then a matter of the place.
 
     Returns
     -------
@@ -50,7 +50,8 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False, located:
     -----
     Inputs: grade, wind_speed (m/s), elapsed (s since the first run began). Context of a run: heading (+1 out, -1 back,
     0 unknown), temperature (K). wind_variance (m^2/s^2) is what gusts add to the mean drag. The state run_time (s since
-    the run's log began) starts at zero unless a drive's start says how much of the log goes before.
+    the run's log began) starts at zero unless a drive's start says how much of the log goes before. A located car's
+    context also holds road_begin and road_end (m), between which the runs took place.
     Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass that they leave out.
     """
 
@@ -81,7 +82,7 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False, located:
             *(ACCELEROMETER if accelerometer else ()),
         ),
         inputs=("grade", "wind_speed", "elapsed", *drive_input, *(("speed",) if accelerometer else ())),
-        context=("heading", "temperature"),
+        context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
     )
 
 

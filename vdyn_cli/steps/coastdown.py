@@ -51,7 +51,6 @@ from vdyn_cli.estimation.effects import sizes_of
 from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.log import Log
-from vdyn_cli.models.road_load import road_load
 from vdyn_cli.parameters import Parameters
 from vdyn_cli.quantity import Given, Quantity
 from vdyn_cli.result import Result
@@ -183,8 +182,7 @@ def regression(
 
 def model(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Model:
     """The road load as these runs drive and measure it."""
-    campaign = prepared(spec, logs, known).campaign
-    return road_load(campaign.driven, campaign.accelerometer != "none")
+    return prepared(spec, logs, known).campaign.model
 
 
 def profiles(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> tuple[Effect, ...]:

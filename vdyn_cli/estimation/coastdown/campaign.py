@@ -15,6 +15,7 @@ from vdyn_cli.estimation.coastdown import braking as coast_braking
 from vdyn_cli.estimation.coastdown import selection
 from vdyn_cli.estimation.coastdown.accelerometer import Zero, zero_of
 from vdyn_cli.estimation.coastdown.conventions import conventions
+from vdyn_cli.estimation.coastdown.place import first_place
 from vdyn_cli.estimation.coastdown.road_runs import Campaign, RoadRun, Use
 from vdyn_cli.estimation.coastdown.selection import Rejected, Stretch
 from vdyn_cli.fit import Unknown
@@ -98,7 +99,8 @@ def prepare(logs: Sequence[Log], notes: Sequence[RunNote], known: Mapping[str, G
         zeros = {s.name: zero_of(logs[s.run], choices.elevation_error, choices.mean_slope) for s in stretches}
     else:
         stretches = [one for s in stretches for one in selection.split(s)]
-    runs = tuple(_road_run(s, notes[s.run], driven, use, zeros.get(s.name), known) for s in stretches)
+    begins = [float(log.time[0]) for log in logs]
+    runs = tuple(_road_run(s, begins[s.run], notes[s.run], driven, use, zeros.get(s.name), known) for s in stretches)
     both_ways = {"out", "back"} <= {notes[s.run].direction for s in stretches}
     unknowns = _unknowns(known, choices, use, driven, both_ways)
     campaign = Campaign(runs, driven, _values(known, use, driven), unknowns, use, choices.white)
@@ -218,9 +220,15 @@ def _accelerometer(stretches: Sequence[Stretch], driven: Driven, choices: Choice
 
 
 def _road_run(
-    stretch: Stretch, note: RunNote, driven: Driven, use: Use, zero: Zero | None, known: Mapping[str, Given]
+    stretch: Stretch,
+    begin: float,
+    note: RunNote,
+    driven: Driven,
+    use: Use,
+    zero: Zero | None,
+    known: Mapping[str, Given],
 ) -> RoadRun:
-    log = stretch.log
+    log, heading = stretch.log, HEADING[note.direction]
     inputs: dict[str, Array | float] = {n: log.channels.get(n, 0.0) for n in ("grade", "wind_speed")}
     if driven != "coasting":
         name = "drive_torque" if driven == "torque" else "drive_force"
@@ -234,10 +242,12 @@ def _road_run(
         stretch.part,
         force,
         zero.std if zero else 0.0,
-        HEADING[note.direction],
+        heading,
         note.start,
         _temperature(note, known),
         _density(note, known),
+        float(log.time[0]) - begin,
+        first_place(log.time, log["speed"], log["position"], heading) if "position" in log else None,
     )
 
 

@@ -24,7 +24,6 @@ from vdyn_cli.estimation.coastdown.road_load_start import started
 from vdyn_cli.estimation.coastdown.road_runs import Campaign, noise_of
 from vdyn_cli.estimation.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, approach, solve, whiten
-from vdyn_cli.models.road_load import road_load
 
 Array = NDArray[np.float64]
 SUBSTEPS = 2  # between the nodes of a coast, which are a second apart
@@ -192,7 +191,7 @@ def _begin(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Un
     unknowns = (*started(campaign), *extra)
     names = tuple(u.name for u in unknowns)
     simulator = Simulator(
-        road_load(campaign.driven, campaign.accelerometer != "none"),
+        campaign.model,
         campaign.values,
         unknowns=(*names, START, "wind_variance"),
         effects=effects,

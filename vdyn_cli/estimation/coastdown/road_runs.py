@@ -10,12 +10,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.estimation import gust_noise
 from vdyn_cli.estimation.bins import Bins, Nodes, cut, nodes
+from vdyn_cli.estimation.coastdown.place import stretch_of_road
 from vdyn_cli.estimation.gust_noise import RunNoise, Surroundings
 from vdyn_cli.fit import Unknown, white_level
-from vdyn_cli.models.road_load import Driven
+from vdyn_cli.models.road_load import Driven, road_load
 
 Array = NDArray[np.float64]
 Use = Literal["none", "beside", "alone"]
@@ -38,6 +40,8 @@ class RoadRun:
     part : (n,), label of the window of each row.
     heading : +1 out, -1 back, 0 unknown. start : s since the first run began. temperature : K.
     air_density : kg/m^3 of this run, None for the campaign's.
+    since : s of the log that go before the first row.
+    place : m, road coordinate at the first row; None where nothing tells it.
     """
 
     name: str
@@ -51,6 +55,13 @@ class RoadRun:
     start: float = 0.0
     temperature: float = 293.15
     air_density: float | None = None
+    since: float = 0.0
+    place: float | None = None
+
+    @property
+    def driven(self) -> float:
+        """Distance, m."""
+        return float(np.trapezoid(self.speed, self.time))
 
     def channel(self, name: str) -> Array:
         """A fitted channel: speed or acceleration."""
@@ -93,16 +104,39 @@ class Campaign:
         return tuple(nodes(r.time, b) for r, b in zip(self.runs, self.bins, strict=True))
 
     @cached_property
+    def road(self) -> tuple[float, float] | None:
+        """Where the road begins and ends, m; None unless every run is known to lie on it."""
+        places = [(r.place, r.heading, r.driven) for r in self.runs if r.place is not None]
+        return stretch_of_road(places) if len(places) == len(self.runs) else None
+
+    @cached_property
+    def model(self) -> Model:
+        """The road load as these runs are driven and measured."""
+        return road_load(self.driven, self.accelerometer != "none", self.road is not None)
+
+    @cached_property
     def drives(self) -> tuple[Drive, ...]:
         """Every run at its samples."""
-        return tuple(_drive(r, r.time, self.accelerometer != "none") for r in self.runs)
+        return tuple(self._drive(r, r.time) for r in self.runs)
 
     @cached_property
     def fit_drives(self) -> tuple[Drive, ...]:
         """Every run where the fit simulates it."""
         if self.nodes is None:
             return self.drives
-        return tuple(_drive(r, n.time, False) for r, n in zip(self.runs, self.nodes, strict=True))
+        return tuple(self._drive(r, n.time) for r, n in zip(self.runs, self.nodes, strict=True))
+
+    def _drive(self, run: RoadRun, time: Array) -> Drive:
+        inputs: dict[str, Array | float] = {**run.inputs, "elapsed": run.start + run.since + time - run.time[0]}
+        if self.accelerometer != "none":
+            inputs["speed"] = run.speed
+        own = {} if run.air_density is None else {"air_density": run.air_density}
+        context = {"heading": run.heading, "temperature": run.temperature}
+        start = {"run_time": run.since}
+        if self.road is not None and run.place is not None:
+            start["position"] = run.heading * run.place
+            context |= {"road_begin": self.road[0], "road_end": self.road[1]}
+        return Drive(time, inputs, start, own, context)
 
     def mean(self, run: int, simulated: Array) -> Array:
         """Mean over the samples of every bin, of a trace (or columns) along ``fit_drives``."""
@@ -138,15 +172,6 @@ def _levels(run: RoadRun) -> dict[str, float]:
     names = ("speed", "acceleration", "drive_torque", "drive_force")
     found = {n: channels.get(n) for n in names}
     return {n: max(white_level(c, run.time), LEAST_LEVEL) for n, c in found.items() if isinstance(c, np.ndarray)}
-
-
-def _drive(run: RoadRun, time: Array, measured_speed: bool) -> Drive:
-    inputs: dict[str, Array | float] = {**run.inputs, "elapsed": run.start + time - run.time[0]}
-    if measured_speed:
-        inputs["speed"] = run.speed
-    own = {} if run.air_density is None else {"air_density": run.air_density}
-    context = {"heading": run.heading, "temperature": run.temperature}
-    return Drive(time, inputs, parameters=own, context=context)
 
 
 def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
