@@ -91,13 +91,13 @@ def test_a_sign_that_contradicts_physics_is_refused_with_the_line_to_add(channel
 
 def test_the_trap_is_real() -> None:
     """Were the sign not checked, the inertia would come out as 2 (M h + J)(H - h) - I."""
-    from vdyn_cli.estimation.cg.load_regression import cut_windows
-    from vdyn_cli.steps.cg import regression_of, setting
+    from vdyn_cli.estimation.cg.windows import cut_windows
+    from vdyn_cli.steps.cg import fit_of, setting
 
     vehicle = random_vehicle(1)
     vehicle = vehicle.but(antenna_height=vehicle.cg_height + 1.7)
     turned = [cut_windows(log.with_channels(pitch_rate=-log["pitch_rate"])) for log in logs(vehicle, 1)]
-    values = regression_of(turned, setting(known(vehicle)).values, 10.0).solve().values
+    values = fit_of(turned, setting(SPEC, known(vehicle)).values, 10.0).solve().values
     spin = 4 * vehicle.wheel_inertia / vehicle.wheel_radius
     lever = vehicle.antenna_height - vehicle.cg_height
     trap = 2 * (vehicle.mass * vehicle.cg_height + spin) * lever - vehicle.pitch_inertia

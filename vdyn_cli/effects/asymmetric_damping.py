@@ -15,9 +15,9 @@ CORNER = 2e-3  # m/s, over which the two slopes meet; far below the stroke rates
     unknowns=(Quantity("damping_asymmetry", "", "rebound over compression slope, as (r - c)/(r + c)", "a", -0.9, 0.9),),
     reference="Dixon, The Shock Absorber Handbook, 2nd ed., Wiley 2007: ratio 2 to 4 (0.33 to 0.6)",
     label="dampers that differ in rebound and compression",
-    signature="what is left of the loads, over the stroke's rate, is a V with its corner at zero",
+    signature="What is left of the loads, over the stroke's rate, is a V with its corner at zero.",
     alike=("progressive_spring", "suspension_friction"),
-    confirm="cross the bump slowly and fast: the V keeps its slope over the stroke's rate, a spring's bend does not",
+    confirm="Cross the bump slowly and fast: the V keeps its slope over the stroke's rate, a spring's bend does not.",
 )
 def asymmetric_damping(damper: Law, s: Signals, q: Signals) -> Number:
     """Dampers that resist rebound (extension, positive stroke rate) more than compression.

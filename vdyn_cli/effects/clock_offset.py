@@ -14,15 +14,16 @@ def early(clock: Law, s: Signals, q: Signals) -> Number:
 
 @effect(
     on=("vertical_acceleration_clock", "pitch_rate_clock"),
-    also={"load_moment_clock": early, "hub_clock": early},
+    also={"loads_clock": early, "hub_clock": early},
     unknowns=(Quantity("clock_offset", "s", "by which some channels are logged late", "tau", -0.2, 0.2),),
     reference="latency of inertial and GPS devices: 7 to 160 ms; devices without a common trigger: a sample or more",
     label="clocks of two loggers that differ",
-    signature="what is left follows the rate at which the late channels change, so that they draw loops",
+    signature="What is left follows the rate at which the late channels change, so that they draw loops.",
     alike=("tire_damping", "tire_relaxation", "pitch inertia"),
-    confirm="knock the car once at rest with every channel logging, and compare when each one sees it",
+    confirm="Knock the car once at rest with every channel logging, and compare when each one sees it.",
     sensor=True,
     sense="late (on a bump the body's acceleration and pitch rate, else loads, torque and forces)",
+    steps=("bump", "cg", "inertia"),
 )
 def clock_offset(clock: Law, s: Signals, q: Signals) -> Number:
     """One device's channels are logged late against another's.

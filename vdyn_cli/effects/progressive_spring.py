@@ -14,9 +14,9 @@ from vdyn_cli.quantity import Quantity
     ),
     reference="first bend of a spring's line; a rate that doubles in 50 to 100 mm is that of a bump stop (5 to 10 1/m)",
     label="springs that stiffen in compression",
-    signature="what is left of the loads, over the stroke, bends upwards at both ends",
+    signature="What is left of the loads, over the stroke, bends upwards at both ends.",
     alike=("asymmetric_damping",),
-    confirm="load the parked car with ballast and read ride height against axle load: the line is bent",
+    confirm="Load the parked car with ballast and read ride height against axle load: the line is bent.",
 )
 def progressive_spring(spring: Law, s: Signals, q: Signals) -> Number:
     """Springs whose stiffness grows with compression: progressive coils, bump stops, levers that turn.

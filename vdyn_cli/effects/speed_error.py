@@ -12,9 +12,9 @@ from vdyn_cli.quantity import Quantity
     unknowns=(Quantity("speed_error", "", "share by which the speed channel reads too much", "ev", -0.1, 0.1),),
     reference="a worn or pumped-up tire: 1 to 3 %; a speedometer's lead: up to 10 % (UN Regulation 39)",
     label="a speed that reads wrong",
-    signature="the rear axle meets the bump sooner or later than wheelbase over speed says, in proportion",
+    signature="The rear axle meets the bump sooner or later than wheelbase over speed says, in proportion.",
     alike=("wheelbase", "bump width"),
-    confirm="time the car between two marks a measured way apart",
+    confirm="Time the car between two marks a measured way apart.",
     sensor=True,
     steps=("bump",),
 )

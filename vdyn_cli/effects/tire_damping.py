@@ -12,9 +12,9 @@ from vdyn_cli.quantity import Quantity
     unknowns=(Quantity("tire_damping", "N s/m", "vertical damping of the two tires of an axle", "Ct", -100, 2_000),),
     reference="50 to 500 N s/m a tire: Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, chapter 9",
     label="damping in the tires",
-    signature="loads differ in step with how fast the road rises and the wheel hops, and hopping dies out sooner",
+    signature="Loads differ in step with how fast the road rises and the wheel hops, and hopping dies out sooner.",
     alike=("suspension_friction", "unsprung masses"),
-    confirm="let a wheel drop from a jack by a centimetre and time how its hopping decays with the damper taken off",
+    confirm="Let a wheel drop from a jack by a centimetre and time how its hopping decays with the damper taken off.",
 )
 def tire_damping(tire_vertical: Law, s: Signals, q: Signals) -> Number:
     """Tires that resist being pressed in, beside their spring.

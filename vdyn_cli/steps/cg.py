@@ -28,11 +28,16 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.effects import Effect
 from vdyn_cli.engine.maths import GRAVITY
-from vdyn_cli.errors import Finding, InputError, raise_all
-from vdyn_cli.estimation.cg.load_regression import LoadFit, Windows, cut_windows
-from vdyn_cli.fit import Solution
+from vdyn_cli.engine.model import Model
+from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
+from vdyn_cli.estimation.cg.load_regression import LoadFit
+from vdyn_cli.estimation.cg.windows import Windows, cut_windows, pitch_angle
+from vdyn_cli.estimation.sizes import sizes_found
+from vdyn_cli.fit import Regression, Solution, Unknown, solve
 from vdyn_cli.log import Log
+from vdyn_cli.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.result import Comparison, Figure, FitSummary, Result, Series, Table
@@ -47,6 +52,8 @@ SHORTEST = 2.0  # s
 LEAST_PULL = 0.5  # m/s^2, standard deviation of the acceleration below which no height can be had
 WEIGHED, REFUSED = 0.015, 0.08  # of the weight, by which the loads may differ from it; more is refused
 LEAST_ALIKE = 0.3  # correlation that makes a sign certain
+TIRES_GIVE = 0.0195  # m under the weight of a car, where their stiffness is not known
+HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
 class CgSettings(Strict):
@@ -80,21 +87,11 @@ def prepare(spec: CgSpec, logs: Sequence[Log]) -> tuple[Log, ...]:
             continue
         turned = log if "pitch_rate" in log else log.with_channels(pitch_rate=np.gradient(log["pitch"], log.time))
         if spec.settings.accelerometer == "body":
-            turned = turned.with_channels(acceleration=turned["acceleration"] - GRAVITY * _pitch(turned))
+            turned = turned.with_channels(acceleration=turned["acceleration"] - GRAVITY * pitch_angle(turned))
         findings += _wrong(turned)
         ready.append(turned)
     raise_all(dict.fromkeys(findings))
     return tuple(ready)
-
-
-def _pitch(log: Log) -> Array:
-    """Pitch angle from the rate, without the drift that the gyro's zero gives it."""
-    if "pitch" in log:
-        return log["pitch"]
-    rate = np.where(np.isfinite(log["pitch_rate"]), log["pitch_rate"], 0.0)
-    steps = np.diff(log.time) * (rate[1:] + rate[:-1]) / 2
-    angle = np.concatenate([[0.0], np.cumsum(steps)])
-    return np.asarray(angle - np.polyval(np.polyfit(log.time, angle, 1), log.time))
 
 
 def _alike(a: Array, b: Array) -> float:
@@ -120,7 +117,7 @@ def _wrong(log: Log) -> list[Finding]:
             findings.append(Finding(f"{log.name}, {name}", "the axle is pulled up: loads must be positive", "", line))
     if findings:
         return findings
-    pitch = _pitch(log) if "pitch" not in log else log["pitch"] - np.nanmean(log["pitch"])
+    pitch = pitch_angle(log)
     if _alike(acceleration, load) > LEAST_ALIKE and _alike(acceleration, pitch) > LEAST_ALIKE:
         what = "the front axle gains load and the nose rises when the car is driven"
         remedy = "swap the columns of front and rear loads, or check the signs of acceleration and pitch"
@@ -143,7 +140,7 @@ class Setting:
     notes: tuple[Finding, ...]
 
 
-def setting(known: Parameters) -> Setting:
+def setting(spec: CgSpec, known: Parameters) -> Setting:
     """What the balance needs of the vehicle, from what is known of it."""
     known.require("mass", "wheelbase", "antenna_height", where="cg")
     notes = []
@@ -155,6 +152,9 @@ def setting(known: Parameters) -> Setting:
     if "drag_area" not in known:
         remedy = "give drag_area, or pass the result of 'vdyn coastdown' with --known"
         notes.append(Finding("cg", "the moment of the air drag is left out (some 1 % of height)", "", remedy))
+    usual = values["mass"] * GRAVITY / 2 / TIRES_GIVE
+    values["tire_vertical_stiffness"] = known.value("tire_vertical_stiffness", usual)
+    values["slope_felt"] = 1.0 if spec.settings.accelerometer == "body" else 0.0
     spin_std = 0.0
     if "wheel_inertia" in known and "wheel_radius" in known:
         values["spin"] = 4 * known["wheel_inertia"].value / known["wheel_radius"].value
@@ -163,7 +163,8 @@ def setting(known: Parameters) -> Setting:
         values["spin"] = 0.0
         remedy = "give wheel_inertia and wheel_radius, or pass the result of 'vdyn inertia' with --known"
         notes.append(Finding("cg", "the spin of the wheels is left out: cg_height reads 1 to 2 % high", "", remedy))
-    std = {n: known[n].std for n in values if n in known and known[n].std > 0}
+    # The tires' stiffness only matters to axles that bounce.
+    std = {n: known[n].std for n in values if n in known and known[n].std > 0 and n != "tire_vertical_stiffness"}
     if spin_std > 0:
         std["spin"] = spin_std
     return Setting(values, std, tuple(notes))
@@ -190,24 +191,77 @@ def _weighed(logs: Sequence[Log], mass: float) -> list[Finding]:
     return [finding]
 
 
-def regression_of(windows: Sequence[Windows], values: Mapping[str, float], zero_std: float) -> LoadFit:
+def fit_of(
+    windows: Sequence[Windows],
+    values: Mapping[str, float],
+    zero_std: float,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> LoadFit:
     """The fit of all runs, from a starting guess of an ordinary car."""
     both = "rear_load" in windows[0].channels
     # Four wheel zeros make two axle zeros; without the rear axle the balance has no other use for them.
     zeros = {f"{n}_zero": zero_std * 2**0.5 for n in (("front_load", "rear_load") if both else ("front_load",))}
     start = {"cg_height": 0.55, "cg_to_rear": values["wheelbase"] / 2, "pitch_inertia": 1.3 * values["mass"]}
     ranges = {n: (PARAMETERS[n].lower, PARAMETERS[n].upper) for n in SOUGHT}
-    return LoadFit(windows, values, start, zeros, ranges)
+    return LoadFit(windows, values, start, zeros, ranges, effects, extra)
 
 
-def estimate(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> Result:
-    """Fit height, position and pitch inertia to all runs at once."""
-    given = setting(known)
-    windows = [cut_windows(log) for log in prepare(spec, logs)]
+def _windows(spec: CgSpec, logs: Sequence[Log]) -> list[Windows]:
+    ways = [HEADING[run.direction] for run in spec.runs] or [0.0] * len(logs)
+    return [cut_windows(log, way) for log, way in zip(prepare(spec, logs), ways, strict=True)]
+
+
+def model(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> Model:
+    """The moment balance that these logs allow."""
+    return LOAD_TRANSFER if all("rear_load" in log for log in logs) else FRONT_LOAD_TRANSFER
+
+
+def regression(
+    spec: CgSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Regression:
+    """All windows of all runs with ``effects`` in the balance.
+
+    Noise and true channels are as the fit with all effects leaves them, where the runs determine that (with priors on
+    ``extra`` they always do), else as the plain fit does.
+
+    Parameters
+    ----------
+    extra : the effects' unknowns, shared by all runs; those left out stay zero, or nominal.
+
+    Raises
+    ------
+    InputError, ResultError : as :func:`estimate` without effects.
+    """
+    values, windows = setting(spec, known).values, _windows(spec, logs)
+    zero = spec.settings.load_zero.value
+    plain = fit_of(windows, values, zero).solve()
+    fit = fit_of(windows, values, zero, effects, extra)
+    start = fit.place(plain)
+    try:
+        whole = fit.place(solve(fit.regression(start))) if extra else start
+    except ResultError:
+        whole = start
+    return fit.regression(whole, start)
+
+
+def estimate(
+    spec: CgSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Result:
+    """Fit height, position and pitch inertia to all runs at once, and the unknowns of ``effects`` if there are any."""
+    given, windows = setting(spec, known), _windows(spec, logs)
     weighed = _weighed(logs, given.values["mass"])
 
     def fitted(values: Mapping[str, float]) -> tuple[LoadFit, Solution]:
-        fit = regression_of(windows, values, spec.settings.load_zero.value)
+        fit = fit_of(windows, values, spec.settings.load_zero.value, effects, extra)
         return fit, fit.solve()
 
     fit, solution = fitted(given.values)
@@ -228,7 +282,10 @@ def estimate(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> Result:
     )  # fmt: skip
     table = _budget(solution, moved)
     parameters = Parameters(estimates, correlation)
-    return Result("cg", sentence, parameters, summary, METHODS, comparisons, figures, (table,), findings)
+    return Result(
+        "cg", sentence, parameters, summary, METHODS, comparisons, figures, (table,), findings,
+        sizes_found(solution, extra),
+    )  # fmt: skip
 
 
 def _moved(

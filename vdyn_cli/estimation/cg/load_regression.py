@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,90 +11,38 @@ from numpy.typing import NDArray
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.errors import Finding, ResultError
-from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, white_level
-from vdyn_cli.log import Log
-from vdyn_cli.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, SOUGHT
+from vdyn_cli.estimation.cg.windows import Windows
+from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT
 
 Array = NDArray[np.float64]
 
-WINDOW = 0.02  # s over which the balance is integrated; the body pitches at 1 to 3 Hz
 SMOOTHING = 0.015  # s, standard deviation: passes what the body does and stops the sensors' noise
+BEND = 0.06  # s
+MOST_ROUNDS = 12
 
 
 @dataclass(frozen=True)
-class Windows:
-    """One run's measured channels, and the integrals taken of them over windows that share their ends.
+class Fixed:
+    """One run about some values of its unknowns: what is not taken anew when they move.
 
     Parameters
     ----------
-    run : the log's name. time : (n,) s of the samples.
-    channels : each (n,): front_load, [rear_load], acceleration, pitch_rate, speed.
-    weights : (k, m + 1), Simpson's weights of each window's samples. first : (k,), index of its first sample.
-    noise : of each channel, its white standard deviation.
+    true : the channels as the run's unknowns make them most probable, smoothed.
+    factor : (2, k) banded Cholesky factor of the covariance of the integrated balances.
+    residual : (k,) whitened balances of the channels as read.
+    expected : (k,) balances of the true channels.
     """
 
-    run: str
-    time: Array
-    channels: Mapping[str, Array]
-    weights: Array
-    first: NDArray[np.int64]
-    noise: Mapping[str, float]
+    true: Mapping[str, Array]
+    factor: Array
+    residual: Array
+    expected: Array
 
-    @property
-    def middle(self) -> Array:
-        """Middle of each window, s."""
-        return np.asarray(self.time[self.first + self.weights.shape[1] // 2])
+    def whiten(self, values: Array) -> Array:
+        from scipy.linalg import solve_banded
 
-    @property
-    def width(self) -> Array:
-        """Length of each window, s."""
-        return np.asarray(self.weights.sum(axis=1))
-
-    def integral(self, values: Array) -> Array:
-        """Integrals over the windows of a row of n samples, or of each column of (n, j)."""
-        reach = self.first[:, None] + np.arange(self.weights.shape[1])
-        return np.asarray(np.einsum("kw,kw...->k...", self.weights, values[reach]))
-
-    def spread(self, values: Array) -> Array:
-        """The transpose of :meth:`integral`: (k,) onto the n samples."""
-        reach = self.first[:, None] + np.arange(self.weights.shape[1])
-        result = np.zeros(self.time.size)
-        np.add.at(result, reach, self.weights * values[:, None])
-        return result
-
-    def change(self, values: Array) -> Array:
-        """Last less first sample of each window."""
-        return np.asarray(values[self.first + self.weights.shape[1] - 1] - values[self.first])
-
-
-def cut_windows(log: Log) -> Windows:
-    """Cut a run into windows of some 20 ms; windows with a gap or a missing sample are left out."""
-    names = [n for n in ("front_load", "rear_load", "acceleration", "pitch_rate", "speed") if n in log]
-    channels = {n: log[n] for n in names}
-    step = float(np.median(np.diff(log.time)))
-    half = max(1, round(WINDOW / step / 2))
-    first = np.arange(0, log.time.size - 2 * half, 2 * half)
-    reach = first[:, None] + np.arange(2 * half + 1)
-    gaps = np.diff(log.time[reach], axis=1)
-    good = gaps.max(axis=1) < 3 * step
-    for values in channels.values():
-        good &= np.isfinite(values[reach]).all(axis=1)
-    weights = _simpson(gaps[good])
-    clean = {n: np.where(np.isfinite(v), v, 0.0) for n, v in channels.items()}
-    noise = {n: white_level(v, log.time) for n, v in channels.items()}
-    return Windows(log.name, log.time, clean, weights, first[good].astype(np.int64), noise)
-
-
-def _simpson(gaps: Array) -> Array:
-    """Weights of Simpson's rule on uneven samples, (k, 2 j + 1) for gaps (k, 2 j)."""
-    weights = np.zeros((len(gaps), gaps.shape[1] + 1))
-    for j in range(0, gaps.shape[1], 2):
-        a, b = gaps[:, j], gaps[:, j + 1]
-        sixth = (a + b) / 6
-        weights[:, j] += sixth * (2 - b / a)
-        weights[:, j + 1] += sixth * (a + b) ** 2 / (a * b)
-        weights[:, j + 2] += sixth * (2 - a / b)
-    return weights
+        return np.asarray(solve_banded((1, 0), self.factor, values))
 
 
 class LoadFit:
@@ -109,6 +57,7 @@ class LoadFit:
     ----------
     given : the parameters that are not sought.
     zeros : standard deviation of each run's zero of the axle loads and accelerometer, by unknown's name.
+    effects, extra : candidate causes that correct the balance, and their unknowns, shared by all runs.
     """
 
     def __init__(
@@ -119,7 +68,7 @@ class LoadFit:
         zeros: Mapping[str, float],
         ranges: Mapping[str, tuple[float, float]],
         effects: Sequence[Correction] = (),
-        effect_unknowns: Sequence[Unknown] = (),
+        extra: Sequence[Unknown] = (),
     ) -> None:
         self.runs, self.zeros = tuple(runs), dict(zeros)
         both = "rear_load" in runs[0].channels
@@ -128,7 +77,7 @@ class LoadFit:
         shifts = tuple(f"{n}_zero" for n in (*self._loads, "acceleration"))
         self.unknowns = (
             *(Unknown(n, start[n], *ranges[n]) for n in SOUGHT),
-            *effect_unknowns,
+            *extra,
             *(Unknown(n, 0.0, prior=(0.0, s), per_run=True, nuisance=True) for n, s in zeros.items() if s > 0),
         )
         self._names = tuple(dict.fromkeys((*(u.name for u in self.unknowns), *shifts)))
@@ -136,57 +85,74 @@ class LoadFit:
         self._simulator = Simulator(self._model, values, self._names, effects)
 
     def solve(self) -> Solution:
-        """Fit, linearising anew until the unknowns no longer move.
+        """Fit, taking noise and true channels anew until the unknowns no longer move.
 
         Raises
         ------
-        ResultError : the fit's own, or the linearisation does not settle.
+        ResultError : the fit's own, or the balance does not settle.
         """
-        at = Regression(self.unknowns, tuple(w.run for w in self.runs), self.rows).start()
-        for _ in range(12):
+        at = self.start()
+        for _ in range(MOST_ROUNDS):
             solution = solve(self.regression(at))
-            own = [solution.per_run[u.name] for u in self.unknowns if u.per_run]
-            later = np.concatenate([list(solution.values.values()), np.array(own).T.ravel()])
+            later = self.place(solution)
             scale = np.concatenate([list(solution.std.values()), np.full(later.size - len(solution.names), np.inf)])
             moved, at = float(np.max(np.abs(later - at) / scale)), later
             if moved < 1e-3:
                 return solution
         raise ResultError(Finding("fit", "the moment balance does not settle", remedy="check units and signs"))
 
-    def regression(self, at: Array) -> Regression:
-        """The regression over all runs, linear about ``at`` (all unknowns, shared first, then run by run)."""
-        names = tuple(w.run for w in self.runs)
-        whole = Regression(self.unknowns, names, self.rows)
-        fixed = [(whole.local(at, run), self.rows(run, whole.local(at, run))) for run in range(len(self.runs))]
+    def start(self) -> Array:
+        """All unknowns where the search begins, shared first, then run by run."""
+        own = [u.start for u in self.unknowns if u.per_run]
+        return np.array([*(u.start for u in self.unknowns if not u.per_run), *own * len(self.runs)])
+
+    def place(self, solution: Solution) -> Array:
+        """All unknowns at a solution of this fit, or of one without its effects: those are at their starts."""
+        shared = [solution.values.get(u.name, u.start) for u in self.unknowns if not u.per_run]
+        own = np.array([solution.per_run[u.name] for u in self.unknowns if u.per_run])
+        return np.concatenate([shared, own.T.ravel()])
+
+    def regression(self, at: Array, start: Array | None = None) -> Regression:
+        """The regression over all runs, noise and true channels as they are ``at`` these unknowns.
+
+        It begins at ``start``, or there.
+
+        r(theta) = L^-1 (g(theta_0; read) + g(theta; true) - g(theta_0; true)),   J = dr/dtheta
+
+        g the integrated balances, theta_0 = ``at``, L L' the covariance of g there. The true channels are uncorrelated
+        with the balances of the read ones (hence no bias), and smoothed: their own noise would only scatter the result.
+        """
+        s = sum(not u.per_run for u in self.unknowns)
+        m = len(self.unknowns) - s
+        local = [np.concatenate([at[:s], at[s + k * m : s + (k + 1) * m]]) for k in range(len(self.runs))]
+        fixed = [self._fix(run, theta) for run, theta in enumerate(local)]
 
         def rows(run: int, theta: Array) -> Rows:
-            local, there = fixed[run]
-            return Rows(there.residual + there.jacobian @ (theta - local), there.jacobian, time=there.time)
+            windows, here = self.runs[run], fixed[run]
+            balance, slopes = self._balance(windows, here.true, theta)
+            residual = here.residual + here.whiten(balance - here.expected)
+            return Rows(residual, here.whiten(slopes[:, : theta.size]), time=windows.middle)
 
-        return Regression(self.unknowns, names, rows)
+        begin = at if start is None else start
+        starts = {u.name: begin[s + i :: m] for i, u in enumerate(u for u in self.unknowns if u.per_run)}
+        return Regression(self._begun(begin[:s]), tuple(w.run for w in self.runs), rows, starts)
 
-    def rows(self, run: int, theta: Array) -> Rows:
-        """Whitened balances of one run, and the derivatives by which the unknowns are to be moved.
+    def _begun(self, shared: Array) -> tuple[Unknown, ...]:
+        """The unknowns, the shared ones starting at given values."""
+        begun = iter(shared.tolist())
+        return tuple(u if u.per_run else replace(u, start=next(begun)) for u in self.unknowns)
 
-        Those are taken at the channels' most probable true values, whose errors are uncorrelated with the balances
-        (hence no bias), and smoothed: their own noise would only scatter the result.
-        """
+    def _fix(self, run: int, theta: Array) -> Fixed:
         from scipy.linalg import cholesky_banded, solve_banded
 
         windows = self.runs[run]
         balance, slopes = self._balance(windows, windows.channels, theta)
         partial = self._partials(slopes, windows)
-        band = cholesky_banded(self._covariance(windows, partial), lower=True)
-
-        def whiten(values: Array) -> Array:
-            return np.asarray(solve_banded((1, 0), band, values))
-
-        residual = whiten(balance)
-        pull = solve_banded((0, 1), _upper(band), residual)
-        true = {n: _smooth(v, windows.time) for n, v in self._true_channels(windows, partial, pull).items()}
-        _, slopes = self._balance(windows, true, theta)
-        jacobian = whiten(slopes[:, : len(self.unknowns)])
-        return Rows(residual, jacobian, time=windows.middle)
+        factor = cholesky_banded(self._covariance(windows, partial), lower=True)
+        residual = np.asarray(solve_banded((1, 0), factor, balance))
+        pull = np.asarray(solve_banded((0, 1), _upper(factor), residual))
+        true = {n: _smooth(v, windows.step) for n, v in self._true_channels(windows, partial, pull).items()}
+        return Fixed(true, factor, residual, self._balance(windows, true, theta)[0])
 
     def balance(self, run: int, theta: Array) -> tuple[Array, Array]:
         """(k,) N: each window's mean imbalance as front axle load, and its standard deviation from the noise."""
@@ -200,10 +166,13 @@ class LoadFit:
         """(k,) integrated balances and (k, j) their derivatives to all names, at the given channels."""
         values = np.zeros(len(self._names))
         values[: theta.size] = theta
-        inputs = {n: channels[n] for n in (*self._loads, "acceleration", "pitch_rate")}
+        inputs = {n: channels[n] for n in (*self._loads, "acceleration", "pitch_rate", "pitch")}
         inputs["speed"] = channels.get("speed", np.zeros_like(windows.time))
+        inputs |= {f"{n}_bend": _bend(channels[n], windows.step) for n in self._loads}
+        context = {"heading": windows.heading}
         still, turning = (
-            self._simulator(Drive(windows.time, {**inputs, "pitch_acceleration": rate}), values) for rate in (0.0, 1.0)
+            self._simulator(Drive(windows.time, {**inputs, "pitch_acceleration": rate}, context=context), values)
+            for rate in (0.0, 1.0)
         )
         change = windows.change(channels["pitch_rate"])
 
@@ -212,10 +181,10 @@ class LoadFit:
             per_rate = windows.integral(moving - quiet) / windows.width.reshape(-1, *[1] * (quiet.ndim - 1))
             return windows.integral(quiet) + per_rate * change.reshape(-1, *[1] * (quiet.ndim - 1))
 
-        quiet, moving = still.sensitivities["balance"], turning.sensitivities["balance"]
-        balance = integrated(still.outputs["balance"], turning.outputs["balance"])
-        slopes = integrated(quiet, moving)
-        per_rate = windows.integral(turning.outputs["balance"] - still.outputs["balance"]) / windows.width
+        quiet, moving = (sum(s.outputs[n] for n in MOMENTS) for s in (still, turning))
+        balance = integrated(quiet, moving)
+        slopes = integrated(*(sum(s.sensitivities[n] for n in MOMENTS) for s in (still, turning)))
+        per_rate = windows.integral(moving - quiet) / windows.width
         return balance, np.column_stack([slopes, per_rate])
 
     def _partials(self, slopes: Array, windows: Windows) -> dict[str, Array]:
@@ -252,11 +221,21 @@ class LoadFit:
         return true
 
 
-def _smooth(values: Array, time: Array) -> Array:
+def _smooth(values: Array, step: float) -> Array:
     """A Gaussian average over SMOOTHING seconds."""
     from scipy.ndimage import gaussian_filter1d
 
-    return np.asarray(gaussian_filter1d(values, SMOOTHING / float(np.median(np.diff(time))), mode="nearest"))
+    return np.asarray(gaussian_filter1d(values, SMOOTHING / step, mode="nearest"))
+
+
+def _bend(values: Array, step: float) -> Array:
+    """Second derivative of the quintic through BEND seconds to either side: straight up to some 5 Hz."""
+    from scipy.signal import savgol_filter
+
+    half = max(round(BEND / step), 3)
+    if values.size <= 2 * half:
+        return np.zeros_like(values)
+    return np.asarray(savgol_filter(values, 2 * half + 1, 5, deriv=2, delta=step))
 
 
 def _upper(band: Array) -> Array:

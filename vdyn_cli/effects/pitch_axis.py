@@ -1,0 +1,26 @@
+"""A body that pitches about an axis below its centre of gravity."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="motion_moment",
+    unknowns=(Quantity("pitch_axis", "m", "how far the axis of pitch lies below the centre of gravity", "e", -0.3, 0.6),),
+    reference="moments of a body on its springs; suspensions put the axis near the road or near the wheel centres",
+    label="a pitch axis below the centre of gravity",
+    signature="What is left follows the pitch angle: height reads some per cent high.",
+    alike=("cg_height", "accelerometer_tilt"),
+    confirm="Lift the rear axle of the parked car by some degrees: the front axle's load gives the height directly.",
+    steps=("cg",),
+)
+def pitch_axis(motion_moment: Law, s: Signals, q: Signals) -> Number:
+    """A centre of gravity that moves to the rear when the nose rises, since the body turns about an axis below it.
+
+    Its weight then adds the moment M g e th.
+    """
+    return motion_moment(s) + s.mass * GRAVITY * q.pitch_axis * s.pitch

@@ -1,0 +1,35 @@
+"""Axles that bounce on their tires."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="load_moment",
+    unknowns=(Quantity("unsprung_mass", "kg", "mass of each axle that rides on the tires", "m", -10, 200),),
+    reference="70 to 100 kg an axle of a passenger car; tires give 18 to 20 mm under its weight",
+    label="axles that bounce on their tires",
+    signature="What is left follows the second derivative of the axle loads: it is largest at fast steps of the pedals.",
+    alike=("clock_offset", "pitch_inertia"),
+    confirm="Weigh a wheel with its carrier, half of the links and shafts added.",
+    steps=("cg",),
+)
+def unsprung_mass(load_moment: Law, s: Signals, q: Signals) -> Number:
+    """Axles whose own mass moves up and down on the tires while the body pitches.
+
+    The body is pushed up by F - m (g + z'') at either axle, z'' = -F''/Kt, and its centre lies
+    lr' = (M lr - m L)/(M - 2 m) ahead of the rear axle. Kt is the tires' vertical stiffness: known, or that of tires
+    that give 19.5 mm under the car.
+    """
+    m = q.unsprung_mass
+    return load_moment(
+        s.but(
+            front_load=s.front_load - m * (GRAVITY + s.front_axle_acceleration),
+            rear_load=s.rear_load - m * (GRAVITY + s.rear_axle_acceleration),
+            cg_to_rear=s.cg_to_rear + m * (2 * s.cg_to_rear - s.wheelbase) / (s.mass - 2 * m),
+        )
+    )

@@ -1,0 +1,26 @@
+"""Wheel force sensors with a wrong gain."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="wheel_force",
+    unknowns=(Quantity("wheel_force_gain", "", "share by which all wheel loads read too much", "g", -0.1, 0.1),),
+    reference="wheel force sensors: 0.1 % of full scale, crosstalk of the longitudinal force up to 1 %",
+    label="wheel loads with a wrong gain",
+    signature="Every load, at rest and moved, is off by the same share; at rest the axles do not carry the weight.",
+    alike=("cg_to_rear", "cg_height", "pitch_inertia", "mass_error"),
+    confirm="Put the car on scales with the sensors on.",
+    sensor=True,
+    steps=("cg",),
+)
+def wheel_force_gain(wheel_force: Law, s: Signals, q: Signals) -> Number:
+    """Wheel load sensors that all read too much, or too little.
+
+    F = F_read / (1 + g).
+    """
+    return wheel_force(s) / (1 + q.wheel_force_gain)
