@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,6 +75,8 @@ def _causes(diagnosis: Any, where: str, findings: list[Finding]) -> tuple[Cause,
     for entry in diagnosis.get("causes") or ():
         try:
             unknowns = {str(name): float(u["value"]) for name, u in entry["unknowns"].items()}
+            if not all(map(math.isfinite, unknowns.values())):
+                raise ValueError(unknowns)
             found.append(Cause(str(entry["effect"]), unknowns))
         except (KeyError, TypeError, ValueError, AttributeError):
             findings.append(Finding(f"{where}, diagnosis", "a cause lacks its effect or the values of its unknowns"))

@@ -41,7 +41,8 @@ class Machine:
     values : of every constant of the graph: parameters, causes' unknowns and context, SI.
     quantities : unit and meaning of parameters, inputs, outputs.
     assumed : parameters that nobody gave, and why their value.
-    causes : those taken in; ``notes`` say which were left out, and why.
+    causes : those taken in; ``causes_in_words`` say so, and which were left out, and why.
+    driven : the driven axle.
     """
 
     model: Model
@@ -51,12 +52,21 @@ class Machine:
     quantities: Mapping[str, Quantity]
     assumed: Mapping[str, str]
     causes: tuple[Cause, ...]
-    notes: tuple[str, ...]
+    causes_in_words: tuple[str, ...]
+    driven: Driven
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What there is to say of it: every assumption, every cause."""
+        return (*(f"assumed {name}: {why}" for name, why in self.assumed.items()), *self.causes_in_words)
 
     def program(self, name: str, title: str) -> CProgram:
         """The machine in C, with a start speed; steps are the caller's and at most STEP long."""
         comments = {n: comment(q) + _doubt(self.assumed.get(n)) for n, q in self.quantities.items()}
-        return c_program(self.graph, 1, name, start=("speed",), defaults=self.values, comments=comments, title=title)
+        words = (title, f"SI units. Driven: {self.driven}. Steps of at most {STEP:g} s.", *self.causes_in_words)
+        return c_program(
+            self.graph, 1, name, start=("speed",), defaults=self.values, comments=comments, title="\n   ".join(words)
+        )
 
 
 def machine(given: Given, driven: Driven) -> Machine:
@@ -69,7 +79,7 @@ def machine(given: Given, driven: Driven) -> Machine:
     model = vehicle(driven)
     values, assumed = completed(given, model.parameters, "the full vehicle")
     context = {"heading": 0.0, "temperature": given.values.get("temperature", 293.15)}
-    taken, notes = accepted(model, given.causes)
+    taken, words = accepted(model, given.causes)
     known = {effect.name: effect for effect in catalogue()}
     effects = tuple(known[cause.effect] for cause in taken)
     graph = trace(model, effects)
@@ -80,8 +90,7 @@ def machine(given: Given, driven: Driven) -> Machine:
     quantities |= {name: CHANNELS.get(name) or Quantity(name, "", "") for name in graph.outputs}
     quantities |= {name: quantity for effect in effects for name, quantity in effect.unknowns.items()}
     quantities |= {name: CONTEXT[name] for name in model.context}
-    notes = tuple(f"assumed {name}: {why}" for name, why in assumed.items()) + notes
-    return Machine(model, effects, graph, everything, quantities, assumed, taken, notes)
+    return Machine(model, effects, graph, everything, quantities, assumed, taken, words, driven)
 
 
 def accepted(model: Model, causes: Iterable[Cause]) -> tuple[tuple[Cause, ...], tuple[str, ...]]:

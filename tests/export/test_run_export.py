@@ -1,0 +1,103 @@
+"""What the command says of input that is wrong, and that it writes everything or nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.export.cases import CAR, document, written
+from vdyn_cli.commands.run_export import run_export
+from vdyn_cli.errors import InputError
+from vdyn_cli.export import FORMATS
+
+
+def refused(path: Path, form: str = "c", name: str = "vehicle", driven: str = "front") -> str:
+    """The message; nothing may be left behind."""
+    folder = path.parent / "made"
+    with pytest.raises(InputError) as error:
+        run_export(path, form, folder, name, driven, tell=lambda text, detail=False: None)
+    assert error.value.exit_code == 2
+    assert not folder.exists()
+    return str(error.value)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_every_format_writes_its_files_and_says_which(tmp_path, form):
+    said: list[str] = []
+    folder = tmp_path / "made"
+    run_export(written(tmp_path), form, folder, "car", "rear", tell=lambda text, detail=False: said.append(text))
+    files = sorted(path.name for path in folder.iterdir())
+    assert files
+    assert {str(folder / name) for name in files} <= set(said)
+    assert all(name.startswith("car") for name in files)
+
+
+def test_missing_parameters_are_told_at_once_with_the_step_that_gives_them(tmp_path):
+    without = ("mass", "tire_B", "tire_C", "cg_height", "shaft_stiffness_left")
+    text = refused(written(tmp_path, without=without))
+    assert "the full vehicle needs mass, which nobody gave" in text
+    assert "needs tire_B, tire_C, which 'vdyn tire' gives" in text
+    assert "add a 'tire' test to the pipeline" in text
+    assert "cg_height, which 'vdyn cg' gives" in text
+    assert "shaft_stiffness_left" in text
+    assert "roll_inertia" not in text  # follows from the mass
+    text = refused(written(tmp_path, without=("road_load_f1", "tire_D", "tire_vertical_stiffness")), "abc")
+    assert text.startswith("parameters.json: a dynamometer needs road_load_f1, which 'vdyn coastdown' gives")
+    assert "tire" not in text
+    text = refused(written(tmp_path, without=("tire_D", "tire_vertical_stiffness", "gear_ratio")), "tir")
+    assert "'vdyn tire'" in text
+    assert "'vdyn bump'" in text
+    assert "gear_ratio" not in text
+
+
+@pytest.mark.parametrize(
+    ("change", "form", "message"),
+    [
+        ({}, "tri", "did you mean tir?"),
+        ({}, "xlsx", "there are c, fmu, tir, abc, mat"),
+        ({"name": "2cv"}, "c", "--name"),
+        ({"name": "a/../b"}, "mat", "--name"),
+        ({"driven": "left"}, "c", "write front, rear, both"),
+    ],
+)
+def test_a_wrong_option(tmp_path, change, form, message):
+    assert message in refused(written(tmp_path), form, **change)
+
+
+def test_what_is_no_parameter_file(tmp_path):
+    path = tmp_path / "x.json"
+    assert "can't be read" in refused(path)
+    for text, message in (("mass: 1", "is not JSON"), ("[1]", "not a parameter file"), ("{}", "not a parameter file")):
+        path.write_text(text, encoding="utf-8")
+        assert message in refused(path)
+
+
+def test_values_that_no_vehicle_has(tmp_path):
+    path = tmp_path / "x.json"
+    wrong = document()
+    wrong["parameters"]["mass"]["value"] = 1.4
+    wrong["parameters"]["wheel_radius"]["value"] = 297.0
+    path.write_text(json.dumps(wrong), encoding="utf-8")
+    text = refused(path)
+    assert "parameter 'mass': lies outside 50 to 60000 kg (got 1.4)" in text
+    assert "wheel_radius" in text
+    wrong = document()
+    wrong["parameters"]["mass"]["value"] = None
+    path.write_text(json.dumps(wrong), encoding="utf-8")
+    assert "parameter 'mass'" in refused(path)
+
+
+def test_a_cause_without_its_numbers(tmp_path):
+    text = refused(written(tmp_path, causes=[{"effect": "brake_drag"}]))
+    assert "a cause lacks its effect or the values of its unknowns" in text
+
+
+def test_a_parameter_file_without_a_diagnosis_is_one(tmp_path):
+    plain = document()
+    del plain["diagnosis"], plain["title"]
+    path = tmp_path / "x.json"
+    path.write_text(json.dumps(plain), encoding="utf-8")
+    run_export(path, "tir", tmp_path / "made", "car", "front", tell=lambda text, detail=False: None)
+    assert len(plain["parameters"]) == len(CAR)
