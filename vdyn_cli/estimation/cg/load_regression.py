@@ -18,7 +18,9 @@ from vdyn_cli.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MO
 Array = NDArray[np.float64]
 
 SMOOTHING = 0.015  # s, standard deviation: passes what the body does and stops the sensors' noise
-BEND = 0.06  # s
+# s to either side, over which a load's second derivative is taken. The true channels', by which unknowns are moved,
+# takes longer: its noise, which comes from the same readings as the balance's, would draw what they find to zero.
+BEND, WIDE_BEND = 0.06, 0.12
 MOST_ROUNDS = 12
 
 
@@ -146,21 +148,27 @@ class LoadFit:
         from scipy.linalg import cholesky_banded, solve_banded
 
         windows = self.runs[run]
-        balance, slopes = self._balance(windows, windows.channels, theta)
+        balance, slopes = self._balance(windows, self._read(windows), theta)
         partial = self._partials(slopes, windows)
         factor = cholesky_banded(self._covariance(windows, partial), lower=True)
         residual = np.asarray(solve_banded((1, 0), factor, balance))
         pull = np.asarray(solve_banded((0, 1), _upper(factor), residual))
         true = {n: _smooth(v, windows.step) for n, v in self._true_channels(windows, partial, pull).items()}
+        true |= {f"{n}_bend": _bend(true[n], windows.step, WIDE_BEND) for n in self._loads}
         return Fixed(true, factor, residual, self._balance(windows, true, theta)[0])
 
     def balance(self, run: int, theta: Array) -> tuple[Array, Array]:
         """(k,) N: each window's mean imbalance as front axle load, and its standard deviation from the noise."""
         windows = self.runs[run]
-        balance, slopes = self._balance(windows, windows.channels, theta)
+        balance, slopes = self._balance(windows, self._read(windows), theta)
         partial = self._partials(slopes, windows)
         scale = partial["front_load"] * windows.width
         return balance / scale, np.sqrt(self._covariance(windows, partial)[0]) / np.abs(scale)
+
+    def _read(self, windows: Windows) -> dict[str, Array]:
+        """The channels as read, with the second derivatives of the loads."""
+        bends = {f"{n}_bend": _bend(windows.channels[n], windows.step, BEND) for n in self._loads}
+        return {**windows.channels, **bends}
 
     def _balance(self, windows: Windows, channels: Mapping[str, Array], theta: Array) -> tuple[Array, Array]:
         """(k,) integrated balances and (k, j) their derivatives to all names, at the given channels."""
@@ -168,7 +176,7 @@ class LoadFit:
         values[: theta.size] = theta
         inputs = {n: channels[n] for n in (*self._loads, "acceleration", "pitch_rate", "pitch")}
         inputs["speed"] = channels.get("speed", np.zeros_like(windows.time))
-        inputs |= {f"{n}_bend": _bend(channels[n], windows.step) for n in self._loads}
+        inputs |= {f"{n}_bend": channels[f"{n}_bend"] for n in self._loads}
         context = {"heading": windows.heading}
         still, turning = (
             self._simulator(Drive(windows.time, {**inputs, "pitch_acceleration": rate}, context=context), values)
@@ -228,11 +236,11 @@ def _smooth(values: Array, step: float) -> Array:
     return np.asarray(gaussian_filter1d(values, SMOOTHING / step, mode="nearest"))
 
 
-def _bend(values: Array, step: float) -> Array:
-    """Second derivative of the quintic through BEND seconds to either side: straight up to some 5 Hz."""
+def _bend(values: Array, step: float, reach: float) -> Array:
+    """Second derivative of the quintic through ``reach`` s to either side; with 0.06 s it is good up to some 5 Hz."""
     from scipy.signal import savgol_filter
 
-    half = max(round(BEND / step), 3)
+    half = max(round(reach / step), 3)
     if values.size <= 2 * half:
         return np.zeros_like(values)
     return np.asarray(savgol_filter(values, 2 * half + 1, 5, deriv=2, delta=step))
