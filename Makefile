@@ -2,6 +2,8 @@
 OUT  ?= out
 VDYN ?= .venv/bin/vdyn
 LOGS := $(wildcard sample_logs/*)
+# What each diagnosis may cost in false alarms, so that all together keep to 5 %.
+LEVEL := 0.00714
 STEPS := area coastdown inertia cg bump tire shaft
 
 .PHONY: all clean
@@ -14,7 +16,7 @@ $(OUT)/cg.json: $(OUT)/coastdown.json $(OUT)/inertia.json
 $(OUT)/bump.json: $(OUT)/cg.json
 
 $(OUT)/%.json: configs/%.yaml configs/vehicle.yaml $(LOGS)
-	$(VDYN) $* $< $(foreach known,$(filter $(OUT)/%.json,$^),--known $(known)) -o $(OUT) -q
+	$(VDYN) $* $< $(foreach known,$(filter $(OUT)/%.json,$^),--known $(known)) --level $(LEVEL) -o $(OUT) -q
 
 clean:
 	rm -rf $(OUT)

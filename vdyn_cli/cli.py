@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from vdyn_cli import steps
+from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.errors import InputError, VdynError
 
 app = typer.Typer(
@@ -39,6 +40,10 @@ Known = Annotated[
 Output = Annotated[
     str, typer.Option("-o", "--output", metavar="DIR|-", help="Folder for JSON and report; '-': JSON on stdout.")
 ]
+Diagnose = Annotated[
+    bool, typer.Option("--diagnose/--no-diagnose", help="Say what the simulation gets wrong, and why.")
+]
+Level = Annotated[float, typer.Option(min=1e-6, max=0.5, help="Chance that the diagnosis raises a false alarm.")]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Say nothing but errors.")]
 Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Say more.")]
 
@@ -51,11 +56,17 @@ def _add_step(name: str) -> None:
     """The command of one step; nothing of the step is imported before it runs."""
 
     def command(
-        test: Test, known: Known = None, output: Output = "out", quiet: Quiet = False, verbose: Verbose = False
+        test: Test,
+        known: Known = None,
+        output: Output = "out",
+        diagnose: Diagnose = True,
+        level: Level = LEVEL,
+        quiet: Quiet = False,
+        verbose: Verbose = False,
     ) -> None:
         from vdyn_cli.commands.run_step import run_step
 
-        run_step(name, test, tuple(known or ()), output, tell=_teller(quiet, verbose))
+        run_step(name, test, tuple(known or ()), output, level if diagnose else None, tell=_teller(quiet, verbose))
 
     command.__doc__ = steps.summary(name) + "."
     app.command(name)(command)

@@ -12,13 +12,14 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.files import sha256
 from vdyn_cli.inputs import Inputs
 from vdyn_cli.parameters import FORMAT, to_document
 from vdyn_cli.result import Result
 
 
-def step_document(result: Result, inputs: Inputs, known_files: Sequence[Path]) -> dict[str, Any]:
+def step_document(result: Result, inputs: Inputs, command: str, known_files: Sequence[Path]) -> dict[str, Any]:
     """The result with its provenance; nothing in it depends on when or where it was made."""
     fit = result.fit
     return {
@@ -44,7 +45,7 @@ def step_document(result: Result, inputs: Inputs, known_files: Sequence[Path]) -
             "inputs": fingerprints(inputs.files, inputs.source.path.parent, known_files),
             "settings": inputs.spec.model_dump(mode="json", exclude_none=True),
             "versions": versions(),
-            "command": step_command(result.step, inputs.source.path, known_files),
+            "command": command,
         },
     }
 
@@ -55,9 +56,11 @@ def fingerprints(files: Sequence[Path], folder: Path, known_files: Sequence[Path
     return {file.name if file in known else os.path.relpath(file, folder): sha256(file) for file in files}
 
 
-def step_command(step: str, path: Path, known_files: Sequence[Path]) -> str:
+def step_command(step: str, path: Path, known_files: Sequence[Path], level: float | None = LEVEL) -> str:
     """The command that makes this result, with bare file names."""
-    return " ".join(["vdyn", step, path.name, *(f"--known {file.name}" for file in known_files)])
+    known = [f"--known {file.name}" for file in known_files]
+    how = [] if level == LEVEL else ["--no-diagnose"] if level is None else [f"--level {level:.4g}"]
+    return " ".join(["vdyn", step, path.name, *known, *how])
 
 
 @cache

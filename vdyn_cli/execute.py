@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from vdyn_cli.diagnosis import LEVEL, diagnosed
-from vdyn_cli.document import step_document
+from vdyn_cli.diagnosis.extend import diagnosed
+from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.document import step_command, step_document
 from vdyn_cli.inputs import gather
 from vdyn_cli.result import Result
 from vdyn_cli.steps import load_step
@@ -22,14 +23,12 @@ class Outcome:
     document: Mapping[str, Any]
 
 
-def execute(
-    step_name: str, path: Path, known_files: Sequence[Path] = (), diagnose: bool = True, level: float = LEVEL
-) -> Outcome:
+def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level: float | None = LEVEL) -> Outcome:
     """Run one step on one description, and diagnose what its simulation gets wrong.
 
     Parameters
     ----------
-    level : chance that the diagnosis raises a false alarm.
+    level : chance that the diagnosis raises a false alarm; None leaves the diagnosis out.
 
     Raises
     ------
@@ -39,10 +38,12 @@ def execute(
     step = load_step(step_name)
     inputs = gather(step, path, known_files)
     result = step.estimate(inputs.spec, inputs.data, inputs.known)
-    if diagnose:
+    if level is not None:
         result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level)
     result = _doubted(result)
-    return Outcome(result, step_document(result, inputs, known_files))
+    return Outcome(
+        result, step_document(result, inputs, step_command(step_name, path, known_files, level), known_files)
+    )
 
 
 MISFIT = 2.5  # residual over what noise explains, beyond which the law itself is in doubt

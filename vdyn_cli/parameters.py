@@ -42,9 +42,7 @@ class Estimate:
         return cls(value, std, (value - half, value + half), quantity.unit, quantity.meaning, source)
 
     @classmethod
-    def of(
-        cls, name: str, value: float, std: float, interval95: tuple[float, float], source: str
-    ) -> Estimate:
+    def of(cls, name: str, value: float, std: float, interval95: tuple[float, float], source: str) -> Estimate:
         """An estimate of a parameter of the vocabulary, which gives its unit and meaning."""
         quantity = PARAMETERS[name]
         low, high = interval95
@@ -53,12 +51,19 @@ class Estimate:
         )
 
 
+Extensions = Mapping[str, Mapping[str, Estimate]]
+
+
 @dataclass(frozen=True)
 class Parameters(Mapping[str, Estimate]):
-    """Named estimates, with the correlation of those estimated together."""
+    """Named estimates, with the correlation of those estimated together.
+
+    ``extensions`` are the causes that were accepted and belong to the vehicle: effect, its unknowns, their estimates.
+    """
 
     estimates: Mapping[str, Estimate] = field(default_factory=dict)
     correlation: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    extensions: Extensions = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Estimate:
         return self.estimates[name]
@@ -79,7 +84,8 @@ class Parameters(Mapping[str, Estimate]):
         correlation = {**self.correlation}
         for name, row in later.correlation.items():
             correlation[name] = {**correlation.get(name, {}), **row}
-        return Parameters({**self.estimates, **later.estimates}, correlation)
+        extensions = {**self.extensions, **later.extensions}
+        return Parameters({**self.estimates, **later.estimates}, correlation, extensions)
 
     def require(self, *names: str, where: str) -> None:
         """Refuse with every missing parameter at once, each with who could give it.
@@ -117,21 +123,26 @@ def _missing(name: str, where: str) -> Finding:
 
 
 def to_document(parameters: Parameters) -> dict[str, Any]:
-    """The ``parameters`` and ``correlation`` parts of a result's JSON."""
+    """The ``parameters``, ``correlation`` and ``extensions`` parts of a result's JSON."""
     return {
-        "parameters": {
-            name: {
-                "value": e.value,
-                "std": e.std,
-                "interval95": list(e.interval95),
-                "unit": e.unit,
-                "meaning": e.meaning,
-                "baseline": e.baseline,
-                "source": e.source,
-            }
-            for name, e in parameters.items()
-        },
+        "parameters": {name: _entry(e) for name, e in parameters.items()},
         "correlation": {a: dict(row) for a, row in parameters.correlation.items()},
+        "extensions": {
+            effect: {name: _entry(e) for name, e in unknowns.items()}
+            for effect, unknowns in parameters.extensions.items()
+        },
+    }
+
+
+def _entry(e: Estimate) -> dict[str, Any]:
+    return {
+        "value": e.value,
+        "std": e.std,
+        "interval95": list(e.interval95),
+        "unit": e.unit,
+        "meaning": e.meaning,
+        "baseline": e.baseline,
+        "source": e.source,
     }
 
 
@@ -152,13 +163,25 @@ def read_parameters(path: Path) -> Parameters:
         got = repr(document.get("format")) if isinstance(document, dict) else type(document).__name__
         remedy = "pass a JSON written by a vdyn step"
         raise InputError(Finding(str(path), f"is not a parameter file of format {FORMAT}", got, remedy))
-    estimates, findings = {}, []
-    entries = document.get("parameters")
+    findings: list[Finding] = []
+    estimates = _estimates(document.get("parameters"), f"{path}, parameter", findings)
+    entries = document.get("extensions")
+    extensions = {
+        str(effect): _estimates(unknowns, f"{path}, extension '{effect}',", findings)
+        for effect, unknowns in (entries if isinstance(entries, dict) else {}).items()
+    }
+    if findings:
+        raise InputError(*findings)
+    return Parameters(estimates, document.get("correlation") or {}, extensions)
+
+
+def _estimates(entries: Any, where: str, findings: list[Finding]) -> dict[str, Estimate]:
+    found = {}
     for name, entry in (entries if isinstance(entries, dict) else {}).items():
         try:
             low, high = entry["interval95"]
             baseline = entry.get("baseline")
-            estimates[name] = Estimate(
+            found[name] = Estimate(
                 float(entry["value"]),
                 float(entry["std"]),
                 (float(low), float(high)),
@@ -168,7 +191,5 @@ def read_parameters(path: Path) -> Parameters:
                 None if baseline is None else float(baseline),
             )
         except (KeyError, TypeError, ValueError, AttributeError):
-            findings.append(Finding(f"{path}, parameter '{name}'", "lacks value, std, interval95, unit or source"))
-    if findings:
-        raise InputError(*findings)
-    return Parameters(estimates, document.get("correlation") or {})
+            findings.append(Finding(f"{where} '{name}'", "lacks value, std, interval95, unit or source"))
+    return found

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from vdyn_cli.diagnosis.level import LEVEL, shared
 from vdyn_cli.document import versions
 from vdyn_cli.errors import Finding, InputError, raise_all
 from vdyn_cli.files import sha256
@@ -46,11 +47,12 @@ class StepOutcome:
 
 @dataclass(frozen=True)
 class Task:
-    """One step of a pipeline: its description, and the steps of this pipeline whose results it reads."""
+    """One step of a pipeline: its description, the steps whose results it reads, its chance of a false alarm."""
 
     name: str
     path: Path
     after: tuple[str, ...]
+    level: float = LEVEL
 
 
 def load_plan(path: Path) -> tuple[PipelineSpec, Source, tuple[Task, ...]]:
@@ -78,7 +80,8 @@ def load_plan(path: Path) -> tuple[PipelineSpec, Source, tuple[Task, ...]]:
     raise_all(findings)
     steps = {test: load_step(test) for test in found}
     order = in_order(steps)
-    return spec, source, tuple(Task(n, found[n], _givers(steps[n], steps, order)) for n in order)
+    level = shared(sum(s.diagnosable is not None for s in steps.values()))
+    return spec, source, tuple(Task(n, found[n], _givers(steps[n], steps, order), level) for n in order)
 
 
 def _test_of(path: Path, place: str) -> str:
@@ -119,7 +122,7 @@ def summary_document(
     results = [folder / f"{o.name}.json" for o in outcomes if o.good]
     for result in results:
         known = known.updated(read_parameters(result))
-    ordered = Parameters({n: known[n] for n in (*TABLE, *known) if n in known}, known.correlation)
+    ordered = Parameters({n: known[n] for n in (*TABLE, *known) if n in known}, known.correlation, known.extensions)
     failed = {o.name: o.sentence for o in outcomes if not o.good}
     inputs = {f.name: sha256(f) for f in files} | {f.name: sha256(f) for f in results}
     return {

@@ -93,7 +93,7 @@ def _attempt(task: Task, folder: Path, outcomes: Mapping[str, StepOutcome], keep
     if earlier is not None:
         return StepOutcome(task.name, "reused", str(earlier["sentence"]), _to_read(earlier))
     try:
-        document = write_step(task.name, task.path, known, folder).document
+        document = write_step(task.name, task.path, known, folder, task.level).document
         return StepOutcome(task.name, "done", str(document["sentence"]), _to_read(document))
     except MissingParameterError as error:
         failed = [n for n in task.after if not outcomes[n].good]
@@ -128,7 +128,7 @@ def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> Mapping[str
         fingerprints: Mapping[str, str] = made["inputs"]
         by_name = {file.name: file for file in known}
         same = (
-            made["command"] == step_command(task.name, task.path, known)
+            made["command"] == step_command(task.name, task.path, known, task.level)
             and made["versions"] == versions()
             and all(sha256(by_name.get(n, task.path.parent / n)) == digest for n, digest in fingerprints.items())
             and (folder / f"{task.name}.html").is_file()

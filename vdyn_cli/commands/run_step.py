@@ -15,7 +15,9 @@ from vdyn_cli.report.words import estimate_text
 Tell = Callable[..., None]
 
 
-def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, tell: Tell) -> None:
+def run_step(
+    name: str, path: Path, known_files: tuple[Path, ...], output: str, level: float | None, tell: Tell
+) -> None:
     """Run a step and write ``DIR/name.json`` and ``DIR/name.html``, or the JSON on stdout for ``-``.
 
     Raises
@@ -23,10 +25,10 @@ def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, 
     InputError, ResultError : nothing is written, but for the report that says why the answer is not good.
     """
     if output == "-":
-        outcome = execute(name, path, known_files)
+        outcome = execute(name, path, known_files, level)
         sys.stdout.write(to_json(outcome.document))
     else:
-        outcome = write_step(name, path, known_files, Path(output))
+        outcome = write_step(name, path, known_files, Path(output), level)
         tell(f"{Path(output) / name}.json and .html")
     result = outcome.result
     for finding in alike(result.findings):
@@ -36,14 +38,16 @@ def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, 
     for key, estimate in result.parameters.items():
         tell(f"  {key:<30} {estimate_text(estimate)}")
     tell(result.sentence)
+    if result.diagnosis:
+        tell(str(result.diagnosis["sentence"]))
 
 
-def write_step(name: str, path: Path, known_files: tuple[Path, ...], folder: Path) -> Outcome:
+def write_step(name: str, path: Path, known_files: tuple[Path, ...], folder: Path, level: float | None) -> Outcome:
     """Run a step and write its report and JSON; of an answer that is not good, only the report that says why."""
     from vdyn_cli.report.html import render, render_failure
 
     try:
-        outcome = execute(name, path, known_files)
+        outcome = execute(name, path, known_files, level)
     except ResultError as error:
         write_whole(folder / f"{name}.html", render_failure(name, error.findings))
         raise

@@ -4,10 +4,3 @@ A step lends its regression (steps.Diagnosable). The causes that its model can t
 unknowns in one pass (workbench, sheet), tested together (scores, detect), tried one by one as the whole answer
 (naming), and judged (verdict). The answer extends the step's model: its estimate is made again with the cause in.
 """
-
-from __future__ import annotations
-
-from vdyn_cli.diagnosis.extend import diagnosed
-from vdyn_cli.diagnosis.verdict import LEVEL
-
-__all__ = ["LEVEL", "diagnosed"]

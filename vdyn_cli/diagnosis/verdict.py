@@ -16,13 +16,13 @@ from typing import Literal
 import numpy as np
 
 from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, detect
+from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.diagnosis.gain import Gain, gain
 from vdyn_cli.diagnosis.naming import REST, Trial, pairs, singles
 from vdyn_cli.diagnosis.scores import absorbed
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 
 Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
-LEVEL = 0.05
 NOTICEABLE = 0.01  # standard deviations: a bias below is not worth a word
 TYPICAL = 0.5  # of the plausible range, for what a cause that cannot be seen would bias
 
