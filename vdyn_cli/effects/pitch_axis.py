@@ -10,7 +10,9 @@ from vdyn_cli.quantity import Quantity
 
 @effect(
     on="motion_moment",
-    unknowns=(Quantity("pitch_axis", "m", "how far the axis of pitch lies below the centre of gravity", "e", -0.3, 0.6),),
+    unknowns=(
+        Quantity("pitch_axis", "m", "how far the axis of pitch lies below the centre of gravity", "e", -0.3, 0.6),
+    ),
     reference="moments of a body on its springs; suspensions put the axis near the road or near the wheel centres",
     label="a pitch axis below the centre of gravity",
     signature="What is left follows the pitch angle: height reads some per cent high.",

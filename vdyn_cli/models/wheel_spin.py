@@ -11,26 +11,36 @@ from vdyn_cli.engine.model import Model
 INPUTS = ("hub_torque", "hub_force_x", "hub_force_z", "acceleration", "wheel_speed")
 
 
+READINGS = ("hub", "carried")  # their sum is the wheel's speed
+
+
 def _assemble(e: Bench, u: Signals) -> None:
-    """The wheel's speed from the readings at its hub; ``u.wheel_speed`` only says how fast it starts."""
+    """The wheel's speed from the readings at its hub; ``u.wheel_speed`` only says how fast it starts.
+
+    What speeding the wheel's own mass up along the road takes comes from the car's accelerometer, and is read apart:
+    the hub's sensor may have a clock of its own.
+    """
     p = e.p
-    speed = e.state("wheel_speed", u.wheel_speed)
+    speed, carried = e.state("wheel_speed", u.wheel_speed), e.state("carried")
     rim = speed * p.wheel_radius
     rubbing = e(brake, brake_force=0.0, speed=rim, sense=turned(rim), share=1.0) * p.wheel_radius
+    acceleration = e("acceleration", value=u.acceleration)
     turning = e(
         wheel_spin,
         hub_torque=e("hub_torque", value=u.hub_torque) - p.hub_torque_zero,
         hub_force_x=e("hub_force_x", value=u.hub_force_x),
         hub_force_z=e("hub_force_z", value=u.hub_force_z),
-        acceleration=e("acceleration", value=u.acceleration),
+        acceleration=acceleration,
         bearing_torque=e(bearing, bearing_torque=0.0, wheel_speed=speed) + rubbing,
         wheel_mass=p.wheel_mass,
         wheel_radius=p.wheel_radius,
         rolling_resistance=p.rolling_resistance,
         wheel_inertia=p.wheel_inertia,
     )
-    e.integrate(wheel_speed=turning)
-    e.sensor("wheel_speed", speed, turning)
+    taken = -p.wheel_mass * acceleration * p.wheel_radius / p.wheel_inertia
+    e.integrate(wheel_speed=turning, carried=taken)
+    e.sensor(READINGS[0], speed - carried, turning - taken)
+    e.sensor(READINGS[1], carried, taken)
 
 
 WHEEL_SPIN = Model(

@@ -31,7 +31,7 @@ Sources: SAE 2017-01-1574, equations (19) to (22); JCGM 100:2008 for the propaga
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -39,8 +39,11 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError
 from vdyn_cli.estimation.inertia import pendulum_views, wheel_views
+from vdyn_cli.estimation.inertia.pendulum_fit import Recording, prepare
 from vdyn_cli.estimation.inertia.pendulum_rig import Rig
 from vdyn_cli.estimation.inertia.wheel_inertia import (
     UNIT,
@@ -52,8 +55,12 @@ from vdyn_cli.estimation.inertia.wheel_inertia import (
     published,
     value,
 )
-from vdyn_cli.estimation.inertia.wheel_road import KNOWN, Road, road_inertia
+from vdyn_cli.estimation.inertia.wheel_road import KNOWN, Road, road_inertia, road_regression
+from vdyn_cli.estimation.sizes import sizes_found
+from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.log import Log
+from vdyn_cli.models.pendulum import MODELS
+from vdyn_cli.models.wheel_spin import WHEEL_SPIN
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.reading.csv_reader import Column, ReadOptions, read_csv
@@ -106,18 +113,69 @@ def load(spec: InertiaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[Measur
     return Measured(logs, replace(recording, name=rig.log)), (path,)
 
 
-def _road(spec: InertiaSpec, logs: Sequence[Log], known: Parameters) -> Road:
+def _given(known: Parameters) -> dict[str, Given]:
     """Rolling resistance, hardly told from the torque's zero, may be missing: then any car tyre's is assumed."""
     known.require("wheel_mass", "wheel_radius", where="inertia")
     given = {name: Given(known[name].value, known[name].std) for name in KNOWN if name in known}
     given.setdefault("rolling_resistance", ANY_TYRE)
-    settings = spec.settings
-    zero = float(np.hypot(settings.torque_zero.value, given["wheel_radius"].value * settings.force_zero.value))
-    return road_inertia(logs, given, settings.window.value, zero, settings.gain_std.value)
+    return given
 
 
-def estimate(spec: InertiaSpec, data: Measured, known: Parameters) -> Result:
-    """The wheel's inertia from whatever was measured."""
+def _zero(settings: InertiaSettings, given: Mapping[str, Given]) -> float:
+    """Standard deviation of each run's zero of the torque balance, N m."""
+    return float(np.hypot(settings.torque_zero.value, given["wheel_radius"].value * settings.force_zero.value))
+
+
+def _road(
+    spec: InertiaSpec, logs: Sequence[Log], known: Parameters, effects: Sequence[Effect], extra: Sequence[Unknown]
+) -> Road:
+    given, settings = _given(known), spec.settings
+    zero = _zero(settings, given)
+    return road_inertia(logs, given, settings.window.value, zero, settings.gain_std.value, effects, extra)
+
+
+def model(spec: InertiaSpec, data: Measured, known: Parameters) -> Model:
+    """The wheel on the road; where there are no runs, the pendulum."""
+    return WHEEL_SPIN if data.runs or spec.pendulum is None else MODELS[spec.pendulum.kind]
+
+
+def regression(
+    spec: InertiaSpec,
+    data: Measured,
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Regression:
+    """The runs on the road with ``effects`` in the wheel's balance; where there are none, the pendulum's recording.
+
+    Parameters
+    ----------
+    extra : the effects' unknowns, shared by all runs; those left out stay zero, or nominal.
+
+    Raises
+    ------
+    InputError : neither runs nor a recording.
+    """
+    if data.runs:
+        given = _given(known)
+        values = {name: one.value for name, one in given.items()}
+        return road_regression(
+            data.runs, values, spec.settings.window.value, _zero(spec.settings, given), effects, extra
+        )
+    if spec.pendulum is None or data.recording is None:
+        raise InputError(Finding("inertia", "a period alone leaves nothing to compare", "", "add 'runs' or a recording"))
+    rig = spec.pendulum
+    return prepare(Recording.of(data.recording, rig.kind, rig.geometry())).regression(effects, extra)
+
+
+def estimate(
+    spec: InertiaSpec,
+    data: Measured,
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Result:
+    """The wheel's inertia from whatever was measured; ``effects`` and their unknowns enter the balance on the road."""
     if not data.runs and spec.pendulum is None:
         raise InputError(Finding("runs", "neither a drive nor a pendulum is given", "", "add 'runs' or 'pendulum'"))
     pendulum = None if spec.pendulum is None else pendulum_inertia(spec.pendulum, data.recording)
@@ -125,7 +183,7 @@ def estimate(spec: InertiaSpec, data: Measured, known: Parameters) -> Result:
     failed: tuple[Finding, ...] = ()
     if data.runs:
         try:
-            road = _road(spec, data.runs, known)
+            road = _road(spec, data.runs, known, effects, extra)
         except ResultError as error:
             if pendulum is None:
                 raise
@@ -154,7 +212,7 @@ def estimate(spec: InertiaSpec, data: Measured, known: Parameters) -> Result:
         (*(wheel_views.figures(road) if road else ()), *(pendulum_views.figure(s) for s in swings)),
         _tables(road, pendulum),
         tuple(dict.fromkeys(findings)),
-        _extra(road, pendulum),
+        {**_extra(road, pendulum), **(sizes_found(road.solution, extra) if road else {})},
     )
 
 

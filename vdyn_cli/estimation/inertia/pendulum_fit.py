@@ -89,6 +89,41 @@ class Swings:
     knocks: tuple[float, ...]
 
 
+@dataclass(frozen=True)
+class Prepared:
+    """A recording ready for its fit: the part that swings, a first guess, the residuals' scale, the knock if any."""
+
+    recording: Recording
+    guess: Guess
+    noise: float
+    knock: int | None
+
+    @property
+    def parts(self) -> tuple[slice, ...]:
+        return (slice(None),) if self.knock is None else (slice(0, self.knock), slice(self.knock, None))
+
+    def regression(self, effects: Sequence[Correction] = (), extra: Sequence[Unknown] = ()) -> Regression:
+        """Friction of all kinds, ``effects`` and their unknowns in it."""
+        return regression(self.recording, self.parts, self.guess, self.noise, (*FINER, *extra), effects)
+
+
+def prepare(recording: Recording) -> Prepared:
+    """Look for the swing, for the noise that viscous friction leaves of it, and for a knock.
+
+    Raises
+    ------
+    ResultError : no swing to be seen, too short, or too wide.
+    """
+    recording, guess = first_guess(recording)
+    whole: tuple[slice, ...] = (slice(None),)
+    noise = white_level(recording.values, recording.time)
+    # With viscous friction alone first: what that leaves is the scale against which finer friction is judged.
+    plain = solve(regression(recording, whole, guess, noise, ()))
+    noise = max(noise, noise * float(np.sqrt(np.mean(plain.residuals[0] ** 2))))
+    finer = regression(recording, whole, guess, noise)
+    return Prepared(recording, guess, noise, _knock(finer, solve(finer), recording.time))
+
+
 def fit_swings(recording: Recording) -> Swings:
     """Fit a free swing to a recording.
 
@@ -96,19 +131,9 @@ def fit_swings(recording: Recording) -> Swings:
     ------
     ResultError : no swing to be seen, too short, or too wide.
     """
-    recording, guess = first_guess(recording)
-    time = recording.time
-    parts: tuple[slice, ...] = (slice(None),)
-    noise = white_level(recording.values, time)
-    # With viscous friction alone first: what that leaves is the scale against which finer friction is judged.
-    plain = solve(regression(recording, parts, guess, noise, ()))
-    noise = max(noise, noise * float(np.sqrt(np.mean(plain.residuals[0] ** 2))))
-    whole = regression(recording, parts, guess, noise)
-    solution = solve(whole)
-    knock = _knock(whole, solution, time)
-    if knock is not None:
-        parts = (slice(0, knock), slice(knock, None))
-        solution = solve(regression(recording, parts, guess, noise))
+    ready = prepare(recording)
+    recording, parts, knock = ready.recording, ready.parts, ready.knock
+    time, solution = recording.time, solve(ready.regression())
     period = solution.values["period"]
     angle, rate = (float(solution.per_run[name][0]) for name in STARTS)
     amplitude = float(np.hypot(angle, rate * period / (2 * np.pi)))

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from vdyn_cli.errors import Finding, ResultError, raise_all
 from vdyn_cli.estimation.inertia.wheel_windows import Windows, cut, regression, slopes_to, start_value
-from vdyn_cli.fit import Solution, solve
+from vdyn_cli.fit import Regression, Solution, Unknown, solve
 from vdyn_cli.fit.budget import Budget, Contribution
 from vdyn_cli.models.wheel_spin import INPUTS
 from vdyn_cli.quantity import Given
 
 if TYPE_CHECKING:
+    from vdyn_cli.engine.bench import Correction
     from vdyn_cli.log import Log
 
 Array = NDArray[np.float64]
@@ -52,8 +53,52 @@ class Road:
         return {c.name: c.slope for c in self.budget.contributions}
 
 
+def road_runs(
+    logs: Sequence[Log], values: Mapping[str, float], window: float, zero: float
+) -> tuple[tuple[Windows, ...], float]:
+    """The runs cut into windows, and the inertia that plain least squares makes of them.
+
+    Parameters
+    ----------
+    values : wheel_mass (kg), wheel_radius (m), rolling_resistance.
+    window : s. zero : N m, standard deviation of each run's zero of the torque balance.
+
+    Raises
+    ------
+    InputError : logs that can't serve, or a sign that contradicts physics.
+    ResultError : the logs leave no plausible inertia.
+    """
+    raise_all(dict.fromkeys(f for log in logs for f in check(log, values["wheel_radius"])))
+    runs = tuple(cut(log, window, values) for log in logs)
+    raise_all(f for run in runs for f in _too_little(run))
+    start = start_value(runs, values)
+    if start <= 0:
+        raise ResultError(_negative(start, runs, values, zero))
+    return runs, start
+
+
+def road_regression(
+    logs: Sequence[Log],
+    values: Mapping[str, float],
+    window: float,
+    zero: float,
+    effects: Sequence[Correction] = (),
+    extra: Sequence[Unknown] = (),
+) -> Regression:
+    """The windows of all runs, whitened with the inertia that the plain fit finds, with ``effects`` in the balance."""
+    runs, start = road_runs(logs, values, window, zero)
+    whitener = solve(regression(runs, values, zero, start)).values["wheel_inertia"]
+    return regression(runs, values, zero, whitener, extra, effects)
+
+
 def road_inertia(
-    logs: Sequence[Log], known: Mapping[str, Given], window: float, zero: float, gain_std: float = 0.0
+    logs: Sequence[Log],
+    known: Mapping[str, Given],
+    window: float,
+    zero: float,
+    gain_std: float = 0.0,
+    effects: Sequence[Correction] = (),
+    extra: Sequence[Unknown] = (),
 ) -> Road:
     """Estimate the wheel's inertia from its hub's torque, forces and speed.
 
@@ -62,25 +107,20 @@ def road_inertia(
     known : wheel_mass (kg), wheel_radius (m), rolling_resistance, with their standard deviations.
     window : s. zero : N m, standard deviation of each run's zero of the torque balance.
     gain_std : standard deviation of the torque channel's gain against the force channels'.
+    effects, extra : causes that the balance takes in, and their unknowns.
 
     Raises
     ------
-    InputError : logs that can't serve, or a sign that contradicts physics.
-    ResultError : the logs leave no plausible inertia.
+    InputError, ResultError : as :func:`road_runs`, and the fit's own.
     """
     values = {name: given.value for name, given in known.items()}
-    raise_all(dict.fromkeys(f for log in logs for f in check(log, values["wheel_radius"])))
-    runs = tuple(cut(log, window, values) for log in logs)
-    raise_all(f for run in runs for f in _too_little(run))
-    start = start_value(runs, values)
-    if start <= 0:
-        raise ResultError(_negative(start, runs, values, zero))
+    runs, start = road_runs(logs, values, window, zero)
     # A second pass whitens with the inertia that the first one found.
-    whitener = solve(regression(runs, values, zero, start)).values["wheel_inertia"]
-    solution = solve(regression(runs, values, zero, whitener))
+    whitener = solve(regression(runs, values, zero, start, extra, effects)).values["wheel_inertia"]
+    solution = solve(regression(runs, values, zero, whitener, extra, effects))
     torque = tuple(_torque(r, whitener, solution, white) for r, white in zip(runs, solution.residuals, strict=True))
-    theta = np.array([solution.values["wheel_inertia"], *solution.per_run["hub_torque_zero"]])
-    slopes = slopes_to(tuple(KNOWN), runs, values, zero, theta)
+    shared, zeros = list(solution.values.values()), solution.per_run["hub_torque_zero"]
+    slopes = slopes_to(tuple(KNOWN), runs, values, zero, shared, zeros, extra, effects)
     budget = _budget(solution, known, slopes, gain_std)
     findings = tuple(f for log in logs for f in rolling_radius(log, values["wheel_radius"]))
     return Road(runs, solution, torque, budget, findings)
@@ -158,8 +198,7 @@ def _too_little(run: Windows) -> list[Finding]:
 
 
 def _negative(start: float, runs: Sequence[Windows], values: Mapping[str, float], zero: float) -> Finding:
-    theta = np.array([start, *(0.0 for _ in runs)])
-    slope = slopes_to(("wheel_radius",), runs, values, zero, theta)["wheel_radius"]
+    slope = slopes_to(("wheel_radius",), runs, values, zero, [start], np.zeros(len(runs)))["wheel_radius"]
     got = f"{start:.3g} kg m^2; 1 mm of wheel_radius moves it by {abs(slope) * 1e-3:.2g}"
     remedy = "check wheel_radius (loaded, not unloaded) and the gains of torque and force"
     return Finding("wheel_inertia", "the moment balance leaves a negative inertia", got, remedy)

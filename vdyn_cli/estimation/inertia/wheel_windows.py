@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.fit import Regression, Rows, Unknown, white_level
-from vdyn_cli.models.wheel_spin import INPUTS, WHEEL_SPIN
+from vdyn_cli.models.wheel_spin import INPUTS, READINGS, WHEEL_SPIN
 
 if TYPE_CHECKING:
     from vdyn_cli.engine.bench import Correction
@@ -163,7 +163,8 @@ def regression(
         from scipy.linalg import solve_banded
 
         run, simulated = runs[index], simulator(drives[index], theta)
-        trace, tangents = simulated.outputs["wheel_speed"], simulated.sensitivities["wheel_speed"]
+        trace = np.sum([simulated.outputs[name] for name in READINGS], axis=0)
+        tangents = np.sum([simulated.sensitivities[name] for name in READINGS], axis=0)
         excess = trace[run.last] - trace[run.first] - run.gained
         slopes = theta[0] * (tangents[run.last] - tangents[run.first])
         slopes[:, 0] += excess
@@ -174,7 +175,14 @@ def regression(
 
 
 def slopes_to(
-    names: Sequence[str], runs: Sequence[Windows], known: Mapping[str, float], zero: float, values: Array
+    names: Sequence[str],
+    runs: Sequence[Windows],
+    known: Mapping[str, float],
+    zero: float,
+    shared: Sequence[float],
+    zeros: Array,
+    extra: Sequence[Unknown] = (),
+    effects: Sequence[Correction] = (),
 ) -> dict[str, float]:
     """How the estimated inertia moves with what was taken as known: d Jw / d known.
 
@@ -182,19 +190,21 @@ def slopes_to(
 
     Parameters
     ----------
-    names : parameters of the model. values : (1 + runs,), the solution: inertia, and each run's zero.
+    names : parameters of the model.
+    shared, zeros : the solution: inertia and ``extra``, and each run's zero. effects : those that it had.
     """
-    extra = [Unknown(name, known[name]) for name in names]
-    extended = regression(runs, known, zero, float(values[0]), extra)
-    size = 1 + len(runs)
+    given = [Unknown(name, known[name]) for name in names]
+    extended = regression(runs, known, zero, shared[0], (*extra, *given), effects)
+    s, size = len(shared), len(shared) + len(runs)
     normal, right = np.zeros((size, size)), np.zeros((size, len(names)))
     for k in range(len(runs)):
-        theta = np.array([values[0], *(known[n] for n in names), values[1 + k]])
+        theta = np.array([*shared, *(known[n] for n in names), zeros[k]])
         jacobian = extended.rows(k, theta).jacobian
         own = np.zeros((len(jacobian), size))
-        own[:, 0], own[:, 1 + k] = jacobian[:, 0], jacobian[:, -1]
+        own[:, :s], own[:, s + k] = jacobian[:, :s], jacobian[:, -1]
         normal += own.T @ own
-        normal[1 + k, 1 + k] += zero**-2.0
-        right += own.T @ jacobian[:, 1:-1]
-    moved = -np.linalg.solve(normal, right)[0]
-    return dict(zip(names, moved.tolist(), strict=True))
+        normal[s + k, s + k] += zero**-2.0
+        right += own.T @ jacobian[:, s:-1]
+    scale = 1.0 / np.sqrt(np.diag(normal))
+    moved = -scale[:, None] * np.linalg.solve(normal * np.outer(scale, scale), scale[:, None] * right)
+    return dict(zip(names, moved[0].tolist(), strict=True))

@@ -1,0 +1,25 @@
+"""Bearing and seals that drag with the wheel's speed."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="bearing",
+    unknowns=(Quantity("bearing_drag", "N m s/rad", "drag torque of bearing and seals per speed", "cb", -0.02, 1.0),),
+    reference="wheel bearings with seals: 0.5 to 2 N m at 50 rad/s; a damaged one several times that",
+    label="a bearing that drags",
+    signature="What is left of the torque grows with the wheel's speed.",
+    alike=("brake_drag", "hub_torque_offset", "rolling_resistance"),
+    confirm="Jack the wheel up, spin it and time how it slows down.",
+    steps=("inertia",),
+)
+def bearing_drag(bearing: Law, s: Signals, q: Signals) -> Number:
+    """Bearing and seals between the sensor and the wheel that take a torque in proportion to the speed.
+
+    Tb = cb om.
+    """
+    return bearing(s.but(bearing_torque=s.bearing_torque + q.bearing_drag * s.wheel_speed))

@@ -1,0 +1,26 @@
+"""A hub torque sensor with a wrong gain."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="hub_torque",
+    unknowns=(Quantity("hub_torque_gain", "", "share by which the hub's torque reads too much", "g", -0.1, 0.1),),
+    reference="wheel force sensors: 0.1 to 0.5 % between the gains of torque and force",
+    label="a hub torque with a wrong gain",
+    signature="What is left of the torque follows the torque itself, in step with the longitudinal force.",
+    alike=("wheel_radius", "wheel_mass", "wheel_inertia"),
+    confirm="Hold torque and force steady against each other: a lever arm of known length with weights on it.",
+    sensor=True,
+    steps=("inertia",),
+)
+def hub_torque_gain(hub_torque: Law, s: Signals, q: Signals) -> Number:
+    """A torque sensor at the hub whose scale is off against that of the force sensor.
+
+    T = T_read / (1 + g). In steady driving it is the same as a radius 1 + g times as large.
+    """
+    return hub_torque(s) / (1 + q.hub_torque_gain)

@@ -1,0 +1,26 @@
+"""A hub torque sensor with a wrong zero in every run."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="hub_torque",
+    unknowns=(Quantity("hub_torque_offset", "N m", "what the hub's torque reads without torque", "T0", -50, 50),),
+    reference="0.1 % of full scale: 4 N m; warm-up and centrifugal drift of strain gauges several times that",
+    label="a hub torque with a wrong zero",
+    signature="What is left of the torque is the same at every speed and torque, in every run.",
+    alike=("brake_drag", "bearing_drag", "rolling_resistance"),
+    confirm="Jack the wheel up, turn it by hand both ways and read the torque.",
+    sensor=True,
+    steps=("inertia",),
+)
+def hub_torque_offset(hub_torque: Law, s: Signals, q: Signals) -> Number:
+    """A torque sensor at the hub whose zero is off by the same in every run, beyond its data sheet.
+
+    T = T_read - T0.
+    """
+    return hub_torque(s) - q.hub_torque_offset

@@ -1,0 +1,29 @@
+"""A wheel that is heavier than stated."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="parameters",
+    unknowns=(
+        Quantity(
+            "wheel_mass_error", "kg", "by which the mass outside the force sensor exceeds the stated", "", -10, 10
+        ),
+    ),
+    reference="tires differ by 1 to 2 kg with tread and make, rims by 3 kg; the sensor's outer half weighs 3 to 5 kg",
+    label="a wheel of another mass",
+    signature="What is left of the torque follows the car's acceleration, not the torque in steady driving.",
+    alike=("wheel_inertia", "hub_torque_gain", "wheel_radius"),
+    confirm="Weigh wheel, tire and the sensor's rotating half.",
+    steps=("inertia",),
+)
+def wheel_mass(parameters: Law, s: Signals, q: Signals) -> Number:
+    """A wheel whose mass is not the stated one, so that hub and road forces differ by more than thought.
+
+    mw + q. Since the car speeds up as the wheel does, only Jw + mw r^2 shows.
+    """
+    return parameters(s.but(wheel_mass=s.wheel_mass + q.wheel_mass_error))
