@@ -16,12 +16,46 @@ import pytest
 
 import vdyn_cli.models
 from tests.engine.plants import HALF_CAR, ROAD_LOAD
-from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli import steps
+from vdyn_cli.commands.explain import explanation
+from vdyn_cli.effects import Effect, candidates, catalogue
 from vdyn_cli.engine.graph import Graph, trace
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.errors import ResultError
+from vdyn_cli.models.vehicle import vehicle
+from vdyn_cli.vocabulary import PARAMETERS
+
+# About those of a car, so that roots and quotients of them exist; what is not named is of the order of one.
+TYPICAL = {
+    "mass": 1500.0,
+    "sprung_mass": 1400.0,
+    "pitch_inertia": 2200.0,
+    "sprung_pitch_inertia": 2000.0,
+    "roll_inertia": 600.0,
+    "yaw_inertia": 2400.0,
+    "wheelbase": 2.7,
+    "cg_to_front": 1.25,
+    "unsprung_mass_front": 80.0,
+    "unsprung_mass_rear": 70.0,
+    "suspension_stiffness_front": 4e4,
+    "suspension_stiffness_rear": 4e4,
+    "suspension_damping_front": 3e3,
+    "suspension_damping_rear": 3e3,
+    "tire_vertical_stiffness": 4e5,
+    "tire_load_sensitivity": 2e-5,
+    "shaft_stiffness_left": 2e4,
+    "shaft_stiffness_right": 2e4,
+    "shaft_damping_left": 50.0,
+    "shaft_damping_right": 50.0,
+    "gear_ratio": 3.0,
+    "wheel_radius": 0.3,
+    "temperature": 290.0,
+    "road_begin": -20.0,
+    "road_end": 20.0,
+}
+UNEVEN = 0.3  # share by which typical values differ from moment to moment
 
 EFFECTS = catalogue()
 EACH = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
@@ -36,7 +70,11 @@ def shipped_models() -> list[Model]:
                 found.append(value)
             elif callable(value) and getattr(value, "__module__", "").startswith("vdyn_cli.models"):
                 found += variants(value)
-    return found
+    return [model for model in found if model.name != "vehicle"] + VEHICLES
+
+
+# Each choice at least once: all twelve would take a minute.
+VEHICLES = [vehicle(), vehicle("rear", "sides", located=True), vehicle("both")]
 
 
 def variants(function) -> list[Model]:
@@ -61,15 +99,23 @@ def hosts(effect: Effect) -> list[Model]:
     return [model for model in MODELS if offered(model, (effect,))]
 
 
+def constants(graph: Graph, random: np.random.Generator) -> np.ndarray:
+    """Values of all constants, typical of a car where that matters."""
+    uneven = random.uniform(1 - UNEVEN, 1 + UNEVEN, len(graph.constants))
+    plain = random.uniform(0.2, 2.0, len(graph.constants))
+    typical = [TYPICAL.get(name, np.nan) for name in graph.constants]
+    return np.where(np.isnan(typical), plain, np.array(typical) * uneven)
+
+
 def moments(graph: Graph, count: int = 60) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Random states, inputs and constants: at standstill, in reverse, and forward."""
     random = np.random.default_rng(7)
     found = []
     for k in range(count):
         x = random.normal(size=len(graph.states)) * (0, 1, 10)[k % 3]
+        x = np.where(np.array(graph.states) == "position", random.uniform(-25, 25, x.size), x)
         u = random.normal(size=len(graph.inputs)) * (0, 0.1, 1)[k // 3 % 3]
-        p = random.uniform(0.2, 2.0, len(graph.constants))
-        found.append((x, u, p))
+        found.append((x, u, constants(graph, random)))
     return found
 
 
@@ -110,6 +156,31 @@ def test_it_says_what_it_is_in_units_ranges_and_a_reference(effect):
         assert quantity.lower < quantity.upper
     assert set(effect.nominal) < set(effect.unknowns), "something must be zero for the effect to be nothing"
     assert all(quantity.allows(size) for size in effect.probes for quantity in [next(iter(effect.unknowns.values()))])
+    assert set(effect.steps) <= set(steps.names())
+
+
+@EACH
+def test_it_says_what_it_looks_like_what_else_does_and_what_would_settle_it(effect):
+    for text in (effect.signature, effect.confirm):
+        assert text.endswith(".")
+        assert text[0].isupper()
+        assert 25 < len(text) <= 140
+    assert effect.label
+    assert effect.label[0].islower()
+    assert not effect.label.endswith(".")
+    assert effect.alike
+    assert effect.name not in effect.alike
+    assert set(effect.alike) <= {other.name for other in EFFECTS} | set(PARAMETERS)
+    text = explanation(effect.name)
+    for part in (effect.label, effect.signature, effect.confirm, effect.reference, *effect.unknowns, *effect.alike):
+        assert part in text
+
+
+def test_each_step_looks_for_its_own():
+    coastdown, validate = ({one.name for one in candidates(step)} for step in ("coastdown", "validate"))
+    assert {"headwind", "temperature_rolling"} <= coastdown
+    assert {"headwind", "backlash", "motor_inertia"} <= validate
+    assert "backlash" not in coastdown
 
 
 def test_a_name_of_an_unknown_belongs_to_one_effect():
@@ -171,8 +242,9 @@ def test_whole_trajectories_are_bit_identical_at_zero(effect):
         time = np.arange(40) * 0.002
         inputs = {name: random.uniform(0, 0.1, time.size) for name in graph.inputs}
         start = {name: random.uniform(0, 0.1) for name in graph.states}
-        drive = Drive(time, inputs, start, {}, dict.fromkeys(model.context, 1.0))
-        parameters = {name: random.uniform(0.5, 2.0) for name in model.parameters}
+        drive = Drive(time, inputs, start, {}, {name: 1.0 + k for k, name in enumerate(model.context)})
+        values = dict(zip(graph.constants, constants(graph, random), strict=True))
+        parameters = {name: values[name] for name in model.parameters}
         try:
             plain = Simulator(model, parameters)(drive)
         except ResultError:  # random numbers are no car: the moments above still hold

@@ -38,9 +38,10 @@ def explanation(topic: str) -> str:
     effects = {e.name: e for e in catalogue()}
     quantities = CHANNELS | PARAMETERS
     closest_topic(topic, (*steps.names(), *effects, *quantities), "step, effect or parameter")
-    if topic in steps.names():
-        return _step(topic)
-    return _effect(effects[topic]) if topic in effects else _quantity(quantities[topic])
+    found = [_step(topic)] if topic in steps.names() else []
+    found += [_quantity(quantities[topic])] if topic in quantities else []
+    found += [_effect(effects[topic])] if topic in effects else []
+    return "\n\n".join(found)  # a wrong wheel_radius is a cause, its value a parameter
 
 
 def _step(name: str) -> str:

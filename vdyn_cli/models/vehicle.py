@@ -38,7 +38,7 @@ ROAD = tuple(f"road{at.name}" for at in CORNERS)
 
 
 @cache
-def vehicle(driven: Driven = "front", torque: Torque = "axle") -> Model:
+def vehicle(driven: Driven = "front", torque: Torque = "axle", located: bool = False) -> Model:
     """Rigid chassis with 6 degrees of freedom, 4 suspensions, 4 spinning wheels and a half-shaft to each driven one.
 
     M (V' - vy yaw')   = sum Fx - Fd - M g sin(grade)          M (vy' + V yaw') = sum Fy
@@ -55,6 +55,8 @@ def vehicle(driven: Driven = "front", torque: Torque = "axle") -> Model:
     driven : the driven axle, or "both".
     torque : "axle": input drive_torque, N m at the planetary output, shared equally by all driven wheels; "sides":
         inputs drive_torque_left and _right, N m at the half-shafts' inner ends (a side's two where both are driven).
+    located : heading times the state ``position`` is the road's coordinate, m, which a drive's start gives; the context
+        then also holds road_begin and road_end, between which the drives took place.
 
     Returns
     -------
@@ -65,7 +67,8 @@ def vehicle(driven: Driven = "front", torque: Torque = "axle") -> Model:
     Notes
     -----
     Inputs: drive torque, brake_torque (N m, all wheels together), grade, wind_speed, elapsed, road_fl to road_rr (m,
-    height of the road under each wheel). Context: heading, temperature. Step: Runge-Kutta, at most 1 ms.
+    height of the road under each wheel). Context: heading, temperature. Step: Runge-Kutta, at most 1 ms. The state
+    run_time (s since the run's log began) starts at zero unless a drive's start says otherwise.
     Axes: x forward, y left, z up; roll left side up, pitch nose-up, yaw to the left. Heave, pitch, roll and the wheels'
     heights are zero at rest on a flat road of height zero; a run starts at rest on the heights of its first sample,
     rolling freely at its start speed, with shafts twisted by the torque of the first sample.
@@ -101,7 +104,7 @@ def vehicle(driven: Driven = "front", torque: Torque = "axle") -> Model:
         assemble=assemble,
         parameters=(*BODY, *TIRES, *AIR, *(AXLE_TORQUE if torque == "axle" else ()), *DRIVELINE),
         inputs=(*inputs, "brake_torque", "grade", "wind_speed", "elapsed", *ROAD),
-        context=("heading", "temperature"),
+        context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
     )
 
 
@@ -161,6 +164,7 @@ def _move(e: Bench, u: Signals, body: Body, total: Forces) -> None:
     acceleration = force - e(climb, mass=p.mass, grade=body.grade) / p.mass + body.yaw_rate * body.lateral_speed
     heading, side = (cos(body.yaw), sin(body.yaw))
     e.integrate(
+        run_time=1.0,
         position=body.speed * heading - body.lateral_speed * side,
         lateral_position=body.speed * side + body.lateral_speed * heading,
         speed=acceleration,

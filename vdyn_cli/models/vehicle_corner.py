@@ -219,7 +219,7 @@ def _spin(
     radius = p.wheel_radius
     turning = e.state(f"wheel_speed{name}")
     rim, rub = turning * radius, (turning + body.pitch_rate) * radius  # over the road, and in the brake
-    day = {"elapsed": u.elapsed}
+    day = {"elapsed": u.elapsed, "run_time": e.state("run_time")}
     tread = e(
         rolling,
         name,
