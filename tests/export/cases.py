@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -49,11 +50,17 @@ CAR: Mapping[str, tuple[float, float]] = {
     "shaft_damping_left": (25.0, 1.0),
 }
 BRAKE_DRAG = {"effect": "brake_drag", "unknowns": {"brake_drag": {"value": 38.0, "std": 3.0, "unit": "N"}}}
+HEADWIND = {"effect": "headwind", "unknowns": {"headwind": {"value": 2.9, "std": 0.1, "unit": "m/s"}}}
 SPEED_SCALE = {"effect": "speed_scale", "unknowns": {"speed_scale": {"value": 0.01, "std": 0.001, "unit": ""}}}
 
 
-def document(causes: Sequence[Any] = (), verdict: str = "named", without: Sequence[str] = ()) -> dict[str, Any]:
-    """The JSON document, with the causes that a diagnosis accepted."""
+def document(
+    causes: Sequence[Any] = (),
+    verdict: str = "named",
+    without: Sequence[str] = (),
+    extensions: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+) -> dict[str, Any]:
+    """The JSON document, with the causes that a diagnosis named and those that the model was extended by."""
     parameters = {
         name: {
             "value": value,
@@ -67,12 +74,18 @@ def document(causes: Sequence[Any] = (), verdict: str = "named", without: Sequen
         for name, (value, std) in CAR.items()
         if name not in without
     }
+    entry = {"std": 0.0, "interval95": [0.0, 0.0], "unit": "", "meaning": "", "source": "coastdown", "baseline": None}
+    lasting = {
+        effect: {name: {**entry, "value": value} for name, value in unknowns.items()}
+        for effect, unknowns in extensions.items()
+    }
     diagnosis = {"verdict": verdict, "causes": list(causes)}
     return {
         "format": "vdyn/parameters/1",
         "step": "pipeline",
         "title": "a car that nobody has",
         "parameters": parameters,
+        "extensions": lasting,
         "diagnosis": diagnosis,
     }
 

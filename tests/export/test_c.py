@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from tests.engine.c_host import Compiled, build
-from tests.export.cases import BRAKE_DRAG, SPEED_SCALE, given, simulated, stop_and_go
+from tests.export.cases import BRAKE_DRAG, HEADWIND, SPEED_SCALE, given, simulated, stop_and_go
+from vdyn_cli.effects import catalogue
+from vdyn_cli.engine.offer import offered
 from vdyn_cli.export import Options, make
 from vdyn_cli.export.machine import machine
+from vdyn_cli.models.vehicle import vehicle
 
 
 def test_the_worked_example_compiles_without_a_warning_and_runs(tmp_path):
@@ -48,9 +51,10 @@ def test_c_has_the_bits_of_python_through_standstill_and_braking(tmp_path, drive
 
 def test_an_accepted_cause_is_in_the_model_and_a_sensor_fault_is_not(tmp_path):
     plain = machine(given(tmp_path), "front")
-    car = machine(given(tmp_path, causes=[BRAKE_DRAG, SPEED_SCALE]), "front")
+    car = machine(given(tmp_path, causes=[BRAKE_DRAG, SPEED_SCALE, HEADWIND]), "front")
     assert [cause.effect for cause in car.causes] == ["brake_drag"]
-    assert any(note.startswith("left out speed_scale: a fault of the measurement") for note in car.notes)
+    assert "left out speed_scale: a sensor's fault, not the car's" in car.notes
+    assert "left out headwind: it stays with the day of the test" in car.notes
     program = car.program("car", "a car")
     assert "brake_drag" in program.parameters
     assert "speed_scale" not in program.parameters
@@ -84,3 +88,27 @@ def test_defaults_are_the_estimates_and_comments_say_what_was_assumed(tmp_path):
     assert "double mass; /* kg, vehicle mass as tested */" in program.header
     assert re.search(r"double brake_share_front; /\* .*assumed: .*\*/", program.header)
     assert all(re.search(rf"double {name}; /\* \S", program.header) for name in program.inputs + program.outputs)
+
+
+def test_extensions_that_an_earlier_step_left_are_in_the_model(tmp_path):
+    car = machine(given(tmp_path, extensions={"brake_drag": {"brake_drag": 21.0}}, verdict="adequate"), "front")
+    assert car.values["brake_drag"] == 21.0
+    assert "taken in brake_drag: brake_drag = 21 N" in car.notes
+
+
+def test_every_cause_that_lasts_can_be_exported(tmp_path):
+    lasting = [effect for effect in offered(vehicle("front"), catalogue()) if effect.lasts]
+    assert len(lasting) > 5
+    sizes = {
+        effect.name: {
+            name: effect.nominal.get(name, 0.02 * quantity.upper) for name, quantity in effect.unknowns.items()
+        }
+        for effect in lasting
+    }
+    car = machine(given(tmp_path, extensions=sizes), "front")
+    assert [cause.effect for cause in car.causes] == [effect.name for effect in lasting]
+    compiled = Compiled(car.program("car", "a car"), tmp_path)
+    time, inputs = stop_and_go(3.0)
+    got = compiled.simulate(time, inputs, compiled.defaults(), (0.0,))
+    for name, values in simulated(car, time, inputs, 0.0).items():
+        np.testing.assert_array_equal(got[name], values, err_msg=name)

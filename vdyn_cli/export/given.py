@@ -33,7 +33,7 @@ class Given:
     source : the file's name, without its folder.
     title : what it is the parameter set of.
     parameters : the estimates.
-    causes : those that a diagnosis named and the model was extended by.
+    causes : those by which the model was extended, and the others that a diagnosis of this file named.
     """
 
     source: str
@@ -61,10 +61,15 @@ def read_given(path: Path) -> Given:
         if quantity is not None and not quantity.allows(estimate.value):
             span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
             findings.append(Finding(f"{path}, parameter '{name}'", f"lies outside {span}", f"{estimate.value:g}"))
-    causes = _causes(document.get("diagnosis"), str(path), findings)
+    lasting = {
+        effect: {name: estimate.value for name, estimate in unknowns.items()}
+        for effect, unknowns in parameters.extensions.items()
+    }
+    named = {cause.effect: cause for cause in _causes(document.get("diagnosis"), str(path), findings)}
+    causes = (named | {effect: Cause(effect, sizes) for effect, sizes in lasting.items()}).values()
     raise_all(findings)
     title = str(document.get("title") or f"result of vdyn {document.get('step', '')}".strip())
-    return Given(path.name, title, parameters, causes)
+    return Given(path.name, title, parameters, tuple(causes))
 
 
 def _causes(diagnosis: Any, where: str, findings: list[Finding]) -> tuple[Cause, ...]:

@@ -96,20 +96,21 @@ def machine(given: Given, driven: Driven) -> Machine:
 def accepted(model: Model, causes: Iterable[Cause]) -> tuple[tuple[Cause, ...], tuple[str, ...]]:
     """The causes that belong to the car and that the model offers, and what to say of the others.
 
-    A fault of the measurement (a sensor's gain, zero, delay, a recorded input that is off) is part of the test day, not
-    of the car: the published parameters have been freed of it already.
+    A sensor's fault, a wind or a slope is part of the test day, not of the car: the published parameters have been
+    freed of it already. Those taken in come in the order of the catalogue, in which effects are applied everywhere.
     """
     known = {effect.name: effect for effect in catalogue()}
     offers = {effect.name for effect in offered(model, catalogue())}
-    recorded = {*CHANNELS, *model.inputs, *trace(model).outputs}
     taken: list[Cause] = []
     notes: list[str] = []
     for cause in causes:
         effect = known.get(cause.effect)
         if effect is None:
             notes.append(f"left out {cause.effect}: this version knows no such cause")
-        elif effect.sensor or all(law.removesuffix("_clock") in recorded for law in effect.on):
-            notes.append(f"left out {cause.effect}: a fault of the measurement or the day's road, not of the car")
+        elif effect.sensor:
+            notes.append(f"left out {cause.effect}: a sensor's fault, not the car's")
+        elif not effect.lasts:
+            notes.append(f"left out {cause.effect}: it stays with the day of the test")
         elif cause.effect not in offers:
             notes.append(f"left out {cause.effect}: the full vehicle has no element for it ({', '.join(effect.on)})")
         elif strange := [name for name in cause.unknowns if name not in effect.unknowns]:
@@ -120,7 +121,8 @@ def accepted(model: Model, causes: Iterable[Cause]) -> tuple[tuple[Cause, ...], 
                 f"{name} = {value:.4g} {effect.unknowns[name].unit}".rstrip() for name, value in cause.unknowns.items()
             )
             notes.append(f"taken in {cause.effect}: {sizes}")
-    return tuple(taken), tuple(notes)
+    order = list(known)
+    return tuple(sorted(taken, key=lambda cause: order.index(cause.effect))), tuple(notes)
 
 
 def comment(quantity: Quantity) -> str:
