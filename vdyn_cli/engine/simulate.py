@@ -10,11 +10,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vdyn_cli.engine.backend import MOST, Backend, build
+from vdyn_cli.engine.backend import Backend, build
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.clock import read_at
+from vdyn_cli.engine.course import Course, Grid, Seen, blocks, grid
 from vdyn_cli.engine.drive import Drive, Simulated
-from vdyn_cli.engine.finite import culprit, first_odd, left_the_numbers
 from vdyn_cli.engine.graph import refuse_unknown, trace
 from vdyn_cli.engine.kernel import Array, Kernel, Seeds
 from vdyn_cli.engine.model import Model
@@ -30,24 +30,6 @@ class _Packed:
     start: Array
     constants: Array
     given: frozenset[str]
-
-
-@dataclass(frozen=True, eq=False)
-class _Grid:
-    """Inputs (n + 1, inputs) and lengths (n,) of substeps."""
-
-    inputs: Array
-    steps: Array
-
-
-@dataclass(frozen=True, eq=False)
-class _Course:
-    """A simulation under way: for each kernel the row of tangents and states that it moves on."""
-
-    kernels: Sequence[Kernel]
-    rows: Sequence[Array]
-    constants: Array
-    unknowns: int
 
 
 class Simulator:
@@ -99,7 +81,7 @@ class Simulator:
         self._seeds[self._places, np.arange(self._places.size)] = 1.0
         self._freed = frozenset(name[6:] for name in self.unknowns if name in starts)
         self._packed: WeakKeyDictionary[Drive, _Packed] = WeakKeyDictionary()
-        self._grids: WeakKeyDictionary[Drive, _Grid] = WeakKeyDictionary()
+        self._grids: WeakKeyDictionary[Drive, Grid] = WeakKeyDictionary()
         self._built: dict[bool, list[Kernel]] = {}
         self._start_laws: dict[frozenset[str], ca.Function] = {}
 
@@ -124,13 +106,11 @@ class Simulator:
         ValueError : the shape of theta, or the names in the drive, do not fit.
         """
         packed = self._pack(drive)
-        grid = self._grids.get(drive)
-        if grid is None:
-            grid = self._grids[drive] = self._grid(drive, 0, drive.time.size)
-        course = self._course(packed, grid.inputs[0], theta, sensitivities)
-        trail = np.empty((drive.time.size if states else 0, packed.start.size))
-        readings, tangents, final = self._advance(course, grid, drive.time, trail)
-        return self._result(drive.time, readings, tangents, trail, final)
+        whole = self._grids.get(drive)
+        if whole is None:
+            whole = self._grids[drive] = grid(drive, self._graph.inputs, self._substeps, 0, drive.time.size)
+        course = self._course(packed, whole.inputs[0], theta, sensitivities)
+        return self._result(drive.time, course.along(whole, states))
 
     def chunks(
         self,
@@ -160,20 +140,17 @@ class Simulator:
         first_inputs = np.array([np.broadcast_to(drive.inputs[name], time.shape)[0] for name in self._graph.inputs])
         course = self._course(packed, first_inputs, theta, sensitivities)
         window = Window(reach, len(self._graph.shifted)) if self._graph.shifted else None
-        none = np.empty((0, packed.start.size))
         for begin in range(0, time.size, samples):
             end = min(begin + samples, time.size)
-            grid = self._grid(drive, begin, end)
-            readings, tangents, final = self._advance(course, grid, time[begin:end], none)
+            seen = course.along(grid(drive, self._graph.inputs, self._substeps, begin, end))
             if window is None:
-                yield self._result(time[begin:end], readings, tangents, none, final)
+                yield self._result(time[begin:end], seen)
                 continue
-            window.add(time[begin:end], readings, tangents, last=end == time.size)
+            window.add(time[begin:end], seen, last=end == time.size)
             if window.ready.stop > window.ready.start:
-                whole = self._result(window.time, window.readings, window.tangents, none, final)
-                yield window.cut(whole)
+                yield window.cut(self._result(window.time, window.seen))
 
-    def _course(self, packed: _Packed, first_inputs: Array, theta: ArrayLike, sensitivities: bool) -> _Course:
+    def _course(self, packed: _Packed, first_inputs: Array, theta: ArrayLike, sensitivities: bool) -> Course:
         """What moves: each kernel's states and tangents at the start."""
         values = np.asarray(theta, dtype=np.float64)
         if values.shape != self._places.shape:
@@ -184,12 +161,14 @@ class Simulator:
         start, seeds = self._start(packed, first_inputs, everything[:count], everything[count:])
         k = len(self.unknowns) if sensitivities else 0
         kernels, rows = self._kernels(k), []
-        for kernel, some in zip(kernels, _blocks(k), strict=True):
+        for kernel, some in zip(kernels, blocks(k), strict=True):
             z = np.zeros(count * (kernel.lanes + 1))
             z[: count * kernel.lanes].reshape(count, kernel.lanes)[:, : some.stop - some.start] = seeds[:, some]
             z[count * kernel.lanes :] = start + 0.0  # -0.0 becomes 0.0
             rows.append(z)
-        return _Course(kernels, rows, everything[count:], k)
+        names = (*self._graph.states, *self._graph.outputs)
+        constants = everything[count:]
+        return Course(self.model.name, names, count, self._graph.readings, k, kernels, rows, constants)
 
     def _pack(self, drive: Drive) -> _Packed:
         packed = self._packed.get(drive)
@@ -217,23 +196,6 @@ class Simulator:
         start = np.array([starts.get(name, 0.0) for name in graph.states], dtype=np.float64)
         return _Packed(start, constants, frozenset(starts) | self._freed)
 
-    def _grid(self, drive: Drive, begin: int, end: int) -> _Grid:
-        """The substeps that begin at samples ``begin`` to ``end``, exclusive; the drive's last one only reads."""
-        sub, last = self._substeps, end == drive.time.size
-        time = drive.time[begin : end + 1]
-        coarse = np.empty((time.size, len(self._graph.inputs)))
-        for i, name in enumerate(self._graph.inputs):
-            signal = np.asarray(drive.inputs[name])
-            coarse[:, i] = signal[begin : end + 1] if signal.shape else signal
-        moving = (time.size - 1) * sub
-        steps = np.zeros(moving + last)
-        steps[:moving] = np.repeat(np.diff(time) / sub, sub)
-        inputs = np.empty((steps.size + 1, coarse.shape[1]))
-        for j in range(sub):
-            inputs[j:moving:sub] = coarse[:-1] + (coarse[1:] - coarse[:-1]) * (j / sub)
-        inputs[moving:] = coarse[-1]
-        return _Grid(inputs, steps)
-
     def _start(self, packed: _Packed, first_inputs: Array, x: Array, p: Array) -> tuple[Array, Array]:
         """The initial states, and their derivatives to the unknowns."""
         if len(packed.given) == x.size:
@@ -244,74 +206,24 @@ class Simulator:
         start, slopes = law(x, first_inputs, p)
         return start.full()[:, 0], slopes.full() @ self._seeds
 
-    def _advance(self, course: _Course, grid: _Grid, time: Array, trail: Array) -> tuple[Array, Array, Array]:
-        """Go through a grid: readings and tangents at its samples, and the states at the last of them."""
-        readings = np.empty((time.size, self._graph.readings))
-        tangents = np.empty((*readings.shape, course.unknowns))
-        final = np.empty(0)
-        for kernel, z, some in zip(course.kernels, course.rows, _blocks(course.unknowns), strict=True):
-            final = self._run(kernel, z, course.constants, grid, time, readings, tangents[:, :, some], trail)
-        return readings, tangents, final
-
-    def _run(
-        self,
-        kernel: Kernel,
-        z: Array,
-        p: Array,
-        grid: _Grid,
-        time: Array,
-        readings: Array,
-        tangents: Array,
-        trail: Array,
-    ) -> Array:
-        """A grid with one set of lanes, some steps at a time so that memory stays small; the last sample's states."""
-        total, sub, lanes = grid.steps.size, self._substeps, kernel.lanes
-        nx, m, k = len(self._graph.states), readings.shape[1], tangents.shape[2]
-        rows = min(total, kernel.rows)
-        w, passed = np.empty((rows, m * (lanes + 1))), np.empty((rows, nx))
-        final = np.empty(nx)
-        for begin in range(0, total, rows):
-            n = min(rows, total - begin)
-            kernel(n, z, grid.inputs[begin:], grid.steps[begin:], p, w, passed)
-            self._refuse_not_finite(time, begin, passed[:n], w[:n], grid)
-            seen = slice(-begin % sub, n, sub)  # of the substeps, those that begin a sample
-            samples = slice(-(-begin // sub), (begin + n - 1) // sub + 1)
-            readings[samples] = w[seen, m * lanes :]
-            if lanes:
-                tangents[samples] = w[seen, : m * lanes].reshape(-1, m, lanes)[:, :, :k]
-            if trail.size:
-                trail[samples] = passed[seen]
-            if samples.stop > samples.start:
-                final = passed[seen][-1].copy()
-        return final
-
-    def _refuse_not_finite(self, time: Array, begin: int, states: Array, w: Array, grid: _Grid) -> None:
-        # A sum is the cheap test; that the sum alone overflows is settled by the full one.
-        with np.errstate(invalid="ignore", over="ignore"):
-            if np.isfinite(states.sum() + w.sum()):
-                return
-        readings = w[:, w.shape[1] - self._graph.readings :]
-        for what, rows in (("", np.hstack([states, readings])), ("a derivative to an unknown", w)):
-            if (row := first_odd(rows)) is not None:
-                at, step = time[(begin + row) // self._substeps], grid.steps[min(begin + row, grid.steps.size - 2)]
-                names = (*self._graph.states, *self._graph.outputs)
-                raise left_the_numbers(self.model.name, at, step, what or culprit(rows, row, names))
-
-    def _result(self, time: Array, readings: Array, tangents: Array, trail: Array, final: Array) -> Simulated:
+    def _result(self, time: Array, seen: Seen) -> Simulated:
         graph = self._graph
         outputs, sensitivities = {}, {}
         for i, name in enumerate(graph.outputs):
-            value, tangent = readings[:, i], tangents[:, i]
+            value, tangent = seen.readings[i], seen.tangents[i]
             if name in graph.shifted:
                 at = len(graph.outputs) + len(graph.rated) + graph.shifted.index(name)
                 rate = rate_tangent = None
                 if name in graph.rated:
                     j = len(graph.outputs) + graph.rated.index(name)
-                    rate, rate_tangent = readings[:, j], tangents[:, j]
-                value, tangent = read_at(time, value, rate, tangent, rate_tangent, readings[:, at], tangents[:, at])
-            outputs[name], sensitivities[name] = np.ascontiguousarray(value), np.ascontiguousarray(tangent)
-        states = {name: np.ascontiguousarray(trail[:, i]) for i, name in enumerate(graph.states)} if trail.size else {}
-        return Simulated(time, outputs, sensitivities, dict(zip(graph.states, final.tolist(), strict=True)), states)
+                    rate, rate_tangent = seen.readings[j], seen.tangents[j]
+                shift, shift_tangent = seen.readings[at], seen.tangents[at]
+                value, tangent = read_at(time, value, rate, tangent, rate_tangent, shift, shift_tangent)
+            outputs[name], sensitivities[name] = value, tangent
+        states = dict(zip(graph.states, seen.trail, strict=True)) if seen.trail.size else {}
+        return Simulated(
+            time, outputs, sensitivities, dict(zip(graph.states, seen.final.tolist(), strict=True)), states
+        )
 
     def _kernels(self, unknowns: int) -> list[Kernel]:
         """One for each block of unknowns; built when first asked for, with sensitivities or without."""
@@ -323,11 +235,6 @@ class Simulator:
             live = self._graph.live(frozenset(place for place in own if place < count), seeded) if kind else frozenset()
             self._built[kind] = [
                 build(self._graph, Seeds(self._seeds[count:, some], seeded, live), self._backend)
-                for some in _blocks(unknowns)
+                for some in blocks(unknowns)
             ]
         return self._built[kind]
-
-
-def _blocks(unknowns: int) -> list[slice]:
-    """The unknowns in blocks that a kernel can carry; one empty block where there are none."""
-    return [slice(first, min(first + MOST, unknowns)) for first in range(0, max(unknowns, 1), MOST)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vdyn_cli.engine.course import Seen
 from vdyn_cli.engine.drive import Simulated
 from vdyn_cli.engine.kernel import Array
 
@@ -21,10 +22,11 @@ class Window:
 
     def __init__(self, reach: float, shifted: int) -> None:
         self._reach, self._shifted = reach, shifted
-        self.time, self.readings, self.tangents = np.empty(0), np.empty((0, 0)), np.empty((0, 0, 0))
+        nothing = np.empty((0, 0))
+        self.time, self.seen = np.empty(0), Seen(nothing, np.empty((0, 0, 0)), nothing, np.empty(0))
         self.ready = slice(0, 0)
 
-    def add(self, time: Array, readings: Array, tangents: Array, last: bool) -> None:
+    def add(self, time: Array, seen: Seen, last: bool) -> None:
         """Take what was simulated next, and let go what nobody can look at any more.
 
         Raises
@@ -36,13 +38,14 @@ class Window:
             oldest = np.searchsorted(self.time, self._at(done, time) - self._reach, side="right") - 2
             keep = max(int(oldest), 0)
             time = np.concatenate([self.time[keep:], time])
-            readings = np.concatenate([self.readings[keep:], readings])
-            tangents = np.concatenate([self.tangents[keep:], tangents])
+            readings = np.concatenate([self.seen.readings[:, keep:], seen.readings], axis=1)
+            tangents = np.concatenate([self.seen.tangents[:, keep:], seen.tangents], axis=1)
+            seen = Seen(readings, tangents, seen.trail, seen.final)
             done -= keep
-        far = float(np.max(np.abs(readings[done:, readings.shape[1] - self._shifted :])))
+        far = float(np.max(np.abs(seen.readings[-self._shifted :, done:])))
         if not far <= self._reach:
             raise ValueError(f"a clock is shifted by {far:.3g} s, farther than the reach of {self._reach:.3g} s")
-        self.time, self.readings, self.tangents = time, readings, tangents
+        self.time, self.seen = time, seen
         end = time.size if last else 0
         if not last and time.size >= 3:
             end = int(np.searchsorted(time, time[-3] - self._reach, side="right"))

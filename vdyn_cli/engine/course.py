@@ -1,0 +1,144 @@
+"""A simulation under way: kernels that take steps along a grid, and what they see at its samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.engine.backend import MOST
+from vdyn_cli.engine.drive import Drive
+from vdyn_cli.engine.finite import culprit, first_odd, left_the_numbers
+from vdyn_cli.engine.kernel import Array, Kernel
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """The substeps that begin at some samples of a drive, in turn.
+
+    Parameters
+    ----------
+    time : (n,) s, the samples.
+    substeps : to each sample; a drive's last sample has one, of length zero, that only reads.
+    inputs : (steps + 1, inputs), at the beginning of each substep and at the end of the last.
+    steps : (steps,) s, their lengths.
+    """
+
+    time: Array
+    substeps: int
+    inputs: Array
+    steps: Array
+
+
+def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int) -> Grid:
+    """The substeps from sample ``begin`` to ``end``, exclusive; inputs go straight from sample to sample."""
+    sub, last = substeps, end == drive.time.size
+    time = drive.time[begin : end + 1]
+    coarse = np.empty((time.size, len(names)))
+    for i, name in enumerate(names):
+        signal = np.asarray(drive.inputs[name])
+        coarse[:, i] = signal[begin : end + 1] if signal.shape else signal
+    moving = (time.size - 1) * sub
+    steps = np.zeros(moving + last)
+    steps[:moving] = np.repeat(np.diff(time) / sub, sub)
+    inputs = np.empty((steps.size + 1, coarse.shape[1]))
+    for j in range(sub):
+        inputs[j:moving:sub] = coarse[:-1] + (coarse[1:] - coarse[:-1]) * (j / sub)
+    inputs[moving:] = coarse[-1]
+    return Grid(drive.time[begin:end], sub, inputs, steps)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What a grid's samples show: each row is one reading's, or one state's, trace.
+
+    Parameters
+    ----------
+    readings : (m, n); tangents : (m, n, k); trail : (states, n), empty unless asked for; final : (states,).
+    """
+
+    readings: Array
+    tangents: Array
+    trail: Array
+    final: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Where a simulation has come to.
+
+    Parameters
+    ----------
+    model, names : of the model, and of its states followed by its outputs, for messages.
+    states, readings, unknowns : how many there are.
+    kernels : one for each block of unknowns (``blocks``).
+    rows : for each kernel the row of tangents and states that it moves on.
+    constants : of the graph.
+    """
+
+    model: str
+    names: Sequence[str]
+    states: int
+    readings: int
+    unknowns: int
+    kernels: Sequence[Kernel]
+    rows: Sequence[Array]
+    constants: Array
+
+    def along(self, grid: Grid, with_trail: bool = False) -> Seen:
+        """Go through a grid.
+
+        Raises
+        ------
+        ResultError : a state, a reading or a derivative is not finite.
+        """
+        n = grid.time.size
+        seen = Seen(
+            np.empty((self.readings, n)),
+            np.empty((self.readings, n, self.unknowns)),
+            np.empty((self.states, n if with_trail else 0)),
+            np.empty(self.states),
+        )
+        for kernel, z, some in zip(self.kernels, self.rows, blocks(self.unknowns), strict=True):
+            self._run(kernel, z, grid, seen, seen.tangents[:, :, some])
+        return seen
+
+    def _run(self, kernel: Kernel, z: Array, grid: Grid, seen: Seen, tangents: Array) -> None:
+        """One kernel, some steps at a time so that memory stays small."""
+        total, sub, lanes, m = grid.steps.size, grid.substeps, kernel.lanes, self.readings
+        rows = min(total, kernel.rows)
+        w, passed = np.empty((rows, m * (lanes + 1))), np.empty((rows, self.states))
+        for begin in range(0, total, rows):
+            n = min(rows, total - begin)
+            kernel(n, z, grid.inputs[begin:], grid.steps[begin:], self.constants, w, passed)
+            self._refuse_not_finite(grid, begin, passed[:n], w[:n])
+            at = slice(-begin % sub, n, sub)  # of the substeps, those that begin a sample
+            samples = slice(-(-begin // sub), (begin + n - 1) // sub + 1)
+            seen.readings[:, samples] = w[at, m * lanes :].T
+            if lanes:
+                carried = w[at, : m * lanes].reshape(-1, m, lanes)[:, :, : tangents.shape[2]]
+                tangents[:, samples] = carried.transpose(1, 0, 2)
+            if seen.trail.size:
+                seen.trail[:, samples] = passed[at].T
+            if samples.stop > samples.start:
+                seen.final[:] = passed[at][-1]
+
+    def _refuse_not_finite(self, grid: Grid, begin: int, states: Array, w: Array) -> None:
+        # A sum is the cheap test; that the sum alone overflows is settled by the full one.
+        with np.errstate(invalid="ignore", over="ignore"):
+            if np.isfinite(states.sum() + w.sum()):
+                return
+        readings = w[:, w.shape[1] - self.readings :]
+        for what, rows in (("", np.hstack([states, readings])), ("a derivative to an unknown", w)):
+            if (row := first_odd(rows)) is not None:
+                at = begin + row
+                step = grid.steps[max(min(at, grid.steps.size - 1) - 1, 0)]
+                raise left_the_numbers(
+                    self.model, grid.time[at // grid.substeps], step, what or culprit(rows, row, self.names)
+                )
+
+
+def blocks(unknowns: int) -> list[slice]:
+    """The unknowns in blocks that a kernel can carry; one empty block where there are none."""
+    return [slice(first, min(first + MOST, unknowns)) for first in range(0, max(unknowns, 1), MOST)]
