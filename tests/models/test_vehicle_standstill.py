@@ -67,3 +67,12 @@ def test_let_go_on_a_slope_it_rolls_back() -> None:
     assert -9.80665 * 0.12 < rate < -0.9  # weight less rolling resistance, over the mass and all that turns
     assert found.outputs["speed"][-1] < -3.0
     assert found.outputs["acceleration"][5990] == pytest.approx(9.80665 * np.sin(np.arctan(0.12)), rel=1e-3)
+
+
+def test_light_wheels_on_stiff_tires_hold_under_hard_brakes_too() -> None:
+    car = {"tire_B": 25.0, "tire_C": 1.9, "tire_D": 1.2, "wheel_inertia": 0.8, "driveline_inertia": 0.3}
+    case = CASES["with locked wheels"]
+    time = np.arange(20_001) * 1e-3
+    found = simulate(drive(time, {"speed": case.speed}, **pedals(time, *case.knots)), car)
+    late = time > 15
+    assert max(np.max(np.abs(found.states[n][late])) for n in ("speed", "wheel_speed_fl", "wheel_speed_rr")) < 1e-6

@@ -69,11 +69,11 @@ class Account:
         sideways = x["lateral_speed"] + ahead * x["yaw_rate"] + p["cg_height"] * x["roll_rate"]
         sliding = x[f"wheel_speed_{at}"] * p["wheel_radius"] - hub
         peak = p["tire_D"] * (1.0 - p["tire_load_sensitivity"] * (load - static))
-        tread = 0.08 / (1.0 + hub**4)
-        b = p["tire_B"] * (x[f"slip_{at}"] + tread * sliding)
+        tread = 1.0 / (1.0 + hub**4)
+        b = p["tire_B"] * (x[f"slip_{at}"] + tread / p["tire_B"] * sliding)
         forward = load * peak * np.sin(p["tire_C"] * np.arctan(b - p["tire_E"] * (b - np.arctan(b))))
         self.forward[at] = forward
-        lateral = x[f"lateral_slip_{at}"] - tread * sideways
+        lateral = x[f"lateral_slip_{at}"] - tread / p["tire_cornering_stiffness"] * sideways
         line = p["tire_cornering_stiffness"] * lateral
         left = load * line / np.hypot(1.0, line / peak)
         self.lost += forward * sliding - left * sideways
@@ -82,7 +82,7 @@ class Account:
         p, x, r = self.p, self.x, self.p["wheel_radius"]
         rim, rub = r * x[f"wheel_speed_{at}"], r * (x[f"wheel_speed_{at}"] + x["pitch_rate"])
         self.lost += p["rolling_resistance"] * load * rim * sense(x[f"rolling_bend_{at}"], rim, 0.1)
-        self.lost += brake / 2 / r * rub * sense(x[f"brake_bend_{at}"], rub, 2e-3)
+        self.lost += brake / 2 / r * rub * sense(x[f"brake_bend_{at}"], rub, 1e-3)
 
     def _shaft(self, at: str, side: str, torque: Array) -> None:
         p, x = self.p, self.x

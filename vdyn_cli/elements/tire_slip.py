@@ -6,7 +6,7 @@ from vdyn_cli.engine.bench import Number, Signals
 from vdyn_cli.engine.maths import soft_abs, sqrt
 
 QUICKEST = 1e-3  # s, no slip changes faster, so that a fixed step can follow it
-TREAD_DAMPING = 0.08  # s/m, slip per sliding speed
+TREAD_DAMPING = 1.0  # s/m, per stiffness: slip per sliding speed
 STILL = 1e-4  # m/s, below which slip does not leak away
 WIDEST = 2.0  # slip beyond which sliding winds the tread up no further
 
@@ -16,8 +16,8 @@ def fresh_tread(s: Signals) -> Number:
 
     e = |v| + |vs| (s/2)^4
 
-    At speed it is the hub's, for the wheel rolls. In a spin at rest the second term keeps the slip below 1.8; at a slip
-    of 0.2 it is 1e-5 of the first.
+    At speed it is the hub's, for the wheel rolls. In a spin at rest the second term keeps the slip below 1.8; beside a
+    rolling wheel's it is nothing (at a slip of 0.2, 2e-5 of it). A rim that spins at more than 200 m/s is beyond it.
 
     Parameters
     ----------
@@ -55,14 +55,15 @@ def slip_rate(s: Signals) -> Number:
 def damped_slip(s: Signals) -> Number:
     """The slip that the tread's rubber answers to: near rest it also damps.
 
-    s + c vs / (1 + v^4),   c = 0.08 s/m
+    s + c/k vs / (1 + v^4),   c = 1 s/m
 
     Parameters
     ----------
-    s : slip, sliding vs m/s, speed v m/s.
+    s : slip, sliding vs m/s, speed v m/s, stiffness k (of the force over the slip, per peak friction and load).
 
     Notes
     -----
-    Without it a car that has stopped rocks on its tires for ever. Above 5 m/s nothing is left of it.
+    Without it a car that has stopped rocks on its tires for ever. Above 5 m/s nothing is left of it. A stiffer tire
+    damps no more: a fixed step of 1 ms must follow a light wheel on it.
     """
-    return s.slip + s.sliding * (TREAD_DAMPING / (1.0 + s.speed**4))
+    return s.slip + s.sliding * (TREAD_DAMPING / s.stiffness / (1.0 + s.speed**4))

@@ -19,7 +19,7 @@ from vdyn_cli.engine.bench import Bench, Number, Signals
 from vdyn_cli.engine.maths import GRAVITY
 
 ROLLING_DAMPING = 0.1  # s, a bristle's damping time
-BRAKE_DAMPING = 2e-3  # s
+BRAKE_DAMPING = 1e-3  # s
 CONTACT_LAG = 2e-3  # s, within which a tire's damping follows the road's height
 
 
@@ -187,7 +187,7 @@ def _contact(
         tire,
         name,
         load=load,
-        slip=e(damped_slip, name, slip=slip, sliding=sliding, speed=speed),
+        slip=e(damped_slip, name, slip=slip, sliding=sliding, speed=speed, stiffness=p.tire_B),
         tire_B=p.tire_B,
         tire_C=p.tire_C,
         tire_D=grip,
@@ -197,7 +197,14 @@ def _contact(
         cornering,
         name,
         load=load,
-        slip=e(damped_slip, f"_lateral{name}", slip=lateral, sliding=-sideways, speed=speed),
+        slip=e(
+            damped_slip,
+            f"_lateral{name}",
+            slip=lateral,
+            sliding=-sideways,
+            speed=speed,
+            stiffness=p.tire_cornering_stiffness,
+        ),
         tire_D=grip,
         tire_cornering_stiffness=p.tire_cornering_stiffness,
     )
