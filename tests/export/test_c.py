@@ -87,7 +87,8 @@ def test_defaults_are_the_estimates_and_comments_say_what_was_assumed(tmp_path):
     assert Compiled(program, tmp_path).defaults()["mass"] == 1430.0
     assert "double mass; /* kg, vehicle mass as tested */" in program.header
     assert re.search(r"double brake_share_front; /\* .*assumed: .*\*/", program.header)
-    assert all(re.search(rf"double {name}; /\* \S", program.header) for name in program.inputs + program.outputs)
+    for name in (*program.states, *program.inputs, *program.parameters, *program.outputs):
+        assert re.search(rf"double {name}; /\* \S+.*, \S+", program.header), name
 
 
 def test_extensions_that_an_earlier_step_left_are_in_the_model(tmp_path):

@@ -18,10 +18,10 @@ from vdyn_cli.export import Made, Options
 from vdyn_cli.export.fmu_description import Variable, description
 from vdyn_cli.export.fmu_source import source
 from vdyn_cli.export.given import Given
-from vdyn_cli.export.machine import STEP, Machine, comment, machine
-from vdyn_cli.quantity import Quantity
+from vdyn_cli.export.machine import STEP, Machine, machine
+from vdyn_cli.export.words import OWN, comment
 
-START = Quantity("start_speed", "m/s", "speed to start with", "", 0, 100)
+START = OWN["start_speed"]
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the oldest time that a zip can hold: the same bytes from the same parameters
 # FMI 2.0's names of platforms, by system, machine and pointer size; and how a compiler is asked for a library there.
 PLATFORMS: Mapping[tuple[str, str], tuple[str, str, tuple[str, ...]]] = {

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from vdyn_cli.errors import Finding, raise_all
+from vdyn_cli.export.words import of_parameter
 from vdyn_cli.models.vehicle_defaults import FOLLOWING, complete
 from vdyn_cli.parameters import GIVERS, Parameters, read_parameters
-from vdyn_cli.quantity import Quantity
 from vdyn_cli.vocabulary import PARAMETERS
 
 
@@ -118,14 +118,9 @@ def refuse_missing(given: Given, names: Iterable[str], what: str) -> None:
 
 def _missing(given: Given, giver: str | None, names: list[str], what: str) -> Finding:
     listed = ", ".join(names)
-    stated = f"state '{names[0]}: <number> {quantity_of(names[0]).unit}".rstrip() + "' "
+    stated = f"state '{names[0]}: <number> {of_parameter(names[0]).unit}".rstrip() + "' "
     stated += "and the like under vehicle" if len(names) > 1 else "under vehicle"
     if giver is None:
         return Finding(given.source, f"{what} needs {listed}, which nobody gave", remedy=f"{stated}, and run again")
     remedy = f"add a '{giver}' test to the pipeline, or {stated}"
     return Finding(given.source, f"{what} needs {listed}, which 'vdyn {giver}' gives", remedy=remedy)
-
-
-def quantity_of(name: str) -> Quantity:
-    """The quantity of a parameter; one without unit and meaning where the vocabulary has no such word."""
-    return PARAMETERS.get(name) or Quantity(name, "", "")

@@ -10,25 +10,12 @@ from vdyn_cli.engine.c_source import CProgram, c_program
 from vdyn_cli.engine.graph import Graph, trace
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.offer import offered
-from vdyn_cli.export.given import Cause, Given, completed, quantity_of
+from vdyn_cli.export.given import Cause, Given, completed
+from vdyn_cli.export.words import comment, of_parameter, of_signal, of_state
 from vdyn_cli.models.vehicle import Driven, vehicle
 from vdyn_cli.quantity import Quantity
-from vdyn_cli.vocabulary import CHANNELS, PARAMETERS
 
 STEP = 1e-3  # s, the longest step that resolves half-shafts and wheel hop
-CONTEXT = {
-    "heading": Quantity(
-        "heading", "", "+1 or -1 out or back on the test track, 0: its wind and slope do not blow here"
-    ),
-    "temperature": PARAMETERS["temperature"],
-}
-MORE = {
-    "elapsed": Quantity("elapsed", "s", "time since the start; only what changes with it looks at it"),
-    **{
-        f"road_{at}": Quantity(f"road_{at}", "m", f"height of the road under the {where} wheel")
-        for at, where in (("fl", "front left"), ("fr", "front right"), ("rl", "rear left"), ("rr", "rear right"))
-    },
-}
 
 
 @dataclass(frozen=True)
@@ -62,7 +49,8 @@ class Machine:
 
     def program(self, name: str, title: str) -> CProgram:
         """The machine in C, with a start speed; steps are the caller's and at most STEP long."""
-        comments = {n: comment(q) + _doubt(self.assumed.get(n)) for n, q in self.quantities.items()}
+        comments = {n: comment(of_state(n)) for n in self.graph.states}
+        comments |= {n: comment(q) + _doubt(self.assumed.get(n)) for n, q in self.quantities.items()}
         words = (title, f"SI units. Driven: {self.driven}. Steps of at most {STEP:g} s.", *self.causes_in_words)
         return c_program(
             self.graph, 1, name, start=("speed",), defaults=self.values, comments=comments, title="\n   ".join(words)
@@ -85,11 +73,9 @@ def machine(given: Given, driven: Driven) -> Machine:
     graph = trace(model, effects)
     unknowns = {name: value for cause in taken for name, value in cause.unknowns.items()}
     everything = {**graph.defaults, **values, **context, **unknowns}
-    quantities = {name: quantity_of(name) for name in model.parameters}
-    quantities |= {name: CHANNELS.get(name) or MORE.get(name) or Quantity(name, "", "") for name in model.inputs}
-    quantities |= {name: CHANNELS.get(name) or Quantity(name, "", "") for name in graph.outputs}
+    quantities = {name: of_parameter(name) for name in (*model.parameters, *model.context)}
+    quantities |= {name: of_signal(name) for name in (*model.inputs, *graph.outputs)}
     quantities |= {name: quantity for effect in effects for name, quantity in effect.unknowns.items()}
-    quantities |= {name: CONTEXT[name] for name in model.context}
     return Machine(model, effects, graph, everything, quantities, assumed, taken, words, driven)
 
 
@@ -123,11 +109,6 @@ def accepted(model: Model, causes: Iterable[Cause]) -> tuple[tuple[Cause, ...], 
             notes.append(f"taken in {cause.effect}: {sizes}")
     order = list(known)
     return tuple(sorted(taken, key=lambda cause: order.index(cause.effect))), tuple(notes)
-
-
-def comment(quantity: Quantity) -> str:
-    """Unit and meaning, as a comment."""
-    return ", ".join(part for part in (quantity.unit or "1", quantity.meaning) if part)
 
 
 def _doubt(why: str | None) -> str:

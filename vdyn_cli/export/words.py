@@ -1,0 +1,65 @@
+"""Unit and meaning of everything in the exported vehicle: the vocabulary's words, and those that only a model has."""
+
+from __future__ import annotations
+
+from vdyn_cli.quantity import Quantity
+from vdyn_cli.vocabulary import CHANNELS, PARAMETERS
+
+WHEELS = {"_fl": "front left", "_fr": "front right", "_rl": "rear left", "_rr": "rear right"}
+
+Q = Quantity
+_OWN = (
+    Q("rolling_speed", "s/m", "rise of the rolling resistance coefficient with speed"),
+    Q("wind_variance", "m^2/s^2", "variance of the gusts along the road"),
+    Q("heading", "", "+1 or -1 on the way out or back on the test track; 0 where that means nothing"),
+    Q("elapsed", "s", "time since the start; only what changes with it looks at it"),
+    Q("start_speed", "m/s", "speed to start with"),
+    Q("road", "m", "height of the road under the wheel"),
+    Q("position", "m", "distance along the road"),
+    Q("lateral_position", "m", "distance to the left"),
+    Q("lateral_speed", "m/s", "speed to the left"),
+    Q("heave", "m", "height of the body's centre beyond rest"),
+    Q("heave_rate", "m/s", "its rate"),
+    Q("pitch", "rad", "pitch angle, nose-up positive"),
+    Q("pitch_rate", "rad/s", "its rate"),
+    Q("roll", "rad", "roll angle, left side up positive"),
+    Q("roll_rate", "rad/s", "its rate"),
+    Q("yaw", "rad", "yaw angle, to the left positive"),
+    Q("yaw_rate", "rad/s", "its rate"),
+    Q("run_time", "s", "time since the start"),
+    Q("wheel_height", "m", "height of the wheel beyond rest"),
+    Q("wheel_rate", "m/s", "its rate"),
+    Q("contact", "m", "height of the road as the tire's damping follows it"),
+    Q("slip", "", "slip that has built up in the tire, driving positive"),
+    Q("lateral_slip", "", "the same to the side"),
+    Q("rolling_bend", "", "-1 to 1, sense of the rolling resistance"),
+    Q("brake_bend", "", "-1 to 1, sense of the friction in the brake"),
+    Q("twist", "rad", "twist of the half-shaft"),
+    Q("inner_speed", "rad/s", "angular speed of the half-shaft's inner end"),
+)
+OWN = {quantity.name: quantity for quantity in _OWN}
+
+
+def of_parameter(name: str) -> Quantity:
+    """A parameter, or what a run has besides."""
+    return PARAMETERS.get(name) or OWN.get(name) or Quantity(name, "", "")
+
+
+def of_signal(name: str) -> Quantity:
+    """An input or an output, perhaps of one wheel."""
+    return CHANNELS.get(name) or of_state(name)
+
+
+def of_state(name: str) -> Quantity:
+    """A state, perhaps of one wheel; an effect's own state has no words but its name."""
+    wheel = WHEELS.get(name[-3:])
+    stem = name[:-3] if wheel else name
+    known = OWN.get(stem) or CHANNELS.get(stem)
+    if known is None:
+        return Quantity(name, "", "")
+    return Quantity(name, known.unit, f"{known.meaning}, {wheel}" if wheel else known.meaning)
+
+
+def comment(quantity: Quantity) -> str:
+    """Unit and meaning in one line."""
+    return ", ".join(part for part in (quantity.unit or "1", quantity.meaning) if part)
