@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -101,3 +103,22 @@ def test_a_parameter_file_without_a_diagnosis_is_one(tmp_path):
     path.write_text(json.dumps(plain), encoding="utf-8")
     run_export(path, "tir", tmp_path / "made", "car", "front", tell=lambda text, detail=False: None)
     assert len(plain["parameters"]) == len(CAR)
+
+
+def test_the_command_line(tmp_path):
+    path = written(tmp_path)
+
+    def vdyn(*arguments: str) -> subprocess.CompletedProcess[str]:
+        start = "import sys; from vdyn_cli.cli import main; sys.argv[0] = 'vdyn'; main()"
+        return subprocess.run(
+            [sys.executable, "-c", start, "export", *arguments], capture_output=True, text=True, check=False
+        )
+
+    done = vdyn(str(path), "--to", "abc", "-o", str(tmp_path / "made"), "--name", "car")
+    assert (done.returncode, done.stdout) == (0, "")
+    assert "car_road_load.csv" in done.stderr
+    assert (tmp_path / "made" / "car_road_load.csv").exists()
+    wrong = vdyn(str(path), "--to", "tri")
+    assert wrong.returncode == 2
+    assert wrong.stderr == "--to: is no format of vdyn export (got 'tri')\n    -> did you mean tir?\n"
+    assert vdyn(str(path)).returncode == 2
