@@ -7,14 +7,8 @@ from vdyn_cli.engine.bench import Law, Number, Signals
 from vdyn_cli.quantity import Quantity
 
 
-def _behind(slip: Law, s: Signals, q: Signals) -> Number:
-    """The slip that the tire feels, s less what it changed within the length: s - q ds/dx."""
-    return slip(s) - q.tire_relaxation * s.slip_gradient
-
-
 @effect(
     on="parameters",
-    also={"slip": _behind},
     unknowns=(Quantity("tire_relaxation", "m", "relaxation length beyond the model's", "sigma", -0.3, 1.0),),
     reference="Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012: 0.1 to 0.5 m along; longer when worn, hot or soft",
     label="slip that builds up over another length",
@@ -26,7 +20,7 @@ def _behind(slip: Law, s: Signals, q: Signals) -> Number:
 def tire_relaxation(parameters: Law, s: Signals, q: Signals) -> Number:
     """A tire that has to roll farther, or less far, than the model says until its slip has built up.
 
-    (sigma + q) s' = (r om - V) - |V| s. Where the slip is measured and the force follows it at once, the force then
-    belongs to the slip of a distance q before.
+    (sigma + q) s' = (r om - V) - |V| s. Where the slip is measured, the force belongs to the slip of that distance
+    before.
     """
     return parameters(s.but(tire_relaxation_length=s.tire_relaxation_length + q.tire_relaxation))

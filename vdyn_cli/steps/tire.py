@@ -21,16 +21,21 @@ Sources: Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012; Buggaveeti et al., S
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
-from vdyn_cli.estimation.tire.tire_regression import SHAPE, TireFit
-from vdyn_cli.fit import Solution
+from vdyn_cli.estimation.sizes import sizes_found
+from vdyn_cli.estimation.tire.bins import Bins, bin_sweep
+from vdyn_cli.estimation.tire.tire_regression import TireFit
+from vdyn_cli.fit import Regression, Solution, Unknown, solve
 from vdyn_cli.log import Log
-from vdyn_cli.models.tire_curve import Bins, bin_sweep, peak_slip
+from vdyn_cli.models.tire_curve import SHAPE, SLIP_CURVE, TIRE_CURVE, peak_slip
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.result import Comparison, Figure, FitSummary, Result, Series, Table
@@ -110,22 +115,84 @@ def _upside_down(log: Log) -> Finding | None:
     return None
 
 
-def estimate(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> Result:
-    """Fit the curve; publish what the sweeps determine."""
-    data = sweeps(spec, logs, known)
-    bins = [bin_sweep(log) for log in data]
-    radius = known.estimates.get("wheel_radius")
-    radius_std = radius.std / radius.value if radius and "slip" not in logs[0] else 0.0
-    fit = TireFit(bins, radius_std=radius_std)
+@dataclass(frozen=True)
+class Fitted:
+    """The curve as far as the sweeps tell it; ``peak`` is the slip of its peak, None where no sweep got there."""
+
+    fit: TireFit
+    solution: Solution
+    peak: float | None
+
+
+def _fitted(
+    bins: Sequence[Bins], radius_std: float, effects: Sequence[Effect] = (), extra: Sequence[Unknown] = ()
+) -> Fitted:
+    """The whole curve where the sweeps go beyond its peak, else one whose shape is free within what tyres have."""
     furthest = max(float(np.abs(b.slip).max()) for b in bins)
+    fit = TireFit(bins, None, radius_std, effects, extra)
     try:
         solution = fit.solve()
         peak = peak_slip(*(solution.values[n] for n in ("tire_B", "tire_C", "tire_E")))
         if peak < furthest:
-            return _whole(fit, solution, peak, data)
+            return Fitted(fit, solution, peak)
     except ResultError:
         pass  # the shape beyond the slope is not determined
-    return _slope_only(bins, radius_std, furthest, data)
+    fit = TireFit(bins, SHAPES, radius_std, effects, extra)
+    return Fitted(fit, fit.solve(), None)
+
+
+def _data(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> tuple[tuple[Log, ...], list[Bins], float]:
+    """The sweeps, averaged, and the relative standard deviation of the radius that their slip was computed with."""
+    data = sweeps(spec, logs, known)
+    radius = known.estimates.get("wheel_radius")
+    radius_std = radius.std / radius.value if radius and "slip" not in logs[0] else 0.0
+    return data, [bin_sweep(log) for log in data], radius_std
+
+
+def model(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> Model:
+    """The curve, with or without a speed."""
+    return TIRE_CURVE if all("vehicle_speed" in log for log in logs) else SLIP_CURVE
+
+
+def regression(
+    spec: TireSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Regression:
+    """All bins of all sweeps, with ``effects`` on the curve.
+
+    Slips are projected onto the curve that the fit with all effects finds, where the sweeps determine that (with
+    priors on ``extra`` they always do), else onto the plain one.
+
+    Parameters
+    ----------
+    extra : the effects' unknowns, shared by all sweeps; those left out stay zero, or nominal.
+    """
+    _, bins, radius_std = _data(spec, logs, known)
+    plain = _fitted(bins, radius_std)
+    fit, start = TireFit(bins, plain.fit.shape, radius_std, effects, extra), plain.solution.values
+    try:
+        at = solve(fit.regression(start)).values if extra else start
+    except ResultError:
+        at = start
+    return fit.regression(at, start)
+
+
+def estimate(
+    spec: TireSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Result:
+    """Fit the curve, and the unknowns of ``effects`` if there are any; publish what the sweeps determine."""
+    data, bins, radius_std = _data(spec, logs, known)
+    found = _fitted(bins, radius_std, effects, extra)
+    if found.peak is not None:
+        return _whole(found.fit, found.solution, found.peak, data)
+    return _slope_only(found.fit, found.solution, data)
 
 
 def _slope(solution: Solution) -> tuple[float, float, tuple[float, float]]:
@@ -148,10 +215,10 @@ def _whole(fit: TireFit, solution: Solution, peak: float, logs: Sequence[Log]) -
     return _result(fit, solution, Parameters(estimates, correlation), sentence, (), logs, peak)
 
 
-def _slope_only(bins: Sequence[Bins], radius_std: float, furthest: float, logs: Sequence[Log]) -> Result:
+def _slope_only(fit: TireFit, solution: Solution, logs: Sequence[Log]) -> Result:
     """The slope at zero slip alone; the rest of the curve is free within what tyres have."""
-    fit = TireFit(bins, SHAPES, radius_std)
-    solution = fit.solve()
+    bins = fit.sweeps
+    furthest = max(float(np.abs(b.slip).max()) for b in bins)
     value, std, interval = _slope(solution)
     name = "tire_longitudinal_stiffness"
     most = max(float(np.max(np.abs(b.force / b.load))) for b in bins)
@@ -199,7 +266,10 @@ def _result(
     )
     figures = (_curve_figure(fit, solution, peak), _residual_figure(fit, off))
     findings = tuple(f for log in logs for f in log.findings)
-    return Result("tire", sentence, parameters, summary, METHODS, comparisons, figures, (_noise_table(fit),), findings)
+    return Result(
+        "tire", sentence, parameters, summary, METHODS, comparisons, figures, (_noise_table(fit),), findings,
+        sizes_found(solution, fit.extra),
+    )  # fmt: skip
 
 
 def _curve_figure(fit: TireFit, solution: Solution, peak: float | None) -> Figure:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.errors import Finding, ResultError
+from vdyn_cli.estimation.tire.bins import Bins
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve
-from vdyn_cli.models.tire_curve import TIRE_CURVE, Bins
+from vdyn_cli.models.tire_curve import SHAPE, SLIP_CURVE, TIRE_CURVE
 
 Array = NDArray[np.float64]
 
-SHAPE = ("tire_B", "tire_C", "tire_D", "tire_E")
 # Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would push the wrong way.
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
 STARTS = (1.3, 1.6, 1.9)  # of C: a wrong one can end in a valley of its own
@@ -48,7 +48,7 @@ class TireFit:
     ----------
     shape : (mean, standard deviation) of shape factors as tyres have them, for sweeps that end before the peak.
     radius_std : relative standard deviation of the wheel radius that the slip was computed with; 0 leaves it out.
-    effects, effect_unknowns : candidate causes that correct the curve, and their unknowns.
+    effects, extra : candidate causes that correct the curve, and their unknowns.
     """
 
     def __init__(
@@ -57,14 +57,18 @@ class TireFit:
         shape: Mapping[str, tuple[float, float]] | None = None,
         radius_std: float = 0.0,
         effects: Sequence[Correction] = (),
-        effect_unknowns: Sequence[Unknown] = (),
+        extra: Sequence[Unknown] = (),
     ) -> None:
         self.sweeps, self.shape, self.radius_std = tuple(sweeps), dict(shape or {}), radius_std
-        self.effect_unknowns = tuple(effect_unknowns)
-        self._unknowns = (*SHAPE, "radius_error", *(u.name for u in effect_unknowns))
-        values = {**_start(self.sweeps), "radius_error": 0.0}
-        self._simulator = Simulator(TIRE_CURVE, values, self._unknowns, effects)
-        self._values = values
+        self.extra = tuple(extra)
+        self._unknowns = (*SHAPE, "radius_error", *(u.name for u in extra))
+        self._driven = all(b.speed is not None for b in sweeps)
+        usual = float(np.mean(np.concatenate([b.load for b in sweeps])))
+        self._values = {**_start(self.sweeps), "radius_error": 0.0, **{u.name: u.start for u in extra}}
+        model, given = SLIP_CURVE, {"static_load": usual}
+        if self._driven:
+            model, given = TIRE_CURVE, {**given, "tire_relaxation_length": 0.0}
+        self._simulator = Simulator(model, {**self._values, **given}, self._unknowns, effects)
 
     def solve(self) -> Solution:
         """Fit from several shapes, projecting the slips anew until the curve no longer moves; the best one.
@@ -87,20 +91,21 @@ class TireFit:
     def _settle(self, values: Mapping[str, float]) -> Solution:
         for _ in range(12):
             solution = solve(self.regression(values))
-            moved = max(abs(solution.values[n] - values.get(n, 0.0)) / solution.std[n] for n in solution.names)
+            moved = max(abs(solution.values[n] - values.get(n, np.inf)) / solution.std[n] for n in solution.names)
             values = solution.values
             if moved < 1e-2:
                 return solution
         finding = Finding("fit", "the slips do not settle on the curve", "", "check the slip's noise and the radius")
         raise ResultError(finding)
 
-    def regression(self, at: Mapping[str, float]) -> Regression:
-        """The regression over all sweeps, slips projected onto the curve ``at``."""
-        shape = [Unknown(n, at.get(n, self._values[n]), *RANGES[n], prior=self.shape.get(n)) for n in SHAPE]
+    def regression(self, at: Mapping[str, float], start: Mapping[str, float] | None = None) -> Regression:
+        """The regression over all sweeps, slips projected onto the curve ``at``; it begins at ``start``, or there."""
+        begin = {**self._values, **(at if start is None else start)}
+        shape = [Unknown(n, begin[n], *RANGES[n], prior=self.shape.get(n)) for n in SHAPE]
         if self.radius_std > 0:
             prior = (0.0, self.radius_std)
             shape.append(Unknown("radius_error", 0.0, -0.2, 0.2, prior=prior, nuisance=True))
-        unknowns = (*shape, *self.effect_unknowns)
+        unknowns = (*shape, *(replace(u, start=begin[u.name]) for u in self.extra))
         names = [u.name for u in unknowns]
         columns = [self._unknowns.index(n) for n in names]
         feet = [self.foot(run, at) for run in range(len(self.sweeps))]
@@ -135,14 +140,21 @@ class TireFit:
 
     def force(self, slip: Array, load: float, values: Mapping[str, float]) -> Array:
         """The curve itself, N, at increasing slips."""
-        drive = Drive(np.arange(slip.size, dtype=float), {"slip": slip, "load": load})
+        inputs: dict[str, ArrayLike] = {"slip": slip, "load": load}
+        if self._driven:
+            speeds = np.concatenate([b.speed for b in self.sweeps if b.speed is not None])
+            inputs |= {"speed": float(np.mean(speeds)), "slip_gradient": 0.0}
+        drive = Drive(np.arange(slip.size, dtype=float), inputs)
         return np.asarray(self._simulator(drive, self._theta(values), sensitivities=False).outputs["force_x"])
 
     def _theta(self, values: Mapping[str, float]) -> Array:
         return np.array([values.get(n, self._values.get(n, 0.0)) for n in self._unknowns])
 
     def _curve(self, b: Bins, slip: Array, theta: Array) -> tuple[Array, Array, Array]:
-        simulated = self._simulator(Drive(b.time, {"slip": slip, "load": b.load}), theta)
+        inputs = {"slip": slip, "load": b.load}
+        if b.speed is not None:
+            inputs |= {"speed": b.speed, "slip_gradient": b.slip_gradient}
+        simulated = self._simulator(Drive(b.time, inputs), theta)
         jacobian = simulated.sensitivities["force_x"]
         # Slip moves by 1 + s per relative radius error; a locked wheel stands still whatever its radius.
         rolling = np.maximum(1 + slip, 0.02)

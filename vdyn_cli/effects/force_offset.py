@@ -1,0 +1,26 @@
+"""A longitudinal force with a wrong zero."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="force_x",
+    unknowns=(Quantity("force_offset", "N", "what the force channel reads without force", "F0", -500, 500),),
+    reference="0.1 % of 24 kN is 24 N; rolling resistance in the channel is 30 to 60 N",
+    label="a longitudinal force with a wrong zero",
+    signature="Force over slip is shifted up or down by the same everywhere, plateaus as well as slope.",
+    alike=("slip_offset",),
+    confirm="Lift the wheel and read the force.",
+    sensor=True,
+    steps=("tire",),
+)
+def force_offset(force_x: Law, s: Signals, q: Signals) -> Number:
+    """A force channel that is off by the same everywhere.
+
+    F_read = F + F0.
+    """
+    return force_x(s) + q.force_offset

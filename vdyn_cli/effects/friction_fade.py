@@ -1,0 +1,28 @@
+"""Friction that is lost with sliding speed."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.engine.maths import soft_abs
+from vdyn_cli.quantity import Quantity
+
+CORNER = 0.05  # m/s
+
+
+@effect(
+    on="friction",
+    unknowns=(Quantity("friction_fade", "s/m", "share of friction lost per sliding speed", "kv", -0.005, 0.06),),
+    reference="sliding friction of rubber on wet and dry roads: 0.5 to 3 % per m/s; ranges as in Pacejka 2012, 4.3.2",
+    label="friction that fades with sliding speed",
+    signature="Beyond the peak a fast sweep falls more steeply than a slow one.",
+    alike=("tire_C", "tire_E", "load_sensitivity"),
+    confirm="Sweep beyond the peak at a third of the speed.",
+    steps=("tire",),
+)
+def friction_fade(friction: Law, s: Signals, q: Signals) -> Number:
+    """Rubber that grips less the faster it slides, beyond what the curve's own fall over slip says.
+
+    D (1 - kv |vs|), vs = s V.
+    """
+    return friction(s) * (1 - q.friction_fade * soft_abs(s.sliding, CORNER))

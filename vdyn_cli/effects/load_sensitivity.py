@@ -1,0 +1,27 @@
+"""Friction that falls with the load."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="friction",
+    unknowns=(
+        Quantity("load_sensitivity", "1/N", "share by which friction falls per newton of load", "k", -2e-5, 1.5e-4),
+    ),
+    reference="Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, 4.3.2: 1 to 4 % per kN for passenger cars",
+    label="friction that falls with the load",
+    signature="Sweeps at a higher load lie below those at a lower one, most of all at the peak.",
+    alike=("tire_D", "friction_fade"),
+    confirm="Sweep at half and at twice the load, at one speed.",
+    steps=("tire",),
+)
+def load_sensitivity(friction: Law, s: Signals, q: Signals) -> Number:
+    """A tire that grips less, per newton, the more it carries.
+
+    D (1 - k (Fz - F0)), F0 the mean load of all sweeps.
+    """
+    return friction(s.but(tire_load_sensitivity=s.tire_load_sensitivity + q.load_sensitivity))

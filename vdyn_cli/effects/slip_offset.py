@@ -1,0 +1,26 @@
+"""A slip with a wrong zero."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="slip",
+    unknowns=(Quantity("slip_offset", "", "what the slip reads where there is none", "s0", -0.05, 0.05),),
+    reference="1 % of wheel radius is 1 % of slip; unloaded, rolling and static radius differ by 1 to 4 %",
+    label="a slip with a wrong zero",
+    signature="The curve crosses zero force beside zero slip.",
+    alike=("force_offset", "wheel_radius"),
+    confirm="Let the wheel roll free at the speed of the sweeps: its slip there is the zero.",
+    sensor=True,
+    steps=("tire",),
+)
+def slip_offset(slip: Law, s: Signals, q: Signals) -> Number:
+    """A slip that is off by the same everywhere: the radius it was computed with, or one of the speeds.
+
+    s = s_read - s0.
+    """
+    return slip(s) - q.slip_offset
