@@ -13,6 +13,7 @@ import numpy as np
 
 from vdyn_cli.engine.bench import Bench, Correction, Number, Signals
 from vdyn_cli.engine.dual import refuse_unknown_operations
+from vdyn_cli.engine.lead import leads_of, now_of, slope_of
 from vdyn_cli.engine.model import Model
 
 
@@ -23,7 +24,8 @@ class Graph:
     ``field(x, u, p) -> (rates of the states, readings)``: the constants ``p`` are the model's parameters,
     the effects' unknowns and the context, in the order of ``constants``. The readings are the outputs, followed by the
     rates of those in ``rated`` and the clock shifts of those in ``shifted``. What is shifted and not rated has no rate
-    that the graph knows: it must be found from the trace itself.
+    that the graph knows: it must be found from the trace itself. ``leads(p)`` are the seconds by which the inputs in
+    ``leading`` are read ahead (see ``lead``).
     """
 
     states: tuple[str, ...]
@@ -35,6 +37,8 @@ class Graph:
     shifted: tuple[str, ...]
     rated: tuple[str, ...]
     field: ca.Function
+    leading: tuple[str, ...]
+    leads: ca.Function
     _symbols: tuple[ca.SX, ca.SX, ca.SX]
     _start_laws: Mapping[str, ca.SX]
 
@@ -120,13 +124,16 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
         return x[name]
 
     bench = Bench(read, p, q, effects, c)
-    model.assemble(bench, Signals(**u))
+    leads = leads_of(bench, model.inputs)
+    model.assemble(bench, Signals(**leads.seen(u)))
     bench.finish(lambda of: ca.jtimes(ca.SX(of), *_moving(x, bench.rates)))
     if unmet := [effect.name for effect in effects if effect.name not in bench.met]:
         raise ValueError(f"model {model.name!r} has no element for the effect {', '.join(unmet)}")
     if odd := set(bench.rates) ^ set(x):
         raise ValueError(f"model {model.name!r}: a state needs one rate and a rate one state, not so {sorted(odd)}")
-    constants = {**p, **q, **c}
+    u |= {slope_of(name): slope for name, slope in leads.slope.items()}
+    now = {now_of(name): value for name, value in leads.now.items()}
+    constants = {**p, **q, **now, **c}
     rates = column(bench.rates[name] for name in x)
     readings = _readings(bench, column(x.values()), rates, column(u.values()))
     shifted = tuple(name for name, (_, _, shift) in readings.items() if not shift.is_zero())
@@ -144,12 +151,14 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
         states=tuple(x),
         inputs=tuple(u),
         constants=tuple(constants),
-        defaults=defaults,
+        defaults={**defaults, **dict.fromkeys(now, 0.0)},
         starts={name: float(start) for name, start in starts.items() if name not in laws},
         outputs=tuple(readings),
         shifted=shifted,
         rated=rated,
         field=field,
+        leading=tuple(leads.law),
+        leads=ca.Function("leads", [names[2]], [column(leads.law.values())]),
         _symbols=names,
         _start_laws=laws,
     )

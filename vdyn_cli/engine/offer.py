@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from vdyn_cli.engine.bench import Bench, Correction, Law, MissingSignalError, Number, Signals
 from vdyn_cli.engine.graph import constants_of, symbols
+from vdyn_cli.engine.lead import leads_of
 from vdyn_cli.engine.model import Model
 
 E = TypeVar("E", bound=Correction)
@@ -55,6 +56,6 @@ def offered(model: Model, catalogue: Iterable[E]) -> tuple[E, ...]:
     """
     effects = tuple(catalogue)
     bench = _Asking(model, effects)
-    model.assemble(bench, Signals(**symbols(model.inputs)))
+    model.assemble(bench, Signals(**leads_of(bench, model.inputs).seen(symbols(model.inputs))))
     bench.finish(lambda of: of)
     return tuple(e for e in effects if e.name in bench.met and e.name not in bench.lacking)

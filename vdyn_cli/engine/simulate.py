@@ -17,6 +17,7 @@ from vdyn_cli.engine.course import Course, Grid, Seen, blocks, grid
 from vdyn_cli.engine.drive import Drive, Simulated
 from vdyn_cli.engine.graph import refuse_unknown, trace
 from vdyn_cli.engine.kernel import Array, Kernel, Seeds
+from vdyn_cli.engine.lead import read_ahead
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.window import Window
 
@@ -105,6 +106,7 @@ class Simulator:
         ResultError : the simulation or a derivative is not finite; says what became so first, and when.
         ValueError : the shape of theta, or the names in the drive, do not fit.
         """
+        drive = self._ahead(drive, theta)
         packed = self._pack(drive)
         whole = self._grids.get(drive)
         if whole is None:
@@ -136,6 +138,7 @@ class Simulator:
         ------
         ResultError, ValueError : as a call; also ValueError where a clock is shifted farther than ``reach``.
         """
+        drive = self._ahead(drive, theta)
         packed, time = self._pack(drive), drive.time
         first_inputs = np.array([np.broadcast_to(drive.inputs[name], time.shape)[0] for name in self._graph.inputs])
         course = self._course(packed, first_inputs, theta, sensitivities)
@@ -149,6 +152,18 @@ class Simulator:
             window.add(time[begin:end], seen, last=end == time.size)
             if window.ready.stop > window.ready.start:
                 yield window.cut(self._result(window.time, window.seen))
+
+    def _ahead(self, drive: Drive, theta: ArrayLike) -> Drive:
+        """The drive itself, or with its late inputs read ahead by what theta and the drive's parameters say."""
+        graph = self._graph
+        if not graph.leading:
+            return drive
+        values = dict(zip(graph.constants, self._constants.tolist(), strict=True))
+        values |= drive.parameters
+        values |= zip(self.unknowns, np.asarray(theta, dtype=np.float64).tolist(), strict=True)
+        leads = graph.leads([values[name] for name in graph.constants]).full()[:, 0]
+        known = {name: lead for name, lead in zip(graph.leading, leads.tolist(), strict=True) if name in drive.inputs}
+        return read_ahead(drive, known)
 
     def _course(self, packed: _Packed, first_inputs: Array, theta: ArrayLike, sensitivities: bool) -> Course:
         """What moves: each kernel's states and tangents at the start."""

@@ -1,0 +1,65 @@
+"""Inputs that were logged late are read ahead, exactly and with exact derivatives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.engine.plants import ROAD, ROAD_LOAD
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.quantity import Quantity
+
+TIME = np.arange(0.0, 20.0, 0.02)
+KNOTS, FORCE = (0.0, 3.0, 3.4, 9.0, 9.1, 20.0), (0.0, 0.0, 1500.0, 1500.0, -300.0, -300.0)
+
+
+@effect(on="drive_force_lead", unknowns=(Quantity("late", "s", "delay"),), reference="none")
+def late_force(lead: Law, s: Signals, q: Signals) -> Number:
+    """A force that was logged late."""
+    return lead(s) + q.late
+
+
+def drive(delay: float) -> Drive:
+    force = np.interp(TIME - delay, KNOTS, FORCE)
+    return Drive(TIME, {"drive_force": force, "wind": 0.0, "grade": 0.01}, {}, {}, {"heading": 1.0})
+
+
+def simulator(*unknowns: str, backend: str = "auto") -> Simulator:
+    return Simulator(ROAD_LOAD, ROAD, unknowns, (late_force,), backend=backend)  # type: ignore[arg-type]
+
+
+def test_the_effect_is_offered():
+    assert offered(ROAD_LOAD, (late_force,)) == (late_force,)
+
+
+@pytest.mark.parametrize("backend", ["llvm", "vm"])
+def test_a_late_log_read_ahead_is_the_timely_log(backend):
+    timely = Simulator(ROAD_LOAD, ROAD)(drive(0.0)).outputs["speed"]
+    late = simulator("late", backend=backend)
+    assert np.array_equal(late(drive(0.0), [0.0]).outputs["speed"], timely)
+    assert late(drive(0.1), [0.1]).outputs["speed"] == pytest.approx(timely, rel=1e-12)
+    assert np.abs(late(drive(0.1), [0.0]).outputs["speed"] - timely).max() > 0.05
+
+
+def test_derivatives_are_those_of_the_shifted_log():
+    late, step = simulator("late", "drag_area"), 1e-5
+    found = late(drive(0.1), [0.05, 0.6]).sensitivities["speed"][:, 0]
+    ends = [late(drive(0.1), [0.05 + h, 0.6], sensitivities=False).outputs["speed"] for h in (step, -step)]
+    assert found == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-6 * np.abs(found).max())
+
+
+def test_a_lead_may_be_a_fixed_parameter_and_pieces_join():
+    fixed = Simulator(ROAD_LOAD, {**ROAD, "late": 0.1}, (), (late_force,))
+    whole = fixed(drive(0.1)).outputs["speed"]
+    assert whole == pytest.approx(simulator("late")(drive(0.1), [0.1]).outputs["speed"], rel=1e-14)
+    pieces = [piece.outputs["speed"] for piece in fixed.chunks(drive(0.1), samples=64)]
+    assert np.array_equal(np.concatenate(pieces), whole)
+
+
+def test_a_missing_input_is_named():
+    lacking = Drive(TIME, {"wind": 0.0, "grade": 0.0}, {}, {}, {"heading": 1.0})
+    with pytest.raises(ValueError, match="drive_force"):
+        simulator("late")(lacking, [0.0])

@@ -1,0 +1,28 @@
+"""A torque that comes late."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on=("drive_torque_lead", "drive_torque_left_lead", "drive_torque_right_lead"),
+    unknowns=(
+        Quantity("torque_delay", "s", "time by which the drive torque lags the other channels", "tau", -0.3, 0.3),
+    ),
+    reference="torque read from a vehicle's bus comes 10 to 100 ms late",
+    label="a drive torque that comes late",
+    signature="The real car answers a step of the torque sooner than the simulated one, by a fixed time.",
+    alike=("speed_delay", "backlash", "shaft_stiffness", "tire_relaxation"),
+    confirm="Tap the throttle sharply a few times and compare the torque with an accelerometer.",
+    sensor=True,
+    steps=("coastdown", "validate"),
+)
+def torque_delay(lead: Law, s: Signals, q: Signals) -> Number:
+    """A drive torque channel whose clock lags that of the other channels.
+
+    It reads T(t - tau), so that the car feels what the log shows tau later.
+    """
+    return lead(s) + q.torque_delay
