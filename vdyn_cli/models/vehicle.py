@@ -12,7 +12,8 @@ from vdyn_cli.engine.bench import Bench, Number, Signals
 from vdyn_cli.engine.maths import GRAVITY, cos, sin, sqrt
 from vdyn_cli.engine.model import Model
 from vdyn_cli.models.half_car import sprung_body
-from vdyn_cli.models.vehicle_corner import CORNERS, Body, Forces, corner
+from vdyn_cli.models.vehicle_corner import corner
+from vdyn_cli.models.vehicle_parts import CORNERS, Body, Forces
 
 Driven = Literal["front", "rear", "both"]
 Torque = Literal["axle", "sides"]
