@@ -1,4 +1,4 @@
-"""The instructions of a graph as lines of C, each result with a name of its own."""
+"""The values of a graph as lines of C, each with a name of its own."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import casadi as ca
 
-from vdyn_cli.engine.dual import instructions
+from vdyn_cli.engine.order import Order
 
 _INFIX = {ca.OP_ADD: "+", ca.OP_SUB: "-", ca.OP_MUL: "*", ca.OP_DIV: "/"}
 _COMPARISONS = {ca.OP_LT: "<", ca.OP_LE: "<=", ca.OP_EQ: "==", ca.OP_NE: "!="}
@@ -54,50 +54,26 @@ def number(value: float) -> str:
 
 
 class Body:
-    """The instructions of a graph; ``sources`` are the texts of its inputs, element by element."""
+    """The values of a field in its order; ``sources`` are the texts of its inputs, element by element."""
 
-    def __init__(self, function: ca.Function, sources: Sequence[Sequence[str]]) -> None:
-        self._texts: list[str] = []
-        self._of: list[tuple[int, ...]] = []
-        self._plain: set[int] = set()
-        self._stores: dict[int, dict[int, int]] = {}
-        work: dict[int, int] = {}
-        for op, to, of, constant in instructions(function):
-            if op == ca.OP_OUTPUT:
-                self._stores.setdefault(to[0], {})[to[1]] = work[of[0]]
-                continue
-            place = len(self._texts)
-            if op in (ca.OP_CONST, ca.OP_INPUT):
-                self._plain.add(place)
-                self._texts.append(_literal(constant) if op == ca.OP_CONST else sources[of[0]][of[1]])
-                self._of.append(())
+    def __init__(self, order: Order, sources: Sequence[Sequence[str]]) -> None:
+        self._plain: dict[int, str] = {}  # what needs no line of its own
+        self._lines: dict[int, str] = {}
+        for place, value in enumerate(order.values):
+            if value.op == ca.OP_CONST:
+                self._plain[place] = _literal(value.value)
+            elif value.op == ca.OP_INPUT:
+                self._plain[place] = sources[value.of[0]][value.of[1]]
             else:
-                arguments = tuple(work[k] for k in of)
-                self._texts.append(_expression(op, [self.text(k) for k in arguments]))
-                self._of.append(arguments)
-            work[to[0]] = place
-
-    def stores(self, output: int) -> list[int]:
-        """What is stored, in the order of the output's elements."""
-        stored = self._stores.get(output, {})
-        return [stored[i] for i in range(len(stored))]
-
-    def needed(self, places: Iterable[int]) -> set[int]:
-        """The results, inputs and constants aside, on which some results depend, themselves among them."""
-        found: set[int] = set()
-        waiting = list(places)
-        while waiting:
-            place = waiting.pop()
-            if place not in found and place not in self._plain:
-                found.add(place)
-                waiting.extend(self._of[place])
-        return found
+                text = _expression(value.op, [self.text(k) for k in value.of])
+                self._lines[place] = f"const double {self.text(place)} = {text};"
 
     def text(self, place: int) -> str:
-        return self._texts[place] if place in self._plain else f"v{place}"
+        return self._plain.get(place) or f"v{place}"
 
-    def line(self, place: int) -> str:
-        return f"const double v{place} = {self._texts[place]};"
+    def lines(self, places: Iterable[int]) -> list[str]:
+        """The lines that make the values at these places."""
+        return [self._lines[place] for place in sorted(places) if place in self._lines]
 
 
 def _literal(value: float) -> str:

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import casadi as ca
 
 from vdyn_cli.engine.c_lines import Body, number
 from vdyn_cli.engine.graph import Graph, column, refuse_unknown, symbols
+from vdyn_cli.engine.order import ordered
 
 _NOTHING: Mapping[str, str] = MappingProxyType({})
 _UNSET: Mapping[str, float] = MappingProxyType({})
@@ -119,7 +120,6 @@ class _Printer:
     fields: Mapping[str, Sequence[str]]
     start: tuple[str, ...]
     substeps: int
-    _of: Mapping[int, str] = field(default_factory=lambda: {0: "x", 1: "u", 2: "p"})
 
     def header(self, groups: Mapping[str, Sequence[str]], comments: Mapping[str, str], title: str) -> str:
         guard, name = f"{self.name.upper()}_H", self.name
@@ -181,19 +181,19 @@ class _Printer:
 
     def _field(self, function: ca.Function) -> list[str]:
         """Rates of the states and, where somebody looks, the readings; what only they need comes last."""
-        body = Body(function, [[f"{self._of[k]}->{n}" for n in self.fields[g]] for k, g in enumerate(self._groups())])
-        rates, readings = body.stores(0), body.stores(1)
-        first = body.needed(rates)
-        lines = [body.line(v) for v in sorted(first)]
-        lines += [f"f->{n} = {body.text(v)};" for n, v in zip(self.fields["state"], rates, strict=True)]
-        lines += ["if (!y) {", "    return;", "}"]
-        lines += [body.line(v) for v in sorted(body.needed(readings) - first)]
-        lines += [f"y->{n} = {body.text(v)};" for n, v in zip(self.fields["output"], readings, strict=True)]
+        order = ordered(function)
+        body = Body(order, self._sources())
+        lines = body.lines((*order.once, *order.moving))
+        lines += [f"f->{n} = {body.text(v)};" for n, v in zip(self.fields["state"], order.rates, strict=True)]
+        lines += ["if (!y) {", "    return;", "}", *body.lines(order.reading)]
+        lines += [f"y->{n} = {body.text(v)};" for n, v in zip(self.fields["output"], order.readings, strict=True)]
         head = f"static void field(const {self.name}_state *x, {self._arguments()}, {self.name}_state *f, "
         return _function([f"{head}{self.name}_output *y)"], [*_touch("x u p f", lines), *lines])
 
-    def _groups(self) -> tuple[str, str, str]:
-        return "state", "input", "parameters"
+    def _sources(self) -> list[list[str]]:
+        """How the arguments of a field (x, u, p) are written."""
+        groups = (("x", "state"), ("u", "input"), ("p", "parameters"))
+        return [[f"{pointer}->{name}" for name in self.fields[group]] for pointer, group in groups]
 
     def _helpers(self) -> list[str]:
         """The arithmetic between the stages, field by field."""
@@ -264,13 +264,10 @@ class _Printer:
         law = graph.start(frozenset(graph.starts) | frozenset(start))
         first = law(column(known), column(u.values()), column(p.values()))[0]
         sources = [column(part.values()) for part in (x, u, p)]
-        function = ca.Function("start", sources, [ca.densify(first)], {"cse": True})
-        groups = [[f"{self._of[k]}->{n}" for n in self.fields[g]] for k, g in enumerate(self._groups())]
-        groups[0] = list(self.fields["state"])  # only the given starts are ever read
-        body = Body(function, groups)
-        stores = body.stores(0)
-        lines = [body.line(v) for v in sorted(body.needed(stores))]
-        lines += [f"x->{n} = {body.text(v)};" for n, v in zip(self.fields["state"], stores, strict=True)]
+        order = ordered(ca.Function("start", sources, [ca.densify(first), ca.SX(0, 1)], {"cse": True}))
+        body = Body(order, [list(self.fields["state"]), *self._sources()[1:]])  # of x, only the given starts are read
+        lines = body.lines((*order.once, *order.moving))
+        lines += [f"x->{n} = {body.text(v)};" for n, v in zip(self.fields["state"], order.rates, strict=True)]
         return _function([self._init()], [*_touch("x u p", lines), *lines])
 
 
