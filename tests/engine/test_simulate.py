@@ -333,3 +333,30 @@ def test_a_function_without_a_rule_is_refused_in_words():
 
     with pytest.raises(NotImplementedError, match=r"erf .*maths"):
         Simulator(Model("odd", assemble, (), ("x",)), {})
+
+
+def test_the_state_that_led_the_way_out_is_named():
+    def assemble(e, u):
+        calm, wild = e.state("calm", 1.0), e.state("wild", 1e-3)
+        e.integrate(calm=-calm + 1e-3 * wild, wild=-5000.0 * wild)
+        e.sensor("calm", calm)
+
+    simulate = Simulator(Model("stiff", assemble, (), ()), {})
+    with pytest.raises(ResultError, match=r"'stiff' at t = .* s: wild, .*step of 10 ms is too large") as caught:
+        simulate(Drive(np.arange(0, 2, 0.01), {}))
+    assert "more substeps" in caught.value.findings[0].remedy
+
+
+def test_steps_too_large_are_found_where_the_numbers_stay_finite():
+    def assemble(e, u):
+        x, v = e.state("x", 0.1), e.state("v")
+        e.integrate(x=v, v=-100.0 * sin(400.0 * x) - v)  # a spring that lets go
+        e.sensor("place", x)
+
+    simulate = Simulator(Model("loose", assemble, (), ()), {})
+    coarse, fine = Drive(np.arange(0, 1, 0.04), {}), Drive(np.arange(0, 1, 0.0005), {})
+    assert np.all(np.isfinite(simulate(coarse).outputs["place"]))
+    with pytest.raises(ResultError, match=r"steps of 40 ms are too large: half of it changes place by \d+%"):
+        simulate.refuse_coarse_steps(coarse)
+    simulate.refuse_coarse_steps(fine)
+    assert simulate.step_error(fine)["place"] < 1e-3

@@ -1,4 +1,4 @@
-"""Where a simulation leaves the numbers: when, what went first, and what to do about it."""
+"""Where a simulation leaves the numbers, or makes them up: when, what went first, and what to do about it."""
 
 from __future__ import annotations
 
@@ -42,5 +42,16 @@ def left_the_numbers(model: str, time: float, step: float, what: str) -> ResultE
             f"model {model!r} at t = {time:.6g} s",
             f"{what} is not a finite number: the step of {1e3 * step:.3g} ms is too large, or the model is unstable",
             remedy="use smaller steps (more substeps), or check the parameters and inputs at that time",
+        )
+    )
+
+
+def too_coarse(model: str, step: float, output: str, share: float) -> ResultError:
+    """The error of a simulation that stays finite while its steps, of ``step`` (s), are too large to follow it."""
+    return ResultError(
+        Finding(
+            f"model {model!r}",
+            f"steps of {1e3 * step:.3g} ms are too large: half of it changes {output} by {share:.0%} of its range",
+            remedy="use smaller steps (more substeps)",
         )
     )

@@ -15,6 +15,7 @@ from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.clock import read_at
 from vdyn_cli.engine.course import Course, Grid, Seen, blocks, grid
 from vdyn_cli.engine.drive import Drive, Simulated
+from vdyn_cli.engine.finite import too_coarse
 from vdyn_cli.engine.graph import refuse_unknown, trace
 from vdyn_cli.engine.kernel import Array, Kernel, Seeds
 from vdyn_cli.engine.lead import read_ahead
@@ -164,6 +165,34 @@ class Simulator:
         leads = graph.leads([values[name] for name in graph.constants]).full()[:, 0]
         known = {name: lead for name, lead in zip(graph.leading, leads.tolist(), strict=True) if name in drive.inputs}
         return read_ahead(drive, known)
+
+    def step_error(self, drive: Drive, theta: ArrayLike = ()) -> dict[str, float]:
+        """What halving the step changes in each output, at worst, as a share of the output's range.
+
+        A step that is too large need not leave the numbers: tires that let go keep the forces finite, and the
+        simulation goes on as noise. Half the step then tells another story. Clocks count as they are, unshifted.
+
+        Raises
+        ------
+        ResultError, ValueError : as a call.
+        """
+        packed, names, end = self._pack(drive), self._graph.inputs, drive.time.size
+        traces = []
+        for substeps in (self._substeps, 2 * self._substeps):
+            whole = grid(drive, names, substeps, 0, end)
+            course = self._course(packed, whole.inputs[0], theta, sensitivities=False)
+            traces.append(course.along(whole).readings[: len(self._graph.outputs)])
+        apart = np.max(np.abs(traces[0] - traces[1]), axis=1)
+        usual = np.ptp(traces[1], axis=1) + 1e-6 * (1.0 + np.max(np.abs(traces[1]), axis=1))
+        return dict(zip(self._graph.outputs, (apart / usual).tolist(), strict=True))
+
+    def refuse_coarse_steps(self, drive: Drive, theta: ArrayLike = (), tolerance: float = 0.05) -> None:
+        """Raise ResultError where half the step changes an output by more than this share of its range."""
+        errors = self.step_error(drive, theta)
+        worst = max(errors, key=errors.__getitem__, default="")
+        if worst and errors[worst] > tolerance:
+            step = float(np.max(np.diff(drive.time))) / self._substeps
+            raise too_coarse(self.model.name, step, worst, errors[worst])
 
     def _course(self, packed: _Packed, first_inputs: Array, theta: ArrayLike, sensitivities: bool) -> Course:
         """What moves: each kernel's states and tangents at the start."""
