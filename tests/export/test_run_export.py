@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
+from xml.etree import ElementTree as Xml
 
 import pytest
 
+from tests.engine.c_host import build
 from tests.export.cases import CAR, document, written
 from vdyn_cli.commands.run_export import run_export
 from vdyn_cli.errors import InputError
@@ -122,3 +125,15 @@ def test_the_command_line(tmp_path):
     assert wrong.returncode == 2
     assert wrong.stderr == "--to: is no format of vdyn export (got 'tri')\n    -> did you mean tir?\n"
     assert vdyn(str(path)).returncode == 2
+
+
+def test_a_title_can_not_break_what_it_stands_in(tmp_path):
+    odd = {**document(), "title": 'a */ b /* c & <d> "e"\n\\\u0007 f'}
+    path = tmp_path / "x.json"
+    path.write_text(json.dumps(odd), encoding="utf-8")
+    for form in ("c", "fmu", "tir"):
+        run_export(path, form, tmp_path, "car", "front", tell=lambda text, detail=False: None)
+    build(tmp_path, ["car.c", "car_main.c"], "car")
+    with zipfile.ZipFile(tmp_path / "car.fmu") as archive:
+        described = Xml.fromstring(archive.read("modelDescription.xml")).get("description")
+    assert described == 'a */ b /* c & <d> "e" \\  f (x.json)'

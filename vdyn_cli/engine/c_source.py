@@ -99,9 +99,10 @@ def c_program(
     groups = {"state": graph.states, "input": graph.inputs, "parameters": graph.constants, "output": graph.outputs}
     names = {group: _identifiers(fields) for group, fields in groups.items()}
     printer = _Printer(name, names, tuple(_identifiers(start)), substeps)
-    header = printer.header(groups, comments, title or f"The model {name}.")
+    title = plain(title or f"The model {name}.")
+    header = printer.header(groups, comments, title)
     values = {**dict.fromkeys(graph.constants, 0.0), **graph.defaults, **defaults}
-    source = printer.source(graph, [values[c] for c in graph.constants], start, title or f"The model {name}.")
+    source = printer.source(graph, [values[c] for c in graph.constants], start, title)
     s, u, p, y = (tuple(names[group]) for group in groups)
     return CProgram(name, header, source, s, u, p, y, tuple(printer.start))
 
@@ -135,7 +136,7 @@ class _Printer:
             lines += [f"/* {words[group]} */", "typedef struct {"]
             for original, own in zip(originals, self.fields[group], strict=True):
                 comment = comments.get(original, "")
-                lines.append(f"    double {own};" + (f" /* {_plain(comment)} */" if comment else ""))
+                lines.append(f"    double {own};" + (f" /* {plain(comment)} */" if comment else ""))
             lines += [*(["    double nothing;"] if not originals else []), f"}} {name}_{group};", ""]
         lines += [
             "/* The parameters as they were estimated. */",
@@ -281,5 +282,6 @@ def _touch(arguments: str, body: Sequence[str]) -> list[str]:
     return [f"(void){name};" for name in arguments.split() if not re.search(rf"\b{name}\b", text)]
 
 
-def _plain(text: str) -> str:
-    return text.replace("*/", "* /").replace("\n", " ")
+def plain(text: str) -> str:
+    """The text as it can stand in a comment."""
+    return text.replace("*/", "* /").replace("/*", "/ *")

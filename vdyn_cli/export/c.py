@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vdyn_cli.engine.c_source import plain
 from vdyn_cli.export import Made, Options
 from vdyn_cli.export.given import Given
 from vdyn_cli.export.machine import Machine, machine
@@ -65,5 +66,6 @@ def _main(car: Machine, name: str, title: str) -> str:
     torque = round(0.2 * weight / v["gear_ratio"], 0)
     brakes = round(0.4 * weight, 0)
     command = COMPILE.format(name)
-    plain = title.replace("*/", "* /")
-    return MAIN.format(title=plain, command=command, name=name, torque=torque, brakes=brakes, shaft="shaft_torque_left")
+    return MAIN.format(
+        title=plain(title), command=command, name=name, torque=torque, brakes=brakes, shaft="shaft_torque_left"
+    )

@@ -69,6 +69,8 @@ def read_given(path: Path) -> Given:
     causes = (named | {effect: Cause(effect, sizes) for effect, sizes in lasting.items()}).values()
     raise_all(findings)
     title = str(document.get("title") or f"result of vdyn {document.get('step', '')}".strip())
+    # It stands in comments and in XML.
+    title = "".join(letter if letter.isprintable() else " " for letter in title)
     return Given(path.name, title, parameters, tuple(causes))
 
 
