@@ -31,7 +31,7 @@ def bristle(s: Signals) -> Number:
     reference="Dahl 1968; 50 to 200 N a wheel: Reimpell, Stoll, Betzler, The Automotive Chassis, 2nd ed. 2001, 5.4",
     states={"bristle": bristle},
     label="dry friction in the struts",
-    signature="What is left of the loads, over the stroke's rate, is a step at zero as high in slow strokes as in fast.",
+    signature="What is left of the loads, over the stroke's rate, is a step at zero, as high in slow strokes as fast.",
     alike=("asymmetric_damping", "tire_damping"),
     confirm="Rock the car slowly by hand over load cells: springs with friction draw a loop of twice its height.",
 )

@@ -13,7 +13,7 @@ from vdyn_cli.quantity import Quantity
     unknowns=(Quantity("unsprung_mass", "kg", "mass of each axle that rides on the tires", "m", -10, 200),),
     reference="70 to 100 kg an axle of a passenger car; tires give 18 to 20 mm under its weight",
     label="axles that bounce on their tires",
-    signature="What is left follows the second derivative of the axle loads: it is largest at fast steps of the pedals.",
+    signature="What is left follows the second derivative of the axle loads: largest at fast steps of the pedals.",
     alike=("clock_offset", "pitch_inertia"),
     confirm="Weigh a wheel with its carrier, half of the links and shafts added.",
     steps=("cg",),

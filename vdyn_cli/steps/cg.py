@@ -316,9 +316,7 @@ def _estimates(solution: Solution, moved: Mapping[str, Mapping[str, float]], giv
     return estimates
 
 
-def _pictures(
-    fit: LoadFit, solution: Solution
-) -> tuple[tuple[Comparison, ...], tuple[Figure, ...], float, float]:
+def _pictures(fit: LoadFit, solution: Solution) -> tuple[tuple[Comparison, ...], tuple[Figure, ...], float, float]:
     comparisons, off, expected, loads, pulls = [], [], [], [], []
     for run, windows in enumerate(fit.runs):
         own = np.array([solution.per_run[u.name][run] for u in fit.unknowns if u.per_run])
@@ -358,9 +356,7 @@ def _budget(solution: Solution, moved: Mapping[str, Mapping[str, float]]) -> Tab
     """Where each result's standard deviation comes from."""
     units = {"cg_height": ("mm", 1e3), "cg_to_rear": ("mm", 1e3), "pitch_inertia": ("kg m²", 1.0)}
     rows = [("the runs' scatter", *(f"{solution.std[n] * units[n][1]:.2g} {units[n][0]}" for n in SOUGHT))]
-    rows += [
-        (name, *(f"{abs(row[n]) * units[n][1]:.2g} {units[n][0]}" for n in SOUGHT)) for name, row in moved.items()
-    ]
+    rows += [(name, *(f"{abs(row[n]) * units[n][1]:.2g} {units[n][0]}" for n in SOUGHT)) for name, row in moved.items()]
     caption = "Standard deviations, by what they come from; given numbers are moved by one standard deviation each."
     return Table("budget", "Where the uncertainty comes from", ("from", *SOUGHT), tuple(rows), caption)
 

@@ -163,7 +163,7 @@ def regression(
             data.runs, values, spec.settings.window.value, _zero(spec.settings, given), effects, extra
         )
     if spec.pendulum is None or data.recording is None:
-        raise InputError(Finding("inertia", "a period alone leaves nothing to compare", "", "add 'runs' or a recording"))
+        raise InputError(Finding("inertia", "a period alone leaves nothing to compare", "", "add 'runs' or a log"))
     rig = spec.pendulum
     return prepare(Recording.of(data.recording, rig.kind, rig.geometry())).regression(effects, extra)
 

@@ -23,21 +23,26 @@ Sources: SAE 2017-01-1574, equation (26); any text on torsion of round bars for 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, raise_all
 from vdyn_cli.estimation.inertia.pendulum_inertia import UNITS, rod_stiffness
 from vdyn_cli.estimation.inertia.pendulum_rig import Bar
 from vdyn_cli.estimation.shaft import views as shaft_views
-from vdyn_cli.estimation.shaft.fit import Twisting
+from vdyn_cli.estimation.shaft.both_sides import about_effects, both_sides
+from vdyn_cli.estimation.shaft.fit import ShaftFit, Twisting
 from vdyn_cli.estimation.shaft.sections import SOLID, Section, drawing_budget, shared_modulus_correlation
 from vdyn_cli.estimation.shaft.side import Side, Tested, judge, tested
+from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.fit.budget import Budget, propagate
 from vdyn_cli.log import Log
+from vdyn_cli.models.half_shaft import HALF_SHAFT
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.result import FitSummary, Result
@@ -50,6 +55,8 @@ SIDES: tuple[SideName, ...] = ("left", "right")
 STEEL = Given(79.3e9, 0.8e9)
 LEAST_TORQUE = 10.0  # noise levels of the torque that a tip-in has to move it by
 FEWEST_SAMPLES = 200
+IN_SERIES = "series_compliance"
+EXACT = 1e-3  # relative: a drawing's stiffness is not known better
 EXCESS = 1.3  # times the sensors' noise, beyond which the law is doubted
 
 
@@ -93,20 +100,73 @@ class ShaftSpec(TestSpec):
     settings: ShaftSettings = ShaftSettings()
 
 
-def estimate(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> Result:
-    """Stiffness of each side that was drawn or tested, damping where it was logged."""
+def model(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> Model:
+    """The half-shaft between its two ends."""
+    return HALF_SHAFT
+
+
+def regression(
+    spec: ShaftSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Regression:
+    """The logs of both sides with ``effects`` in the shafts' law; a drawing says how stiff the bar alone is.
+
+    Parameters
+    ----------
+    extra : the effects' unknowns, the same on both sides; those left out stay zero, or nominal.
+
+    Raises
+    ------
+    InputError : no log.
+    """
+    runs, modulus = _twisting(spec, logs), _modulus(spec, known)[0]
+    logged = {name: runs[name] for name in SIDES if runs[name]}
+    if not logged:
+        raise InputError(Finding("shaft", "without a log there is nothing to compare", "", "add 'runs'"))
+    sides: dict[str, Regression] = {}
+    for name, own in logged.items():
+        fit = ShaftFit(own, extra, effects, _bar(spec, name, modulus, effects))
+        sides[name] = about_effects(ShaftFit(own), fit) if effects else fit.regression()
+    return both_sides(sides)
+
+
+def _bar(spec: ShaftSpec, side: SideName, modulus: Given, effects: Sequence[Effect]) -> tuple[float, float] | None:
+    """What the drawing says of the bar alone, where something in series with it is looked for."""
+    if not any(effect.name == IN_SERIES for effect in effects) or side not in spec.sections:
+        return None
+    drawn = drawing_budget([Section(**dict(s)) for s in spec.sections[side]], modulus)
+    return drawn.value, max(drawn.std, EXACT * drawn.value)
+
+
+def estimate(
+    spec: ShaftSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Result:
+    """Stiffness of each side that was drawn or tested, damping where it was logged.
+
+    With ``effects`` in the law each side finds their sizes for itself. Where something in series with the bar is among
+    them, the bar's stiffness is published, known from its drawing.
+    """
     runs = _twisting(spec, logs)
     modulus, findings = _modulus(spec, known)
     sides = []
     for name in SIDES:
         ways: dict[str, Budget] = {}
-        logged = tested(runs[name], spec.settings.torque_gain.value) if runs[name] else None
+        bar = _bar(spec, name, modulus, effects)
+        gain = spec.settings.torque_gain.value
+        logged = tested(runs[name], gain, effects, extra, bar) if runs[name] else None
         if logged is not None:
             ways["log"] = logged.stiffness
         if name in spec.pendulum:
             ways["bar"] = _hung(spec.pendulum[name])
         sections = [Section(**dict(s)) for s in spec.sections.get(name, [])]
-        if sections:
+        if sections and (logged is None or bar is None):  # else the log's fit knows the drawing already
             ways["drawing"] = drawing_budget(sections, modulus)
         if ways:
             sides.append(judge(name, ways, sections, logged))
@@ -126,8 +186,23 @@ def estimate(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> Result:
         shaft_views.figures(sides),
         shaft_views.tables(sides),
         tuple(dict.fromkeys([*findings, *doubts])),
-        {"stiffness_by": {s.name: {w: {"value": b.value, "std": b.std} for w, b in s.ways.items()} for s in sides}},
+        {
+            "stiffness_by": {s.name: {w: {"value": b.value, "std": b.std} for w, b in s.ways.items()} for s in sides},
+            **_sizes(sides),
+        },
     )
+
+
+def _sizes(sides: Sequence[Side]) -> dict[str, Any]:
+    """Sizes of effects, both sides' weighted by inverse variance."""
+    tests = [s.tested.sizes for s in sides if s.tested is not None]
+    found = {}
+    for name in tests[0] if tests else ():
+        weight = np.array([t[name].std ** -2.0 for t in tests])
+        value = float(weight @ np.array([t[name].value for t in tests]) / weight.sum())
+        std = float(weight.sum() ** -0.5)
+        found[name] = {"value": value, "std": std, "interval95": [value - 2 * std, value + 2 * std]}
+    return {"effects": found} if found else {}
 
 
 def _modulus(spec: ShaftSpec, known: Parameters) -> tuple[Given, list[Finding]]:

@@ -154,8 +154,7 @@ def test_an_effect_on_the_shaft_can_be_added_and_is_found() -> None:
 
     run = Twisting.of(log(vehicle, 5, backlash=gap), 1.0)
     # The law damps also where the flanks are apart and nothing resists: hence a few per cent.
-    fit = ShaftFit([run], [Unknown("backlash", 0.003, 0.0, 0.2)], [backlash])
-    found = solve(fit.regression()).values
+    found = ShaftFit([run], [Unknown("backlash", 0.003, 0.0, 0.2)], [backlash]).solve()[0].values
     assert found["backlash"] == pytest.approx(gap, rel=0.05)
     assert found["shaft_stiffness"] == pytest.approx(plant.truth(vehicle)["shaft_stiffness_left"], rel=0.03)
 

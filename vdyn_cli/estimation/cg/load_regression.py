@@ -189,9 +189,10 @@ class LoadFit:
             per_rate = windows.integral(moving - quiet) / windows.width.reshape(-1, *[1] * (quiet.ndim - 1))
             return windows.integral(quiet) + per_rate * change.reshape(-1, *[1] * (quiet.ndim - 1))
 
-        quiet, moving = (sum(s.outputs[n] for n in MOMENTS) for s in (still, turning))
+        loads, motion = MOMENTS
+        quiet, moving = (s.outputs[loads] + s.outputs[motion] for s in (still, turning))
         balance = integrated(quiet, moving)
-        slopes = integrated(*(sum(s.sensitivities[n] for n in MOMENTS) for s in (still, turning)))
+        slopes = integrated(*(s.sensitivities[loads] + s.sensitivities[motion] for s in (still, turning)))
         per_rate = windows.integral(moving - quiet) / windows.width
         return balance, np.column_stack([slopes, per_rate])
 

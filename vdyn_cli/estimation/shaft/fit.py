@@ -15,13 +15,14 @@ nothing.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
+from vdyn_cli.errors import Finding, ResultError
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, white_level
 from vdyn_cli.models.half_shaft import HALF_SHAFT
 
@@ -34,6 +35,9 @@ Array = NDArray[np.float64]
 UNREAD_TWIST = 0.3  # rad, standard deviation of a twist that was not logged
 UNREAD_RATE = 30.0  # rad/s, of its rate
 RATE_ZERO = 0.05  # rad/s, how far the two speeds' zeros may differ
+TWIST_ZERO = 2e-3  # rad, standard deviation of the twist's zero, a tenth of a degree
+ARRIVED = 1e-3  # of one residual's variance that a further step may still promise, where the law bends
+MOST_ROUNDS, SETTLED = 12, 0.02  # of adjusting the readings anew, until nothing moves by more standard deviations
 GAP = 3.0  # of the median time step; longer ones break the chain
 
 
@@ -86,6 +90,23 @@ class Twisting:
 
 
 @dataclass(frozen=True)
+class Fixed:
+    """One run about some values of its unknowns.
+
+    Parameters
+    ----------
+    drive : the readings, adjusted there. torque : (n,) N m that they call for. rate_zero : rad/s.
+    conditions : (2 n - 1,) of the readings as read, torque and chain in turn. factor : Cholesky's, of their covariance.
+    """
+
+    drive: Drive
+    torque: Array
+    rate_zero: float
+    conditions: Array
+    factor: Array
+
+
+@dataclass(frozen=True)
 class Adjusted:
     """Readings adjusted until the conditions hold: (n,) each, and the torque that they call for."""
 
@@ -101,47 +122,110 @@ class ShaftFit:
     ----------
     runs : all of the same shaft.
     extra, effects : further shared unknowns, of the model or of effects on it.
+    known : stiffness that the bar is known to have, with its standard deviation, from elsewhere.
     """
 
     def __init__(
-        self, runs: Sequence[Twisting], extra: Sequence[Unknown] = (), effects: Sequence[Correction] = ()
+        self,
+        runs: Sequence[Twisting],
+        extra: Sequence[Unknown] = (),
+        effects: Sequence[Correction] = (),
+        known: tuple[float, float] | None = None,
     ) -> None:
-        self.runs = tuple(runs)
+        self.runs, self._bent = tuple(runs), bool(effects)
         stiffness = _start(self.runs)
         self.unknowns = (
-            Unknown("shaft_stiffness", stiffness, 0.02 * stiffness, 50 * stiffness, "N m/rad"),
+            Unknown("shaft_stiffness", stiffness, 0.02 * stiffness, 50 * stiffness, "N m/rad", known),
             Unknown("shaft_damping", 1e-3 * stiffness, -stiffness, stiffness, "N m s/rad"),
             *extra,
-            Unknown("torque_zero", 0.0, unit="N m", per_run=True, nuisance=True),
-            Unknown("rate_zero", 0.0, unit="rad/s", prior=(0.0, RATE_ZERO), per_run=True, nuisance=True),
+            *_own(self.runs, self._bent),
         )
         names = [u.name for u in self.unknowns]
         values = {"shaft_stiffness": stiffness, "twist_zero": 0.0, "rate_zero": 0.0, "torque_zero": 0.0}
         # The slope of the torque to the twist itself is that to its zero, turned round.
-        self._simulator = Simulator(HALF_SHAFT, {**values, "shaft_damping": 0.0}, [*names, "twist_zero"], effects)
-        self._rate_zero = names.index("rate_zero")
+        self._names = tuple(dict.fromkeys([*names, "twist_zero"]))
+        self._simulator = Simulator(HALF_SHAFT, {**values, "shaft_damping": 0.0}, self._names, effects)
+        self._rate_zero, self._twist_zero = names.index("rate_zero"), self._names.index("twist_zero")
         self._read = [run.drive(run.twist, run.rate) for run in self.runs]
 
-    def regression(self) -> Regression:
-        return Regression(self.unknowns, tuple(run.name for run in self.runs), self._rows)
+    def regression(self, at: Array | None = None, start: Array | None = None) -> Regression:
+        """The regression over all runs; with ``at`` (all unknowns) readings are adjusted and weighted as there.
+
+        Without, each evaluation adjusts the readings anew: right for a law that is linear in them. A law that bends
+        (free play) has its readings adjusted once and is compared at those, as often as its fit needs to settle::
+
+            r(theta) = L^-1 (g(at; read) + g(theta; adjusted) - g(at; adjusted))
+
+        It begins at ``start``, or at ``at``.
+        """
+        names = tuple(run.name for run in self.runs)
+        if at is None:
+            return Regression(self.unknowns, names, self._rows)
+        fixed = [self._fix(index, theta) for index, theta in enumerate(self._locals(at))]
+
+        def rows(index: int, theta: Array) -> Rows:
+            here, step = fixed[index], np.diff(self.runs[index].time)
+            simulated = self._simulated(here.drive, theta)
+            conditions, slopes = here.conditions.copy(), np.zeros((here.conditions.size, theta.size))
+            conditions[::2] += simulated.outputs["shaft_torque"] - here.torque
+            conditions[1::2] += step * (theta[self._rate_zero] - here.rate_zero)
+            slopes[::2] = simulated.sensitivities["shaft_torque"][:, : theta.size]
+            slopes[1::2, self._rate_zero] = step
+            white = _lower(here.factor, np.column_stack([slopes, conditions]))
+            return Rows(white[:, -1], white[:, :-1], time=self._times(index))
+
+        begin = at if start is None else start
+        s, m = self._counts
+        shared = iter(begin[:s].tolist())
+        begun = tuple(u if u.per_run else replace(u, start=next(shared)) for u in self.unknowns)
+        own = {u.name: begin[s + i :: m] for i, u in enumerate(u for u in self.unknowns if u.per_run)}
+        return Regression(begun, names, rows, own)
+
+    @property
+    def _counts(self) -> tuple[int, int]:
+        """Shared unknowns, and each run's own."""
+        own = sum(u.per_run for u in self.unknowns)
+        return len(self.unknowns) - own, own
+
+    def _locals(self, at: Array) -> list[Array]:
+        s, m = self._counts
+        return [np.concatenate([at[:s], at[s + k * m : s + (k + 1) * m]]) for k in range(len(self.runs))]
+
+    def place(self, solution: Solution) -> Array:
+        """All unknowns at a solution of this fit, or of one without its effects: those are at their starts."""
+        shared = [solution.values.get(u.name, u.start) for u in self.unknowns if not u.per_run]
+        none = np.zeros(len(self.runs))
+        own = np.array([solution.per_run.get(u.name, none) for u in self.unknowns if u.per_run])
+        return np.concatenate([shared, own.T.ravel()])
+
+    def _fix(self, index: int, theta: Array) -> Fixed:
+        run = self.runs[index]
+        conditions, factor, to_twist, to_rate = self._conditions(index, theta)
+        drive = run.drive(*_adjust(run, conditions, factor, to_twist, to_rate))
+        torque = self._simulated(drive, theta).outputs["shaft_torque"]
+        return Fixed(drive, torque, float(theta[self._rate_zero]), conditions, factor)
+
+    def _times(self, index: int) -> Array:
+        """When each condition was read, s: torque and chain in turn."""
+        return np.repeat(self.runs[index].time, 2)[:-1]
 
     def _rows(self, index: int, theta: Array) -> Rows:
         run = self.runs[index]
         conditions, factor, to_twist, to_rate = self._conditions(index, theta)
         adjusted = _adjust(run, conditions, factor, to_twist, to_rate)
-        simulated = self._simulator(run.drive(*adjusted), np.append(theta, 0.0))
+        simulated = self._simulated(run.drive(*adjusted), theta)
         slopes = np.zeros((conditions.size, theta.size))
-        slopes[::2] = simulated.sensitivities["shaft_torque"][:, :-1]
+        slopes[::2] = simulated.sensitivities["shaft_torque"][:, : theta.size]
         slopes[1::2, self._rate_zero] = np.diff(run.time)
         white = _lower(factor, np.column_stack([slopes, conditions]))
-        return Rows(white[:, -1], white[:, :-1], time=np.repeat(run.time, 2)[: conditions.size])
+        return Rows(white[:, -1], white[:, :-1], time=self._times(index))
 
     def _conditions(self, index: int, theta: Array) -> tuple[Array, Array, Array, Array]:
         """The conditions at the readings, torque and chain in turn, (2 n - 1,); the Cholesky factor of their
         covariance; the torque's slopes to twist and rate, (n,) each."""
-        run, simulated = self.runs[index], self._simulator(self._read[index], np.append(theta, 0.0))
+        run, simulated = self.runs[index], self._simulated(self._read[index], theta)
         tangents = simulated.sensitivities["shaft_torque"]
-        to_twist, to_rate = -tangents[:, -1], -tangents[:, self._rate_zero]
+        to_twist, to_rate = -tangents[:, self._twist_zero], -tangents[:, self._rate_zero]
         step, rate = np.diff(run.time), run.rate - theta[self._rate_zero]
         conditions = np.empty(2 * run.time.size - 1)
         conditions[::2] = simulated.outputs["shaft_torque"] - run.torque
@@ -152,8 +236,11 @@ class ShaftFit:
         """The readings of a run, adjusted, at its local unknowns."""
         run = self.runs[index]
         twist, rate = _adjust(run, *self._conditions(index, theta))
-        torque = self._simulator(run.drive(twist, rate), np.append(theta, 0.0)).outputs["shaft_torque"]
-        return Adjusted(twist, rate, torque)
+        return Adjusted(twist, rate, self._simulated(run.drive(twist, rate), theta).outputs["shaft_torque"])
+
+    def _simulated(self, drive: Drive, theta: Array) -> Simulated:
+        """With the twist's zero at 0 where it is not among the unknowns."""
+        return self._simulator(drive, np.append(theta, np.zeros(len(self._names) - theta.size)))
 
     def solve(self) -> tuple[Solution, Array]:
         """The solution, and the covariance of the shared unknowns.
@@ -162,10 +249,38 @@ class ShaftFit:
         multiplied by H^-1 (J'J), H the cost's second derivative, they are right.
         """
         regression = self.regression()
-        solution = solve(regression)
+        solution = self._settled() if self._bent else solve(regression)
         gauss, own = _curvatures(regression, solution)
         mend = np.linalg.solve(own, gauss)
         return solution, mend @ solution.covariance @ mend.T
+
+    def _settled(self) -> Solution:
+        """The solution at which readings adjusted for it lead to it again.
+
+        Raises
+        ------
+        ResultError : the fit's own, or there is none.
+        """
+        at = self.place(solve(ShaftFit(self.runs).regression()))
+        for _ in range(MOST_ROUNDS):
+            solution = solve(self.regression(at), tolerance=ARRIVED)
+            later = self.place(solution)
+            std = np.array([solution.std[n] for n in solution.names])
+            moved, at = np.max(np.abs(later - at)[: std.size] / std), later
+            if moved < SETTLED:
+                return solution
+        raise ResultError(Finding("fit", "the adjusted readings do not settle", "", "check units and the clock"))
+
+
+def _own(runs: Sequence[Twisting], nonlinear: bool) -> tuple[Unknown, ...]:
+    """Each run's zeros; that of the twist tells itself from the torque's only where the law bends."""
+    twist = TWIST_ZERO if all(run.noise[1] < UNREAD_TWIST for run in runs) else UNREAD_TWIST
+    own = (
+        Unknown("torque_zero", 0.0, unit="N m", per_run=True, nuisance=True),
+        Unknown("rate_zero", 0.0, unit="rad/s", prior=(0.0, RATE_ZERO), per_run=True, nuisance=True),
+        Unknown("twist_zero", 0.0, unit="rad", prior=(0.0, twist), per_run=True, nuisance=True),
+    )
+    return own if nonlinear else own[:2]
 
 
 def _curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array]:

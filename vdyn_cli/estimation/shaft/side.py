@@ -8,11 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.engine.bench import Correction
 from vdyn_cli.errors import Finding, ResultError
 from vdyn_cli.estimation.shaft.fit import Adjusted, ShaftFit, Twisting
 from vdyn_cli.estimation.shaft.sections import Section
-from vdyn_cli.fit import Solution
+from vdyn_cli.fit import Solution, Unknown
 from vdyn_cli.fit.budget import Budget, Contribution
+from vdyn_cli.quantity import Given
 
 Array = NDArray[np.float64]
 
@@ -31,6 +33,7 @@ class Tested:
     stiffness: Budget
     damping: Budget
     correlation: float
+    sizes: Mapping[str, Given] = field(default_factory=dict)  # of the effects that the law had
 
 
 @dataclass(frozen=True)
@@ -46,14 +49,24 @@ class Side:
     findings: tuple[Finding, ...] = field(default=())
 
 
-def tested(runs: Sequence[Twisting], torque_gain_std: float) -> Tested:
+def tested(
+    runs: Sequence[Twisting],
+    torque_gain_std: float,
+    effects: Sequence[Correction],
+    extra: Sequence[Unknown],
+    known: tuple[float, float] | None,
+) -> Tested:
     """Fit the runs of one side; an error of the torque's gain moves stiffness and damping alike.
+
+    Parameters
+    ----------
+    effects, extra : causes in the law, and their unknowns. known : of the bar's stiffness, with standard deviation.
 
     Raises
     ------
     ResultError : the runs do not determine a stiffness.
     """
-    fit = ShaftFit(runs)
+    fit = ShaftFit(runs, extra, effects, known)
     solution, covariance = fit.solve()
     std = np.sqrt(np.diag(covariance))
     budgets = []
@@ -71,7 +84,8 @@ def tested(runs: Sequence[Twisting], torque_gain_std: float) -> Tested:
     if stiffness.interval95[0] <= 0:
         got = f"{stiffness.value:.4g} +- {stiffness.std:.2g} {UNIT}"
         raise ResultError(Finding("shaft_stiffness", "the log does not determine it", got, "log a harder tip-in"))
-    return Tested(tuple(runs), tuple(adjusted), solution, stiffness, damping, correlation)
+    found = {u.name: Given(solution.values[u.name], float(std[2 + i])) for i, u in enumerate(extra)}
+    return Tested(tuple(runs), tuple(adjusted), solution, stiffness, damping, correlation, found)
 
 
 def judge(

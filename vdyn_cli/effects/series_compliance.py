@@ -1,0 +1,25 @@
+"""Joints that give beside the half-shaft."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="shaft",
+    unknowns=(Quantity("series_compliance", "rad/(N m)", "twist per torque beside the shaft", "s", -2e-6, 2e-4),),
+    reference="joints and splines make a half-shaft 20 to 60 % softer than its bar",
+    label="joints that give in series with the half-shaft",
+    signature="The shaft is softer in the log than its drawing says, at every torque and rate alike.",
+    alike=("shaft_stiffness",),
+    confirm="Clamp the shaft at its outer joint, hang a known torque on its inner end and read the twist at both ends.",
+    steps=("shaft",),
+)
+def series_compliance(shaft: Law, s: Signals, q: Signals) -> Number:
+    """Constant-velocity joints and splines that twist along with the bar.
+
+    1/k = 1/k_bar + s. Shows only against a drawing, or another measurement of the bar alone.
+    """
+    return shaft(s.but(stiffness=s.stiffness / (1 + s.stiffness * q.series_compliance)))

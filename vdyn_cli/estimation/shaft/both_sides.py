@@ -1,0 +1,55 @@
+"""One regression over the logs of both half-shafts: each side its own bar, causes in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.errors import ResultError
+from vdyn_cli.estimation.shaft.fit import ARRIVED, ShaftFit
+from vdyn_cli.fit import Regression, Rows, solve
+
+Array = NDArray[np.float64]
+
+BAR = 2  # unknowns of a side's bar, stiffness and damping, which come first
+
+
+def both_sides(sides: Mapping[str, Regression]) -> Regression:
+    """The rows of every side's runs over [bar of each side | what the sides share | the run's own].
+
+    Parameters
+    ----------
+    sides : the regression of each, all with the same effects.
+    """
+    common = next(iter(sides.values()))
+    bars = [replace(u, name=f"{u.name}_{side}") for side, regression in sides.items() for u in regression.shared[:BAR]]
+    shared = common.shared[BAR:]
+    runs = [(at, side, k) for at, side in enumerate(sides) for k in range(len(sides[side].runs))]
+
+    def rows(index: int, theta: Array) -> Rows:
+        at, side, run = runs[index]
+        own = np.r_[BAR * at : BAR * (at + 1), len(bars) : theta.size]
+        found = sides[side].rows(run, theta[own])
+        jacobian = np.zeros((found.residual.size, theta.size))
+        jacobian[:, own] = found.jacobian
+        return replace(found, jacobian=jacobian)
+
+    names = tuple(sides[side].runs[run] for _, side, run in runs)
+    starts = [regression.run_starts for regression in sides.values()]
+    own = {name: np.concatenate([s[name] for s in starts]) for name in starts[0]}
+    return Regression((*bars, *shared, *common.own), names, rows, own)
+
+
+def about_effects(plain: ShaftFit, fit: ShaftFit) -> Regression:
+    """One side with effects, its readings adjusted as the fit with all of them asks, if the runs determine that.
+
+    With priors on the effects' unknowns they always do; else the readings are adjusted as the plain fit asks.
+    """
+    start = fit.place(solve(plain.regression()))
+    try:
+        return fit.regression(fit.place(solve(fit.regression(start), tolerance=ARRIVED)), start)
+    except ResultError:
+        return fit.regression(start)
