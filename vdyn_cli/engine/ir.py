@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -39,6 +40,7 @@ _FUNCTIONS = {
     ca.OP_COPYSIGN: "llvm.copysign.f64",
 }
 _BINARY = (ca.OP_ATAN2, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_FMAX, ca.OP_FMIN, ca.OP_COPYSIGN)
+ROW = 8  # lanes that a processor takes at once, roughly
 # The stack is aligned so that spilled lanes do not straddle cache lines: a third of the time of small models.
 _ATTRIBUTES = 'attributes #0 = { nounwind alignstack=64 "no-builtins" }'
 
@@ -47,8 +49,17 @@ def constant(value: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 
+@dataclass(frozen=True)
+class _Term:
+    """A row of lanes times a number, both by name; no number stands for 1."""
+
+    row: str
+    factor: str | None
+    minus: bool
+
+
 class Printer:
-    """The algebra that prints: values and lanes are names of the text."""
+    """The algebra that prints: values are names of the text, lanes are sums of terms that are not added up yet."""
 
     def __init__(self, lanes: int) -> None:
         self.lines: list[str] = []
@@ -108,41 +119,77 @@ class Printer:
     def _number(self, truth: str) -> str:
         return self.name(f"uitofp i1 {truth} to double")
 
-    def scale(self, lanes: Lanes, by: Value) -> str:
+    def scale(self, lanes: Lanes, by: Value) -> Lanes:
+        """Terms are scaled before they are added up, one number instead of a row, as long as there are few of them."""
         scalar = constant(by) if isinstance(by, float) else by
+        few = lanes if len(lanes) <= max(1, self._lanes // ROW) else self.collected(lanes)
+        return tuple(
+            _Term(t.row, scalar if t.factor is None else self.name(f"fmul double {t.factor}, {scalar}"), t.minus)
+            for t in few
+        )
+
+    def add(self, left: Lanes, right: Lanes) -> Lanes:
+        terms = {t.row: t for t in left}
+        for t in right:
+            terms[t.row] = self._merged(terms[t.row], t) if t.row in terms else t
+        return tuple(terms.values())
+
+    def _merged(self, a: _Term, b: _Term) -> _Term:
+        """Two terms of the same row as one."""
+        one = constant(1.0)
+        how = "fadd" if a.minus == b.minus else "fsub"
+        return _Term(a.row, self.name(f"{how} double {a.factor or one}, {b.factor or one}"), a.minus)
+
+    def subtract(self, left: Lanes, right: Lanes) -> Lanes:
+        return self.add(left, self.negate(right))
+
+    def negate(self, lanes: Lanes) -> Lanes:
+        return tuple(_Term(t.row, t.factor, not t.minus) for t in lanes)
+
+    def choose(self, condition: Value, lanes: Lanes) -> Lanes:
+        truth = self._compare("une", condition, constant(0.0))
+        return self._single(self.name(f"select i1 {truth}, {self._row} {self.sum(lanes)}, {self._row} zeroinitializer"))
+
+    def collected(self, lanes: Lanes) -> Lanes:
+        """The same as one term, added up."""
+        return lanes if len(lanes) == 1 else self._single(self.sum(lanes))
+
+    def sum(self, lanes: Lanes) -> str:
+        """The row that the terms make."""
+        total = ""
+        for term in lanes:
+            row = term.row if term.factor is None else self._times(term.row, term.factor)
+            if total:
+                total = self.name(f"{'fsub' if term.minus else 'fadd'} {self._row} {total}, {row}")
+            else:
+                total = self.name(f"fneg {self._row} {row}") if term.minus else row
+        return total
+
+    def _single(self, row: str) -> Lanes:
+        return (_Term(row, None, False),)
+
+    def _times(self, row: str, scalar: str) -> str:
         if scalar not in self._spread:
             one = self.name(f"insertelement {self._row} undef, double {scalar}, i32 0")
             zeros = f"<{self._lanes} x i32> zeroinitializer"
             self._spread[scalar] = self.name(f"shufflevector {self._row} {one}, {self._row} undef, {zeros}")
-        return self.name(f"fmul {self._row} {lanes}, {self._spread[scalar]}")
-
-    def add(self, left: Lanes, right: Lanes) -> str:
-        return self.name(f"fadd {self._row} {left}, {right}")
-
-    def subtract(self, left: Lanes, right: Lanes) -> str:
-        return self.name(f"fsub {self._row} {left}, {right}")
-
-    def negate(self, lanes: Lanes) -> str:
-        return self.name(f"fneg {self._row} {lanes}")
-
-    def choose(self, condition: Value, lanes: Lanes) -> str:
-        truth = self._compare("une", condition, constant(0.0))
-        return self.name(f"select i1 {truth}, {self._row} {lanes}, {self._row} zeroinitializer")
+        return self.name(f"fmul {self._row} {row}, {self._spread[scalar]}")
 
     def load(self, array: str, offset: int) -> str:
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
         return self.name(f"load double, ptr {at}, align 8")
 
-    def load_lanes(self, array: str, offset: int) -> str:
+    def load_lanes(self, array: str, offset: int) -> Lanes:
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
-        return self.name(f"load {self._row}, ptr {at}, align 8")
+        return self._single(self.name(f"load {self._row}, ptr {at}, align 8"))
 
     def move(self, value: str, rate: str) -> str:
         """The value at this stage of the step."""
         return self.value(ca.OP_ADD, value, self.value(ca.OP_MUL, "%h", rate))
 
-    def move_lanes(self, offset: int) -> str:
-        return self.add(self.load_lanes("%z", offset), self.scale(self.load_lanes("%k", offset), "%h"))
+    def move_lanes(self, offset: int) -> Lanes:
+        moved = self.add(self.load_lanes("%z", offset), self.scale(self.load_lanes("%k", offset), "%h"))
+        return self.collected(moved)
 
     def store(self, value: str, array: str, offset: int) -> None:
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
@@ -150,7 +197,8 @@ class Printer:
 
     def store_lanes(self, lanes: Lanes | None, array: str, offset: int) -> None:
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
-        self.lines.append(f"store {self._row} {lanes or 'zeroinitializer'}, ptr {at}, align 8")
+        row = "zeroinitializer" if lanes is None else self.sum(lanes)
+        self.lines.append(f"store {self._row} {row}, ptr {at}, align 8")
 
 
 def print_kernel(graph: Graph, lanes: int, live: frozenset[int], seeded: frozenset[int]) -> str:
@@ -227,7 +275,10 @@ class _Body:
                 found = [self._found(out, work, k) for k in of]
                 a, t = [v for v, _ in found], [carried for _, carried in found]
                 v = out.value(op, *a)
-                work[place] = v, tangent(out, op, a, v, t) if self._lanes else None
+                carried = tangent(out, op, a, v, t) if self._lanes else None
+                # What several others are made of is added up once.
+                shared = carried is not None and self._order.uses[place] > 1
+                work[place] = v, out.collected(carried) if shared else carried
         return work
 
     def _found(self, out: Printer, work: _Work, place: int) -> tuple[str, Lanes | None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import casadi as ca
@@ -36,6 +37,7 @@ class Order:
     once : places of what is made of constants alone.
     kept : of those, what others are made of; constants of the field itself are not among them.
     moving, reading : places to compute for the rates, and those that only the readings need besides; in order.
+    uses : how often each value is asked for.
     """
 
     values: tuple[Instruction, ...]
@@ -45,6 +47,7 @@ class Order:
     kept: tuple[int, ...]
     moving: tuple[int, ...]
     reading: tuple[int, ...]
+    uses: tuple[int, ...]
 
 
 def ordered(field: ca.Function) -> Order:
@@ -63,6 +66,7 @@ def ordered(field: ca.Function) -> Order:
     moving = _needed(values, results[0], once)
     reading = _needed(values, results[1], once) - moving
     used = {k for place in moving | reading for k in _parts(values[place])} | {k for row in results for k in row}
+    counts = Counter(k for value in values for k in _parts(value)) + Counter(k for row in results for k in row)
     return Order(
         values=tuple(values),
         rates=tuple(results[0]),
@@ -71,6 +75,7 @@ def ordered(field: ca.Function) -> Order:
         kept=tuple(sorted(used & once)),
         moving=tuple(sorted(moving)),
         reading=tuple(sorted(reading)),
+        uses=tuple(counts[place] for place in range(len(values))),
     )
 
 
