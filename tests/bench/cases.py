@@ -67,7 +67,11 @@ def write(
 
 
 NOTHING: Mapping[str, float] = MappingProxyType({})
-COAST_CHANNELS = {"time": ("Time [s]", "s"), "speed": ("GPS Speed [km/h]", "km/h")}
+COAST_CHANNELS = {
+    "time": ("Time [s]", "s"),
+    "speed": ("GPS Speed [km/h]", "km/h"),
+    "position": ("Position [m]", "m"),
+}
 
 
 def coast_downs(

@@ -67,7 +67,10 @@ def simulate(
     inputs = {"grade": 0.0, "wind_speed": 0.0, "elapsed": plan.start[run] + time}
     if day.powered:
         inputs["drive_torque"] = true_torque(plan, day, run, time) if torque is None else torque
-    start = {"speed": float(plan.speed[run]), "position": heading * float(plan.position[run])}
+    true = coast.noise_free(VEHICLE, plan, day, {})[run]
+    along = np.r_[0.0, np.cumsum(np.diff(time) * (true[1:] + true[:-1]) / 2)]
+    inputs["position"] = heading * float(plan.position[run]) + along
+    start = {"speed": float(plan.speed[run])}
     context = {"heading": heading, "temperature": 273.15 + float(plan.temperature[run])}
     context |= {"road_begin": 0.0, "road_end": ROAD}
     simulator = Simulator(model, parameters, unknowns, effects)

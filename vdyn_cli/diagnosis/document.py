@@ -97,6 +97,7 @@ def _cause(
         "p_value": verdict.detection.p_value,
         "visibility": scores.visibility[cause],
         "sensor": effect.sensor,
+        "lasts": effect.lasts,
         "biased": dict(biased),
     }
 

@@ -54,7 +54,7 @@ def diagnosed(step: Step, spec: TestSpec, data: Any, known: Parameters, result: 
     diagnosis = document(bench, verdict, text, accepted, sizes, biased, wrong, next_tests(bench, verdict), lent.metric)
     if extended is None:
         return replace(result, diagnosis=diagnosis)
-    return _merged(result, extended, diagnosis)
+    return _merged(result, extended, diagnosis, [case.causes[c] for c in accepted], sizes)
 
 
 def _case(step: Step, spec: TestSpec, data: Any, known: Parameters) -> Case:
@@ -141,8 +141,15 @@ def _biased(base: Result, extended: Result) -> dict[str, float]:
     }
 
 
-def _merged(base: Result, extended: Result, diagnosis: Mapping[str, Any]) -> Result:
-    """The extended result with the baseline's values and simulations beside its own."""
+def _merged(
+    base: Result,
+    extended: Result,
+    diagnosis: Mapping[str, Any],
+    causes: Sequence[Effect],
+    sizes: Mapping[str, Estimate],
+) -> Result:
+    """The extended result with the baseline's values and simulations beside its own, and the causes that last."""
+    lasting = {e.name: {n: sizes[n] for n in e.unknowns if n in sizes} for e in causes if e.lasts}
     estimates = {
         n: replace(e, baseline=base.parameters[n].value) if n in base.parameters else e
         for n, e in extended.parameters.items()
@@ -151,7 +158,7 @@ def _merged(base: Result, extended: Result, diagnosis: Mapping[str, Any]) -> Res
     comparisons = tuple(_beside(c, before.get((c.run, c.channel))) for c in extended.comparisons)
     return replace(
         extended,
-        parameters=Parameters(estimates, extended.parameters.correlation),
+        parameters=Parameters(estimates, extended.parameters.correlation, lasting),
         comparisons=comparisons,
         diagnosis=diagnosis,
     )

@@ -42,6 +42,7 @@ class Effect:
     alike : effects and parameters that it can be taken for.
     confirm : the cheapest manoeuvre that would show it, one sentence.
     sensor : a fault of a sensor, not of the car.
+    lasts : it belongs to the vehicle, so that later steps and exports keep it; a wind or a slope stays with its day.
     sense : words that follow a value and its unit, such as "along the out direction".
     steps : the steps in which it is looked for; none: wherever the model has its laws.
     """
@@ -61,6 +62,7 @@ class Effect:
     alike: tuple[str, ...]
     confirm: str
     sensor: bool
+    lasts: bool
     sense: str
     steps: tuple[str, ...]
 
@@ -85,6 +87,7 @@ def effect(
     alike: tuple[str, ...] = (),
     confirm: str = "",
     sensor: bool = False,
+    lasts: bool = True,
     sense: str = "",
     steps: tuple[str, ...] = (),
 ) -> Callable[[EffectLaw], Effect]:
@@ -112,6 +115,7 @@ def effect(
             alike=alike,
             confirm=confirm,
             sensor=sensor,
+            lasts=lasts and not sensor,
             sense=sense,
             steps=steps,
         )

@@ -20,6 +20,7 @@ from vdyn_cli.quantity import Quantity
     signature="Every run slows down too fast in its first tens of seconds, in both directions alike.",
     alike=("extra_drag_area", "drag_area", "tire_warmup"),
     confirm="Do not touch the brakes for a minute before a run, or start coasts from different speeds.",
+    lasts=False,
     steps=("coastdown", "validate"),
 )
 def brake_drag_fading(brake: Law, s: Signals, q: Signals) -> Number:

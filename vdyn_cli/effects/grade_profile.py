@@ -7,7 +7,7 @@ from vdyn_cli.engine.bench import Law, Number, Signals
 from vdyn_cli.engine.maths import fabs, fmax
 from vdyn_cli.quantity import Quantity
 
-KNOTS = 12  # over the road: dips and crests of a tenth of it and longer are followed
+KNOTS = 36  # over the road: dips and crests of a twentieth of it and longer are followed
 SLOPES = tuple(f"grade_{k}" for k in range(1, KNOTS + 1))
 STEEP = 0.03
 
@@ -25,6 +25,7 @@ def _slope(name: str, knot: int) -> Quantity:
     alike=("road_grade", "headwind", "brake_drag_fading"),
     confirm="Log the position, and run the stretch both ways from several start points, or survey its height.",
     sense="uphill on the way out",
+    lasts=False,
     steps=("coastdown", "validate"),
 )
 def grade_profile(grade: Law, s: Signals, q: Signals) -> Number:

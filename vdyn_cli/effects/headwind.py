@@ -16,6 +16,7 @@ from vdyn_cli.quantity import Quantity
     alike=("road_grade", "extra_drag_area", "rolling_resistance"),
     confirm="Drive the same track both ways from high to walking speed: wind fades with the speed, a slope does not.",
     sense="along the out direction",
+    lasts=False,
     steps=("coastdown", "validate"),
 )
 def headwind(air: Law, s: Signals, q: Signals) -> Number:

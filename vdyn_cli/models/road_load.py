@@ -39,8 +39,9 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False, located:
         force f = (1 + k) (V' + g sin(grade)) + zero. Over M f + mr V' = F - Fd - Rr the slope drops out, so that
         hills do not drive the simulated speed away from the measured one. road_slope is the road's mean slope, uphill
         on the way out, as far as the grade does not tell it.
-    located : the car knows where it is: the state ``position`` (m) rises in the direction of driving, and heading times
-        position is the road's coordinate; a drive's start gives it. What the road does is then a matter of the place.
+    located : it is known where the car is: the input ``position`` (m) rises in the direction of driving, and heading
+        times position is the road's coordinate. What the road does is then a matter of the place. It is an input, and
+        not the speed's integral, so that a simulated speed that is off does not also meet the hills too late.
 
     Returns
     -------
@@ -58,8 +59,8 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False, located:
     def assemble(e: Bench, u: Signals) -> None:
         state = e.state("speed", 15.0)
         speed = e("measured_speed", value=u.speed) if accelerometer else state
-        place = {"position": e.state("position")} if located else {}
-        e.integrate(**dict.fromkeys(place, speed), run_time=1.0)
+        place = {"position": u.position} if located else {}
+        e.integrate(run_time=1.0)
         grade = e("grade", value=u.grade, **place)
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
@@ -81,7 +82,11 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False, located:
             *(DRIVELINE if driven == "torque" else ()),
             *(ACCELEROMETER if accelerometer else ()),
         ),
-        inputs=("grade", "wind_speed", "elapsed", *drive_input, *(("speed",) if accelerometer else ())),
+        inputs=(
+            *("grade", "wind_speed", "elapsed", *drive_input),
+            *(("speed",) if accelerometer else ()),
+            *(("position",) if located else ()),
+        ),
         context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
     )
 

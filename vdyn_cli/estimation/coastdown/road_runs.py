@@ -59,9 +59,14 @@ class RoadRun:
     place: float | None = None
 
     @property
+    def along(self) -> Array:
+        """Distance driven at each row, m."""
+        return np.asarray(np.r_[0.0, np.cumsum(np.diff(self.time) * (self.speed[1:] + self.speed[:-1]) / 2)])
+
+    @property
     def driven(self) -> float:
         """Distance, m."""
-        return float(np.trapezoid(self.speed, self.time))
+        return float(self.along[-1])
 
     def channel(self, name: str) -> Array:
         """A fitted channel: speed or acceleration."""
@@ -134,7 +139,7 @@ class Campaign:
         context = {"heading": run.heading, "temperature": run.temperature}
         start = {"run_time": run.since}
         if self.road is not None and run.place is not None:
-            start["position"] = run.heading * run.place
+            inputs["position"] = run.heading * run.place + np.interp(time, run.time, run.along)
             context |= {"road_begin": self.road[0], "road_end": self.road[1]}
         return Drive(time, inputs, start, own, context)
 
