@@ -1,0 +1,64 @@
+"""Jerk from a noisy specific force: the slope of its weighted mean over a moment, the same on both sides.
+
+A derivative of a Gaussian of standard deviation tau is a low-pass of 3 dB at 0.133/tau and a differentiator at once::
+
+    j(t) = sum a(t_i) k'(t - t_i) dt,   k = exp(-t^2/(2 tau^2)) / (tau sqrt(2 pi))
+
+White noise s of samples dt apart becomes s sqrt(dt / (4 sqrt(pi) tau^3)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+FASTEST = 40.0  # Hz of the logger at least: slower, a jerk would show nothing of the driveline
+
+
+@dataclass(frozen=True)
+class Filter:
+    """The low-pass: ``width`` is tau in s."""
+
+    width: float
+
+    @property
+    def corner(self) -> float:
+        """Hz at which it takes 3 dB."""
+        return float(np.sqrt(np.log(2.0)) / (2 * np.pi * self.width))
+
+    def noise_gain(self, time: Array) -> float:
+        spacing = float(np.median(np.diff(time)))
+        return float(np.sqrt(spacing / (4 * np.sqrt(np.pi) * self.width**3)))
+
+
+JERK = Filter(0.02)
+
+
+def slope_of(time: Array, values: Array, derive: bool = True) -> Array | None:
+    """The low-passed time derivative of values (n,) or (n, k), or the low-passed values themselves.
+
+    NaN within reach of the filter gives NaN. None where the log is too slow to tell.
+    """
+    from scipy.ndimage import convolve1d
+
+    spacing = float(np.median(np.diff(time)))
+    if spacing > 1.0 / FASTEST:
+        return None
+    even = np.arange(time[0], time[-1] + 0.5 * spacing, spacing)
+    columns = values.reshape(values.shape[0], -1)
+    grid = np.column_stack([np.interp(even, time, c) for c in columns.T])
+    reach = int(np.ceil(4 * JERK.width / spacing))
+    at = np.arange(-reach, reach + 1) * spacing
+    kernel = np.exp(-0.5 * (at / JERK.width) ** 2)
+    kernel /= kernel.sum()
+    if derive:
+        kernel = -at * kernel
+        kernel /= -np.sum(at * kernel)  # exact for straight lines
+        kernel = -kernel
+    smooth = convolve1d(grid, kernel[::-1] if derive else kernel, axis=0, mode="nearest")
+    back = np.column_stack([np.interp(time, even, c) for c in smooth.T])
+    return np.asarray(back.reshape(values.shape))

@@ -1,0 +1,186 @@
+"""Drives as a regression: every uncertain parameter with what is known of it, rows of all measured outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.errors import ResultError
+from vdyn_cli.estimation.restricted_likelihood import NoisyRun
+from vdyn_cli.estimation.validate import noise
+from vdyn_cli.estimation.validate.drives import Stretch
+from vdyn_cli.estimation.validate.rows import Colour, Plan, colour, plan
+from vdyn_cli.estimation.validate.trial import LEAST_TORQUE, TORQUES, Outcome, Trial
+from vdyn_cli.fit import Regression, Rows, white_level, whiten
+
+Array = NDArray[np.float64]
+
+LAGS = 10  # fast rows by which the noise of the torque sensor is predicted
+CAUTION = 3.0  # noise of fast rows over that of the sensors: thousands of them, whose model is right to some per cent
+SEED = 20170401  # of the noise that is added to the torque
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """Drives with the noise of all their rows.
+
+    Parameters
+    ----------
+    first : outcomes at the beliefs, with slopes.
+    shaken : (stretches) what noise of the torque sensor's size does to every output.
+    sizes : of the slow noise. factors : its Cholesky factors. colours : of the fast rows.
+    """
+
+    trial: Trial
+    plans: tuple[Plan, ...]
+    first: tuple[Outcome, ...]
+    shaken: tuple[Mapping[str, Array], ...]
+    torque_levels: tuple[float, ...]
+    sizes: Mapping[str, float]
+    factors: tuple[Array, ...]
+    colours: tuple[Colour, ...]
+
+    def start(self, run: int) -> Array:
+        """Local unknowns of a stretch at the beliefs."""
+        trial = self.trial
+        return np.array([*trial.theta(), trial.begun(run)[0], *np.zeros(len(trial.zeroed))])
+
+    def error(self, run: int, outcome: Outcome) -> dict[str, Array]:
+        """Simulated less measured, each (n,)."""
+        s = self.trial.stretches[run]
+        return {n: outcome.values[n] - s.outputs[n] for n in self.trial.channels if n in s.outputs}
+
+    def white(self, run: int, outcome: Outcome, start: float, slopes: bool = True) -> Rows:
+        """The whitened rows of a stretch."""
+        rows = _rows(
+            self.plans[run],
+            self.error(run, outcome),
+            outcome.slopes if slopes else None,
+            self.factors[run],
+            self.colours[run],
+        )
+        return self._begun(run, rows, start)
+
+    def _begun(self, run: int, rows: Rows, start: float) -> Rows:
+        """With what is known of the start: a car at rest is at rest."""
+        value, std = self.trial.begun(run)
+        first = np.zeros((1, rows.jacobian.shape[1]))
+        if first.size:
+            first[0, len(self.trial.shared)] = 1.0 / std
+        assert rows.time is not None
+        return Rows(
+            np.r_[rows.residual, (start - value) / std],
+            np.vstack([rows.jacobian, first]),
+            time=np.r_[rows.time, self.trial.stretches[run].time[0]],
+        )
+
+    def __call__(self, run: int, theta: Array) -> Rows:
+        start = self.start(run)
+        same = theta.shape == start.shape and np.array_equal(theta, start)
+        try:
+            outcome = self.first[run] if same else self.trial.simulate(run, theta)
+        except ResultError as error:  # far off, a trial may be beyond what the step size bears
+            raise ArithmeticError(str(error)) from error
+        return self.white(run, outcome, float(theta[len(self.trial.shared)]))
+
+    @cached_property
+    def regression(self) -> Regression:
+        unknowns, starts = self.trial.unknowns()
+        return Regression(unknowns, tuple(s.name for s in self.trial.stretches), self, starts)
+
+
+def _rows(
+    p: Plan, error: Mapping[str, Array], slopes: Mapping[str, Array] | None, factor: Array, shade: Colour
+) -> Rows:
+    """Errors and their derivatives side by side through the same linear maps."""
+    both = {n: e[:, None] if slopes is None else np.column_stack([slopes[n], e]) for n, e in error.items()}
+    slow, fast = p.slow(both), p.fast(both)
+    residual, jacobian = whiten(slow[:, -1], slow[:, :-1], cholesky=factor)
+    quick = shade.white(fast, _part(p)) / CAUTION
+    width = quick.shape[1]
+    flat = quick.reshape(-1, quick.shape[-1])
+    times = np.repeat(_fast_time(p, shade), width)
+    slow_times = np.tile(p.bins.time, 2 if p.felt else 1)
+    return Rows(
+        np.concatenate([residual, flat[:, -1]]),
+        np.vstack([jacobian, flat[:, :-1]]),
+        time=np.concatenate([slow_times, times]),
+    )
+
+
+def _part(p: Plan) -> NDArray[np.int64]:
+    return p.part[p.fine.first]
+
+
+def _fast_time(p: Plan, shade: Colour) -> Array:
+    lags, part = len(shade.weights), _part(p)
+    return np.asarray(p.fine.time[lags:][part[lags:] == part[: part.size - lags]])
+
+
+def weigh(trial: Trial) -> Weighed:
+    """Simulate at the beliefs and find the noise of every row, the fitted unknowns being reckoned with.
+
+    Raises
+    ------
+    ResultError : the simulation is not finite.
+    """
+    count = range(len(trial.stretches))
+    blank = Weighed(trial, (), (), (), (), {}, (), ())
+    first = tuple(trial.simulate(k, blank.start(k)) for k in count)
+    radius = trial.beliefs.values["wheel_radius"]
+    plans = tuple(
+        plan(s, trial.channels, radius, outcome.values) for s, outcome in zip(trial.stretches, first, strict=True)
+    )
+    levels = tuple(_torque_level(trial.stretches[k]) for k in count)
+    blank = replace(blank, plans=plans, first=first, torque_levels=levels)
+    found = _sizes(blank)
+    values = trial.beliefs.values
+    factors, colours, shaken = [], [], []
+    for k in count:
+        slow = noise.slow_noise(trial.stretches[k], plans[k], plans[k].bins, values, levels[k])
+        factors.append(np.asarray(np.linalg.cholesky(slow.covariance(found) + 1e-14 * np.eye(slow.push.size))))
+        shaken.append(_shaken(blank, k))
+        colours.append(colour(plans[k].fast({n: v[:, None] for n, v in shaken[k].items()})[:, :, 0], LAGS))
+    return replace(blank, sizes=found, factors=tuple(factors), colours=tuple(colours), shaken=tuple(shaken))
+
+
+def _torque_level(s: Stretch) -> float:
+    """N m of white noise in a sample of the torque."""
+    names = [n for n in TORQUES if n in s.inputs]
+    return max(float(np.hypot.reduce([white_level(s.inputs[n], s.time) for n in names])), LEAST_TORQUE)
+
+
+def _shaken(w: Weighed, run: int) -> dict[str, Array]:
+    """What more noise of the torque sensor's own size does to the outputs."""
+    s = w.trial.stretches[run]
+    rng = np.random.default_rng([SEED, run])
+    seen = w.trial.simulate(run, w.start(run), slopes=False, shaken=rng.standard_normal(s.time.size))
+    return {n: seen.values[n] - w.first[run].values[n] for n in w.first[run].values}
+
+
+def _sizes(w: Weighed) -> dict[str, float]:
+    trial = w.trial
+    k = len(trial.beliefs.names)
+    shared = len(trial.shared)
+    runs = []
+    for run in range(len(trial.stretches)):
+        p, outcome = w.plans[run], w.first[run]
+        bins = noise.sizing_bins(p)
+        error = w.error(run, outcome)
+        slow = p.slow({n: np.column_stack([outcome.slopes[n], e]) for n, e in error.items()}, bins)
+        jacobian, own = slow[:, :shared].copy(), slow[:, shared:-1]
+        jacobian[:, :k] = jacobian[:, :k] @ trial.beliefs.root  # in units in which the beliefs are independent
+        covariance = noise.slow_noise(trial.stretches[run], p, bins, trial.beliefs.values, w.torque_levels[run])
+        runs.append(NoisyRun(slow[:, -1], jacobian, own, covariance))
+    known = np.array(
+        [
+            *np.ones(k),
+            *(1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in trial.extra),
+            *(std**-2.0 for std in trial.instruments.values()),
+        ]
+    )
+    return noise.sizes(runs, known)

@@ -1,0 +1,233 @@
+"""The simulated car beside the measured one: model, simulator and what is known, for every stretch of every drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.bench import Correction
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
+from vdyn_cli.estimation.validate.drives import OUTPUTS, Stretch, driving
+from vdyn_cli.estimation.validate.given import Beliefs
+from vdyn_cli.estimation.validate.torque import denoised
+from vdyn_cli.fit import Unknown, white_level
+from vdyn_cli.log import Log
+
+Array = NDArray[np.float64]
+
+START = "start.speed"
+TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
+LEAST_TORQUE = 1e-3  # N m of noise in a torque
+WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
+GAINS = ("speed", "shaft_torque", "acceleration")
+REST = 0.3  # m/s, below which a drive begins at rest
+AT_REST = 1e-3  # m/s, how well a car at rest is known to be
+UNEVEN = 3.0  # spacings of the clock that one step size must still bear
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Outputs of one stretch and their derivatives: each (n,) and (n, k) to beliefs, extra unknowns, own unknowns."""
+
+    values: Mapping[str, Array]
+    slopes: Mapping[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Everything that simulates the drives.
+
+    Parameters
+    ----------
+    stretches : what is simulated, each in one go.
+    model : the full vehicle or the road load.
+    beliefs : the parameters before the drives.
+    channels : outputs that are fitted, of those that the model has and the logs hold.
+    effects, extra : corrections of the model's laws, and their unknowns.
+    step : s, the longest step of the integration.
+    zeros : standard deviation of a sensor's zero, by channel; each stretch has its own.
+    gains : standard deviation of a sensor's gain, by channel; the same in all stretches, and of both shaft torques.
+    hub_lever : m, standard deviation of how far the hubs swing along the road per angle of pitch, beside the model's:
+        the suspension's geometry decides it, and nobody measures it.
+    wind_variance : m^2/s^2, of gusts and mean winds: what they add to the mean drag.
+    """
+
+    stretches: tuple[Stretch, ...]
+    model: Model
+    beliefs: Beliefs
+    channels: tuple[str, ...]
+    step: float
+    zeros: Mapping[str, float]
+    gains: Mapping[str, float]
+    hub_lever: float
+    effects: tuple[Correction, ...] = ()
+    extra: tuple[Unknown, ...] = ()
+    wind_variance: float = 0.0
+
+    @cached_property
+    def zeroed(self) -> tuple[str, ...]:
+        """Channels whose zero is a nuisance of every stretch."""
+        return tuple(n for n in self.channels if self.zeros.get(n, 0.0) > 0)
+
+    @cached_property
+    def instruments(self) -> dict[str, float]:
+        """Unknowns of the readings that all stretches share, with their standard deviations about zero."""
+        found = {f"{n}_gain": self.gains[n] for n in GAINS if self.gains.get(n, 0.0) > 0 and self._read(n)}
+        if self.hub_lever > 0 and "speed" in self.channels and any(n in WHEELS for n in self.channels):
+            found["hub_lever"] = self.hub_lever
+        return found
+
+    def _read(self, group: str) -> tuple[str, ...]:
+        return tuple(n for n in self.channels if n.startswith(group))
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """A stretch's own unknowns."""
+        return (START, *(f"{name}_zero" for name in self.zeroed))
+
+    @property
+    def shared(self) -> tuple[str, ...]:
+        return (*self.moving, *self.instruments)
+
+    @property
+    def moving(self) -> tuple[str, ...]:
+        """Shared unknowns that move the car."""
+        return (*self.beliefs.names, *(u.name for u in self.extra))
+
+    @cached_property
+    def _outputs(self) -> tuple[str, ...]:
+        return self._simulator.outputs
+
+    @cached_property
+    def _simulator(self) -> Simulator:
+        dense = max(self._substeps(s.time) for s in self.stretches)
+        values = {**self.beliefs.values, "wind_variance": self.wind_variance}
+        own = {n: values[n] for n in self.model.parameters}
+        return Simulator(self.model, own, (*self.moving, START), self.effects, dense)
+
+    def _substeps(self, time: Array) -> int:
+        steps = np.diff(time)
+        longest = max(1.05 * float(np.median(steps)), float(steps.max()) / UNEVEN)
+        return max(1, int(np.ceil(longest / self.step - 1e-9)))
+
+    @cached_property
+    def drives(self) -> tuple[Drive, ...]:
+        return tuple(self._drive(s) for s in self.stretches)
+
+    def _drive(self, s: Stretch, shaken: Array | None = None) -> Drive:
+        everything = {
+            **s.inputs,
+            "elapsed": s.time - s.time[0],
+            **{f"road_{wheel}": 0.0 for wheel in ("fl", "fr", "rl", "rr")},
+        }
+        if "drive_torque" in self.model.inputs and "drive_torque" not in s.inputs:
+            everything["drive_torque"] = driving(Log(s.name, s.time, s.inputs))
+        for name in TORQUES:
+            if name not in self.model.inputs:
+                continue
+            level = max(white_level(everything[name], s.time), LEAST_TORQUE)
+            if "shaft_torque_left" in self._outputs:
+                everything[name] = denoised(s.time, everything[name], level)
+                if shaken is not None:
+                    everything[name] = denoised(s.time, everything[name] + level * shaken, level)
+            elif shaken is not None:
+                everything[name] = everything[name] + level * shaken
+        inputs = {n: everything[n] for n in self.model.inputs}
+        return Drive(s.time, inputs, context={"heading": s.heading, "temperature": s.temperature})
+
+    def theta(self) -> Array:
+        """(shared,) the unknowns where they are believed to be."""
+        moving = [*(self.beliefs.values[n] for n in self.beliefs.names), *(u.start for u in self.extra)]
+        return np.array([*moving, *np.zeros(len(self.instruments))])
+
+    def begun(self, run: int) -> tuple[float, float]:
+        """Start speed of a stretch and its standard deviation."""
+        value, std = self.stretches[run].start
+        return (0.0, AT_REST) if abs(value) < REST and std < REST else (value, max(std, 1e-3))
+
+    def simulate(self, run: int, theta: Array, slopes: bool = True, shaken: Array | None = None) -> Outcome:
+        """One stretch at its local unknowns (shared, start speed, zeros).
+
+        ``shaken`` (n,): noise of one, to be added to the torque in the size of its sensor's.
+
+        Raises
+        ------
+        ResultError : the simulation is not finite.
+        """
+        drive = self.drives[run] if shaken is None else self._drive(self.stretches[run], shaken)
+        count, steady = len(self.moving), len(self.shared)
+        lever = "hub_lever" in self.instruments
+        seen = self._simulator(drive, [*theta[:count], theta[steady]], sensitivities=slopes, states=lever)
+        values, derivatives = self._readings(seen, self.stretches[run])
+        rates = seen.states["pitch_rate"] / self.beliefs.values["wheel_radius"] if lever else None
+        for name in values:
+            added, columns = self._reading(name, values[name], rates, theta[count:steady], theta[steady + 1 :])
+            if slopes:
+                moved = derivatives[name]
+                derivatives[name] = np.hstack([moved[:, :count], columns[0], moved[:, count:], columns[1]])
+            values[name] = added
+        return Outcome(values, derivatives)
+
+    def _reading(
+        self, name: str, true: Array, rates: Array | None, steady: Array, zeros: Array
+    ) -> tuple[Array, tuple[Array, Array]]:
+        """What the sensor of a channel reads, and the derivatives to the instruments' and the zeros' unknowns."""
+        read, shared, own = true, np.zeros((true.size, steady.size)), np.zeros((true.size, zeros.size))
+        for i, instrument in enumerate(self.instruments):
+            if instrument == "hub_lever":
+                if name in WHEELS and rates is not None:
+                    shared[:, i] = rates
+            elif name in self._read(instrument.removesuffix("_gain")):
+                shared[:, i] = true
+        if name in self.zeroed:
+            own[:, self.zeroed.index(name)] = 1.0
+        return read + shared @ steady + own @ zeros, (shared, own)
+
+    def _readings(self, seen: Simulated, s: Stretch) -> tuple[dict[str, Array], dict[str, Array]]:
+        names = [n for n in OUTPUTS if n in seen.outputs]
+        values = {n: seen.outputs[n] for n in names}
+        slopes = {n: seen.sensitivities[n] for n in names}
+        if "acceleration" not in self._outputs and s.time.size > 2:
+            # A mass on a road has no acceleration of its own to read: the rate of its speed and gravity along the road.
+            grade = s.inputs["grade"]
+            values["acceleration"] = np.gradient(values["speed"], s.time) + GRAVITY * grade / np.sqrt(1 + grade**2)
+            slopes["acceleration"] = np.gradient(slopes["speed"], s.time, axis=0)
+        return values, slopes
+
+    def unknowns(self) -> tuple[tuple[Unknown, ...], dict[str, Array]]:
+        """Everything sought, with what is known of it; and each stretch's own starts."""
+        found = [_believed(self.beliefs, i) for i in range(len(self.beliefs.names))]
+        begun = np.array([self.begun(k) for k in range(len(self.stretches))]).reshape(-1, 2)
+        own = [
+            Unknown(START, 0.0, -10.0, 160.0, "m/s", per_run=True, nuisance=True),
+            *(
+                Unknown(f"{n}_zero", 0.0, -50 * self.zeros[n], 50 * self.zeros[n], "", (0.0, self.zeros[n]), True, True)
+                for n in self.zeroed
+            ),
+        ]
+        instruments = [
+            Unknown(n, 0.0, -20 * std, 20 * std, "m" if n == "hub_lever" else "", (0.0, std), nuisance=True)
+            for n, std in self.instruments.items()
+        ]
+        return (*found, *self.extra, *instruments, *own), {START: begun[:, 0]}
+
+    def with_wind(self, variance: float) -> Trial:
+        return replace(self, wind_variance=variance)
+
+
+def _believed(beliefs: Beliefs, i: int) -> Unknown:
+    name, value, std = beliefs.names[i], beliefs.values[beliefs.names[i]], float(beliefs.std[i])
+    row = {b: float(beliefs.correlation[i, j]) for j, b in enumerate(beliefs.names) if j != i}
+    related = {b: r for b, r in row.items() if abs(r) > 1e-12}
+    low, high = value - 12 * std, value + 12 * std
+    if value > 0:
+        low = max(low, 0.02 * value)
+    if name == "driveline_efficiency":
+        high = max(high, 1.2)
+    return Unknown(name, value, low, high, "", (value, std), nuisance=True, prior_correlation=related)

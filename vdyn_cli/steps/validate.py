@@ -1,0 +1,270 @@
+"""Drives against the model: does it predict them as well as its parameters' uncertainty allows?
+
+The model is simulated open loop with the measured torque from the measured start and held against every output that was
+measured. The parameters' covariance C and the exact sensitivities S of an output give the band in which it may lie,
+
+    y +- 1.96 sqrt(S C S' + gusts + sensor noise)
+
+Outside the band the model is wrong; inside it the parameters are merely uncertain. The result says for every output
+and regime (launch, acceleration, cruise, coast, braking, low speed) how large the error is against sensor noise, how
+long it is outside and how long a right model would be, which parameter's uncertainty makes the band, and what the
+drives say of each parameter: its move over the standard deviation of that move.
+
+``model: vehicle`` has 18 degrees of freedom and takes what all steps give; what no step gives is assumed widely, and
+told. ``model: road_load`` is a mass on a road, for cars of which only mass, radius, ratio and road load are known
+(rolling_resistance and drag_area, or road_load_f0, f1, f2); it leaves out what is braked. ``windows`` cuts long trips
+into short stretches and tells how far the speed has run away at the end of each; ``powered`` takes those in which the
+torque is above zero throughout, as nobody brakes then.
+
+Inputs: drive torque (or left and right), brake torque, grade, wind; what is not recorded is zero. They must be there
+all along: gaps are refused, while outputs may have gaps. Publishes no parameters.
+
+Assumes straight driving, gusts along the road, sensors with white noise, a zero and a gain.
+Sources: SAE 2017-01-1574 for model and drives; JCGM 100:2008 for the propagation; Patterson and Thompson, Biometrika 58
+(1971) 545 for the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
+
+import numpy as np
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.errors import Finding, InputError, ResultError
+from vdyn_cli.estimation.validate import views, windows, words
+from vdyn_cli.estimation.validate.band import WIDE, Band, Verdict, bands, verdicts
+from vdyn_cli.estimation.validate.drives import OUTPUTS, Cut, Note, stretches
+from vdyn_cli.estimation.validate.given import beliefs
+from vdyn_cli.estimation.validate.posterior import Posterior, posterior
+from vdyn_cli.estimation.validate.regression import Weighed, weigh
+from vdyn_cli.estimation.validate.swings import swing_views
+from vdyn_cli.estimation.validate.trial import Trial
+from vdyn_cli.fit import Regression, Unknown
+from vdyn_cli.log import Log
+from vdyn_cli.models.road_load import road_load
+from vdyn_cli.models.vehicle import vehicle
+from vdyn_cli.parameters import GIVERS, Parameters
+from vdyn_cli.quantity import Given
+from vdyn_cli.result import Figure, FitSummary, Result, Table
+from vdyn_cli.spec import Si, Strict, TestSpec
+from vdyn_cli.steps import Step
+
+SOURCE = "validate"
+
+
+class Windows(Strict):
+    """Short stretches instead of whole drives: ``length`` each, with drive torque above zero throughout or not."""
+
+    length: Annotated[Given, Si("s", 2, 3600)] = Given(20.0)
+    powered: bool = True
+
+
+class Zeros(Strict):
+    """Standard deviations of the zeros that sensors have in each drive."""
+
+    acceleration: Annotated[Given, Si("m/s^2", 0, 3)] = Given(0.02)
+    shaft_torque: Annotated[Given, Si("N m", 0, 200)] = Given(2.0)
+
+
+class Gains(Strict):
+    """Standard deviations of sensors' gains, the same in all drives."""
+
+    speed: Annotated[Given, Si("", 0, 0.2)] = Given(0.0005)
+    shaft_torque: Annotated[Given, Si("", 0, 0.2)] = Given(0.001)
+    acceleration: Annotated[Given, Si("", 0, 0.2)] = Given(0.01)
+
+
+class ValidateSettings(Strict):
+    """``model``: vehicle (18 degrees of freedom) or road_load (a mass on a road). ``step``: the longest in the integration.
+
+    ``hub_lever``: how far the hubs swing along the road per angle of pitch, beside the model's; nobody measures it.
+    """
+
+    model: Literal["vehicle", "road_load"] = "vehicle"
+    driven: Literal["front", "rear", "both"] = "front"
+    windows: Windows | None = None
+    step: Annotated[Given, Si("s", 1e-5, 0.05)] = Given(0.001)
+    zeros: Zeros = Zeros()
+    gains: Gains = Gains()
+    hub_lever: Annotated[Given, Si("m", 0, 1)] = Given(0.3)
+
+
+class ValidateSpec(TestSpec):
+    """A validation's description."""
+
+    settings: ValidateSettings = ValidateSettings()
+
+
+def trial_of(
+    spec: ValidateSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> tuple[Trial, list[Finding]]:
+    """What is simulated, and what is worth knowing of the logs.
+
+    Raises
+    ------
+    InputError : parameters that are missing or not physical; inputs with gaps or on another clock than the speed.
+    """
+    s = spec.settings
+    length, powered = (s.windows.length.value, s.windows.powered) if s.windows else (None, False)
+    day = known.value("temperature", 293.15)
+    notes = [Note(r.direction, r.temperature.value if r.temperature else day) for r in spec.runs]
+    found, doubts = stretches(logs, notes, Cut(s.model, length, powered))
+    sides = all("drive_torque_left" in log and "drive_torque" not in log for log in logs)
+    model = vehicle(s.driven, "sides" if sides else "axle") if s.model == "vehicle" else road_load("torque")
+    believed = beliefs(known, model.parameters)
+    if not found:
+        what = "no stretch of any run can be simulated"
+        raise InputError(*doubts, Finding("runs", what, remedy="check the channels and settings.windows"))
+    has = OUTPUTS if s.model == "vehicle" else ("speed", "acceleration")
+    channels = tuple(n for n in has if all(n in one.outputs for one in found))
+    zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)
+    zeros["acceleration"] = s.zeros.acceleration.value
+    gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
+    lever = s.hub_lever.value if s.model == "vehicle" else 0.0
+    made = Trial(
+        tuple(found), model, believed, channels, s.step.value, zeros, gains, lever, tuple(effects), tuple(extra)
+    )
+    return made, doubts
+
+
+def regression(
+    spec: ValidateSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Regression:
+    """The whitened regression of all outputs, with effects of the model's laws and their unknowns; its noise is found
+    with them in. Shared unknowns are all parameters that have a standard deviation, with it as their prior."""
+    return weigh(trial_of(spec, logs, known, effects, extra)[0]).regression
+
+
+def estimate(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Result:
+    """Simulate the drives and say how well the model predicts them."""
+    trial, doubts = trial_of(spec, logs, known)
+    w = weigh(trial)
+    found = bands(w)
+    told, chance = verdicts(w, found)
+    after = posterior(w)
+    s = spec.settings
+    names = tuple(log.name for log in logs)
+    tables = [views.output_table(found, told), views.regime_table(w, found, told)]
+    tables += [views.share_table(w, found), views.parameter_table(w, after)]
+    figures = list(views.figures(w, found))
+    extra = _numbers(w, found, told, chance, after)
+    sentence = words.sentence(w, found, told, chance, after)
+    if s.windows:
+        ends = windows.ends(w, names)
+        tables.insert(0, windows.table(ends))
+        extra["windows"] = windows.document(ends)
+        sentence = words.windows_sentence(ends, told)
+    if s.model == "vehicle":
+        swings, doubt = _swings(trial, s.driven)
+        doubts += doubt
+        for table, figure in swings:
+            tables.append(table)
+            figures.append(figure)
+    return Result(
+        SOURCE,
+        sentence,
+        Parameters(),
+        _summary(w, found, names, words.warnings(w, told, chance, after)),
+        words.methods(w, trial.model.name),
+        views.comparisons(w, found),
+        tuple(figures),
+        tuple(tables),
+        (*doubts, *trial.beliefs.assumptions, *_unrecorded(logs, s.model), *(f for log in logs for f in log.findings)),
+        {"validation": extra},
+    )
+
+
+def _swings(trial: Trial, driven: Literal["front", "rear", "both"]) -> tuple[list[tuple[Table, Figure]], list[Finding]]:
+    values = {"wind_variance": 0.0, "gear_ratio": 1.0, "driveline_efficiency": 1.0, **trial.beliefs.values}
+    try:
+        return [swing_views(values, driven)], []
+    except ResultError as error:
+        return [], [Finding("modes", f.what, f.got, f.remedy, minor=True) for f in error.findings]
+
+
+def _summary(
+    w: Weighed, found: tuple[dict[str, Band], ...], names: tuple[str, ...], told: tuple[str, ...]
+) -> FitSummary:
+    error = np.concatenate([one["speed"].error for one in found])
+    expected = np.concatenate([one["speed"].half for one in found]) / WIDE
+    there = np.isfinite(error)
+    rms = float(np.sqrt(np.mean(error[there] ** 2)))
+    floor = float(np.sqrt(np.mean(expected[there] ** 2)))
+    runs = tuple(names[k] for k in dict.fromkeys(s.run for s in w.trial.stretches))
+    return FitSummary(runs, rms, floor, "m/s", (), warnings=told)
+
+
+def _unrecorded(logs: Sequence[Log], model: str) -> list[Finding]:
+    """Inputs taken as zero because nobody recorded them."""
+    missing = [n for n in ("brake_torque", "grade") if not all(n in log for log in logs)]
+    if not missing:
+        return []
+    also = "" if model == "vehicle" or "brake_torque" not in missing else "; map brake_torque, or take powered windows"
+    return [Finding("channels", f"{' and '.join(missing)} not recorded: taken as zero{also}", minor=True)]
+
+
+def _numbers(
+    w: Weighed, found: tuple[dict[str, Band], ...], told: Mapping[str, Verdict], chance: float, after: Posterior
+) -> dict[str, Any]:
+    """Everything of the tables, for scripts."""
+    outputs = {}
+    parts = views.shares(w, found)
+    for name, v in told.items():
+        error = np.concatenate([one[name].error for one in found if name in one])
+        error = error[np.isfinite(error)]
+        outputs[name] = {
+            "unit": views.unit_of(name),
+            "rms": float(np.sqrt(np.mean(error**2))),
+            "bias": float(error.mean()),
+            "max": float(np.abs(error).max()),
+            "sensor_noise": float(np.median([one[name].sensor for one in found if name in one])),
+            "outside": v.share,
+            "limit": v.limit,
+            "chance": v.chance,
+            "regimes": {r: {"outside": a, "limit": b} for r, (a, b) in v.by_regime.items()},
+            "shares": {n: round(p, 4) for n, p in list(parts[name].items())[:8]},
+        }
+    b = w.trial.beliefs
+    parameters = {
+        n: {
+            "before": b.values[n],
+            "std_before": float(b.std[i]),
+            "after": float(after.values[i]),
+            "std_after": float(after.std[i]),
+            "strain": float(after.strain[i]),
+            "seen": float(after.told[i]),
+        }
+        for i, n in enumerate(b.names)
+    }
+    outside = words.outside(told, chance)
+    return {
+        "verdict": "outside" if outside else "strained" if words.strained(w, after) else "inside",
+        "outside": outside,
+        "strained": words.strained(w, after),
+        "chance": chance,
+        "outputs": outputs,
+        "parameters": parameters,
+        "statistic": {"value": after.statistic, "degrees": after.degrees, "chance": after.chance},
+        "noise": dict(w.sizes),
+    }
+
+
+STEP = Step(
+    name=SOURCE,
+    spec=ValidateSpec,
+    required=("time", "speed", "drive_torque|drive_torque_left+drive_torque_right"),
+    optional=("brake_torque", *OUTPUTS[1:], "jerk", "grade", "wind_speed"),
+    needs=tuple(GIVERS),
+    gives=(),
+    estimate=estimate,
+)
