@@ -8,8 +8,8 @@ from typing import Any
 
 from vdyn_cli.diagnosis.case import Case, unknowns_of
 from vdyn_cli.diagnosis.document import document
-from vdyn_cli.diagnosis.next_test import next_tests
 from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.diagnosis.next_test import next_tests
 from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.where import where
 from vdyn_cli.diagnosis.words import sentence

@@ -158,7 +158,7 @@ def signs(units: int, draws: int) -> Array:
     """Patterns of signs, (patterns, units): the one as seen first, all of them where they are few."""
     if units <= ENUMERATED:
         bits = (np.arange(2 ** (units - 1))[:, None] >> np.arange(units)[None, :]) & 1
-        return 1.0 - 2.0 * bits
+        return np.asarray(1.0 - 2.0 * bits, dtype=np.float64)
     random = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(draws, units))
     return np.asarray(np.vstack([np.ones(units), random]), dtype=np.float64)
 

@@ -48,9 +48,8 @@ def linearise(regression: Regression, shared: Mapping[str, float], own: Mapping[
     ArithmeticError : the model has no finite value there.
     """
     values = np.array([shared.get(u.name, 0.0) for u in regression.shared])
-    each = np.array([own[u.name] for u in regression.own], dtype=float).reshape(len(regression.own), -1).T
-    if not regression.own:
-        each = np.zeros((len(regression.runs), 0))
+    runs = len(regression.runs)
+    each = np.array([own[u.name] for u in regression.own], dtype=float).reshape(len(regression.own), runs).T
     rows = tuple(regression.rows(k, np.concatenate([values, each[k]])) for k in range(len(regression.runs)))
     if not all(np.all(np.isfinite(r.residual)) and np.all(np.isfinite(r.jacobian)) for r in rows):
         raise ArithmeticError("the model has no finite derivatives at the fit")
@@ -108,10 +107,11 @@ class Sheet:
         of_row = self.run[self.label]
         known = of_row < 0
         runs = np.unique(of_row[~known])
-        label = np.where(known, 0, np.searchsorted(runs, of_row))
-        label[known] = runs.size + self.label[known] - np.min(self.label[known], initial=self.units)
+        label = np.searchsorted(runs, of_row).astype(np.int64)
+        priors, which = np.unique(self.label[known], return_inverse=True)
+        label[known] = runs.size + which
         order = np.argsort(label, kind="stable")
-        units = np.concatenate([runs, -np.ones(len(np.unique(label[known])), dtype=np.int64)])
+        units = np.concatenate([runs, -np.ones(priors.size, dtype=np.int64)])
         counts = np.array([self.counts[self.run == k].sum() for k in runs], dtype=np.int64)
         counts = np.concatenate([counts, np.ones(len(units) - len(runs), dtype=np.int64)])
         return Sheet(self.names, self.columns[order], self.y[order], label[order], units, counts, "run")

@@ -16,8 +16,8 @@ from typing import Literal
 import numpy as np
 
 from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, detect
-from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.diagnosis.gain import Gain, gain
+from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.diagnosis.naming import REST, Trial, pairs, singles
 from vdyn_cli.diagnosis.scores import absorbed
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench

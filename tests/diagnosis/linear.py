@@ -1,0 +1,144 @@
+"""Campaigns of straight lines and curves instead of vehicles: every trace is known, and every fit is one step.
+
+A run measures y = base + own exp(-8 x) + causes + noise over x from 0 to 1, the noise's level being 1 as the fit
+believes. Causes and shapes are traces over x and the direction h = +1 or -1 in which the run went.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.diagnosis.case import Case
+from vdyn_cli.effects import Effect, effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.fit import Regression, Rows, Unknown
+from vdyn_cli.quantity import Quantity
+
+Array = NDArray[np.float64]
+Trace = Callable[[Array, int, int], Array]  # over x, direction and number of the run
+
+BASE: dict[str, Trace] = {"level": lambda x, h, k: 0 * x + 1.0, "bend": lambda x, h, k: x**2}
+PROFILE = 8  # knots over x
+
+
+def _hat(knot: int) -> Trace:
+    return lambda x, h, k: np.maximum(1 - np.abs(x * (PROFILE - 1) - knot), 0.0)
+
+
+TRACES: dict[str, Trace] = {
+    **BASE,
+    "slope": lambda x, h, k: h + 0 * x,
+    "wind": lambda x, h, k: h * (1 - x) ** 2,
+    "wind_twin": lambda x, h, k: h * ((1 - x) ** 2 + 1e-3 * np.sin(9 * x)),
+    "wave": lambda x, h, k: np.sin(7 * x),
+    "step": lambda x, h, k: 1.0 * (x > 0.6),
+    "warming": lambda x, h, k: (k - 3.5) / 5 + 0 * x,
+    "copy_of_bend": lambda x, h, k: 3 * x**2,
+    "nothing": lambda x, h, k: 0 * x,
+    "bump": lambda x, h, k: np.exp(-0.5 * ((x - 0.45) / 0.07) ** 2),
+    **{f"shape_{k + 1}": _hat(k) for k in range(PROFILE)},
+}
+
+
+def cause(
+    name: str,
+    unknowns: Sequence[str] = (),
+    reach: float = 20.0,
+    between: bool = False,
+    sensor: bool = False,
+    lasts: bool = True,
+    nominal: Mapping[str, float] | None = None,
+) -> Effect:
+    """An effect by name alone: the campaign knows its trace."""
+
+    def law(element: Law, s: Signals, q: Signals) -> Number:
+        """Nothing."""
+        return element(s)
+
+    law.__name__ = name
+    return effect(
+        on="line",
+        unknowns=tuple(Quantity(n, "m", n, n, -reach, reach) for n in (unknowns or (name,))),
+        reference="made up",
+        kind="between_run" if between else "within_run",
+        label=f"a {name}",
+        confirm=f"Show the {name} alone.",
+        sensor=sensor,
+        lasts=lasts,
+        nominal=nominal or {},
+    )(law)
+
+
+SHAPE = cause("shape", tuple(f"shape_{k + 1}" for k in range(PROFILE)))
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Runs of one car.
+
+    Parameters
+    ----------
+    hidden : true size of each trace, the baseline's too.
+    noise : level of each run's noise, where the fit believes in 1.
+    one_way : all runs go the same way.
+    priors : of baseline unknowns, mean and standard deviation.
+    own : every run has an unknown start, known beforehand to within 5.
+    plain : the rows also say what they are in the channel's own unit.
+    scale : of each trace, as the unit of its unknown makes it.
+    """
+
+    seed: int
+    runs: int = 8
+    rows: int = 72
+    hidden: Mapping[str, float] = field(default_factory=dict)
+    noise: Sequence[float] = (1.0,)
+    one_way: bool = False
+    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    own: bool = True
+    plain: bool = False
+    scale: Mapping[str, float] = field(default_factory=dict)
+
+    def x(self) -> Array:
+        return np.linspace(0.0, 1.0, self.rows)
+
+    def heading(self, run: int) -> int:
+        return 1 if self.one_way or run % 2 == 0 else -1
+
+    def trace(self, name: str, run: int) -> Array:
+        return TRACES[name](self.x(), self.heading(run), run) * self.scale.get(name, 1.0)
+
+    def measured(self, run: int) -> Array:
+        rng = np.random.default_rng([self.seed, run])
+        y = rng.normal(size=self.rows) * self.noise[run % len(self.noise)]
+        y += rng.normal() * np.exp(-8 * self.x()) if self.own else 0.0
+        for name, size in {"level": 3.0, "bend": -2.0, **self.hidden}.items():
+            y = y + size * self.trace(name, run)
+        return np.asarray(y)
+
+    def regression(self, extra: Sequence[Unknown] = ()) -> Regression:
+        base = tuple(Unknown(n, 0.0, -1e3, 1e3, "m", self.priors.get(n)) for n in BASE)
+        own = (Unknown("start", 0.0, -1e3, 1e3, "m", (0.0, 5.0), per_run=True),) if self.own else ()
+        names = [*BASE, *(u.name for u in extra)]
+        measured = [self.measured(k) for k in range(self.runs)]
+
+        def rows(run: int, theta: Array) -> Rows:
+            columns = [self.trace(n, run) for n in names] + [np.exp(-8 * self.x())] * len(own)
+            jacobian = np.column_stack(columns)
+            residual = jacobian @ theta - measured[run]
+            return Rows(residual, jacobian, time=self.x(), plain=(residual, jacobian) if self.plain else None)
+
+        return Regression((*base, *extra, *own), tuple(f"run {k + 1}" for k in range(self.runs)), rows)
+
+    def case(self, *causes: Effect, profiles: Sequence[Effect] = (SHAPE,), fewest_runs: int = 1) -> Case:
+        return Case(
+            step="line",
+            regression=lambda effects, extra: self.regression(extra),
+            effects=causes,
+            profiles=tuple(profiles),
+            one_way=self.one_way,
+            fewest_runs=fewest_runs,
+        )
