@@ -53,6 +53,7 @@ from vdyn_cli.estimation.bump.modes import modes
 from vdyn_cli.estimation.bump.profile import thinned
 from vdyn_cli.estimation.bump.regression import BumpFit
 from vdyn_cli.estimation.bump.select import select_crossings
+from vdyn_cli.estimation.profiles import profile
 from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.log import Log
@@ -62,7 +63,10 @@ from vdyn_cli.quantity import Given
 from vdyn_cli.reading.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.result import FitSummary, Result
 from vdyn_cli.spec import Channel, Reading, Run, Si, Strict, TestSpec
-from vdyn_cli.steps import Step
+from vdyn_cli.steps import Diagnosable, Step
+
+FREE_FORCE = 500.0  # N, of a free profile
+STROKE, STROKE_RATE = 0.05, 0.8  # m, m/s: what a bump presses springs and dampers by
 
 
 class BumpRun(Run):
@@ -219,6 +223,15 @@ def regression(
     return fit_of(spec, data, known, effects, extra)[0].regression()
 
 
+def profiles(spec: BumpSpec, data: Measured, known: Parameters) -> tuple[Effect, ...]:
+    """Forces that are free over how fast the dampers, how far the springs and how deep the tires are pressed."""
+    return (
+        profile("damper_over_rate", "damper", "stroke_rate", (-STROKE_RATE, STROKE_RATE), FREE_FORCE, "N"),
+        profile("spring_over_stroke", "spring", "stroke", (-STROKE, STROKE), FREE_FORCE, "N"),
+        profile("tire_over_compression", "tire_vertical", "compression", (-STROKE, STROKE), FREE_FORCE, "N"),
+    )
+
+
 def estimate(
     spec: BumpSpec,
     data: Measured,
@@ -284,5 +297,6 @@ STEP = Step(
     ),
     gives=SOUGHT,
     estimate=estimate,
+    diagnosable=Diagnosable(regression, model, profiles, metric=("front load", "N"), run="crossing"),
     load=load,
 )

@@ -34,6 +34,7 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
 from vdyn_cli.estimation.cg.load_regression import LoadFit
 from vdyn_cli.estimation.cg.windows import Windows, cut_windows, pitch_angle
+from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.fit import Regression, Solution, Unknown, solve
 from vdyn_cli.log import Log
@@ -42,11 +43,12 @@ from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.result import Comparison, Figure, FitSummary, Result, Series, Table
 from vdyn_cli.spec import Si, Strict, TestSpec
-from vdyn_cli.steps import Step
+from vdyn_cli.steps import Diagnosable, Step
 from vdyn_cli.vocabulary import PARAMETERS
 
 Array = NDArray[np.float64]
 
+FREE_MOMENT = 500.0  # N m, of a free profile
 SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 SHORTEST = 2.0  # s
 LEAST_PULL = 0.5  # m/s^2, standard deviation of the acceleration below which no height can be had
@@ -249,6 +251,16 @@ def regression(
     return fit.regression(whole, start)
 
 
+def profiles(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> tuple[Effect, ...]:
+    """Moments that are free over the acceleration and over the pitch rate."""
+    push = span_of([log["acceleration"] for log in logs], 1.0)
+    turn = span_of([log["pitch_rate"] for log in logs if "pitch_rate" in log] or [np.array([-0.1, 0.1])], 0.02)
+    return (
+        profile("moment_over_acceleration", "motion_moment", "acceleration", push, FREE_MOMENT, "N m"),
+        profile("moment_over_pitch_rate", "motion_moment", "pitch_rate", turn, FREE_MOMENT, "N m"),
+    )
+
+
 def estimate(
     spec: CgSpec,
     logs: Sequence[Log],
@@ -380,4 +392,5 @@ STEP = Step(
     ),
     gives=("cg_height", "cg_to_rear", "cg_to_front", "pitch_inertia"),
     estimate=estimate,
+    diagnosable=Diagnosable(regression, model, profiles, metric=("front load", "N"), run="run"),
 )

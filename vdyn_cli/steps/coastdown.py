@@ -47,8 +47,8 @@ from vdyn_cli.estimation.coastdown.reference_conditions import Conditions, densi
 from vdyn_cli.estimation.coastdown.result import SOURCE, Answer
 from vdyn_cli.estimation.coastdown.road_load_fit import RoadLoadFit, fit_road_load, scan_road_load
 from vdyn_cli.estimation.coastdown.times import timed
-from vdyn_cli.estimation.effects import sizes_of
 from vdyn_cli.estimation.profiles import profile, span_of
+from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.log import Log
 from vdyn_cli.parameters import Parameters
@@ -218,7 +218,7 @@ def estimate(
         coast_figures.figures(fit, answer.load, laps),
         coast_result.tables(answer, laps),
         (*_assumptions(known), *coast_result.findings(answer), *(f for log in logs for f in log.findings)),
-        {**coast_result.extra(answer, laps), **sizes_of(fit.solution, extra)},
+        {**coast_result.extra(answer, laps), **sizes_found(fit.solution, extra)},
     )
 
 

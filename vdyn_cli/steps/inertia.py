@@ -56,6 +56,7 @@ from vdyn_cli.estimation.inertia.wheel_inertia import (
     value,
 )
 from vdyn_cli.estimation.inertia.wheel_road import KNOWN, Road, road_inertia, road_regression
+from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.log import Log
@@ -66,10 +67,11 @@ from vdyn_cli.quantity import Given
 from vdyn_cli.reading.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.result import FitSummary, Result, Table
 from vdyn_cli.spec import Si, Strict, TestSpec
-from vdyn_cli.steps import Step
+from vdyn_cli.steps import Diagnosable, Step
 from vdyn_cli.vocabulary import CHANNELS
 
 Array = NDArray[np.float64]
+FREE_TORQUE = 20.0  # N m, of a free profile
 ANY_TYRE = Given(0.010, 0.003)  # rolling resistance of car tyres
 DISAGREE = 3.5  # standard deviations between road and pendulum
 
@@ -166,6 +168,18 @@ def regression(
         raise InputError(Finding("inertia", "a period alone leaves nothing to compare", "", "add 'runs' or a log"))
     rig = spec.pendulum
     return prepare(Recording.of(data.recording, rig.kind, rig.geometry())).regression(effects, extra)
+
+
+def profiles(spec: InertiaSpec, data: Measured, known: Parameters) -> tuple[Effect, ...]:
+    """Torques that are free over the wheel's speed and over the torque itself; a pendulum alone has none."""
+    if not data.runs:
+        return ()
+    turn = span_of([log["wheel_speed"] for log in data.runs], 1.0)
+    twist = span_of([log["hub_torque"] for log in data.runs], 1.0)
+    return (
+        profile("torque_over_speed", "bearing", "wheel_speed", turn, FREE_TORQUE, "N m"),
+        profile("torque_over_torque", "hub_torque", "value", twist, FREE_TORQUE, "N m"),
+    )
 
 
 def estimate(
@@ -294,5 +308,6 @@ STEP = Step(
     needs=("wheel_mass", "wheel_radius", "rolling_resistance"),
     gives=("wheel_inertia",),
     estimate=estimate,
+    diagnosable=Diagnosable(regression, model, profiles, metric=("wheel speed", "rad/s"), run="drive"),
     load=load,
 )

@@ -34,6 +34,7 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, raise_all
 from vdyn_cli.estimation.inertia.pendulum_inertia import UNITS, rod_stiffness
 from vdyn_cli.estimation.inertia.pendulum_rig import Bar
+from vdyn_cli.estimation.profiles import profile
 from vdyn_cli.estimation.shaft import views as shaft_views
 from vdyn_cli.estimation.shaft.both_sides import about_effects, both_sides
 from vdyn_cli.estimation.shaft.fit import ShaftFit, Twisting
@@ -47,11 +48,13 @@ from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.result import FitSummary, Result
 from vdyn_cli.spec import Run, Si, Strict, TestSpec, si
-from vdyn_cli.steps import Step
+from vdyn_cli.steps import Diagnosable, Step
 from vdyn_cli.vocabulary import PARAMETERS
 
 SideName = Literal["left", "right"]
 SIDES: tuple[SideName, ...] = ("left", "right")
+FREE_TORQUE = 50.0  # N m, of a free profile
+TWIST, TWIST_RATE = 0.05, 1.0  # rad, rad/s: what a tip-in twists a half-shaft by
 STEEL = Given(79.3e9, 0.8e9)
 LEAST_TORQUE = 10.0  # noise levels of the torque that a tip-in has to move it by
 FEWEST_SAMPLES = 200
@@ -139,6 +142,14 @@ def _bar(spec: ShaftSpec, side: SideName, modulus: Given, effects: Sequence[Effe
         return None
     drawn = drawing_budget([Section(**dict(s)) for s in spec.sections[side]], modulus)
     return drawn.value, max(drawn.std, EXACT * drawn.value)
+
+
+def profiles(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> tuple[Effect, ...]:
+    """Torques that are free over the twist and over how fast it changes."""
+    return (
+        profile("torque_over_twist", "shaft", "twist", (-TWIST, TWIST), FREE_TORQUE, "N m"),
+        profile("torque_over_twist_rate", "shaft", "twist_rate", (-TWIST_RATE, TWIST_RATE), FREE_TORQUE, "N m"),
+    )
 
 
 def estimate(
@@ -362,4 +373,5 @@ STEP = Step(
     needs=(),
     gives=("shaft_stiffness_left", "shaft_stiffness_right", "shaft_damping_left", "shaft_damping_right"),
     estimate=estimate,
+    diagnosable=Diagnosable(regression, model, profiles, metric=("shaft torque", "N m"), run="tip-in"),
 )

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
+from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.estimation.tire.bins import Bins, bin_sweep
 from vdyn_cli.estimation.tire.tire_regression import TireFit
@@ -40,11 +41,12 @@ from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.result import Comparison, Figure, FitSummary, Result, Series, Table
 from vdyn_cli.spec import Si, Strict, TestSpec
-from vdyn_cli.steps import Step
+from vdyn_cli.steps import Diagnosable, Step
 
 Array = NDArray[np.float64]
 
 # The shape of passenger car tyres, mean and standard deviation: all that is known of a curve whose peak was not driven.
+FREE_FORCE = 300.0  # N, of a free profile
 SHAPES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
 SHORTEST = 40  # samples of a sweep
 
@@ -178,6 +180,17 @@ def regression(
     except ResultError:
         at = start
     return fit.regression(at, start)
+
+
+def profiles(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> tuple[Effect, ...]:
+    """Forces that are free over the slip and over the load."""
+    used = sweeps(spec, logs, known)
+    slip = span_of([log["slip"] for log in used], 0.01)
+    load = span_of([log["force_z"] for log in used], 10.0)
+    return (
+        profile("force_over_slip", "tire", "slip", slip, FREE_FORCE, "N"),
+        profile("force_over_load", "tire", "load", load, FREE_FORCE, "N"),
+    )
 
 
 def estimate(
@@ -330,4 +343,5 @@ STEP = Step(
     needs=("wheel_radius",),
     gives=(*SHAPE, "tire_longitudinal_stiffness"),
     estimate=estimate,
+    diagnosable=Diagnosable(regression, model, profiles, metric=("force", "N"), run="sweep"),
 )
