@@ -17,17 +17,17 @@ from vdyn_cli.engine.kernel import Array, Seeds
 # 0, higher levels nothing. Passes over the text gain nothing with tangents (CasADi has shared what can be shared); on
 # values alone they find the like work of a vehicle's four corners and do it at once, which gains a sixth.
 _LEVEL = 1
+CACHE = 2**15  # numbers that a call may write and that are at hand when they are read: a quarter of a megabyte
 LANES = (0, 1, 2, 4, 8, 16, 32)  # whole vectors: what is in between would be filled up by the processor anyway
 
 
 class MachineCode:
     """A kernel in machine code; any number of steps up to ``rows``."""
 
-    rows = 1024
-
     def __init__(self, graph: Graph, seeds: Seeds) -> None:
         constants, unknowns = seeds.constants.shape
         self.lanes = next(lanes for lanes in LANES if lanes >= unknowns)
+        self.rows = max(1, min(1024, CACHE // (graph.readings * (1 + self.lanes) + len(graph.states))))
         self._p_tangents = np.zeros((constants, self.lanes))
         self._p_tangents[:, :unknowns] = seeds.constants
         self._run, self._owner = compiled(

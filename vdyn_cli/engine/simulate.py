@@ -120,7 +120,7 @@ class Simulator:
         drive: Drive,
         theta: ArrayLike = (),
         *,
-        samples: int = 1024,
+        samples: int = 256,
         sensitivities: bool = True,
         reach: float = 1.0,
     ) -> Iterator[Simulated]:
