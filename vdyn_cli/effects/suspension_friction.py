@@ -30,6 +30,7 @@ def bristle(s: Signals) -> Number:
     unknowns=(Quantity("suspension_friction", "N", "dry friction in the struts of an axle", "Fc", -20, 600),),
     reference="Dahl 1968; 50 to 200 N a wheel: Reimpell, Stoll, Betzler, The Automotive Chassis, 2nd ed. 2001, 5.4",
     states={"bristle": bristle},
+    probes=(400.0,),  # friction that holds the body where it stops is found from above; from zero only below 100 N
     label="dry friction in the struts",
     signature="What is left of the loads, over the stroke's rate, is a step at zero, as high in slow strokes as fast.",
     alike=("asymmetric_damping", "tire_damping"),

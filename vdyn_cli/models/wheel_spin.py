@@ -12,6 +12,7 @@ INPUTS = ("hub_torque", "hub_force_x", "hub_force_z", "acceleration", "wheel_spe
 
 
 READINGS = ("hub", "carried")  # their sum is the wheel's speed
+LEVER = "lever"  # m, of the forces at the hub: what makes a moment comparable with their noise
 
 
 def _assemble(e: Bench, u: Signals) -> None:
@@ -41,6 +42,7 @@ def _assemble(e: Bench, u: Signals) -> None:
     e.integrate(wheel_speed=turning, carried=taken)
     e.sensor(READINGS[0], speed - carried, turning - taken)
     e.sensor(READINGS[1], carried, taken)
+    e.sensor(LEVER, p.wheel_radius)
 
 
 WHEEL_SPIN = Model(

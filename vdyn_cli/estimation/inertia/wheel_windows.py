@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.fit import Regression, Rows, Unknown, white_level
-from vdyn_cli.models.wheel_spin import INPUTS, READINGS, WHEEL_SPIN
+from vdyn_cli.models.wheel_spin import INPUTS, LEVER, READINGS, WHEEL_SPIN
 
 if TYPE_CHECKING:
     from vdyn_cli.engine.bench import Correction
@@ -146,8 +146,14 @@ def regression(
 ) -> Regression:
     """The wheel's inertia, shared, and each run's zero of the torque, within ``zero`` N m.
 
-    Rows are the windows' impulses Jw (simulated less measured gain of speed), whitened. ``extra`` are further shared
-    unknowns of the model or of ``effects``.
+    Rows are the windows' impulses Jw (simulated less measured gain of speed), whitened::
+
+        r = L^-1 (r0 / r) Jw (simulated - measured)
+
+    with the stated radius r0 over that of the model: where torque, radius and inertia are all in doubt, scaling all
+    three changes nothing that was measured, and must not seem to make the residual smaller.
+
+    ``extra`` are further shared unknowns of the model or of ``effects``.
     """
     unknowns = (
         Unknown("wheel_inertia", start, 0.01 * start, 100 * start, "kg m^2"),
@@ -168,7 +174,10 @@ def regression(
         excess = trace[run.last] - trace[run.first] - run.gained
         slopes = theta[0] * (tangents[run.last] - tangents[run.first])
         slopes[:, 0] += excess
-        white = solve_banded((1, 0), factors[index], np.column_stack([slopes, theta[0] * excess]))
+        lever = float(simulated.outputs[LEVER][0])
+        slopes -= np.outer(theta[0] * excess, simulated.sensitivities[LEVER][0] / lever)
+        matrix = np.column_stack([slopes, theta[0] * excess]) * (known["wheel_radius"] / lever)
+        white = solve_banded((1, 0), factors[index], matrix)
         return Rows(white[:, -1], white[:, :-1], time=run.middle)
 
     return Regression(unknowns, tuple(run.log.name for run in runs), rows)
