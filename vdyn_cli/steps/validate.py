@@ -77,7 +77,7 @@ class Gains(Strict):
 
 
 class ValidateSettings(Strict):
-    """``model``: vehicle (18 degrees of freedom) or road_load (a mass on a road). ``step``: the longest in the integration.
+    """``model``: vehicle (18 degrees of freedom) or road_load (a mass on a road). ``step``: the longest that is used.
 
     ``hub_lever``: how far the hubs swing along the road per angle of pitch, beside the model's; nobody measures it.
     """
@@ -145,9 +145,15 @@ def regression(
     return weigh(trial_of(spec, logs, known, effects, extra)[0]).regression
 
 
-def estimate(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Result:
-    """Simulate the drives and say how well the model predicts them."""
-    trial, doubts = trial_of(spec, logs, known)
+def estimate(
+    spec: ValidateSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effects: Sequence[Effect] = (),
+    extra: Sequence[Unknown] = (),
+) -> Result:
+    """Simulate the drives and say how well the model predicts them, extended by ``effects`` or not."""
+    trial, doubts = trial_of(spec, logs, known, effects, extra)
     w = weigh(trial)
     found = bands(w)
     told, chance = verdicts(w, found)
@@ -157,12 +163,12 @@ def estimate(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Resu
     tables = [views.output_table(found, told), views.regime_table(w, found, told)]
     tables += [views.share_table(w, found), views.parameter_table(w, after)]
     figures = list(views.figures(w, found))
-    extra = _numbers(w, found, told, chance, after)
+    numbers = _numbers(w, found, told, chance, after)
     sentence = words.sentence(w, found, told, chance, after)
     if s.windows:
         ends = windows.ends(w, names)
         tables.insert(0, windows.table(ends))
-        extra["windows"] = windows.document(ends)
+        numbers["windows"] = windows.document(ends)
         sentence = words.windows_sentence(ends, told)
     if s.model == "vehicle":
         swings, doubt = _swings(trial, s.driven)
@@ -180,7 +186,7 @@ def estimate(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Resu
         tuple(figures),
         tuple(tables),
         (*doubts, *trial.beliefs.assumptions, *_unrecorded(logs, s.model), *(f for log in logs for f in log.findings)),
-        {"validation": extra},
+        {"validation": numbers},
     )
 
 

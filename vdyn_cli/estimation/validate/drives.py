@@ -171,7 +171,7 @@ def _gaps(log: Log, name: str) -> list[Finding]:
 
 
 def _whole(log: Log) -> tuple[Log, list[Finding]]:
-    """The log with complete inputs, cut to where speed and drive are both there, without outputs that are mostly empty."""
+    """The log with complete inputs, cut to where speed and drive are both there; mostly empty outputs are dropped."""
     needed = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS) if n in log]
     there = np.isfinite(log["speed"])
     first = max([int(np.argmax(there)), *(int(np.argmax(np.isfinite(log[n]))) for n in needed)])

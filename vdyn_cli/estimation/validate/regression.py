@@ -179,8 +179,8 @@ def _sizes(w: Weighed) -> dict[str, float]:
     known = np.array(
         [
             *np.ones(k),
-            *(1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in trial.extra),
             *(std**-2.0 for std in trial.instruments.values()),
+            *(1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in trial.extra),
         ]
     )
     return noise.sizes(runs, known)

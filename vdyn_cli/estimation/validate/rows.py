@@ -199,7 +199,7 @@ def colour(sample: Array, lags: int) -> Colour:
     covariances = [sample[k:].T @ sample[: rows - k] / rows for k in range(lags + 1)]  # E x(t) x(t-k)'
     covariances[0] = covariances[0] + np.eye(f)
     if not lags or not f:
-        return Colour(np.zeros((0, f, f)), np.linalg.cholesky(covariances[0]) if f else np.zeros((0, 0)))
+        return Colour(np.zeros((0, f, f)), _root(covariances[0]))
     block = np.block(
         [[covariances[j - i] if j >= i else covariances[i - j].T for j in range(lags)] for i in range(lags)]
     )
@@ -207,4 +207,8 @@ def colour(sample: Array, lags: int) -> Colour:
     weights = np.linalg.solve(block.T, right.T).T
     split = np.stack(np.split(weights, lags, axis=1))
     left: Array = covariances[0] - np.sum([w @ c.T for w, c in zip(split, covariances[1:], strict=True)], axis=0)
-    return Colour(split, np.asarray(np.linalg.cholesky(0.5 * (left + left.T)), dtype=np.float64))
+    return Colour(split, _root(0.5 * (left + left.T)))
+
+
+def _root(covariance: Array) -> Array:
+    return np.asarray(np.linalg.cholesky(covariance), dtype=np.float64) if covariance.size else covariance

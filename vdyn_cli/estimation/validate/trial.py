@@ -93,12 +93,14 @@ class Trial:
 
     @property
     def shared(self) -> tuple[str, ...]:
-        return (*self.moving, *self.instruments)
+        """Beliefs, instruments, extra unknowns."""
+        return (*self.beliefs.names, *self.instruments, *(u.name for u in self.extra))
 
-    @property
-    def moving(self) -> tuple[str, ...]:
-        """Shared unknowns that move the car."""
-        return (*self.beliefs.names, *(u.name for u in self.extra))
+    @cached_property
+    def _moving(self) -> NDArray[np.int64]:
+        """Places among a stretch's unknowns of those that the simulator takes."""
+        k, m = len(self.beliefs.names), len(self.instruments)
+        return np.concatenate([np.arange(k), np.arange(k + m, len(self.shared) + 1)]).astype(np.int64)
 
     @cached_property
     def _outputs(self) -> tuple[str, ...]:
@@ -109,7 +111,9 @@ class Trial:
         dense = max(self._substeps(s.time) for s in self.stretches)
         values = {**self.beliefs.values, "wind_variance": self.wind_variance}
         own = {n: values[n] for n in self.model.parameters}
-        return Simulator(self.model, own, (*self.moving, START), self.effects, dense)
+        return Simulator(
+            self.model, own, (*self.beliefs.names, *(u.name for u in self.extra), START), self.effects, dense
+        )
 
     def _substeps(self, time: Array) -> int:
         steps = np.diff(time)
@@ -143,8 +147,8 @@ class Trial:
 
     def theta(self) -> Array:
         """(shared,) the unknowns where they are believed to be."""
-        moving = [*(self.beliefs.values[n] for n in self.beliefs.names), *(u.start for u in self.extra)]
-        return np.array([*moving, *np.zeros(len(self.instruments))])
+        believed = [self.beliefs.values[n] for n in self.beliefs.names]
+        return np.array([*believed, *np.zeros(len(self.instruments)), *(u.start for u in self.extra)])
 
     def begun(self, run: int) -> tuple[float, float]:
         """Start speed of a stretch and its standard deviation."""
@@ -161,16 +165,16 @@ class Trial:
         ResultError : the simulation is not finite.
         """
         drive = self.drives[run] if shaken is None else self._drive(self.stretches[run], shaken)
-        count, steady = len(self.moving), len(self.shared)
+        k, m, steady = len(self.beliefs.names), len(self.instruments), len(self.shared)
         lever = "hub_lever" in self.instruments
-        seen = self._simulator(drive, [*theta[:count], theta[steady]], sensitivities=slopes, states=lever)
+        seen = self._simulator(drive, theta[self._moving], sensitivities=slopes, states=lever)
         values, derivatives = self._readings(seen, self.stretches[run])
         rates = seen.states["pitch_rate"] / self.beliefs.values["wheel_radius"] if lever else None
         for name in values:
-            added, columns = self._reading(name, values[name], rates, theta[count:steady], theta[steady + 1 :])
+            added, columns = self._reading(name, values[name], rates, theta[k : k + m], theta[steady + 1 :])
             if slopes:
                 moved = derivatives[name]
-                derivatives[name] = np.hstack([moved[:, :count], columns[0], moved[:, count:], columns[1]])
+                derivatives[name] = np.hstack([moved[:, :k], columns[0], moved[:, k:], columns[1]])
             values[name] = added
         return Outcome(values, derivatives)
 
@@ -215,7 +219,7 @@ class Trial:
             Unknown(n, 0.0, -20 * std, 20 * std, "m" if n == "hub_lever" else "", (0.0, std), nuisance=True)
             for n, std in self.instruments.items()
         ]
-        return (*found, *self.extra, *instruments, *own), {START: begun[:, 0]}
+        return (*found, *instruments, *self.extra, *own), {START: begun[:, 0]}
 
     def with_wind(self, variance: float) -> Trial:
         return replace(self, wind_variance=variance)

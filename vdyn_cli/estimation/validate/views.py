@@ -74,8 +74,8 @@ def _error_figure(w: Weighed, run: int, name: str, band: Band) -> Figure:
         f"band_{name}",
         f"{word(name).capitalize()}: error and prediction band, {s.name}",
         "Simulated less measured, with the band that the parameters' own uncertainty gives and the wider one that "
-        "gusts and sensors add. Good: the line keeps within the wide band but for some 5 % of its noise. Outside it the "
-        "model is wrong, whatever the parameters; within it they are merely uncertain.",
+        "gusts and sensors add. Good: the line keeps within the wide band but for some 5 % of its noise. Outside it "
+        "the model is wrong, whatever the parameters; within it they are merely uncertain.",
         "time in the drive [s]",
         f"{word(name)} [{unit_of(name)}]",
         series,

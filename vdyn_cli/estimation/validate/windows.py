@@ -22,7 +22,7 @@ class Ends:
     Parameters
     ----------
     run : (n,) which trip a window is from. error : (n,). length : s, of a window.
-    mean, interval95 : over trips, the independent units: windows of one trip share its wind, tires and load.
+    mean, interval95 : of the trips' means. Trips are the independent units: windows of one share its wind and tires.
     own : standard deviation that the parameters' uncertainty gives to the mean.
     """
 
@@ -45,23 +45,19 @@ def ends(w: Weighed, names: tuple[str, ...]) -> Ends:
     run = np.array([s.run for s in trial.stretches])
     error = np.array([o.values["speed"][-1] - s.end[0] for o, s in zip(w.first, trial.stretches, strict=True)])
     slopes = np.array([o.slopes["speed"][-1, : len(trial.beliefs.names)] for o in w.first])
-    moved = slopes.mean(axis=0) @ trial.beliefs.root
+    share = np.array([1.0 / np.sum(run == u) for u in run])
+    moved = share @ slopes / share.sum() @ trial.beliefs.root
     length = float(np.median([s.duration for s in trial.stretches]))
-    mean = float(error.mean())
-    return Ends(names, run, error, length, mean, _over_units(error, run), float(np.linalg.norm(moved)))
+    means = np.array([error[run == u].mean() for u in np.unique(run)])
+    return Ends(names, run, error, length, float(means.mean()), _over_units(means), float(np.linalg.norm(moved)))
 
 
-def _over_units(error: Array, run: NDArray[np.int64]) -> tuple[float, float]:
-    """95 % interval of the mean of all windows, from leaving out each trip in turn."""
-    units = np.unique(run)
-    mean = float(error.mean())
-    if units.size < 2:
+def _over_units(means: Array) -> tuple[float, float]:
+    """95 % interval of the mean of the trips' means."""
+    if means.size < 2:
         return float("-inf"), float("inf")
-    without = np.array([error[run != u].mean() for u in units])
-    g = units.size
-    std = float(np.sqrt((g - 1) / g * np.sum((without - without.mean()) ** 2)))
-    half = t_quantile(float(g - 1)) * std
-    return mean - half, mean + half
+    half = t_quantile(means.size - 1.0) * float(means.std(ddof=1)) / float(np.sqrt(means.size))
+    return float(means.mean()) - half, float(means.mean()) + half
 
 
 def table(found: Ends) -> Table:
@@ -72,18 +68,18 @@ def table(found: Ends) -> Table:
         spread = f"{e.std(ddof=1):.2f}" if e.size > 1 else ""
         rows.append((found.names[u], f"{e.size}", f"{e.mean():+.2f}", spread, f"{np.mean(e > 0):.0%}"))
     low, high = found.interval95
-    whole = f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})"
-    rows.append(
-        ("together", f"{found.error.size}", whole, f"{found.error.std():.2f}", f"{np.mean(found.error > 0):.0%}")
-    )
+    e = found.error
+    every = f"{np.mean(e > 0):.0%}"
+    rows.append(("all windows alike", f"{e.size}", f"{e.mean():+.2f}", f"{e.std(ddof=1):.2f}", every))
+    rows.append(("all trips alike", "", f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})", "", ""))
     return Table(
         "window_ends",
         f"End speed of {found.length:.0f} s windows, simulated less measured",
         ("trip", "windows", "mean [m/s]", "scatter [m/s]", "too fast"),
         tuple(rows),
-        "Each window is simulated from its measured start speed. Good: the mean over all trips is zero within its 95 % "
-        "interval, which comes from the scatter between trips. Bad: nearly all windows end too fast (the car resists "
-        "more, weighs more or gets less torque than the model says) or too slow.",
+        "Each window is simulated from its measured start speed. Good: the mean over all trips is zero within its "
+        "95 % interval, which comes from the scatter between trips. Bad: nearly all windows end too fast (the car "
+        "resists more, weighs more or gets less torque than the model says) or too slow.",
     )
 
 
@@ -94,6 +90,7 @@ def document(found: Ends) -> Mapping[str, object]:
         "windows": int(found.error.size),
         "trips": found.units,
         "mean_end_error": found.mean,
+        "mean_over_windows": float(found.error.mean()),
         "interval95": list(found.interval95),
         "std_by_parameters": found.own,
         "by_trip": {found.names[u]: float(found.error[found.run == u].mean()) for u in np.unique(found.run)},

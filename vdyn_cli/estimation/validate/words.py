@@ -100,7 +100,8 @@ def warnings(w: Weighed, told: Mapping[str, Verdict], chance: float, after: Post
         i = b.names.index(name)
         made.append(
             f"the drives ask for {word(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
-            f"{b.std[i]:.2g} ({after.strain[i]:+.1f} standard deviations of such a move): it, or something that acts like it, is wrong"
+            f"{b.std[i]:.2g} ({after.strain[i]:+.1f} standard deviations of such a move): it, or something that acts "
+            "like it, is wrong"
         )
     return tuple(made)
 
@@ -114,8 +115,8 @@ def methods(w: Weighed, model: str) -> str:
         f"{1e3 * w.trial.step:g} ms), driven by the measured torque alone. "
         "Exact sensitivities to every uncertain parameter, with their covariance from the steps that estimated them, "
         "give the band of the parameters. Gusts and wind move the speed of the car and of all wheels alike; their "
-        f"sizes come from the residual of speed{felt} by restricted maximum likelihood, what the parameters can explain "
-        f"being reckoned with (gusts {sizes.get('gust', 0.0):.2f} m/s over {sizes.get('gust_time', 0.0):.0f} s). "
+        f"sizes come from the residual of speed{felt} by restricted maximum likelihood, what the parameters can "
+        f"explain being reckoned with: gusts of {sizes.get('gust', 0.0):.2f} m/s. "
         "White noise of each sensor comes from third differences. "
     )
     if "shaft_torque_left" in w.trial.channels:
@@ -131,6 +132,6 @@ def methods(w: Weighed, model: str) -> str:
         )
     return text + (
         "\n\nTime outside the band is held against 400 drawn drives of a right model: parameters from their "
-        "covariance, gusts, zeros and noise from theirs. All rows, whitened, are weighed with the parameters' covariance for what "
-        "the drives say of each parameter."
+        "covariance, gusts, zeros and noise from theirs. All rows, whitened, are weighed with the parameters' "
+        "covariance for what the drives say of each parameter."
     )
