@@ -13,6 +13,8 @@ from vdyn_cli.parameters import GIVERS
 from vdyn_cli.quantity import Quantity
 from vdyn_cli.vocabulary import CHANNELS, PARAMETERS
 
+LONG = 6  # unknowns of an effect that are listed one by one
+
 
 def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
     """The name itself where it is known.
@@ -63,13 +65,14 @@ def _effect(effect: Effect) -> str:
     """Law, unknowns and source; then what tells it in the data, what it can be taken for, and what settles it."""
     fault = ", a fault of a sensor" if effect.sensor else ""
     shows = "within a run" if effect.kind == "within_run" else "only between runs"
+    keeps = "belongs to the vehicle" if effect.lasts else "stays with the test"
     lines = [
         f"{effect.name}: {effect.label}{fault}",
-        f"corrects the law {', '.join(effect.on)}; shows {shows}",
+        f"corrects the law {', '.join(effect.on)}; shows {shows}; {keeps}",
         "",
         inspect.cleandoc(effect.law.__doc__ or effect.summary),
         "",
-        *(_range(q, effect.nominal.get(q.name)) for q in effect.unknowns.values()),
+        *_ranges(effect),
         f"looked for in:  {', '.join(effect.steps) or 'every step whose model has that law'}",
         f"in the data:    {effect.signature}",
         f"can be taken for: {', '.join(effect.alike) or 'nothing else known'}",
@@ -77,6 +80,12 @@ def _effect(effect: Effect) -> str:
         f"source: {effect.reference}",
     ]
     return "\n".join(lines)
+
+
+def _ranges(effect: Effect) -> list[str]:
+    """A line for each unknown; of a long row of equals the first and the last."""
+    lines = [_range(q, effect.nominal.get(q.name)) for q in effect.unknowns.values()]
+    return lines if len(lines) <= LONG else [lines[0], "  ...", lines[-1]]
 
 
 def _range(quantity: Quantity, nominal: float | None) -> str:
@@ -104,6 +113,8 @@ def listing() -> str:
             f"             reads {', '.join(step.required) or 'no log'}; optional {', '.join(step.optional) or 'none'}",
             f"             gives {', '.join(step.gives)}",
         ]
-    lines.append("effects")
-    lines += [f"  {e.name:<24} {e.summary}" for e in catalogue()]
+    lines.append("effects, with the steps that look for them ('vdyn explain NAME' says more)")
+    for e in catalogue():
+        fault = " (sensor)" if e.sensor else ""
+        lines += [f"  {e.name:<24} {e.label}{fault}: {', '.join(e.steps) or 'any step with its law'}"]
     return "\n".join(lines)
