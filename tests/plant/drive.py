@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tests.plant import sample, sensors
-from tests.plant.drive_motion import GUST_STEP, Drive, Pedals, Trip
+from tests.plant.drive_motion import GUST_STEP, TOLERANCE, Drive, Pedals, Trip
 from tests.plant.sample import Samples
 from tests.plant.sensors import Array, Record, Sensor
 from tests.plant.vehicle import AIR_DENSITY, GRAVITY, REFERENCE, Vehicle
@@ -132,12 +132,13 @@ def trips(
     plans: list[Pedals],
     effects: Mapping[str, float] | None = None,
     times: list[Array] | None = None,
+    tolerance: float = TOLERANCE,
 ) -> list[Trip]:
     """The true signals of each drive at its sample times (100 Hz where none are given)."""
     clocks = times or [sensors.regular(plan.knots[-1], RATE) for plan in plans]
     starts = [0.0 if plan.uphill > 0 else 1300.0 for plan in plans]
     return [
-        Drive(vehicle, plan, effects).travel(clock, start)
+        Drive(vehicle, plan, effects).travel(clock, start, tolerance)
         for plan, clock, start in zip(plans, clocks, starts, strict=True)
     ]
 
@@ -160,12 +161,13 @@ def noise_free(
     plans: list[Pedals],
     effects: Mapping[str, float] | None = None,
     times: list[Array] | None = None,
+    tolerance: float = TOLERANCE,
 ) -> list[dict[str, Array]]:
     """What perfect sensors would log, SI, by column header; sensor effects included."""
     clocks = times or [sensors.regular(plan.knots[-1], RATE) for plan in plans]
     return [
         _readings(plan, trip, clock, effects or {})
-        for plan, trip, clock in zip(plans, trips(vehicle, plans, effects, clocks), clocks, strict=True)
+        for plan, trip, clock in zip(plans, trips(vehicle, plans, effects, clocks, tolerance), clocks, strict=True)
     ]
 
 

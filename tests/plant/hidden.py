@@ -9,14 +9,14 @@ unknown too. A t of 6 can't be missed; a t of 6 with a t of 1 against a rival ca
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
-from tests.plant import bump, cg, coast, coast_information, shaft, tire, wheel
+from tests.plant import bump, cg, coast, coast_information, drive_information, shaft, tire, wheel
 from tests.plant.information import Information, prior, total
 from tests.plant.vehicle import Vehicle, random_vehicle
 
 FRESH = 500_000  # added to the seed of a further campaign with the same vehicle
-WIDE_PRIOR = 1e3  # sizes; a rival that leaves no trace of its own has to stay finite
+PLAUSIBLE = 10.0  # typical sizes: a rival within these, as a standard deviation, is believed
 
 About = Callable[[Vehicle, int, Mapping[str, float], Sequence[str]], Information]
 
@@ -66,33 +66,43 @@ class Scenario:
     def evidence(self) -> Evidence:
         """What these logs could tell of the hidden effects and their rivals."""
         sizes = {**self.way.rivals, **self.effects}
-        info = self.way.information(self.vehicle, self.drawn, self.effects, tuple(sizes))
-        loose = prior({name: WIDE_PRIOR * abs(size) for name, size in sizes.items()})
-        return Evidence(total([info, loose]), sizes, dict(self.effects))
+        at_truth = self.way.information(self.vehicle, self.drawn, self.effects, tuple(self.effects))
+        at_nothing = self.way.information(self.vehicle, self.drawn, {}, tuple(sizes))
+        loose = prior({name: PLAUSIBLE * abs(size) for name, size in sizes.items()})
+        return Evidence(sizes, tuple(self.effects), at_truth, total([at_nothing, loose]))
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """``info`` is about a step's unknowns and those of ``sizes``, the effects; ``hidden`` are the sizes in the logs."""
+    """Information about a step's own unknowns and some effects.
 
-    info: Information
+    ``at_truth`` is about the hidden ones, and tells how well their sizes can be known. ``at_nothing`` is about all of
+    ``sizes`` where none is there, and tells whether another could stand in for the hidden one: about the truth a mere
+    scale error, which changes what it is taken for, would count as a rival.
+    """
+
     sizes: Mapping[str, float]
-    hidden: Mapping[str, float] = field(default_factory=dict)
-
-    def strength(self, effect: str, beside: Sequence[str] = ()) -> float:
-        """t of an effect of its size while the effects ``beside`` it are unknown, and no other is there."""
-        absent = set(self.sizes) - {effect, *beside}
-        left = self.info.known(absent).reduced([effect]).matrix[0, 0]
-        return float(abs(self.sizes[effect]) * max(left, 0.0) ** 0.5)
+    hidden: tuple[str, ...]
+    at_truth: Information
+    at_nothing: Information
 
     def t(self) -> dict[str, float]:
         """Of each hidden effect, the other hidden ones being unknown too."""
-        return {name: self.strength(name, [other for other in self.hidden if other != name]) for name in self.hidden}
+        bound = self.at_truth.bound()
+        return {name: abs(self.sizes[name]) / bound[name] for name in self.hidden}
+
+    def alone(self, effect: str, beside: Sequence[str] = ()) -> float:
+        """t of any effect of its typical size while the effects ``beside`` it are unknown, and no other is there."""
+        absent = set(self.sizes) - {effect, *beside}
+        left = self.at_nothing.known(absent).reduced([effect]).matrix[0, 0]
+        return float(abs(self.sizes[effect]) * max(left, 0.0) ** 0.5)
 
     def rivals(self) -> dict[str, dict[str, float]]:
-        """Of each hidden effect against each other effect of the catalogue."""
+        """Of each hidden effect against each other effect of the catalogue, the other hidden ones being unknown."""
+        others = [name for name in self.sizes if name not in self.hidden]
         return {
-            name: {other: self.strength(name, [other]) for other in self.sizes if other != name} for name in self.hidden
+            name: {rival: self.alone(name, [rival, *(n for n in self.hidden if n != name)]) for rival in others}
+            for name in self.hidden
         }
 
     def least(self) -> dict[str, float]:
@@ -125,6 +135,10 @@ COASTING: Mapping[str, float] = {
 }
 DRIVEN = {**COASTING, "torque_gain": 0.03, "torque_offset": 3.0, "wheel_radius": 0.02}
 MANY = coast.WIDE.but(runs=16)
+# Morning, noon and evening: were it to warm up all day, the tires' own warming would look alike.
+WARM = MANY.but(
+    temperatures=(12.0, 15.0, 18.0, 20.5, 23.0, 25.0, 27.0, 28.0, 28.0, 27.0, 25.0, 23.0, 20.0, 17.0, 14.0, 12.0)
+)
 
 
 LOADED: Mapping[str, float] = {
@@ -135,6 +149,7 @@ LOADED: Mapping[str, float] = {
     "road_grade": 0.01,
     "aero_lift": 0.3,
     "unsprung_mass": 80.0,
+    "pitch_axis": 0.1,
 }
 BUMPED: Mapping[str, float] = {
     "asymmetric_damping": 0.02,
@@ -164,6 +179,37 @@ SLIPPED: Mapping[str, float] = {
 TWISTED: Mapping[str, float] = {"series_compliance": 5e-6, "damping": 20.0, "backlash": 2e-3}
 
 
+DRIVES: Mapping[str, float] = {
+    "extra_drag_area": 0.10,
+    "headwind": 1.0,
+    "road_grade": 0.001,
+    "grade_profile": 0.002,
+    "speed_dependent_rolling": 1e-4,
+    "tire_warmup": 0.3,
+    "brake_drag": 30.0,
+    "brake_drag_fading": 30.0,
+    "driveline_drag": 30.0,
+    "rotating_mass": 60.0,
+    "mass_error": 0.02,
+    "wheel_radius": 0.005,
+    "wheel_inertia": 0.3,
+    "shaft_stiffness": 0.1,
+    "shaft_damping": 0.5,
+    "tire_relaxation": 0.5,
+    "motor_inertia": 0.6,
+    "backlash": 2e-3,
+    "torque_gain": 0.01,
+    "torque_offset": 2.0,
+    "torque_delay": 0.01,
+    "speed_scale": 0.005,
+    "speed_delay": 0.03,
+}
+
+
+def _drives(vehicle: Vehicle, seed: int, hidden: Mapping[str, float], unknowns: Sequence[str]) -> Information:
+    return drive_information.information(vehicle, seed, unknowns)
+
+
 def _coasting(about: str, day: coast.Day, fixed: bool, rivals: Mapping[str, float] = COASTING) -> Variant:
     return Variant(about, _coast(day, fixed), rivals, day, fixed)
 
@@ -174,6 +220,9 @@ def _plain(information: Callable[..., Information]) -> About:
 
 VARIANTS: dict[tuple[str, str], Variant] = {
     ("coastdown", "wide"): _coasting("16 coasts from 36 to 2 m/s, drag and rolling both unknown", MANY, False),
+    ("coastdown", "warm"): _coasting(
+        "16 coasts on a day from 12 to 28 degC", WARM, False, {**COASTING, "temperature_rolling": 0.008}
+    ),
     ("coastdown", "fixed"): _coasting("16 coasts from 36 to 2 m/s, drag coefficient fixed", MANY, True),
     ("coastdown", "eight"): _coasting("8 coasts from 36 to 2 m/s, drag and rolling both unknown", coast.WIDE, False),
     ("coastdown", "short"): _coasting("8 coasts from 75 to 20 km/h, drag coefficient fixed", coast.DAY, True),
@@ -183,5 +232,6 @@ VARIANTS: dict[tuple[str, str], Variant] = {
     ("bump", ""): Variant("4 crossings, wheels lifting off", _plain(bump.information), BUMPED),
     ("inertia", ""): Variant("3 drives with throttle and brake steps", _plain(wheel.information), SPUN),
     ("tire", ""): Variant("5 slip sweeps beyond the peak", _plain(tire.information), SLIPPED),
+    ("validate", ""): Variant("3 drives from rest to 90 km/h and back", _drives, DRIVES),
     ("shaft", ""): Variant("one tip-in of the left half-shaft", _plain(shaft.information), TWISTED),
 }

@@ -49,6 +49,7 @@ class Information:
 def total(parts: Iterable[Information]) -> Information:
     """The sum of independent logs' information; unknowns of one name are one unknown."""
     parts = tuple(parts)
+    assert all(len(set(part.names)) == len(part.names) for part in parts), "two unknowns of one log share a name"
     names = tuple(dict.fromkeys(name for part in parts for name in part.names))
     matrix = np.zeros((len(names), len(names)))
     for part in parts:
