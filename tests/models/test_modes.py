@@ -9,6 +9,7 @@ import pytest
 
 from tests.engine.test_linearise import by_hand
 from tests.models.vehicle_cases import parameters
+from vdyn_cli.errors import ResultError
 from vdyn_cli.models.modes import Mode, cruise, modes
 
 BODY = ("bounce", "pitch", "roll")
@@ -97,3 +98,8 @@ def test_a_cruise_is_steady():
     power = state.inputs["drive_torque"] * car["gear_ratio"] / car["wheel_radius"]
     assert power == pytest.approx(drag + rolling, rel=2e-3)
     assert state.states["yaw_rate"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_speed_that_no_tire_can_hold_has_no_modes():
+    with pytest.raises(ResultError, match="no steady state"):
+        modes(parameters(), 300.0)
