@@ -1,0 +1,205 @@
+"""Scores of candidates against the classical test, against flips done by hand, and in their level and power."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from tests.diagnosis.linear import BASE, PROFILE, Campaign
+from vdyn_cli.diagnosis.scores import DRAWS, ENUMERATED, Scores, absorbed, equivalent, scores, signs
+from vdyn_cli.diagnosis.sheet import Sheet, linearise, sheet
+from vdyn_cli.fit import Unknown
+
+SHAPE = [f"shape_{k + 1}" for k in range(PROFILE)]
+CAUSES: Mapping[str, Sequence[str]] = {"slope": ["slope"], "wave": ["wave"], "step": ["step"], "shape": SHAPE}
+
+
+def sheet_of(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES, kind: str = "auto") -> Sheet:
+    extra = [Unknown(n, 0.0) for names in causes.values() for n in names]
+    own = {"start": np.zeros(campaign.runs)} if campaign.own else {}
+    return sheet(linearise(campaign.regression(extra), {}, own), kind)  # type: ignore[arg-type]
+
+
+def seen(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES, kind: str = "auto") -> Scores:
+    return scores(sheet_of(campaign, causes, kind), list(BASE), causes)
+
+
+def left_over(made: Sheet, names: Sequence[str]) -> float:
+    """Sum of squares that a fit of these unknowns, and of the runs' own, leaves."""
+    columns = made.of([*names, *(n for n in made.names if "#" in n)])
+    return float(np.sum((made.y - columns @ np.linalg.lstsq(columns, made.y, rcond=1e-10)[0]) ** 2))
+
+
+# What the data say -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("runs", "kind"), [(4, "block"), (20, "run")])
+def test_the_statistic_is_the_classical_one(runs: int, kind: str) -> None:
+    made = sheet_of(Campaign(1, runs=runs, hidden={"slope": 0.3, "wave": 0.2}), kind=kind)
+    found = scores(made, list(BASE), CAUSES)
+    base = left_over(made, list(BASE))
+    for name, unknowns in CAUSES.items():
+        assert found.statistic[name] == pytest.approx(base - left_over(made, [*BASE, *unknowns]), rel=1e-7)
+
+
+def test_the_estimate_is_that_of_the_fit_with_the_candidate_in() -> None:
+    made = sheet_of(Campaign(2, hidden={"slope": 0.8}))
+    found = scores(made, list(BASE), CAUSES)
+    columns = made.of([*BASE, "slope", *(n for n in made.names if "#" in n)])
+    information = columns.T @ columns
+    fitted = np.linalg.solve(information, columns.T @ made.y)
+    assert found.estimate["slope"][0] == pytest.approx(fitted[2])
+    assert found.spread["slope"][0] == pytest.approx(np.linalg.inv(information)[2, 2] ** 0.5)
+    assert found.estimate["slope"][0] == pytest.approx(0.8, abs=4 * found.spread["slope"][0])
+
+
+def test_visibility_is_the_share_that_refitting_cannot_absorb() -> None:
+    made = sheet_of(Campaign(3, runs=6))
+    found = scores(made, list(BASE), CAUSES)
+    basis = made.of([*BASE, *(n for n in made.names if "#" in n)])
+    wave = made.of(["wave"])[:, 0]
+    left = wave - basis @ np.linalg.lstsq(basis, wave, rcond=1e-10)[0]
+    assert found.visibility["wave"] == pytest.approx(np.linalg.norm(left) / np.linalg.norm(wave))
+    assert found.visibility["slope"] > 0.85  # turns with the direction, as nothing of the baseline does
+
+
+def test_what_is_fitted_already_has_nothing_to_add() -> None:
+    made = sheet_of(Campaign(4, hidden={"slope": 5.0, "wave": 1.0}))
+    alone, beside = scores(made, list(BASE), CAUSES), scores(made, [*BASE, "slope"], CAUSES)
+    assert alone.strongest() == "slope"
+    assert beside.rank["slope"] == 0
+    assert beside.strongest() == "wave"
+
+
+def test_scale_and_unit_do_not_matter() -> None:
+    plain = seen(Campaign(5, hidden={"wave": 0.3}))
+    scaled = seen(Campaign(5, hidden={"wave": 0.3e-7}, scale={"wave": 1e7, "slope": 1e-6, "shape_3": 1e5}))
+    for name in CAUSES:
+        assert scaled.statistic[name] == pytest.approx(plain.statistic[name], rel=1e-6)
+        assert scaled.rank[name] == plain.rank[name]
+    assert scaled.visibility["wave"] == pytest.approx(plain.visibility["wave"])
+    assert scaled.estimate["wave"][0] * 1e7 == pytest.approx(plain.estimate["wave"][0])
+    assert scaled.p_value() == plain.p_value()
+
+
+def test_candidates_without_a_trace_of_their_own_are_invisible() -> None:
+    causes = {"copy_of_bend": ["copy_of_bend"], "nothing": ["nothing"], "slope": ["slope"]}
+    found = seen(Campaign(6, hidden={"copy_of_bend": 5.0}), causes)
+    assert found.rank["copy_of_bend"] == found.rank["nothing"] == 0
+    assert found.visibility["copy_of_bend"] < 1e-6
+    assert found.evidence["nothing"] == -np.inf
+    assert found.strongest(["copy_of_bend", "nothing"]) is None
+    assert found.p_value(["copy_of_bend", "nothing"]) == 1.0
+    assert found.p_value([]) == 1.0
+    assert found.strongest() == "slope"
+
+
+def test_unknowns_that_the_baseline_imitates_together_cost_a_rank() -> None:
+    assert seen(Campaign(7)).rank["shape"] == PROFILE - 1  # all hats together are the level
+
+
+def test_a_cause_is_absorbed_by_what_is_fitted() -> None:
+    made = sheet_of(Campaign(8), {"copy_of_bend": ["copy_of_bend"]})
+    trace = made.of(["copy_of_bend"])[:, 0]
+    np.testing.assert_allclose(absorbed(made, list(BASE), trace), [0.0, 3.0], atol=1e-9)
+
+
+# What chance would have given ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("degrees", [1, 2, 4, 8])
+def test_several_unknowns_are_made_comparable(degrees: int) -> None:
+    rare = np.array([0.5, 0.2, 0.05, 0.01, 1e-3, 1e-9, 1e-50, 1e-200])
+    np.testing.assert_allclose(equivalent(stats.chi2.isf(rare, degrees), degrees), stats.norm.isf(rare), atol=0.02)
+    assert np.all(np.diff(equivalent(np.linspace(0, 50, 99), degrees)) > 0)
+    assert equivalent(float(degrees), degrees) == pytest.approx(equivalent(degrees * (1 + 3e-4), degrees), abs=1e-3)
+
+
+def test_of_a_strong_cause_and_a_free_shape_that_imitates_it_the_one_with_fewer_unknowns_is_the_stronger() -> None:
+    found = seen(Campaign(4, hidden={"wave": 1.0}))
+    assert found.statistic["shape"] < 1.1 * found.statistic["wave"]
+    assert found.strongest() == "wave"
+
+
+def test_every_pattern_of_signs_is_tried_where_they_are_few() -> None:
+    few = signs(6, DRAWS)
+    assert few.shape == (2**5, 6)
+    assert np.all(few[0] == 1)
+    both = np.vstack([few, -few])  # a pattern and its mirror image give the same statistic
+    assert len(np.unique(both, axis=0)) == 2**6
+    many = signs(ENUMERATED + 1, 99)
+    assert many.shape == (100, ENUMERATED + 1)
+    assert np.all(many[0] == 1)
+    assert set(np.unique(many)) == {-1.0, 1.0}
+    np.testing.assert_array_equal(many, signs(ENUMERATED + 1, 99))
+
+
+@pytest.mark.parametrize("name", ["slope", "shape"])
+def test_flips_are_those_of_effective_traces_projected_again(name: str) -> None:
+    """T(g)^2 is the classical statistic of the trace with its units turned, and the baseline taken out again."""
+    made = sheet_of(Campaign(9, runs=9, own=False, hidden={"slope": 0.15}), kind="run")
+    found = scores(made, list(BASE), CAUSES)
+    basis = np.linalg.qr(made.of(list(BASE)))[0]
+
+    def out(v: np.ndarray) -> np.ndarray:
+        return np.asarray(v - basis @ (basis.T @ v))
+
+    trace, y = out(made.of(CAUSES[name])), out(made.y)
+    reached = []
+    for g in signs(made.units, DRAWS):
+        turned = out(trace * g[made.label][:, None])
+        u, s, _ = np.linalg.svd(turned / np.linalg.norm(turned, axis=0), full_matrices=False)
+        reached.append(float(np.sum((u[:, s > 1e-5].T @ y) ** 2)))
+    assert reached[0] == pytest.approx(found.statistic[name], rel=1e-7)
+    flipped = float(np.mean(np.array(reached) >= reached[0] * (1 - 1e-9)))
+    parametric = float(stats.chi2.sf(reached[0], found.rank[name]))
+    assert found.p_value([name]) == pytest.approx(max(flipped, parametric), abs=0.03)
+    assert found.p_value([name]) >= flipped - 1e-12
+
+
+def test_the_strongest_of_many_is_judged_among_all() -> None:
+    found = seen(Campaign(10, hidden={"slope": 0.2}))
+    assert found.strongest() == "slope"
+    assert found.p_value(["slope"]) < found.p_value()
+
+
+def test_the_smallest_p_that_signs_can_give() -> None:
+    few = seen(Campaign(11, runs=5, own=False, hidden={"wave": 10.0}), kind="run")
+    assert few.smallest_p() == 1 / 2**4
+    assert few.p_value(["wave"]) == pytest.approx(1 / 2**4)
+    assert seen(Campaign(11, runs=20, hidden={"slope": 10.0})).p_value() == pytest.approx(1 / (DRAWS + 1))
+
+
+def rejections(count: int, draws: int = 199, **campaign: object) -> int:
+    """Of so many campaigns with nothing hidden, those in which the strongest candidate seems to be there."""
+    return sum(seen(Campaign(1000 + k, **campaign)).p_value(draws=draws) <= 0.05 for k in range(count))  # type: ignore[arg-type]
+
+
+UNEVEN = (0.4, 0.6, 1.0, 0.5, 1.6, 0.7, 2.5)
+CASES: dict[str, dict[str, object]] = {
+    "white noise, blocks": {"runs": 6, "rows": 60},
+    "white noise, runs": {"runs": 18, "rows": 30},
+    "white noise, runs without starts": {"runs": 18, "rows": 30, "own": False},
+    "units of unequal noise": {"runs": 21, "rows": 30, "noise": UNEVEN},
+    "noise twice what is believed": {"runs": 18, "rows": 30, "noise": (2.0,)},
+    "noise half of what is believed": {"runs": 18, "rows": 30, "noise": (0.5,)},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_false_alarms_keep_their_level(case: str) -> None:
+    """5 % of 120 are 6; 13 or more would come by accident in one of 120 tests. A test that never rejects is none."""
+    found = rejections(120, **CASES[case])
+    assert found <= 12
+    assert found >= 1 or "half" in case
+
+
+@pytest.mark.parametrize(("runs", "rows"), [(6, 60), (18, 30)])
+def test_a_cause_of_six_standard_errors_is_seen(runs: int, rows: int) -> None:
+    size = 6 * float(seen(Campaign(0, runs=runs, rows=rows)).spread["slope"][0])
+    found = [seen(Campaign(2000 + k, runs=runs, rows=rows, hidden={"slope": size})) for k in range(40)]
+    assert sum(f.p_value(draws=399) <= 0.02 for f in found) >= 39
+    assert sum(f.strongest() == "slope" for f in found) >= 38
