@@ -1,11 +1,19 @@
-"""Sizes of the effects that a fit had in its model, for the result's document."""
+"""Sizes of the effects that a fit has in its model: free for a look at all of them, and for the result's document."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from vdyn_cli.fit import Solution, Unknown
+
+
+def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
+    """The unknowns without their ranges: a fit with all effects in, meant for its residuals, may leave them."""
+    return tuple(replace(u, lower=-np.inf, upper=np.inf) for u in extra)
 
 
 def sizes_found(solution: Solution, extra: Sequence[Unknown]) -> Mapping[str, Any]:

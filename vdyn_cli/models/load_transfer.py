@@ -17,6 +17,7 @@ GIVEN = (
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
 MOMENTS = ("loads", "motion")  # their sum is zero where loads and motion agree
+UNIT = "unit"  # N, what one newton read stands for: what makes the moments comparable with the loads' noise
 MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed")
 
 
@@ -45,6 +46,7 @@ def _moments(e: Bench, u: Signals, front: Number, rear: Number, front_bend: Numb
             cg_to_rear=p.cg_to_rear,
         ),
     )
+    e.sensor(UNIT, e("wheel_force", "_unit", value=1.0))
     weight = e(climb, mass=p.mass, grade=e("grade", value=0.0))
     read = e("acceleration", value=u.acceleration) - p.acceleration_zero
     e.sensor(
@@ -70,14 +72,14 @@ def _moments(e: Bench, u: Signals, front: Number, rear: Number, front_bend: Numb
 
 def _both(e: Bench, u: Signals) -> None:
     up = _lift(e, u) / 2  # on each axle
-    front = e("wheel_force", "_front", value=u.front_load) - e.p.front_load_zero
-    rear = e("wheel_force", "_rear", value=u.rear_load) - e.p.rear_load_zero
+    front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero)
+    rear = e("wheel_force", "_rear", value=u.rear_load - e.p.rear_load_zero)
     _moments(e, u, front + up, rear + up, u.front_load_bend, u.rear_load_bend)
 
 
 def _front(e: Bench, u: Signals) -> None:
     up = _lift(e, u) / 2
-    front = e("wheel_force", "_front", value=u.front_load) - e.p.front_load_zero
+    front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero)
     rear = e.p.mass * GRAVITY - front - 2 * up
     _moments(e, u, front + up, rear + up, u.front_load_bend, -u.front_load_bend)
 

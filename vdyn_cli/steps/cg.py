@@ -32,10 +32,10 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
-from vdyn_cli.estimation.cg.load_regression import LoadFit
+from vdyn_cli.estimation.cg.load_regression import CLOSE, LoadFit
 from vdyn_cli.estimation.cg.windows import Windows, cut_windows, pitch_angle
 from vdyn_cli.estimation.profiles import profile, span_of
-from vdyn_cli.estimation.sizes import sizes_found
+from vdyn_cli.estimation.sizes import sizes_found, unbounded
 from vdyn_cli.fit import Regression, Solution, Unknown, solve
 from vdyn_cli.log import Log
 from vdyn_cli.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER
@@ -55,6 +55,7 @@ LEAST_PULL = 0.5  # m/s^2, standard deviation of the acceleration below which no
 WEIGHED, REFUSED = 0.015, 0.08  # of the weight, by which the loads may differ from it; more is refused
 LEAST_ALIKE = 0.3  # correlation that makes a sign certain
 TIRES_GIVE = 0.0195  # m under the weight of a car, where their stiffness is not known
+ROUNDS = 2  # of taking noise and true channels from the fit with all effects
 HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
@@ -241,14 +242,17 @@ def regression(
     """
     values, windows = setting(spec, known).values, _windows(spec, logs)
     zero = spec.settings.load_zero.value
-    plain = fit_of(windows, values, zero).solve()
-    fit = fit_of(windows, values, zero, effects, extra)
-    start = fit.place(plain)
+    plain = fit_of(windows, values, zero)
+    if not extra:
+        return plain.regression(plain.place(plain.solve()))
+    fit, whole = (fit_of(windows, values, zero, effects, x) for x in (extra, unbounded(extra)))
+    at = start = fit.place(plain.rough())
     try:
-        whole = fit.place(solve(fit.regression(start))) if extra else start
+        for _ in range(ROUNDS):
+            at = whole.place(solve(whole.regression(at), tolerance=CLOSE))
     except ResultError:
-        whole = start
-    return fit.regression(whole, start)
+        at = start
+    return fit.regression(at, start)
 
 
 def profiles(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> tuple[Effect, ...]:

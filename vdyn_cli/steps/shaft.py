@@ -40,6 +40,7 @@ from vdyn_cli.estimation.shaft.both_sides import about_effects, both_sides
 from vdyn_cli.estimation.shaft.fit import ShaftFit, Twisting
 from vdyn_cli.estimation.shaft.sections import SOLID, Section, drawing_budget, shared_modulus_correlation
 from vdyn_cli.estimation.shaft.side import Side, Tested, judge, tested
+from vdyn_cli.estimation.sizes import unbounded
 from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.fit.budget import Budget, propagate
 from vdyn_cli.log import Log
@@ -131,8 +132,9 @@ def regression(
         raise InputError(Finding("shaft", "without a log there is nothing to compare", "", "add 'runs'"))
     sides: dict[str, Regression] = {}
     for name, own in logged.items():
-        fit = ShaftFit(own, extra, effects, _bar(spec, name, modulus, effects))
-        sides[name] = about_effects(ShaftFit(own), fit) if effects else fit.regression()
+        bar = _bar(spec, name, modulus, effects)
+        fit, whole = (ShaftFit(own, x, effects, bar) for x in (extra, unbounded(extra)))
+        sides[name] = about_effects(ShaftFit(own), fit, whole) if effects else fit.regression()
     return both_sides(sides)
 
 

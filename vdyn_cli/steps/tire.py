@@ -31,7 +31,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
 from vdyn_cli.estimation.profiles import profile, span_of
-from vdyn_cli.estimation.sizes import sizes_found
+from vdyn_cli.estimation.sizes import sizes_found, unbounded
 from vdyn_cli.estimation.tire.bins import Bins, bin_sweep
 from vdyn_cli.estimation.tire.tire_regression import TireFit
 from vdyn_cli.fit import Regression, Solution, Unknown, solve
@@ -174,9 +174,10 @@ def regression(
     """
     _, bins, radius_std = _data(spec, logs, known)
     plain = _fitted(bins, radius_std)
-    fit, start = TireFit(bins, plain.fit.shape, radius_std, effects, extra), plain.solution.values
+    fit, whole = (TireFit(bins, plain.fit.shape, radius_std, effects, x) for x in (extra, unbounded(extra)))
+    start = plain.solution.values
     try:
-        at = solve(fit.regression(start)).values if extra else start
+        at = solve(whole.regression(start)).values if extra else start
     except ResultError:
         at = start
     return fit.regression(at, start)

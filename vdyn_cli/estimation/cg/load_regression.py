@@ -13,7 +13,7 @@ from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.errors import Finding, ResultError
 from vdyn_cli.estimation.cg.windows import Windows
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve
-from vdyn_cli.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT
+from vdyn_cli.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT, UNIT
 
 Array = NDArray[np.float64]
 
@@ -22,6 +22,16 @@ SMOOTHING = 0.015  # s, standard deviation: passes what the body does and stops 
 # takes longer: its noise, which comes from the same readings as the balance's, would draw what they find to zero.
 BEND, WIDE_BEND = 0.06, 0.12
 MOST_ROUNDS = 12
+CLOSE = 1e-8  # of one residual's variance that a further step may still promise
+
+
+@dataclass(frozen=True)
+class Channels:
+    """One run's channels, (n,) each, as drives of the balance: without pitch acceleration, and with 1 rad/s^2."""
+
+    still: Drive
+    turning: Drive
+    pitch_rate: Array
 
 
 @dataclass(frozen=True)
@@ -30,13 +40,13 @@ class Fixed:
 
     Parameters
     ----------
-    true : the channels as the run's unknowns make them most probable, smoothed.
+    true : the channels as the run's unknowns make them most probable, smoothed, ready to be simulated.
     factor : (2, k) banded Cholesky factor of the covariance of the integrated balances.
     residual : (k,) whitened balances of the channels as read.
     expected : (k,) balances of the true channels.
     """
 
-    true: Mapping[str, Array]
+    true: Channels
     factor: Array
     residual: Array
     expected: Array
@@ -85,6 +95,7 @@ class LoadFit:
         self._names = tuple(dict.fromkeys((*(u.name for u in self.unknowns), *shifts)))
         values = {**given, **start, **dict.fromkeys(shifts, 0.0)}
         self._simulator = Simulator(self._model, values, self._names, effects)
+        self._read = [self._channels(w, w.channels, BEND) for w in self.runs]
 
     def solve(self) -> Solution:
         """Fit, taking noise and true channels anew until the unknowns no longer move.
@@ -95,13 +106,22 @@ class LoadFit:
         """
         at = self.start()
         for _ in range(MOST_ROUNDS):
-            solution = solve(self.regression(at))
+            solution = solve(self.regression(at), tolerance=CLOSE)
             later = self.place(solution)
             scale = np.concatenate([list(solution.std.values()), np.full(later.size - len(solution.names), np.inf)])
             moved, at = float(np.max(np.abs(later - at) / scale)), later
             if moved < 1e-3:
                 return solution
         raise ResultError(Finding("fit", "the moment balance does not settle", remedy="check units and signs"))
+
+    def rough(self) -> Solution:
+        """The fit before noise and true channels are taken anew: where a search may begin.
+
+        Raises
+        ------
+        ResultError : the fit's own.
+        """
+        return solve(self.regression(self.start()), tolerance=CLOSE)
 
     def start(self) -> Array:
         """All unknowns where the search begins, shared first, then run by run."""
@@ -148,41 +168,40 @@ class LoadFit:
         from scipy.linalg import cholesky_banded, solve_banded
 
         windows = self.runs[run]
-        balance, slopes = self._balance(windows, self._read(windows), theta)
+        balance, slopes = self._balance(windows, self._read[run], theta)
         partial = self._partials(slopes, windows)
         factor = cholesky_banded(self._covariance(windows, partial), lower=True)
         residual = np.asarray(solve_banded((1, 0), factor, balance))
         pull = np.asarray(solve_banded((0, 1), _upper(factor), residual))
-        true = {n: _smooth(v, windows.step) for n, v in self._true_channels(windows, partial, pull).items()}
-        true |= {f"{n}_bend": _bend(true[n], windows.step, WIDE_BEND) for n in self._loads}
+        smooth = {n: _smooth(v, windows.step) for n, v in self._true_channels(windows, partial, pull).items()}
+        true = self._channels(windows, smooth, WIDE_BEND)
         return Fixed(true, factor, residual, self._balance(windows, true, theta)[0])
 
     def balance(self, run: int, theta: Array) -> tuple[Array, Array]:
         """(k,) N: each window's mean imbalance as front axle load, and its standard deviation from the noise."""
         windows = self.runs[run]
-        balance, slopes = self._balance(windows, self._read(windows), theta)
+        balance, slopes = self._balance(windows, self._read[run], theta)
         partial = self._partials(slopes, windows)
         scale = partial["front_load"] * windows.width
         return balance / scale, np.sqrt(self._covariance(windows, partial)[0]) / np.abs(scale)
 
-    def _read(self, windows: Windows) -> dict[str, Array]:
-        """The channels as read, with the second derivatives of the loads."""
-        bends = {f"{n}_bend": _bend(windows.channels[n], windows.step, BEND) for n in self._loads}
-        return {**windows.channels, **bends}
+    def _channels(self, windows: Windows, values: Mapping[str, Array], reach: float) -> Channels:
+        """Channels with the second derivatives of the loads, taken over ``reach`` s to either side."""
+        inputs = {n: values[n] for n in (*self._loads, "acceleration", "pitch_rate", "pitch")}
+        inputs["speed"] = values.get("speed", np.zeros_like(windows.time))
+        inputs |= {f"{n}_bend": _bend(values[n], windows.step, reach) for n in self._loads}
+        context = {"heading": windows.heading}
+        still, turning = (
+            Drive(windows.time, {**inputs, "pitch_acceleration": rate}, context=context) for rate in (0.0, 1.0)
+        )
+        return Channels(still, turning, values["pitch_rate"])
 
-    def _balance(self, windows: Windows, channels: Mapping[str, Array], theta: Array) -> tuple[Array, Array]:
+    def _balance(self, windows: Windows, channels: Channels, theta: Array) -> tuple[Array, Array]:
         """(k,) integrated balances and (k, j) their derivatives to all names, at the given channels."""
         values = np.zeros(len(self._names))
         values[: theta.size] = theta
-        inputs = {n: channels[n] for n in (*self._loads, "acceleration", "pitch_rate", "pitch")}
-        inputs["speed"] = channels.get("speed", np.zeros_like(windows.time))
-        inputs |= {f"{n}_bend": channels[f"{n}_bend"] for n in self._loads}
-        context = {"heading": windows.heading}
-        still, turning = (
-            self._simulator(Drive(windows.time, {**inputs, "pitch_acceleration": rate}, context=context), values)
-            for rate in (0.0, 1.0)
-        )
-        change = windows.change(channels["pitch_rate"])
+        still, turning = (self._simulator(drive, values) for drive in (channels.still, channels.turning))
+        change = windows.change(channels.pitch_rate)
 
         def integrated(quiet: Array, moving: Array) -> Array:
             # The balance is linear in the pitch acceleration, whose integral is the change of the pitch rate.
@@ -194,7 +213,10 @@ class LoadFit:
         balance = integrated(quiet, moving)
         slopes = integrated(*(s.sensitivities[loads] + s.sensitivities[motion] for s in (still, turning)))
         per_rate = windows.integral(moving - quiet) / windows.width
-        return balance, np.column_stack([slopes, per_rate])
+        # By newtons read: where loads and all else are scaled alike nothing is nearer to what was measured.
+        unit = float(still.outputs[UNIT][0])
+        slopes = slopes - np.outer(balance, still.sensitivities[UNIT][0] / unit)
+        return balance / unit, np.column_stack([slopes, per_rate]) / unit
 
     def _partials(self, slopes: Array, windows: Windows) -> dict[str, Array]:
         """(k,) derivative of the mean balance to each channel, and to the pitch acceleration."""

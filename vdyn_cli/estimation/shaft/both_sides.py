@@ -43,13 +43,14 @@ def both_sides(sides: Mapping[str, Regression]) -> Regression:
     return Regression((*bars, *shared, *common.own), names, rows, own)
 
 
-def about_effects(plain: ShaftFit, fit: ShaftFit) -> Regression:
+def about_effects(plain: ShaftFit, fit: ShaftFit, whole: ShaftFit) -> Regression:
     """One side with effects, its readings adjusted as the fit with all of them asks, if the runs determine that.
 
     With priors on the effects' unknowns they always do; else the readings are adjusted as the plain fit asks.
+    ``whole`` is ``fit`` without the ranges of the effects' unknowns.
     """
     start = fit.place(solve(plain.regression()))
     try:
-        return fit.regression(fit.place(solve(fit.regression(start), tolerance=ARRIVED)), start)
+        return fit.regression(whole.place(solve(whole.regression(start), tolerance=ARRIVED)), start)
     except ResultError:
         return fit.regression(start)
