@@ -75,14 +75,20 @@ COAST_CHANNELS = {
 
 
 def coast_downs(
-    vehicle: Vehicle, seed: int, folder: Path, day: coast.Day, fixed: bool, effects: Mapping[str, float] = NOTHING
+    vehicle: Vehicle,
+    seed: int,
+    folder: Path,
+    day: coast.Day,
+    fixed: bool,
+    effects: Mapping[str, float] = NOTHING,
+    channels: Mapping[str, tuple[str, str]] = COAST_CHANNELS,
 ) -> Path:
     """A coast-down campaign, or drives with known torque."""
     runs = coast.campaign(vehicle, seed, day, effects)
     notes = [{"direction": run.direction, "start": run.start} for run in runs]
     if len({run.temperature for run in runs}) > 1:
         notes = [{**note, "temperature": f"{run.temperature:.1f} degC"} for note, run in zip(notes, runs, strict=True)]
-    channels = COAST_CHANNELS | ({"drive_torque": ("Drive Torque [N m]", "N m")} if day.powered else {})
+    channels = {**channels, **({"drive_torque": ("Drive Torque [N m]", "N m")} if day.powered else {})}
     settings = {"fix": {"drag_coefficient": vehicle.drag_coefficient}} if fixed else {}
     records = [run.record for run in runs]
     return write(folder, "coastdown", coast.known(vehicle, day), channels, records, notes, settings=settings)
@@ -243,9 +249,18 @@ def _tire(seed: int, folder: Path, peak: bool) -> Made:
     return Made(path, {name: tire.truth(vehicle)[name] for name in bound}, bound)
 
 
-def _drawing(seed: int, folder: Path) -> Made:
-    """Both drawings, each diameter, length and the shear modulus read with errors as stated."""
-    vehicle, rng = random_vehicle(seed), np.random.default_rng([seed, 0xD4])
+@dataclass(frozen=True)
+class Drawing:
+    """Both half-shafts' sections and shear modulus as read, and how far off each side's stiffness may be, N m/rad."""
+
+    sections: Mapping[str, Sequence[Mapping[str, str]]]
+    shear_modulus: str
+    bound: Mapping[str, float]
+
+
+def read_drawing(vehicle: Vehicle, seed: int) -> Drawing:
+    """Each diameter, length and the shear modulus read with errors as stated."""
+    rng = np.random.default_rng([seed, 0xD4])
     shear, modulus_sd = vehicle.shear_modulus, 0.3e9
     sides: dict[str, list[dict[str, str]]] = {}
     bound = {}
@@ -263,14 +278,22 @@ def _drawing(seed: int, folder: Path) -> Made:
                 moved = [*true[:k], replace(section, **{name: value + sd}), *true[k + 1 :]]
                 parts.append(shaft.stiffness(moved, shear) - exact)
             sides[side].append(row)
-        bound[f"shaft_stiffness_{side}"] = float(np.linalg.norm(parts))
-    stated = f"{rng.normal(shear, modulus_sd)!r} +- {modulus_sd!r} Pa"
-    path = write(folder, "shaft", {}, {}, [], sections=sides, shear_modulus=stated)
+        bound[side] = float(np.linalg.norm(parts))
+    return Drawing(sides, f"{rng.normal(shear, modulus_sd)!r} +- {modulus_sd!r} Pa", bound)
+
+
+def _drawing(seed: int, folder: Path) -> Made:
+    vehicle = random_vehicle(seed)
+    read = read_drawing(vehicle, seed)
+    path = write(folder, "shaft", {}, {}, [], sections=read.sections, shear_modulus=read.shear_modulus)
+    bound = {f"shaft_stiffness_{side}": sd for side, sd in read.bound.items()}
     return Made(path, {name: shaft.truth(vehicle)[name] for name in bound}, bound)
 
 
-def tip_in(vehicle: Vehicle, seed: int, folder: Path, effects: Mapping[str, float] = NOTHING) -> Path:
-    """One tip-in of the left half-shaft."""
+def tip_in(
+    vehicle: Vehicle, seed: int, folder: Path, effects: Mapping[str, float] = NOTHING, drawing: Drawing | None = None
+) -> Path:
+    """One tip-in of the left half-shaft; with its drawing where that is given."""
     channels = {
         "time": ("Time [s]", "s"),
         "shaft_torque": ("Shaft Torque [N m]", "N m"),
@@ -279,7 +302,11 @@ def tip_in(vehicle: Vehicle, seed: int, folder: Path, effects: Mapping[str, floa
         "twist": ("Twist [deg]", "deg"),
     }
     records = shaft.campaign(vehicle, seed, effects)
-    return write(folder, "shaft", shaft.known(vehicle), channels, records, [{"side": "left"}])
+    if drawing is None:
+        return write(folder, "shaft", shaft.known(vehicle), channels, records, [{"side": "left"}])
+    sections = {"left": drawing.sections["left"]}
+    more = {"sections": sections, "shear_modulus": drawing.shear_modulus}
+    return write(folder, "shaft", {}, channels, records, [{"side": "left"}], **more)
 
 
 def _shaft(seed: int, folder: Path) -> Made:

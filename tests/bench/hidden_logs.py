@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.bench import cases
+from tests.plant import drive
+from tests.plant.drive_information import GAINS, measured
+from tests.plant.drive_motion import BRAKE_FRONT
 from tests.plant.hidden import Scenario
 
 Writer = Callable[[Scenario, Path], Path]
@@ -44,11 +47,63 @@ def make(scenario: Scenario, folder: Path) -> Made:
 def _coastdown(scenario: Scenario, folder: Path) -> Path:
     way = scenario.way
     assert way.day is not None
-    return cases.coast_downs(scenario.vehicle, scenario.drawn, folder, way.day, way.fixed, scenario.effects)
+    channels = {**cases.COAST_CHANNELS, "position": ("Position [m]", "m")}
+    vehicle, seed = scenario.vehicle, scenario.drawn
+    return cases.coast_downs(vehicle, seed, folder, way.day, way.fixed, scenario.effects, channels)
 
 
 def _tire(scenario: Scenario, folder: Path) -> Path:
     return cases.tire_sweeps(scenario.vehicle, scenario.drawn, folder, effects=scenario.effects)
+
+
+def _shaft(scenario: Scenario, folder: Path) -> Path:
+    drawing = cases.read_drawing(scenario.vehicle, scenario.seed) if scenario.variant == "drawn" else None
+    return cases.tip_in(scenario.vehicle, scenario.drawn, folder, scenario.effects, drawing)
+
+
+DRIVE_CHANNELS = {
+    "time": ("Time [s]", "s"),
+    "drive_torque": ("Drive Torque [N m]", "N m"),
+    "brake_torque": ("Brake Torque [N m]", "N m"),
+    "speed": ("Speed [km/h]", "km/h"),
+    **{f"wheel_speed_{wheel.lower()}": (f"Wheel Speed {wheel} [rad/s]", "rad/s") for wheel in drive.WHEELS},
+    "shaft_torque_left": ("Shaft Torque Left [N m]", "N m"),
+    "shaft_torque_right": ("Shaft Torque Right [N m]", "N m"),
+    "acceleration": ("Long Accel [m/s^2]", "m/s^2"),
+}
+DRIVE_KNOWN = (
+    *("mass", "wheelbase", "cg_to_rear", "cg_height", "pitch_inertia", "track_front", "track_rear", "drag_height"),
+    *("drag_area", "rolling_resistance", "wheel_inertia", "wheel_radius", "driveline_inertia", "gear_ratio"),
+    *("unsprung_mass_front", "unsprung_mass_rear", "suspension_stiffness_front", "suspension_stiffness_rear"),
+    *("suspension_damping_front", "suspension_damping_rear", "tire_vertical_stiffness", "tire_B", "tire_C", "tire_D"),
+    *("tire_E", "tire_relaxation_length", "shaft_stiffness_left", "shaft_stiffness_right", "shaft_damping_left"),
+    "shaft_damping_right",
+)
+
+
+def _validate(scenario: Scenario, folder: Path) -> Path:
+    """Drives, and parameters as measured before them: each off by about the standard deviation that it states."""
+    vehicle = scenario.vehicle
+    runs = drive.campaign(vehicle, scenario.drawn, scenario.effects)
+    known: dict[str, float | str] = {name: float(getattr(vehicle, name)) for name in DRIVE_KNOWN}
+    known |= {"air_density": drive.RIG.air_density, "brake_share_front": BRAKE_FRONT, "tire_load_sensitivity": 0.0}
+    for name, (value, sd) in measured(vehicle, scenario.seed).items():
+        known[name] = f"{value!r} +- {sd!r} {UNITS.get(name, '')}".strip()
+    settings = {
+        "driven": "front",
+        "hub_lever": 0.0,
+        "zeros": {"acceleration": drive.RIG.acceleration.zero, "shaft_torque": drive.RIG.shaft_torque.zero},
+        "gains": {name: sd for name, (_, sd) in GAINS.items()},
+    }
+    notes = [{"direction": run.direction, "temperature": f"{run.temperature:.1f} degC"} for run in runs]
+    records = [run.record for run in runs]
+    return cases.write(folder, "validate", known, DRIVE_CHANNELS, records, notes, settings=settings)
+
+
+UNITS = {"mass": "kg", "drag_area": "m^2", "wheel_inertia": "kg m^2", "wheel_radius": "m",
+         "driveline_inertia": "kg m^2", "tire_relaxation_length": "m", "shaft_stiffness_left": "N m/rad",
+         "shaft_stiffness_right": "N m/rad", "shaft_damping_left": "N m s/rad",
+         "shaft_damping_right": "N m s/rad"}  # fmt: skip
 
 
 def _plain(write: Callable[..., Path]) -> Writer:
@@ -61,7 +116,8 @@ WRITERS: dict[str, Writer] = {
     "bump": _plain(cases.crossings),
     "inertia": _plain(cases.wheel_drives),
     "tire": _tire,
-    "shaft": _plain(cases.tip_in),
+    "shaft": _shaft,
+    "validate": _validate,
 }
 
 # Channels that break in a sensor fault, by step; the header as logged.

@@ -16,6 +16,7 @@ from tests.plant.information import Information, prior, total
 from tests.plant.vehicle import Vehicle, random_vehicle
 
 FRESH = 500_000  # added to the seed of a further campaign with the same vehicle
+DRAWN = 0.0055  # share: 50 micrometres of diameter, 0.3 GPa of modulus
 PLAUSIBLE = 10.0  # typical sizes: a rival within these, as a standard deviation, is believed
 
 About = Callable[[Vehicle, int, Mapping[str, float], Sequence[str]], Information]
@@ -218,6 +219,12 @@ def _plain(information: Callable[..., Information]) -> About:
     return lambda vehicle, seed, hidden, unknowns: information(vehicle, seed, hidden, unknowns=unknowns)
 
 
+def _drawn(vehicle: Vehicle, seed: int, hidden: Mapping[str, float], unknowns: Sequence[str]) -> Information:
+    """The drawing's stiffness is within ``DRAWN`` of its value, as ``read_drawing`` of the benches reads it."""
+    info = shaft.information(vehicle, seed, hidden, unknowns=unknowns)
+    return total([info, prior({"shaft_stiffness_left": DRAWN * vehicle.shaft_stiffness_left})])
+
+
 VARIANTS: dict[tuple[str, str], Variant] = {
     ("coastdown", "wide"): _coasting("16 coasts from 36 to 2 m/s, drag and rolling both unknown", MANY, False),
     ("coastdown", "warm"): _coasting(
@@ -234,4 +241,5 @@ VARIANTS: dict[tuple[str, str], Variant] = {
     ("tire", ""): Variant("5 slip sweeps beyond the peak", _plain(tire.information), SLIPPED),
     ("validate", ""): Variant("3 drives from rest to 90 km/h and back", _drives, DRIVES),
     ("shaft", ""): Variant("one tip-in of the left half-shaft", _plain(shaft.information), TWISTED),
+    ("shaft", "drawn"): Variant("the same, and the shaft's drawing", _drawn, TWISTED),
 }
