@@ -1,0 +1,193 @@
+"""Six verdicts on campaigns whose truth is known, and the words that go with them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.case import Case
+from vdyn_cli.diagnosis.detect import detect, reachable
+from vdyn_cli.diagnosis.next_test import next_tests
+from vdyn_cli.diagnosis.verdict import Verdict, judge
+from vdyn_cli.diagnosis.words import sentence
+from vdyn_cli.diagnosis.workbench import open_workbench
+from vdyn_cli.effects import Effect
+
+SLOPE, WIND, WAVE, STEP = cause("slope"), cause("wind"), cause("wave"), cause("step")
+CATALOGUE = (SLOPE, WIND, WAVE, STEP)
+
+
+def judged(campaign: Campaign, *causes: Effect, level: float = 0.05, **case: object) -> tuple[Case, Verdict]:
+    made = campaign.case(*(causes or CATALOGUE), **case)  # type: ignore[arg-type]
+    return made, judge(open_workbench(made), level)
+
+
+def told(case: Case, verdict: Verdict) -> str:
+    return sentence(verdict, case.causes, {})
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_nothing_hidden_is_adequate(seed: int) -> None:
+    case, verdict = judged(Campaign(200 + seed))
+    assert verdict.name == "adequate"
+    assert verdict.answer is None
+    assert "misses nothing" in told(case, verdict)
+    assert f"p = {verdict.detection.p_value:.2g}" in told(case, verdict)
+
+
+@pytest.mark.parametrize("runs", [8, 18])
+@pytest.mark.parametrize("hidden", ["slope", "wind", "wave", "step"])
+def test_a_hidden_cause_is_named_with_its_size(hidden: str, runs: int) -> None:
+    size = {"slope": 0.6, "wind": 2.0, "wave": 1.0, "step": 1.5}[hidden]
+    case, verdict = judged(Campaign(7, runs=runs, hidden={hidden: size}))
+    assert verdict.name == "named"
+    assert verdict.answer is not None
+    assert verdict.answer.causes == (hidden,)
+    solution = verdict.answer.fitted.solution
+    assert abs(solution.values[hidden] - size) < 4 * solution.std[hidden]
+    assert verdict.gain is not None
+    assert verdict.gain.interval[0] > 0
+    assert verdict.gain.folds == runs
+    assert told(case, verdict).startswith(f"A {hidden} explains ")
+
+
+def test_a_cause_that_differs_between_runs_is_named() -> None:
+    _, verdict = judged(Campaign(1, hidden={"warming": 1.0}), *CATALOGUE, cause("warming", between=True))
+    assert verdict.name == "named"
+    assert verdict.answer is not None
+    assert verdict.answer.causes == ("warming",)
+
+
+def test_a_cause_between_too_few_runs_is_not_certified_by_itself() -> None:
+    _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), cause("warming", between=True), profiles=())
+    assert verdict.name != "named"
+
+
+def test_two_causes_with_one_trace_are_ambiguous() -> None:
+    case, verdict = judged(Campaign(2, hidden={"wind": 2.0}), *CATALOGUE, cause("wind_twin"))
+    assert verdict.name == "ambiguous"
+    assert {t.causes for t in verdict.answers} == {("wind",), ("wind_twin",)}
+    assert verdict.answer is None
+    assert verdict.gain is None
+    assert "a wind" in told(case, verdict)
+    assert "can't tell which" in told(case, verdict)
+
+
+def test_a_shape_outside_the_catalogue_is_unknown() -> None:
+    case, verdict = judged(Campaign(3, hidden={"bump": 2.0}))
+    assert verdict.name == "unknown"
+    assert verdict.answers == ()
+    assert "no cause of the catalogue" in told(case, verdict)
+
+
+def test_two_causes_at_once_are_both_named() -> None:
+    case, verdict = judged(Campaign(4, hidden={"slope": 0.8, "wave": 0.8}))
+    assert verdict.name == "named"
+    assert verdict.answer is not None
+    assert verdict.answer.causes == ("slope", "wave")
+    assert "A slope and a wave explain " in told(case, verdict)
+
+
+def test_a_sensor_is_a_fault_of_the_data() -> None:
+    case, verdict = judged(Campaign(5, hidden={"wind": 2.0}), SLOPE, cause("wind", sensor=True), WAVE, STEP)
+    assert verdict.name == "data_fault"
+    assert verdict.answer is not None
+    assert told(case, verdict).startswith("The data are at fault: a wind")
+
+
+def test_a_cause_that_needs_more_than_is_plausible_is_not_the_cause() -> None:
+    _, verdict = judged(Campaign(6, hidden={"wind": 2.0}), SLOPE, cause("wind", reach=1.0), WAVE, STEP)
+    assert verdict.name == "unknown"
+
+
+# What can't be told ----------------------------------------------------------------------------------------------
+
+
+def test_too_few_runs_are_never_given_a_name() -> None:
+    case, verdict = judged(Campaign(7, runs=2, hidden={"wind": 5.0}), fewest_runs=4)
+    assert verdict.name == "not_testable"
+    assert "2 runs cannot tell" in told(case, verdict)
+
+
+def test_runs_all_one_way_are_never_given_a_name() -> None:
+    case, verdict = judged(Campaign(8, hidden={"wind": 5.0}, one_way=True))
+    assert verdict.name == "not_testable"
+    assert "all runs went the same way" in told(case, verdict)
+    (test,) = next_tests(open_workbench(case), verdict)
+    assert "out and back" in test.manoeuvre
+    assert test.runs == 8
+
+
+def test_short_runs_hold_too_little_evidence() -> None:
+    case, verdict = judged(Campaign(9, runs=2, rows=18, hidden={"wind": 20.0}))
+    assert verdict.name == "not_testable"
+    assert "too few to certify anything" in told(case, verdict)
+
+
+def test_a_level_that_the_units_cannot_reach_is_refused() -> None:
+    _, verdict = judged(Campaign(10, hidden={"wind": 5.0}), level=1e-4)
+    assert verdict.name == "not_testable"
+    assert "cannot reach the level of 0.0001" in verdict.why
+
+
+def test_causes_that_would_not_show_are_listed_with_what_they_would_bias() -> None:
+    _, verdict = judged(Campaign(11), *CATALOGUE, cause("copy_of_bend"), cause("nothing"))
+    assert verdict.name == "adequate"
+    (unseen,) = verdict.invisible  # what has no trace at all biases nothing
+    assert unseen.effect == "copy_of_bend"
+    assert unseen.visibility < 1e-6
+    assert unseen.size == pytest.approx(10.0)  # half of the plausible range
+    assert unseen.would_bias == {"bend": pytest.approx(30.0)}
+
+
+def test_where_no_cause_would_show_nothing_can_be_said() -> None:
+    case, verdict = judged(Campaign(13), cause("copy_of_bend"))
+    assert verdict.name == "not_testable"
+    assert "no cause of the catalogue would show" in told(case, verdict)
+
+
+def test_a_cause_too_small_to_matter_at_its_largest_is_not_testable() -> None:
+    bench = open_workbench(Campaign(13).case(SLOPE, cause("wave", reach=0.05)))
+    base = bench.fitted(())
+    assert base is not None
+    found = detect(bench, base)
+    assert found.testable == ("slope",)
+    assert reachable(bench, found.scores, "wave") < 3 < reachable(bench, found.scores, "slope")
+
+
+# What to drive next ----------------------------------------------------------------------------------------------
+
+
+def test_rivals_that_more_runs_would_part_are_promised_so() -> None:
+    case = Campaign(2, runs=4, hidden={"slope": 0.2}).case(SLOPE, WIND)
+    bench = open_workbench(case)
+    verdict = judge(bench)
+    assert verdict.name == "ambiguous"
+    more = [t for t in next_tests(bench, verdict) if t.runs is not None]
+    assert set(more[0].separates) == {"slope", "wind"}
+    expected, runs = more[0].expected_t, more[0].runs
+    assert expected is not None
+    assert runs is not None
+    assert expected == pytest.approx(6.0, abs=0.4)
+    assert str(runs) in more[0].manoeuvre
+    base = Campaign(2, runs=4 + runs, hidden={"slope": 0.2}).case(SLOPE, WIND)
+    later = judge(open_workbench(base))
+    assert later.name == "named"
+
+
+def test_rivals_with_the_same_trace_need_another_manoeuvre() -> None:
+    case = Campaign(2, hidden={"wind": 2.0}).case(*CATALOGUE, cause("wind_twin"))
+    bench = open_workbench(case)
+    tests = next_tests(bench, judge(bench))
+    assert {t.manoeuvre for t in tests} <= {"Show the wind alone.", "Show the wind_twin alone."}
+    assert all(t.runs is None for t in tests)
+
+
+def test_numbers_are_finite() -> None:
+    _, verdict = judged(Campaign(15, hidden={"wind": 2.0}))
+    found = verdict.detection
+    assert all(math.isfinite(v) for v in found.scores.statistic.values())
+    assert 0 < found.smallest < 1e-3
+    assert found.worth > 6
