@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.bench import Correction
+from vdyn_cli.engine.bench import Correction, Law, Number, Signals
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.errors import Finding, ResultError
 from vdyn_cli.estimation.cg.windows import Windows
@@ -94,6 +95,7 @@ class LoadFit:
         )
         self._names = tuple(dict.fromkeys((*(u.name for u in self.unknowns), *shifts)))
         values = {**given, **start, **dict.fromkeys(shifts, 0.0)}
+        self._effects = tuple(effects)
         self._simulator = Simulator(self._model, values, self._names, effects)
         self._read = [self._channels(w, w.channels, BEND) for w in self.runs]
 
@@ -173,7 +175,10 @@ class LoadFit:
         factor = cholesky_banded(self._covariance(windows, partial), lower=True)
         residual = np.asarray(solve_banded((1, 0), factor, balance))
         pull = np.asarray(solve_banded((0, 1), _upper(factor), residual))
-        smooth = {n: _smooth(v, windows.step) for n, v in self._true_channels(windows, partial, pull).items()}
+        smooth = {
+            n: _smooth(v, windows.step)
+            for n, v in self._true_channels(windows, partial, pull, self._late(theta)).items()
+        }
         true = self._channels(windows, smooth, WIDE_BEND)
         return Fixed(true, factor, residual, self._balance(windows, true, theta)[0])
 
@@ -240,14 +245,29 @@ class LoadFit:
         band[1, :-1] -= variance * p[:-1] * p[1:] * adjacent
         return band
 
-    def _true_channels(self, windows: Windows, partial: Mapping[str, Array], pull: Array) -> dict[str, Array]:
+    def _late(self, theta: Array) -> float:
+        """By how much the loads are logged late at these unknowns, s."""
+        values = dict(zip(self._names, theta.tolist(), strict=False))
+        clock: Law = attrgetter("value")
+        for effect in self._effects:
+            if (law := effect.laws.get(f"{MOMENTS[0]}_clock")) is not None:
+                own = {n: values.get(n, effect.nominal.get(n, 0.0)) for n in effect.unknowns}
+                clock = _corrected(law, clock, Signals(**own))
+        return float(clock(Signals(value=0.0)))
+
+    def _true_channels(
+        self, windows: Windows, slopes: Mapping[str, Array], pull: Array, late: float
+    ) -> dict[str, Array]:
         """The channels that fulfil the balance and are most probable given the measured ones."""
         true = dict(windows.channels)
         for name in (*self._loads, "acceleration"):
-            true[name] = true[name] - windows.noise[name] ** 2 * windows.spread(partial[name] * pull)
+            change = windows.noise[name] ** 2 * windows.spread(slopes[name] * pull)
+            if name in self._loads and late:  # the reading that entered the balance was taken that much later
+                change = np.interp(windows.time - late, windows.time, change, 0.0, 0.0)
+            true[name] = true[name] - change
         push = np.zeros(windows.time.size)
-        np.add.at(push, windows.first + windows.weights.shape[1] - 1, partial["pitch_rate"] * pull)
-        np.add.at(push, windows.first, -partial["pitch_rate"] * pull)
+        np.add.at(push, windows.first + windows.weights.shape[1] - 1, slopes["pitch_rate"] * pull)
+        np.add.at(push, windows.first, -slopes["pitch_rate"] * pull)
         true["pitch_rate"] = true["pitch_rate"] - windows.noise["pitch_rate"] ** 2 * push
         return true
 
@@ -274,3 +294,7 @@ def _upper(band: Array) -> Array:
     upper = np.zeros_like(band)
     upper[0, 1:], upper[1] = band[1, :-1], band[0]
     return upper
+
+
+def _corrected(law: Callable[[Law, Signals, Signals], Number], inner: Law, q: Signals) -> Law:
+    return lambda s: law(inner, s, q)

@@ -1,0 +1,95 @@
+"""What is hidden in accelerate-and-brake runs is found in its size, and the parameters come back to the truth."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.effects.recovered import Hidden, compare, given, unknowns
+from tests.plant import cg as plant
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.effects import candidates
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.fit import solve
+from vdyn_cli.log import Log
+from vdyn_cli.result import Result
+from vdyn_cli.steps import cg as step
+
+SEED = 2
+VEHICLE = random_vehicle(SEED)
+KNOWN = given({**plant.known(VEHICLE), "tire_vertical_stiffness": VEHICLE.tire_vertical_stiffness})
+NOISE = {"Fz": 12.0, "Accel": 0.05, "Rate": float(np.radians(0.05)), "Speed": 0.03}
+SHOWN = (
+    Hidden("clock_offset", 0.02),
+    Hidden("clock_offset", 0.12),
+    Hidden("road_grade", 0.01),
+    Hidden("unsprung_mass", 80.0),
+    Hidden("pitch_axis", 0.1),
+)
+# These runs hardly show them beside the load cells' zeros and the axles' loads; without noise they do.
+FAINT = (Hidden("aero_lift", 0.5), Hidden("wheel_force_gain", 0.02))
+
+
+@cache
+def logs(hidden: Hidden, noise: float) -> tuple[step.CgSpec, tuple[Log, ...]]:
+    """Runs with noise relative to the sensors', and a description that tells their directions."""
+    random, runs, found = np.random.default_rng(5), plant.manoeuvres(SEED), []
+    for k, clean in enumerate(plant.noise_free(VEHICLE, runs, {hidden.plant: hidden.size})):
+        read = {}
+        for header, values in clean.items():
+            level = next((s for part, s in NOISE.items() if part in header), 0.0)
+            read[header] = values + noise * level * random.standard_normal(values.size)
+        time, fl, fr, rl, rr, acceleration, rate, speed = read.values()
+        channels = {"front_load": fl + fr, "rear_load": rl + rr, "acceleration": acceleration}
+        found.append(Log(f"launch_{k}.csv", time, {**channels, "pitch_rate": rate, "speed": speed}))
+    entries = [{"log": f"launch_{k}.csv", "direction": run.direction} for k, run in enumerate(runs)]
+    spec = {"test": "cg", "settings": {"load_zero": "10 N"}, "runs": entries}
+    return step.CgSpec.model_validate(spec), tuple(found)
+
+
+@cache
+def fitted(hidden: Hidden, noise: float) -> Result:
+    effects = (hidden.effect,)
+    return step.estimate(*logs(hidden, noise), KNOWN, effects, unknowns(effects))
+
+
+@pytest.mark.parametrize("hidden", SHOWN, ids=str)
+def test_its_size_is_found_and_the_parameters_are_the_truths(hidden: Hidden) -> None:
+    result = fitted(hidden, 1.0)
+    near = 0.01 if hidden.plant == "clock_offset" else 0.35  # the others are seen at six to ten standard deviations
+    compare(result, hidden, plant.truth(VEHICLE), hidden.size, near)
+    assert result.fit.rms < 1.05 * result.fit.noise_floor
+
+
+@pytest.mark.parametrize("hidden", [*SHOWN, *FAINT], ids=str)
+def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
+    result = fitted(hidden, 0.02)
+    found = result.extra["effects"][next(iter(hidden.effect.unknowns))]["value"]
+    # A second derivative, an angle integrated from its rate, and what only the drag tells are that much less exact.
+    near = {"clock_offset": 2e-3, "road_grade": 1e-3}.get(hidden.plant, 0.1)
+    assert found == pytest.approx(hidden.size, rel=near)
+    for name, truth in plant.truth(VEHICLE).items():
+        assert result.parameters[name].value == pytest.approx(truth, rel=2e-3), name
+
+
+@pytest.mark.parametrize(("name", "size"), [("accelerometer_tilt", 0.01), ("accelerometer_offset", 0.1)])
+def test_a_wrong_zero_of_the_accelerometer_stays_within_what_its_deviation_says(name: str, size: float) -> None:
+    found = fitted(Hidden(name, size), 1.0).extra["effects"][name]
+    assert abs(found["value"] - size) < 3 * found["std"]
+
+
+def test_the_door_with_every_cause_in_finds_the_same() -> None:
+    hidden = Hidden("clock_offset", 0.02)
+    regression = step.regression(*logs(hidden, 1.0), KNOWN, (hidden.effect,), unknowns((hidden.effect,)))
+    found = solve(regression)
+    published = fitted(hidden, 1.0).extra["effects"]["clock_offset"]
+    assert found.values["clock_offset"] == pytest.approx(published["value"], abs=published["std"])
+    assert [u.name for u in regression.shared] == ["cg_height", "cg_to_rear", "pitch_inertia", "clock_offset"]
+
+
+def test_the_step_takes_every_cause_that_it_looks_for() -> None:
+    model = step.model(*logs(SHOWN[0], 1.0), KNOWN)
+    names = {h.plant for h in (*SHOWN, *FAINT)} | {"accelerometer_tilt", "accelerometer_offset"}
+    assert {e.name for e in offered(model, candidates("cg"))} == names

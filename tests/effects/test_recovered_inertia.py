@@ -1,0 +1,92 @@
+"""What is hidden in wheel-inertia drives is found in its size, and the inertia comes back to the truth."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.effects.recovered import Hidden, compare, given, unknowns
+from tests.plant import wheel as plant
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.effects import candidates
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.fit import solve
+from vdyn_cli.log import Log
+from vdyn_cli.result import Result
+from vdyn_cli.steps import inertia as step
+
+SPEC = step.InertiaSpec.model_validate({"test": "inertia", "settings": {"torque_zero": 1.0, "force_zero": 10.0}})
+SEED = 1
+VEHICLE = random_vehicle(SEED)
+KNOWN = given(plant.known(VEHICLE))
+NAMES = ("hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleration", "vehicle_speed")
+HIDDEN = (
+    Hidden("brake_drag", 15.0),
+    Hidden("bearing_drag", 0.2),
+    Hidden("hub_torque_gain", 0.02),
+    Hidden("hub_torque_offset", 15.0),
+    Hidden("clock_offset", 0.03),
+    Hidden("wheel_radius", 0.02),
+    Hidden("wheel_mass", 4.0),
+)
+
+
+def size(hidden: Hidden) -> float:
+    """In our unit: brakes that drag are given as the force at the rim."""
+    return hidden.size / VEHICLE.wheel_radius if hidden.plant == "brake_drag" else hidden.size
+
+
+@cache
+def data(hidden: Hidden, noise: float) -> step.Measured:
+    random, logs = np.random.default_rng(3), []
+    for k, drive in enumerate(plant.drives(SEED)):
+        clean = plant.noise_free(VEHICLE, drive, {hidden.plant: hidden.size})
+        read = [clean[h] + noise * s.noise * random.standard_normal(clean[h].size) for h, s in plant.SENSORS.items()]
+        logs.append(Log(f"wheel_{k}.csv", drive.times, dict(zip(NAMES, read, strict=True))))
+    return step.Measured(tuple(logs))
+
+
+@cache
+def fitted(hidden: Hidden, noise: float) -> Result:
+    effects = (hidden.effect,)
+    return step.estimate(SPEC, data(hidden, noise), KNOWN, effects, unknowns(effects))
+
+
+@pytest.mark.parametrize("hidden", HIDDEN, ids=str)
+def test_its_size_is_found_and_the_inertia_is_the_truths(hidden: Hidden) -> None:
+    result = fitted(hidden, 1.0)
+    compare(result, hidden, plant.truth(VEHICLE), size(hidden), near=0.15)
+    assert result.fit.rms < 1.1 * result.fit.noise_floor
+
+
+@pytest.mark.parametrize("hidden", HIDDEN, ids=str)
+def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
+    result = fitted(hidden, 0.02)
+    found = result.extra["effects"][next(iter(hidden.effect.unknowns))]["value"]
+    assert found == pytest.approx(size(hidden), rel=3e-3)
+    assert result.parameters["wheel_inertia"].value == pytest.approx(VEHICLE.wheel_inertia, rel=1e-3)
+
+
+def test_torque_and_radius_in_doubt_together_do_not_shrink_the_residual() -> None:
+    """Scaling torque, radius and inertia alike must be no gain: the rows stay as they are."""
+    hidden = Hidden("hub_torque_gain", 0.02)
+    effects = (hidden.effect, Hidden("wheel_radius", 0.0).effect)
+    regression = step.regression(SPEC, data(hidden, 1.0), KNOWN, effects, unknowns(effects))
+    first = regression.rows(0, np.array([1.25, 0.02, 0.0, 0.0]))
+    scaled = regression.rows(0, np.array([1.25 * 0.9, 1.02 / 0.9 - 1.0, 0.9 - 1.0, 0.0]))
+    assert np.allclose(first.residual, scaled.residual, rtol=1e-9, atol=1e-9)
+
+
+def test_the_door_finds_the_same() -> None:
+    hidden = Hidden("clock_offset", 0.03)
+    effects = (hidden.effect,)
+    found = solve(step.regression(SPEC, data(hidden, 1.0), KNOWN, effects, unknowns(effects)))
+    published = fitted(hidden, 1.0).extra["effects"]["clock_offset"]
+    assert found.values["clock_offset"] == pytest.approx(published["value"], abs=0.1 * published["std"])
+
+
+def test_the_step_takes_every_cause_that_it_looks_for() -> None:
+    model = step.model(SPEC, data(HIDDEN[0], 1.0), KNOWN)
+    assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates("inertia"))}

@@ -1,0 +1,99 @@
+"""What is hidden in a tip-in is found in its size, and the shaft comes back to the truth."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.effects.recovered import Hidden, compare, given, unknowns
+from tests.plant import shaft as plant
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.effects import candidates
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.fit import solve
+from vdyn_cli.log import Log
+from vdyn_cli.result import Result
+from vdyn_cli.steps import shaft as step
+
+SEED = 2
+VEHICLE = random_vehicle(SEED)
+KNOWN = given({})
+NAMES = ("shaft_torque", "motor_speed", "wheel_speed", "twist")
+HIDDEN = (Hidden("series_compliance", 2e-5), Hidden("backlash", 2e-3), Hidden("backlash", 1e-2))
+
+
+def spec(drawn: bool) -> step.ShaftSpec:
+    """A tip-in of the left shaft, with its drawing where that is needed."""
+    sections = [
+        {"outer_diameter": s.outer_diameter, "length": s.length}
+        | ({"inner_diameter": s.inner_diameter} if s.inner_diameter else {})
+        for s in plant.drawing(VEHICLE, "left")
+    ]
+    modulus = f"{VEHICLE.shear_modulus} +- {0.003 * VEHICLE.shear_modulus} Pa"
+    runs = [{"log": "tip_in.csv", "side": "left"}]
+    entries = {"test": "shaft", "runs": runs, "shear_modulus": modulus}
+    return step.ShaftSpec.model_validate(entries | ({"sections": {"left": sections}} if drawn else {}))
+
+
+@cache
+def log(hidden: Hidden, noise: float) -> Log:
+    random = np.random.default_rng(3)
+    times = plant.jitter(plant.regular(4.0, plant.RATE), 0.05, random)
+    clean = plant.noise_free(VEHICLE, times, {hidden.plant: hidden.size})
+    read = [clean[h] + noise * s.noise * random.standard_normal(times.size) for h, s in plant.SENSORS.items()]
+    return Log("tip_in.csv", times, dict(zip(NAMES, read, strict=True)))
+
+
+@cache
+def fitted(hidden: Hidden, noise: float) -> Result:
+    effects = (hidden.effect,)
+    how = spec(drawn=hidden.plant == "series_compliance")
+    return step.estimate(how, (log(hidden, noise),), KNOWN, effects, unknowns(effects))
+
+
+@pytest.mark.parametrize("hidden", HIDDEN, ids=str)
+def test_its_size_is_found_and_the_shaft_is_the_truths(hidden: Hidden) -> None:
+    result = fitted(hidden, 1.0)
+    left = {n: v for n, v in plant.truth(VEHICLE).items() if n == "shaft_stiffness_left"}
+    compare(result, hidden, left, hidden.size, near=0.05)
+    # The plant's flanks push and never pull, not even by the damping of the bar between them.
+    assert result.fit.rms < 1.05 * result.fit.noise_floor
+
+
+@pytest.mark.parametrize("hidden", HIDDEN, ids=str)
+def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
+    result = fitted(hidden, 0.02)
+    found = result.extra["effects"][next(iter(hidden.effect.unknowns))]["value"]
+    assert found == pytest.approx(hidden.size, rel=1e-3 if hidden.plant == "series_compliance" else 0.02)
+    stiffness = plant.truth(VEHICLE)["shaft_stiffness_left"]
+    assert result.parameters["shaft_stiffness_left"].value == pytest.approx(stiffness, rel=5e-3)
+
+
+@pytest.mark.parametrize("hidden", HIDDEN, ids=str)
+def test_the_door_finds_the_same(hidden: Hidden) -> None:
+    effects = (hidden.effect,)
+    how = spec(drawn=hidden.plant == "series_compliance")
+    regression = step.regression(how, (log(hidden, 1.0),), KNOWN, effects, unknowns(effects))
+    found = solve(regression, tolerance=1e-3)
+    name = next(iter(hidden.effect.unknowns))
+    published = fitted(hidden, 1.0).extra["effects"][name]
+    assert found.values[name] == pytest.approx(published["value"], abs=published["std"])
+    assert [u.name for u in regression.shared] == ["shaft_stiffness_left", "shaft_damping_left", name]
+
+
+def test_both_sides_share_the_causes_and_have_a_bar_each() -> None:
+    hidden = HIDDEN[1]
+    logs = (log(hidden, 1.0), log(hidden, 1.0))
+    runs = [{"log": "tip_in.csv", "side": side} for side in ("left", "right")]
+    how = step.ShaftSpec.model_validate({"test": "shaft", "runs": runs})
+    regression = step.regression(how, logs, KNOWN, (hidden.effect,), unknowns((hidden.effect,)))
+    found = solve(regression, tolerance=1e-3).values
+    assert found["shaft_stiffness_left"] == pytest.approx(found["shaft_stiffness_right"], rel=1e-6)
+    assert found["backlash"] == pytest.approx(hidden.size, rel=0.05)
+
+
+def test_the_step_takes_every_cause_that_it_looks_for() -> None:
+    model = step.model(spec(False), (log(HIDDEN[0], 1.0),), KNOWN)
+    assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates("shaft"))}

@@ -1,0 +1,90 @@
+"""What is hidden in slip sweeps is found in its size, and the curve comes back to the truth."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.effects.recovered import Hidden, compare, given, unknowns
+from tests.plant import tire as plant
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.effects import candidates
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.fit import solve
+from vdyn_cli.log import Log
+from vdyn_cli.result import Result
+from vdyn_cli.steps import tire as step
+
+SPEC = step.TireSpec.model_validate({"test": "tire"})
+SEED = 2
+VEHICLE = random_vehicle(SEED)
+KNOWN = given(plant.known(VEHICLE))
+NAMES = ("wheel_speed", "vehicle_speed", "force_x", "force_z")
+HIDDEN = (
+    Hidden("load_sensitivity", 2e-5),
+    Hidden("slip_offset", 0.004),
+    Hidden("force_offset", 80.0),
+    Hidden("tire_relaxation", 0.3),
+    Hidden("friction_fade", 0.01),
+)
+
+
+@cache
+def logs(hidden: Hidden, noise: float) -> tuple[Log, ...]:
+    random, found = np.random.default_rng(3), []
+    for k, sweep in enumerate(plant.sweeps(VEHICLE, SEED)):
+        clean = plant.noise_free(VEHICLE, sweep, {hidden.plant: hidden.size})
+        read = [clean[h] + noise * s.noise * random.standard_normal(clean[h].size) for h, s in plant.SENSORS.items()]
+        found.append(Log(f"slip_{k}.csv", sweep.times, dict(zip(NAMES, read, strict=True))))
+    return tuple(found)
+
+
+@cache
+def fitted(hidden: Hidden, noise: float) -> Result:
+    effects = (hidden.effect,)
+    return step.estimate(SPEC, logs(hidden, noise), KNOWN, effects, unknowns(effects))
+
+
+def truth(hidden: Hidden) -> dict[str, float]:
+    """The curve at the sweeps' mean load, where ours is meant; the plant's is at the static load."""
+    values = plant.truth(VEHICLE)
+    if hidden.plant == "load_sensitivity":
+        mean = float(np.mean(np.concatenate([log["force_z"] for log in logs(hidden, 1.0)])))
+        less = 1.0 - hidden.size * (mean - VEHICLE.front_load / 2)
+        values |= {n: values[n] * less for n in ("tire_D", "tire_longitudinal_stiffness")}
+    return values
+
+
+@pytest.mark.parametrize("hidden", HIDDEN, ids=str)
+def test_its_size_is_found_and_the_curve_is_the_truths(hidden: Hidden) -> None:
+    result = fitted(hidden, 1.0)
+    compare(result, hidden, truth(hidden), hidden.size, near=0.15)
+    assert result.fit.rms < 1.15 * result.fit.noise_floor
+
+
+@pytest.mark.parametrize("hidden", HIDDEN, ids=str)
+def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
+    result = fitted(hidden, 0.02)
+    found = result.extra["effects"][next(iter(hidden.effect.unknowns))]["value"]
+    # A slip that lags is taken to first order in the length, and in the mean of each bin.
+    assert found == pytest.approx(hidden.size, rel=1e-2 if hidden.plant == "tire_relaxation" else 5e-3)
+    for name in ("tire_B", "tire_C", "tire_D", "tire_longitudinal_stiffness"):
+        assert result.parameters[name].value == pytest.approx(truth(hidden)[name], rel=5e-3), name
+
+
+def test_the_door_finds_the_same() -> None:
+    hidden = Hidden("slip_offset", 0.004)
+    found = solve(step.regression(SPEC, logs(hidden, 1.0), KNOWN, (hidden.effect,), unknowns((hidden.effect,))))
+    published = fitted(hidden, 1.0).extra["effects"]["slip_offset"]
+    assert found.values["slip_offset"] == pytest.approx(published["value"], abs=0.1 * published["std"])
+
+
+def test_the_step_takes_every_cause_that_it_looks_for_and_without_a_speed_what_needs_none() -> None:
+    sweeps = logs(HIDDEN[0], 1.0)
+    wanted = candidates("tire")
+    assert {h.plant for h in HIDDEN} == {e.name for e in offered(step.model(SPEC, sweeps, KNOWN), wanted)}
+    slips = tuple(Log(s.name, s.time, {n: s[n] for n in ("force_x", "force_z")}) for s in sweeps)
+    names = {e.name for e in offered(step.model(SPEC, slips, KNOWN), wanted)}
+    assert names == {"load_sensitivity", "slip_offset", "force_offset"}
