@@ -1,0 +1,164 @@
+"""The held-out gain against every run left out by hand, and its interval against new logs of the same car."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.linear import BASE, Campaign, cause
+from vdyn_cli.diagnosis.gain import CHOSEN, Gain, gain
+from vdyn_cli.diagnosis.scores import equivalent
+from vdyn_cli.diagnosis.workbench import Fitted, Workbench, open_workbench
+
+NAMES = ("slope", "wind", "wave")
+CAUSES = tuple(cause(n) for n in NAMES)
+START = 5.0  # standard deviation of what is known of a run's start
+
+
+def opened(campaign: Campaign) -> tuple[Workbench, Fitted]:
+    bench = open_workbench(campaign.case(*CAUSES))
+    base = bench.fitted(())
+    assert base is not None
+    return bench, base
+
+
+def gained(campaign: Campaign, causes: Sequence[str] = ("slope",)) -> Gain:
+    bench, base = opened(campaign)
+    extended = bench.fitted(causes)
+    assert extended is not None
+    found = gain(bench, base, extended, NAMES)
+    assert found is not None
+    return found
+
+
+# By hand: plain least squares on whole matrices ------------------------------------------------------------------
+
+
+def columns(campaign: Campaign, names: Sequence[str], run: int) -> np.ndarray:
+    return np.column_stack([campaign.trace(n, run) for n in names])
+
+
+def fitted(campaign: Campaign, names: Sequence[str], runs: Sequence[int]) -> tuple[np.ndarray, float]:
+    """Values of the shared unknowns, and what is left, from some runs, each with a start of its own."""
+    s, g = len(names), len(runs)
+    start = np.exp(-8 * campaign.x())
+    matrix, y = np.zeros((0, s + g)), np.zeros(0)
+    for i, run in enumerate(runs):
+        wide = np.zeros((campaign.rows + 1, s + g))
+        wide[:-1, :s], wide[:-1, s + i] = columns(campaign, names, run), start
+        wide[-1, s + i] = 1 / START
+        matrix, y = np.vstack([matrix, wide]), np.concatenate([y, campaign.measured(run), [0.0]])
+    values, *_ = np.linalg.lstsq(matrix, y, rcond=None)
+    return values[:s], float(np.sum((y - matrix @ values) ** 2))
+
+
+def missed(campaign: Campaign, names: Sequence[str], values: np.ndarray, run: int) -> float:
+    """Sum of squares of what these values predict wrongly of a run, its own start fitted to it."""
+    left = campaign.measured(run) - columns(campaign, names, run) @ values
+    start = np.exp(-8 * campaign.x())
+    own = start @ left / (start @ start + 1 / START**2)
+    return float(np.sum((left - own * start) ** 2))
+
+
+def by_hand(campaign: Campaign, most: int = 1) -> tuple[float, float, list[tuple[str, ...]]]:
+    """Root mean squares before and after, and what each fold chose."""
+    before, after, chosen = [], [], []
+    for run in range(campaign.runs):
+        rest = [k for k in range(campaign.runs) if k != run]
+        names = list(BASE)
+        values, left = fitted(campaign, names, rest)
+        before.append(missed(campaign, names, values, run))
+        for _ in range(most):
+            tried = {n: left - fitted(campaign, [*names, n], rest)[1] for n in NAMES if n not in names}
+            best = max(tried, key=lambda n: tried[n])
+            if equivalent(tried[best], 1) < CHOSEN:
+                break
+            names.append(best)
+            left -= tried[best]
+        values, _ = fitted(campaign, names, rest)
+        after.append(missed(campaign, names, values, run))
+        chosen.append(tuple(sorted(names[len(BASE) :])))
+    n = campaign.runs * campaign.rows
+    return float(np.sum(before) / n) ** 0.5, float(np.sum(after) / n) ** 0.5, chosen
+
+
+@pytest.mark.parametrize("plain", [False, True])
+@pytest.mark.parametrize("runs", [5, 18])
+def test_every_run_is_left_out_once(runs: int, plain: bool) -> None:
+    campaign = Campaign(1, runs=runs, hidden={"slope": 0.5}, plain=plain)
+    found = gained(campaign)
+    before, after, chosen = by_hand(campaign)
+    assert set(chosen) == {("slope",)}
+    assert found.before == pytest.approx(before, rel=1e-5)
+    assert found.after == pytest.approx(after, rel=1e-5)
+    assert found.folds == runs
+    assert found.plain is plain
+
+
+def test_every_fold_chooses_again() -> None:
+    """A cause that hardly shows is not always chosen, and the gain pays for it."""
+    campaign = Campaign(18, runs=8, hidden={"wind": 0.3})
+    before, after, chosen = by_hand(campaign)
+    assert set(chosen) == {(), ("wind",), ("slope",)}
+    found = gained(campaign, ("wind",))
+    assert found.before == pytest.approx(before, rel=1e-5)
+    assert found.after == pytest.approx(after, rel=1e-5)
+
+
+def test_two_causes_are_chosen_one_after_the_other() -> None:
+    campaign = Campaign(3, runs=6, hidden={"slope": 0.6, "wave": 1.0})
+    before, after, chosen = by_hand(campaign, most=2)
+    assert set(chosen) == {("slope", "wave")}
+    found = gained(campaign, ("slope", "wave"))
+    assert found.before == pytest.approx(before, rel=1e-5)
+    assert found.after == pytest.approx(after, rel=1e-5)
+
+
+def test_few_runs_are_cut_into_blocks() -> None:
+    found = gained(Campaign(4, runs=2, hidden={"slope": 1.0}))
+    assert found.folds >= 20
+    assert found.interval[0] > 0
+    assert found.before > 1.2 > 1.15 > found.after
+
+
+def test_too_little_to_leave_out_gives_no_gain() -> None:
+    bench, base = opened(Campaign(5, runs=2, rows=18, hidden={"slope": 2.0}))
+    extended = bench.fitted(("slope",))
+    assert extended is not None
+    assert gain(bench, base, extended, NAMES) is None
+
+
+def test_nothing_hidden_gains_nothing() -> None:
+    for seed in range(10):
+        found = gained(Campaign(100 + seed))
+        assert found.interval[0] < 0.01
+        assert found.before - found.after < 0.01
+
+
+def test_the_share_is_of_what_is_above_the_noise() -> None:
+    whole = gained(Campaign(6, runs=18, hidden={"slope": 1.0}))
+    assert whole.share == pytest.approx(1.0, abs=0.02)
+    part = gained(Campaign(6, runs=18, hidden={"slope": 0.7, "wave": 1.0}))
+    assert 0.2 < part.share < 0.8
+
+
+def test_the_interval_holds_on_new_logs_of_the_same_car() -> None:
+    inside, seen = 0, 60
+    for seed in range(seen):
+        campaign = Campaign(500 + seed, runs=8, rows=48, hidden={"slope": 0.5})
+        bench, base = opened(campaign)
+        extended = bench.fitted(("slope",))
+        assert extended is not None
+        found = gain(bench, base, extended, NAMES)
+        assert found is not None
+        fresh = replace(campaign, seed=5000 + seed)
+        errors = []
+        for at, names in ((base, [*BASE]), (extended, [*BASE, "slope"])):
+            values = np.array([at.values[n] for n in names])
+            left = sum(missed(fresh, names, values, run) for run in range(fresh.runs))
+            errors.append((left / (fresh.runs * fresh.rows)) ** 0.5)
+        inside += found.interval[0] < errors[0] - errors[1] < found.interval[1]
+    assert inside >= 0.9 * seen
