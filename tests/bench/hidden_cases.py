@@ -18,7 +18,7 @@ from typing import Literal
 Expect = Literal["named", "both", "class", "unknown", "nothing", "not_testable", "fault"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cell:
     """One row: ``effects`` hidden in the logs of ``step`` run as ``variant`` (tests.plant.hidden.VARIANTS)."""
 

@@ -1,0 +1,79 @@
+"""Hide an effect in the logs of random vehicles and ask the program: a matrix of steps, effects and controls.
+
+    python -m tests.bench.hidden [--seeds 30] [--step NAME] [--cell TEXT] [--jobs 2] [--out FILE] [--print]
+
+writes tests/bench/hidden.md, one section a step; only the sections of the steps that ran are replaced. It goes the
+command's way, from files to the JSON document. Set OPENBLAS_NUM_THREADS=1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from itertools import groupby
+from pathlib import Path
+
+from tests.bench.hidden_cases import CASES, Cell
+from tests.bench.hidden_table import merged, section
+from tests.bench.hidden_trial import Trial, judged, run
+
+PAGE = Path(__file__).with_name("hidden.md")
+FIRST_SEED = 3000  # apart from the seeds of unit tests and of the recovery bench
+
+
+def _one(task: tuple[Cell, int, bool, bool]) -> Trial:
+    cell, seed, strengths, fresh = task
+    return run(cell, seed, strengths, fresh)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=30, help="vehicles a cell")
+    parser.add_argument("--first", type=int, default=FIRST_SEED, help="seed of the first vehicle")
+    parser.add_argument("--step", help="only this step")
+    parser.add_argument("--cell", default="", help="only cells whose name holds this text")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--fresh", type=int, default=10, help="vehicles a cell whose gain is checked on fresh logs")
+    parser.add_argument("--no-strength", action="store_true", help="leave the Cramer-Rao t out: quicker, not scored")
+    parser.add_argument("--out", type=Path, default=PAGE)
+    parser.add_argument("--print", action="store_true", help="only print, leave the page as it is")
+    options = parser.parse_args()
+    cells = [c for c in CASES if options.step in (None, c.step) and options.cell in c.name]
+    if not cells:
+        parser.error("no such cell")
+    seeds = range(options.first, options.first + options.seeds)
+    # Vehicle by vehicle within a step: what is known of a vehicle's drives is kept from cell to cell.
+    tasks = [
+        (cell, seed, not options.no_strength, seed < options.first + options.fresh)
+        for _, same in groupby(cells, key=lambda c: c.step)
+        for group in [list(same)]
+        for seed in seeds
+        for cell in group
+    ]
+    trials: dict[Cell, list[Trial]] = {cell: [] for cell in cells}
+    with ProcessPoolExecutor(options.jobs) as pool:
+        share = max(1, len(cells)) if not options.no_strength else 1
+        for (cell, *_), trial in zip(tasks, pool.map(_one, tasks, chunksize=share), strict=True):
+            trials[cell].append(trial)
+            print(f"{cell.name} [{trial.seed}]: {judged(cell, trial)} ({_said(trial)})", file=sys.stderr, flush=True)
+    sections = {
+        step: section(step, [(cell, trials[cell]) for cell in group])
+        for step, group in groupby(cells, key=lambda c: c.step)
+    }
+    if options.print or options.cell:
+        print("\n".join(sections.values()))
+        return
+    page = options.out.read_text(encoding="utf-8") if options.out.exists() else ""
+    options.out.write_text(merged(page, sections), encoding="utf-8")
+
+
+def _said(trial: Trial) -> str:
+    strengths = ", ".join(f"t {t:.1f}, {trial.least[name]:.1f} against rivals" for name, t in trial.t.items())
+    names: Sequence[str] = sorted(trial.named) or ["+".join(sorted(answer)) for answer in trial.among]
+    return "; ".join(part for part in (strengths, trial.verdict, " or ".join(names), f"{trial.seconds:.1f} s") if part)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,50 @@
+"""What a named cause gains on fresh logs of the same car: fitted to one test day, evaluated on another.
+
+Baseline and extended model keep the parameters that the first day gave them; a fresh run's own unknowns (start speed,
+zeros) are its own, as in the held-out gain that the diagnosis states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from vdyn_cli.diagnosis.case import Case
+from vdyn_cli.diagnosis.gain import rms_of
+from vdyn_cli.diagnosis.sheet import linearise
+from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
+from vdyn_cli.effects import candidates
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.errors import ResultError
+from vdyn_cli.inputs import gather
+from vdyn_cli.steps import load_step
+
+
+def fresh_gain(step: str, description: Path, fresh: Path, causes: Sequence[str]) -> float | None:
+    """Root mean square before less after, on the fresh logs; None where a model can't be fitted."""
+    try:
+        told, asked = _bench(step, description), _bench(step, fresh)
+        fits = told.fitted(()), told.fitted(causes)
+        own = asked.fitted(())
+        if fits[0] is None or fits[1] is None or own is None:
+            return None
+        before, after = (rms_of(linearise(asked.full, fit.values, own.solution.per_run)) for fit in fits)
+    except (ResultError, ArithmeticError):
+        return None
+    return before - after
+
+
+def _bench(name: str, description: Path) -> Workbench:
+    step = load_step(name)
+    inputs = gather(step, description, ())
+    spec, data, known = inputs.spec, inputs.data, inputs.known
+    lent = step.diagnosable
+    assert lent is not None
+    case = Case(
+        step=name,
+        regression=lambda effects, extra: lent.regression(spec, data, known, effects, extra),
+        effects=offered(lent.model(spec, data, known), candidates(name)),
+        profiles=lent.profiles(spec, data, known),
+        straight=lent.straight(spec),
+    )
+    return open_workbench(case)
