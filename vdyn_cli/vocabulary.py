@@ -69,6 +69,8 @@ OTHERS = _named(
         Q("driveline_efficiency", "", "share of the drive torque that reaches the wheels", "eta", 0.3, 1),
         Q("driveline_inertia", "kg m^2", "inertia of motors and gears, seen at the driven wheels", "Jd", 0.01, 2_000),
         Q("brake_share_front", "", "share of the brake torque on the front wheels", "", 0, 1),
+        Q("hub_swing", "", "share of the body's pitching by which the hubs swing along the road", "", -3, 5),
+        Q("driveline_pitch", "", "share of the body's pitching that the driveline follows", "", -3, 5),
         Q("antenna_height", "m", "height of the antenna or accelerometer above ground", "H", 0, 5),
         Q("antenna_offset", "m", "antenna or accelerometer ahead of the centre of gravity", "d", -6, 6),
         Q("drag_height", "m", "height at which the air drag acts", "hd", 0, 4),

@@ -23,6 +23,7 @@ class Case:
     one_way : all runs went the same way, so that what turns with the direction can't be told from what does not.
     repeated : what a run is called (a coast, a drive, a crossing).
     fewest_runs : below which nothing is diagnosed.
+    straight : one simulation has to do; fits are made on straight lines.
     """
 
     step: str
@@ -32,6 +33,7 @@ class Case:
     one_way: bool = False
     repeated: str = "run"
     fewest_runs: int = 1
+    straight: bool = False
 
     @property
     def causes(self) -> Mapping[str, Effect]:

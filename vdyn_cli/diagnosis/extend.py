@@ -72,9 +72,10 @@ def _case(step: Step, spec: TestSpec, data: Any, known: Parameters) -> Case:
         regression=lambda effects, extra: lent.regression(spec, data, known, effects, extra),
         effects=effects,
         profiles=lent.profiles(spec, data, known),
-        one_way=lent.two_way and len(ways) < 2,
+        one_way=lent.two_way(spec) and len(ways) < 2,
         repeated=lent.run,
         fewest_runs=lent.fewest_runs,
+        straight=lent.straight(spec),
     )
 
 

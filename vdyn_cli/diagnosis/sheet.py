@@ -13,14 +13,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.fit import Regression, Rows, equal_information_blocks
+from vdyn_cli.fit import Regression, Rows
 from vdyn_cli.fit.intervals import effective_number
 from vdyn_cli.fit.regression import prior_rows
+from vdyn_cli.fit.straight import BLOCKS, blocks_of, blocks_within, scaled
 from vdyn_cli.fit.triangles import Array, fold
 
 RUNS_AS_UNITS = 16  # from so many on the run is the unit of evidence
-BLOCKS = 24  # of all runs together where they are fewer
-FEWEST_ROWS = 6  # of a block, or its own pattern of noise weighs too much
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ class Sheet:
 
     def evidence(self) -> float:
         """How many equal units all of them are worth, by what they tell about all unknowns together."""
-        q = np.linalg.qr(_scaled(self.columns))[0]
+        q = np.linalg.qr(scaled(self.columns))[0]
         told = np.add.reduceat(np.sum(q**2, axis=1), self.starts)
         return float(effective_number(told[self.run >= 0][:, None])[0]) if np.any(self.run >= 0) else 0.0
 
@@ -137,11 +136,11 @@ def sheet(linear: Linear, kind: Literal["auto", "run", "block"] = "auto") -> She
         if kind == "run":
             triangle = fold(np.vstack([matrix, known]))[m:, m:]
             parts.append(triangle)
-            owner.append((k, len(matrix)))
+            owner.append((k, len(matrix) if rows.folded is None else int(rows.folded.sum())))
             continue
-        for block in _cut(rows, matrix, int(counts[k])):
+        for i, block in enumerate(blocks_of(rows, matrix, int(counts[k]))):
             parts.append(_spread(fold(matrix[block]), s, m, k, runs))
-            owner.append((k, len(block)))
+            owner.append((k, len(block) if rows.folded is None else int(rows.folded[i])))
         for row in known:
             parts.append(_spread(row[None], s, m, k, runs))
             owner.append((-1, 1))
@@ -166,21 +165,4 @@ def _counts(linear: Linear) -> NDArray[np.int64]:
     """Blocks of each run: alike, for an equal share of all."""
     runs = len(linear.rows)
     each = -(-BLOCKS // runs)
-    return np.array([max(1, min(each, r.residual.size // FEWEST_ROWS)) for r in linear.rows], dtype=np.int64)
-
-
-def _cut(rows: Rows, matrix: Array, blocks: int) -> list[NDArray[np.int64]]:
-    """Rows of each block, in the order of time, with equal information about all unknowns together."""
-    order = np.argsort(rows.time, kind="stable") if rows.time is not None else np.arange(len(matrix))
-    q = np.linalg.qr(_scaled(matrix[:, :-1]))[0]
-    # Half by information, half by count: no block may hold too few rows to show its noise.
-    told = np.sum(q**2, axis=1)[order]
-    told = told / max(float(told.sum()), 1e-300) + 1.0 / told.size
-    label = equal_information_blocks(told, blocks)
-    return [order[label == b] for b in range(int(label.max()) + 1)]
-
-
-def _scaled(columns: Array) -> Array:
-    """Columns of length one; those that vanish are left out."""
-    size = np.sqrt(np.sum(columns**2, axis=0))
-    return np.asarray(columns[:, size > 0] / size[size > 0])
+    return np.array([blocks_within(r, each) for r in linear.rows], dtype=np.int64)

@@ -11,6 +11,7 @@ from vdyn_cli.diagnosis.sheet import Linear, Sheet, linearise, sheet
 from vdyn_cli.errors import ResultError
 from vdyn_cli.fit import Regression, Solution, solve
 from vdyn_cli.fit.restrict import restricted, without_priors
+from vdyn_cli.fit.straight import frozen
 
 LEAST_STEP = 1e-2  # of one residual's variance that a further step may still promise
 
@@ -102,6 +103,8 @@ def open_workbench(case: Case) -> Workbench:
     full = case.regression(every, extra)
     causes = {u.name for u in extra}
     base = tuple(u.name for u in full.shared if u.name not in causes)
+    if case.straight:
+        full = frozen(full)
     full = without_priors(full, causes)
     full = replace(full, unknowns=tuple(replace(u, start=0.0) if u.name in causes else u for u in full.unknowns))
     return Workbench(case, _ordered(full, base), base)

@@ -53,6 +53,7 @@ class Rows:
         the rows where that is None too.
     time : (n,), when each row was taken; give it where the rows of several channels follow one another.
     plain : the main channel's residual (p,) in its own unit, with its derivatives (p, k), before it was whitened.
+    folded : (blocks,), how many rows each block had before it was folded to a triangle; None where none was.
     """
 
     residual: Array
@@ -60,6 +61,7 @@ class Rows:
     block: NDArray[np.int64] | None = None
     time: Array | None = None
     plain: tuple[Array, Array] | None = None
+    folded: NDArray[np.int64] | None = None
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ AIR = ("drag_area", "drag_height", "air_density", "wind_variance")
 AXLE_TORQUE = ("gear_ratio", "driveline_efficiency")
 DRIVELINE = (
     *("driveline_inertia", "shaft_stiffness_left", "shaft_stiffness_right"),
-    *("shaft_damping_left", "shaft_damping_right", "brake_share_front"),
+    *("shaft_damping_left", "shaft_damping_right", "brake_share_front", "hub_swing", "driveline_pitch"),
 )
 ROAD = tuple(f"road{at.name}" for at in CORNERS)
 
@@ -75,8 +75,10 @@ def vehicle(driven: Driven = "front", torque: Torque = "axle", located: bool = F
     rolling freely at its start speed, with shafts twisted by the torque of the first sample.
     Stiffness, damping and unsprung mass are per axle; ``pitch_inertia`` and ``roll_inertia`` are the whole car's about
     its centre, wheels staying on the ground. V is the speed of the whole car's centre; the hubs, carried along by a
-    body that pitches, move at V + (h - r) pitch': with that the sprung body's own inertia, I - mu M/Ms (h - r)^2, needs
-    no term. Inner ends turn with respect to the body, wheels with respect to the road.
+    body that pitches, move at V + a (h - r) pitch': with the share a = ``hub_swing`` of 1 the sprung body's own inertia,
+    I - mu M/Ms (h - r)^2, needs no term, and energy is kept. Links that keep the hubs back make it less, as soft mounts
+    make ``driveline_pitch`` less than 1, the share of the pitching that the inner ends follow; wheels turn with respect
+    to the road.
     Assumes small angles, no steering, roll centres on the ground, vertical wheel travel, no aerodynamic lift, no
     gyroscopic moments, an open differential, and half of ``driveline_inertia`` on each side of it.
     Source: the model described in doi:10.4271/2017-01-1574; equations of motion by virtual work.

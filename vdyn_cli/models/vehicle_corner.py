@@ -27,7 +27,8 @@ def corner(e: Bench, u: Signals, at: Corner, body: Body, drive_torque: Number | 
     arm = body.sprung_to_front if at.axle == "front" else body.sprung_to_front - p.wheelbase  # of the sprung body's
     across = getattr(p, f"track_{at.axle}") * (0.5 if at.side == "left" else -0.5)
     strut, load, static = _suspension(e, u, at, body, arm, across)
-    speed = body.speed - across * body.yaw_rate + (p.cg_height - p.wheel_radius) * body.pitch_rate
+    swing = p.hub_swing * (p.cg_height - p.wheel_radius)
+    speed = body.speed - across * body.yaw_rate + swing * body.pitch_rate
     sideways = body.lateral_speed + along * body.yaw_rate + p.cg_height * body.roll_rate
     forward, left = _contact(e, at, speed, sideways, load, static)
     torque, shaft_torque = spin(e, u, at, body, load, forward, drive_torque, driven_share)

@@ -101,6 +101,8 @@ _WAYS = (
     _A("shaft_damping_left", lambda k: SHAFT_TIME * k["shaft_stiffness_left"], "2 ms times the stiffness"),
     _A("shaft_damping_right", lambda k: SHAFT_TIME * k["shaft_stiffness_right"], "2 ms times the stiffness"),
     _A("brake_share_front", lambda k: 0.65, "usual for passenger cars"),
+    _A("hub_swing", lambda k: 1.0, "hubs swing with the body that pitches"),
+    _A("driveline_pitch", lambda k: 1.0, "the driveline pitches with the body"),
 )
 
 # Parameters that others, or custom, can stand for.

@@ -63,7 +63,7 @@ def spin(
             share=driven_share,
             **day,
         )
-        shaft_torque = _half_shaft(e, at, turning + body.pitch_rate, drive_torque, driven_share)
+        shaft_torque = _half_shaft(e, at, turning + p.driveline_pitch * body.pitch_rate, drive_torque, driven_share)
     pushing = 0.0 if shaft_torque is None else shaft_torque
     rate = e(
         wheel_spin,

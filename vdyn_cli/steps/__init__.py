@@ -37,7 +37,8 @@ class Diagnosable:
     metric : name and unit of the channel in which the gain is measured.
     run : what a run is called.
     fewest_runs : below which no cause can be told from chance.
-    two_way : causes that turn with the direction of driving need runs both ways.
+    two_way : (spec) -> whether causes that turn with the direction of driving need runs both ways.
+    straight : (spec) -> whether the model is so dear to simulate that one pass over the logs has to do.
     """
 
     regression: Callable[[Any, Any, Parameters, Sequence[Effect], Sequence[Unknown]], Regression]
@@ -46,7 +47,8 @@ class Diagnosable:
     metric: tuple[str, str]
     run: str = "run"
     fewest_runs: int = 1
-    two_way: bool = False
+    two_way: Callable[[Any], bool] = lambda spec: False
+    straight: Callable[[Any], bool] = lambda spec: False
 
 
 @dataclass(frozen=True)

@@ -196,6 +196,11 @@ def profiles(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> tup
     )
 
 
+def _on_one_road(spec: CoastdownSpec) -> bool:
+    """Are these runs to and fro over one road, where wind and slope turn with the direction?"""
+    return spec.settings.windows != "powered"
+
+
 def estimate(
     spec: CoastdownSpec,
     logs: Sequence[Log],
@@ -268,7 +273,7 @@ STEP = Step(
     ),
     estimate=estimate,
     diagnosable=Diagnosable(
-        regression, model, profiles, metric=("speed", "m/s"), run="coast", fewest_runs=4, two_way=True
+        regression, model, profiles, metric=("speed", "m/s"), run="coast", fewest_runs=4, two_way=_on_one_road
     ),
     extra_channels=(Quantity("elevation", "m", "height of the road above the sea", "z", -500, 9_000),),
 )

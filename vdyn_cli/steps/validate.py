@@ -27,21 +27,27 @@ Sources: SAE 2017-01-1574 for model and drives; JCGM 100:2008 for the propagatio
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError
+from vdyn_cli.estimation.profiles import profile, span_of
+from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.estimation.validate import views, windows, words
 from vdyn_cli.estimation.validate.band import WIDE, Band, Verdict, bands, verdicts
 from vdyn_cli.estimation.validate.drives import OUTPUTS, Cut, Note, stretches
 from vdyn_cli.estimation.validate.given import beliefs
+from vdyn_cli.estimation.validate.plausible import refuse_coarse, refuse_foreign
 from vdyn_cli.estimation.validate.posterior import Posterior, posterior
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
 from vdyn_cli.estimation.validate.swings import swing_views
 from vdyn_cli.estimation.validate.trial import Trial
-from vdyn_cli.fit import Regression, Unknown
+from vdyn_cli.fit import Regression, Unknown, solve
+from vdyn_cli.fit.straight import frozen
 from vdyn_cli.log import Log
 from vdyn_cli.models.road_load import road_load
 from vdyn_cli.models.vehicle import vehicle
@@ -49,9 +55,11 @@ from vdyn_cli.parameters import GIVERS, Parameters
 from vdyn_cli.quantity import Given
 from vdyn_cli.result import Figure, FitSummary, Result, Table
 from vdyn_cli.spec import Si, Strict, TestSpec
-from vdyn_cli.steps import Step
+from vdyn_cli.steps import Diagnosable, Step
 
 SOURCE = "validate"
+FREE_FORCE = 100.0  # N, of a free profile
+PASSES = 2  # of simulation and straight line, to the size of an effect
 
 
 class Windows(Strict):
@@ -77,10 +85,7 @@ class Gains(Strict):
 
 
 class ValidateSettings(Strict):
-    """``model``: vehicle (18 degrees of freedom) or road_load (a mass on a road). ``step``: the longest that is used.
-
-    ``hub_lever``: how far the hubs swing along the road per angle of pitch, beside the model's; nobody measures it.
-    """
+    """``model``: vehicle (18 degrees of freedom) or road_load (a mass on a road). ``step``: the longest that is used."""
 
     model: Literal["vehicle", "road_load"] = "vehicle"
     driven: Literal["front", "rear", "both"] = "front"
@@ -88,7 +93,6 @@ class ValidateSettings(Strict):
     step: Annotated[Given, Si("s", 1e-5, 0.05)] = Given(0.001)
     zeros: Zeros = Zeros()
     gains: Gains = Gains()
-    hub_lever: Annotated[Given, Si("m", 0, 1)] = Given(0.3)
 
 
 class ValidateSpec(TestSpec):
@@ -111,6 +115,7 @@ def trial_of(
     InputError : parameters that are missing or not physical; inputs with gaps or on another clock than the speed.
     """
     s = spec.settings
+    refuse_coarse(s.model, s.step.value)
     length, powered = (s.windows.length.value, s.windows.powered) if s.windows else (None, False)
     day = known.value("temperature", 293.15)
     notes = [Note(r.direction, r.temperature.value if r.temperature else day) for r in spec.runs]
@@ -126,10 +131,7 @@ def trial_of(
     zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)
     zeros["acceleration"] = s.zeros.acceleration.value
     gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
-    lever = s.hub_lever.value if s.model == "vehicle" else 0.0
-    made = Trial(
-        tuple(found), model, believed, channels, s.step.value, zeros, gains, lever, tuple(effects), tuple(extra)
-    )
+    made = Trial(tuple(found), model, believed, channels, s.step.value, zeros, gains, tuple(effects), tuple(extra))
     return made, doubts
 
 
@@ -145,6 +147,26 @@ def regression(
     return weigh(trial_of(spec, logs, known, effects, extra)[0]).regression
 
 
+def model(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Model:
+    """What simulates the drives."""
+    return trial_of(spec, logs, known)[0].model
+
+
+def profiles(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> tuple[Effect, ...]:
+    """A force that is free over the speed, and one over the day."""
+    speed = span_of([log["speed"] for log in logs], 1.0)
+    day = span_of([log.time - log.time[0] for log in logs], 1.0)
+    return (
+        profile("force_over_speed", "driveline", "speed", speed, FREE_FORCE, "N"),
+        profile("force_over_drive", "driveline", "elapsed", day, FREE_FORCE, "N"),
+    )
+
+
+def _stated_one_way(spec: ValidateSpec) -> bool:
+    """Do the descriptions say that the drives went one way? Where they say nothing there is no one road."""
+    return any(r.direction for r in spec.runs)
+
+
 def estimate(
     spec: ValidateSpec,
     logs: Sequence[Log],
@@ -154,7 +176,13 @@ def estimate(
 ) -> Result:
     """Simulate the drives and say how well the model predicts them, extended by ``effects`` or not."""
     trial, doubts = trial_of(spec, logs, known, effects, extra)
-    w = weigh(trial)
+    if not spec.settings.windows:
+        refuse_foreign(trial)
+    w, solution = weigh(trial), None
+    for _ in range(PASSES if extra else 0):
+        solution = solve(frozen(w.regression), units="block")
+        trial = replace(trial, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
+        w = weigh(trial)
     found = bands(w)
     told, chance = verdicts(w, found)
     after = posterior(w)
@@ -186,7 +214,7 @@ def estimate(
         tuple(figures),
         tuple(tables),
         (*doubts, *trial.beliefs.assumptions, *_unrecorded(logs, s.model), *(f for log in logs for f in log.findings)),
-        {"validation": numbers},
+        {"validation": numbers, **(sizes_found(solution, extra) if solution else {})},
     )
 
 
@@ -273,4 +301,14 @@ STEP = Step(
     needs=tuple(GIVERS),
     gives=(),
     estimate=estimate,
+    diagnosable=Diagnosable(
+        regression,
+        model,
+        profiles,
+        metric=("speed", "m/s"),
+        run="drive",
+        fewest_runs=2,
+        two_way=_stated_one_way,
+        straight=lambda spec: spec.settings.model == "vehicle",
+    ),
 )

@@ -16,6 +16,8 @@ RELATIVE: Mapping[str, float] = {
     "shaft_damping_left": 0.4,
     "shaft_damping_right": 0.4,
     "brake_share_front": 0.08,
+    "hub_swing": 1.0,
+    "driveline_pitch": 1.0,
     "rotating_mass": 0.3,
 }
 ABSOLUTE: Mapping[str, float] = {

@@ -76,6 +76,7 @@ class Weighed:
             np.r_[rows.residual, (start - value) / std],
             np.vstack([rows.jacobian, first]),
             time=np.r_[rows.time, self.trial.stretches[run].time[0]],
+            plain=rows.plain,
         )
 
     def __call__(self, run: int, theta: Array) -> Rows:
@@ -105,10 +106,12 @@ def _rows(
     flat = quick.reshape(-1, quick.shape[-1])
     times = np.repeat(_fast_time(p, shade), width)
     slow_times = np.tile(p.bins.time, 2 if p.felt else 1)
+    bins = p.bins.time.size
     return Rows(
         np.concatenate([residual, flat[:, -1]]),
         np.vstack([jacobian, flat[:, :-1]]),
         time=np.concatenate([slow_times, times]),
+        plain=(slow[:bins, -1], slow[:bins, :-1]),
     )
 
 

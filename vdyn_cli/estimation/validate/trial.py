@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 START = "start.speed"
 TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
+SIGNED = ("hub_swing", "driveline_pitch")  # may lie on either side of zero
 LEAST_TORQUE = 1e-3  # N m of noise in a torque
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
 GAINS = ("speed", "shaft_torque", "acceleration")
@@ -53,8 +54,6 @@ class Trial:
     step : s, the longest step of the integration.
     zeros : standard deviation of a sensor's zero, by channel; each stretch has its own.
     gains : standard deviation of a sensor's gain, by channel; the same in all stretches, and of both shaft torques.
-    hub_lever : m, standard deviation of how far the hubs swing along the road per angle of pitch, beside the model's:
-        the suspension's geometry decides it, and nobody measures it.
     wind_variance : m^2/s^2, of gusts and mean winds: what they add to the mean drag.
     """
 
@@ -65,7 +64,6 @@ class Trial:
     step: float
     zeros: Mapping[str, float]
     gains: Mapping[str, float]
-    hub_lever: float
     effects: tuple[Correction, ...] = ()
     extra: tuple[Unknown, ...] = ()
     wind_variance: float = 0.0
@@ -78,10 +76,7 @@ class Trial:
     @cached_property
     def instruments(self) -> dict[str, float]:
         """Unknowns of the readings that all stretches share, with their standard deviations about zero."""
-        found = {f"{n}_gain": self.gains[n] for n in GAINS if self.gains.get(n, 0.0) > 0 and self._read(n)}
-        if self.hub_lever > 0 and "speed" in self.channels and any(n in WHEELS for n in self.channels):
-            found["hub_lever"] = self.hub_lever
-        return found
+        return {f"{n}_gain": self.gains[n] for n in GAINS if self.gains.get(n, 0.0) > 0 and self._read(n)}
 
     def _read(self, group: str) -> tuple[str, ...]:
         return tuple(n for n in self.channels if n.startswith(group))
@@ -166,28 +161,21 @@ class Trial:
         """
         drive = self.drives[run] if shaken is None else self._drive(self.stretches[run], shaken)
         k, m, steady = len(self.beliefs.names), len(self.instruments), len(self.shared)
-        lever = "hub_lever" in self.instruments
-        seen = self._simulator(drive, theta[self._moving], sensitivities=slopes, states=lever)
+        seen = self._simulator(drive, theta[self._moving], sensitivities=slopes)
         values, derivatives = self._readings(seen, self.stretches[run])
-        rates = seen.states["pitch_rate"] / self.beliefs.values["wheel_radius"] if lever else None
         for name in values:
-            added, columns = self._reading(name, values[name], rates, theta[k : k + m], theta[steady + 1 :])
+            added, columns = self._reading(name, values[name], theta[k : k + m], theta[steady + 1 :])
             if slopes:
                 moved = derivatives[name]
                 derivatives[name] = np.hstack([moved[:, :k], columns[0], moved[:, k:], columns[1]])
             values[name] = added
         return Outcome(values, derivatives)
 
-    def _reading(
-        self, name: str, true: Array, rates: Array | None, steady: Array, zeros: Array
-    ) -> tuple[Array, tuple[Array, Array]]:
+    def _reading(self, name: str, true: Array, steady: Array, zeros: Array) -> tuple[Array, tuple[Array, Array]]:
         """What the sensor of a channel reads, and the derivatives to the instruments' and the zeros' unknowns."""
         read, shared, own = true, np.zeros((true.size, steady.size)), np.zeros((true.size, zeros.size))
         for i, instrument in enumerate(self.instruments):
-            if instrument == "hub_lever":
-                if name in WHEELS and rates is not None:
-                    shared[:, i] = rates
-            elif name in self._read(instrument.removesuffix("_gain")):
+            if name in self._read(instrument.removesuffix("_gain")):
                 shared[:, i] = true
         if name in self.zeroed:
             own[:, self.zeroed.index(name)] = 1.0
@@ -216,8 +204,7 @@ class Trial:
             ),
         ]
         instruments = [
-            Unknown(n, 0.0, -20 * std, 20 * std, "m" if n == "hub_lever" else "", (0.0, std), nuisance=True)
-            for n, std in self.instruments.items()
+            Unknown(n, 0.0, -20 * std, 20 * std, "", (0.0, std), nuisance=True) for n, std in self.instruments.items()
         ]
         return (*found, *instruments, *self.extra, *own), {START: begun[:, 0]}
 
@@ -230,7 +217,7 @@ def _believed(beliefs: Beliefs, i: int) -> Unknown:
     row = {b: float(beliefs.correlation[i, j]) for j, b in enumerate(beliefs.names) if j != i}
     related = {b: r for b, r in row.items() if abs(r) > 1e-12}
     low, high = value - 12 * std, value + 12 * std
-    if value > 0:
+    if value > 0 and name not in SIGNED:
         low = max(low, 0.02 * value)
     if name == "driveline_efficiency":
         high = max(high, 1.2)
