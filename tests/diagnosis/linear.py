@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,12 +134,12 @@ class Campaign:
 
         return Regression((*base, *extra, *own), tuple(f"run {k + 1}" for k in range(self.runs)), rows)
 
-    def case(self, *causes: Effect, profiles: Sequence[Effect] = (SHAPE,), fewest_runs: int = 1) -> Case:
+    def case(self, *causes: Effect, profiles: Sequence[Effect] = (SHAPE,), **more: Any) -> Case:
         return Case(
             step="line",
             regression=lambda effects, extra: self.regression(extra),
             effects=causes,
             profiles=tuple(profiles),
             one_way=self.one_way,
-            fewest_runs=fewest_runs,
+            **more,
         )

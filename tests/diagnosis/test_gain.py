@@ -146,7 +146,7 @@ def test_the_share_is_of_what_is_above_the_noise() -> None:
 
 
 def test_the_interval_holds_on_new_logs_of_the_same_car() -> None:
-    inside, seen = 0, 60
+    inside, seen = 0, 30
     for seed in range(seen):
         campaign = Campaign(500 + seed, runs=8, rows=48, hidden={"slope": 0.5})
         bench, base = opened(campaign)

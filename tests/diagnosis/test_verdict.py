@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
@@ -19,8 +20,8 @@ SLOPE, WIND, WAVE, STEP = cause("slope"), cause("wind"), cause("wave"), cause("s
 CATALOGUE = (SLOPE, WIND, WAVE, STEP)
 
 
-def judged(campaign: Campaign, *causes: Effect, level: float = 0.05, **case: object) -> tuple[Case, Verdict]:
-    made = campaign.case(*(causes or CATALOGUE), **case)  # type: ignore[arg-type]
+def judged(campaign: Campaign, *causes: Effect, level: float = 0.05, **case: Any) -> tuple[Case, Verdict]:
+    made = campaign.case(*(causes or CATALOGUE), **case)
     return made, judge(open_workbench(made), level)
 
 
@@ -191,3 +192,19 @@ def test_numbers_are_finite() -> None:
     assert all(math.isfinite(v) for v in found.scores.statistic.values())
     assert 0 < found.smallest < 1e-3
     assert found.worth > 6
+
+
+@pytest.mark.parametrize("runs", [6, 18])
+def test_one_pass_over_the_logs_does_for_straight_lines(runs: int) -> None:
+    """A regression frozen at its start, its runs folded block by block, is the same where the lines are straight."""
+    _, whole = judged(Campaign(16, runs=runs, hidden={"wind": 2.0}))
+    _, folded = judged(Campaign(16, runs=runs, hidden={"wind": 2.0}), straight=True)
+    assert folded.name == whole.name == "named"
+    assert folded.answer is not None
+    assert whole.answer is not None
+    assert folded.answer.fitted.values["wind"] == pytest.approx(whole.answer.fitted.values["wind"], rel=0.02)
+    assert folded.gain is not None
+    assert whole.gain is not None
+    assert folded.gain.before == pytest.approx(whole.gain.before, rel=1e-3)
+    assert folded.gain.after == pytest.approx(whole.gain.after, rel=1e-3)
+    assert folded.gain.share == pytest.approx(whole.gain.share, abs=0.02)

@@ -145,7 +145,8 @@ def _left_of_run(linear: Linear, run: int, step: Array) -> Missed:
     plain = np.zeros(0)
     if rows.plain is not None:
         plain = rows.plain[0] + rows.plain[1][:, :s] @ step + rows.plain[1][:, s:] @ own
-    return Missed(float(left @ left), float(left.size), float(plain @ plain), plain.size)
+    count = left.size if rows.folded is None else int(rows.folded.sum())
+    return Missed(float(left @ left), float(count), float(plain @ plain), plain.size)
 
 
 def _summary(before: Sequence[Missed], after: Sequence[Missed]) -> Gain:

@@ -1,0 +1,268 @@
+"""From a step's baseline to its diagnosed and extended result, on a step whose logs are straight lines."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.linear import BASE, SHAPE, Campaign, cause
+from vdyn_cli.diagnosis import extend
+from vdyn_cli.document import to_json
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.errors import Finding, InputError, ResultError
+from vdyn_cli.estimation.sizes import sizes_found
+from vdyn_cli.fit import Regression, Unknown, solve
+from vdyn_cli.parameters import FORMAT, Estimate, Parameters, read_parameters, to_document
+from vdyn_cli.result import Comparison, FitSummary, Result
+from vdyn_cli.spec import TestSpec
+from vdyn_cli.steps import Diagnosable, Step
+
+SLOPE, WIND, WAVE = (
+    cause("slope"),
+    cause("wind", lasts=False),
+    cause("wave", ("wave", "wave_time"), nominal={"wave_time": 7.0}),
+)
+KEYS = {
+    "verdict",
+    "sentence",
+    "causes",
+    "extended",
+    "ambiguous",
+    "not_testable",
+    "gain",
+    "where",
+    "ranking",
+    "next_test",
+}
+
+
+def regression(
+    spec: Any, data: Campaign, known: Parameters, effects: Sequence[Any] = (), extra: Sequence[Unknown] = ()
+) -> Regression:
+    return data.regression(extra)
+
+
+def estimate(
+    spec: Any, data: Campaign, known: Parameters, effects: Sequence[Effect] = (), extra: Sequence[Unknown] = ()
+) -> Result:
+    if any(u.name == "wave_time" for u in extra):
+        raise ResultError(Finding("fit", "the data do not determine wave_time"))
+    solution = solve(data.regression(extra))
+    found = {
+        n: Estimate(solution.values[n], solution.std[n], solution.interval95[n], "m", n, "line", solution.values[n])
+        for n in BASE
+    }
+    start = np.exp(-8 * data.x())
+    comparisons = []
+    for k in range(data.runs):
+        simulated = start * solution.per_run["start"][k]
+        for name, value in solution.values.items():
+            simulated = simulated + value * data.trace(name, k)
+        comparisons.append(
+            Comparison(f"run {k + 1}", "height", "m", 10 * data.x(), "time, s", data.measured(k), simulated)
+        )
+    fit = FitSummary(tuple(c.run for c in comparisons), 1.0, 1.0, "m", tuple(BASE))
+    extra_keys = sizes_found(solution, extra)
+    return Result("line", "A line.", Parameters(found), fit, "Least squares.", tuple(comparisons), extra=extra_keys)
+
+
+STEP = Step(
+    name="line",
+    spec=TestSpec,
+    required=("time", "height"),
+    optional=(),
+    needs=(),
+    gives=tuple(BASE),
+    estimate=estimate,
+    diagnosable=Diagnosable(
+        regression,
+        lambda *_: Model("line", lambda e, u: None, (), ()),
+        lambda *_: (SHAPE,),
+        ("height", "m"),
+        two_way=lambda spec: True,
+    ),
+)
+
+
+@pytest.fixture(autouse=True)
+def catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(extend, "offered", lambda model, effects: (SLOPE, WIND, WAVE))
+
+
+def spec_of(campaign: Campaign, **diagnose: Any) -> TestSpec:
+    ways = ["out" if campaign.heading(k) > 0 else "back" for k in range(campaign.runs)]
+    runs = [{"log": f"line_{k}.csv", "direction": way} for k, way in enumerate(ways)]
+    return TestSpec.model_validate({"test": "line", "runs": runs, "diagnose": diagnose})
+
+
+def diagnosed(campaign: Campaign, step: Step = STEP, level: float = 0.05, **diagnose: Any) -> tuple[Result, Result]:
+    """The baseline, and the diagnosed result."""
+    spec, known = spec_of(campaign, **diagnose), Parameters()
+    base = step.estimate(spec, campaign, known)
+    return base, extend.diagnosed(step, spec, campaign, known, base, level)
+
+
+HIDDEN_SLOPE = Campaign(1, hidden={"slope": 0.6, "bend": -2.0})
+HIDDEN_WIND = Campaign(1, hidden={"wind": 2.0})
+
+
+def test_a_named_cause_extends_the_model() -> None:
+    base, result = diagnosed(HIDDEN_SLOPE)
+    told = result.diagnosis
+    assert told is not None
+    assert told.keys() >= KEYS
+    assert told["verdict"] == "named"
+    assert told["extended"] == ["slope"]
+    (found,) = told["causes"]
+    low, high = found["unknowns"]["slope"]["interval95"]
+    assert low < 0.6 < high
+    assert f"A slope of {found['unknowns']['slope']['value']:.3f} +- " in told["sentence"]
+    assert (found["effect"], found["label"], found["sensor"], found["lasts"]) == ("slope", "a slope", False, True)
+    for name in BASE:
+        assert result.parameters[name].baseline == base.parameters[name].value
+        assert found["biased"][name] == base.parameters[name].value - result.parameters[name].value
+    for before, after in zip(base.comparisons, result.comparisons, strict=True):
+        assert after.baseline is not None
+        np.testing.assert_array_equal(after.baseline, before.simulated)
+        assert np.std(after.measured - after.simulated) < np.std(after.measured - after.baseline)
+
+
+def test_a_cause_of_the_car_lasts_and_one_of_the_day_does_not(tmp_path: Path) -> None:
+    _, car = diagnosed(HIDDEN_SLOPE)
+    _, day = diagnosed(HIDDEN_WIND)
+    assert day.diagnosis is not None
+    assert day.diagnosis["extended"] == ["wind"]
+    assert day.parameters.extensions == {"wind": {}} or not day.parameters.extensions
+    slope = car.parameters.extensions["slope"]["slope"]
+    assert slope.source == "slope"
+    path = tmp_path / "line.json"
+    path.write_text(to_json({"format": FORMAT, **to_document(car.parameters)}), encoding="utf-8")
+    again = read_parameters(path)
+    assert again.extensions == car.parameters.extensions
+    assert again.estimates == car.parameters.estimates
+    assert Parameters().updated(again).extensions == again.extensions
+
+
+def test_never_leaves_the_model_alone_and_still_names() -> None:
+    base, result = diagnosed(HIDDEN_SLOPE, extend="never")
+    told = result.diagnosis
+    assert told is not None
+    assert told["verdict"] == "named"
+    assert told["extended"] == []
+    assert told["causes"][0]["effect"] == "slope"
+    assert told["causes"][0]["unknowns"]["slope"]["value"] == pytest.approx(0.6, abs=0.2)
+    assert told["causes"][0]["biased"] == {}
+    assert result.parameters == base.parameters
+    assert result.comparisons == base.comparisons
+
+
+def test_what_is_asked_for_is_taken_in_whatever_was_found() -> None:
+    base, result = diagnosed(Campaign(2), extend=["wind", "slope"])
+    told = result.diagnosis
+    assert told is not None
+    assert told["verdict"] == "adequate"
+    assert told["extended"] == ["slope", "wind"]
+    assert [c["effect"] for c in told["causes"]] == ["slope", "wind"]
+    assert all(c["unknowns"][c["effect"]]["std"] > 0 for c in told["causes"])
+    assert result.parameters["level"].baseline == base.parameters["level"].value
+
+
+def test_what_only_shapes_a_cause_is_held_where_the_data_do_not_tell() -> None:
+    _, result = diagnosed(Campaign(3, hidden={"wave": 1.0}))
+    told = result.diagnosis
+    assert told is not None
+    assert told["extended"] == ["wave"]
+    assert set(told["causes"][0]["unknowns"]) == {"wave"}
+
+
+def test_no_effects_is_no_diagnosis() -> None:
+    base, result = diagnosed(HIDDEN_SLOPE, effects="none")
+    assert result is base
+    assert result.diagnosis is None
+    assert diagnosed(HIDDEN_SLOPE, replace(STEP, diagnosable=None))[1].diagnosis is None
+
+
+def test_only_the_effects_that_are_listed_are_looked_for() -> None:
+    _, result = diagnosed(HIDDEN_WIND, effects=["slope", "wave"])
+    told = result.diagnosis
+    assert told is not None
+    assert {r["effect"] for r in told["ranking"]} <= {"slope", "wave"}
+    assert told["verdict"] != "adequate"
+
+
+@pytest.mark.parametrize("key", ["effects", "extend"])
+def test_an_effect_that_is_not_known_is_refused_with_those_that_are(key: str) -> None:
+    with pytest.raises(InputError) as refused:
+        diagnosed(HIDDEN_SLOPE, **{key: ["slope", "gremlins", "imps"]})
+    findings = refused.value.findings
+    assert [f.got for f in findings] == ["gremlins", "imps"]
+    assert all(f.where == f"diagnose.{key}" for f in findings)
+    assert all("slope, wind, wave" in f.remedy for f in findings)
+
+
+def test_only_what_is_looked_for_can_be_taken_in() -> None:
+    with pytest.raises(InputError):
+        diagnosed(HIDDEN_SLOPE, effects=["wind"], extend=["slope"])
+
+
+def test_runs_one_way_give_no_name() -> None:
+    base, result = diagnosed(replace(HIDDEN_WIND, one_way=True))
+    told = result.diagnosis
+    assert told is not None
+    assert told["verdict"] == "not_testable"
+    assert told["causes"] == []
+    assert "out and back" in told["next_test"][0]["manoeuvre"]
+    assert result.parameters == base.parameters
+
+
+def test_an_ambiguous_set_extends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    twin = cause("wind_twin")
+    monkeypatch.setattr(extend, "offered", lambda model, effects: (SLOPE, WIND, twin))
+    base, result = diagnosed(HIDDEN_WIND)
+    told = result.diagnosis
+    assert told is not None
+    assert told["verdict"] == "ambiguous"
+    assert sorted(told["ambiguous"][0]) == ["wind", "wind_twin"]
+    assert told["gain"] is None
+    assert result.parameters == base.parameters
+
+
+def test_where_it_is_wrong_is_where_the_shape_is() -> None:
+    _, result = diagnosed(Campaign(5, rows=240, hidden={"bump": 3.0}))
+    told = result.diagnosis
+    assert told is not None
+    assert told["verdict"] == "unknown"
+    assert told["where"]
+    largest = told["where"][0]
+    assert largest["channel"] == "height"
+    first = float(largest["segment"].split()[-3])
+    assert 2.5 < first < 5.5  # the bump stands at 4.5 of 10
+    assert 1.0 < largest["size"] < 3.5
+
+
+def test_a_diagnosis_that_cannot_be_made_costs_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(case: Any) -> Any:
+        raise ArithmeticError("the model has no finite derivatives at the fit")
+
+    monkeypatch.setattr(extend, "open_workbench", broken)
+    base, result = diagnosed(HIDDEN_SLOPE)
+    told = result.diagnosis
+    assert told is not None
+    assert told["verdict"] == "not_testable"
+    assert told.keys() >= KEYS
+    assert result.parameters == base.parameters
+    assert "no finite derivatives" in result.findings[-1].got
+
+
+def test_the_same_data_give_the_same_bytes() -> None:
+    for campaign in (HIDDEN_SLOPE, HIDDEN_WIND, Campaign(4), Campaign(5, hidden={"bump": 3.0})):
+        texts = {to_json({"diagnosis": diagnosed(campaign)[1].diagnosis}) for _ in range(2)}
+        assert len(texts) == 1
+        assert json.loads(texts.pop())["diagnosis"]["verdict"]
