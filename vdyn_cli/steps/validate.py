@@ -85,7 +85,7 @@ class Gains(Strict):
 
 
 class ValidateSettings(Strict):
-    """``model``: vehicle (18 degrees of freedom) or road_load (a mass on a road). ``step``: the longest that is used."""
+    """``model``: vehicle (18 degrees of freedom) or road_load (a mass on a road). ``step``: the longest one."""
 
     model: Literal["vehicle", "road_load"] = "vehicle"
     driven: Literal["front", "rear", "both"] = "front"

@@ -161,10 +161,11 @@ def verdicts(w: Weighed, found: tuple[dict[str, Band], ...]) -> tuple[dict[str, 
     out, ranks = {}, []
     for name in outputs:
         tally = drawn[name]
-        share, fake = tally.whole()
+        noise = rng.standard_normal(DRAWS)
+        share, fake = tally.whole(noise)
         chance = (1 + float(np.sum(fake >= share - 1e-12))) / (1 + DRAWS)
         ranks.append((share, fake))
-        by = {r: tally.of(i) for i, r in enumerate(REGIMES) if tally.count[i]}
+        by = {r: tally.of(i, noise) for i, r in enumerate(REGIMES) if tally.count[i]}
         limits = {r: (real, float(np.quantile(f, 0.975))) for r, (real, f) in by.items()}
         out[name] = Verdict(share, float(np.quantile(fake, 0.975)), chance, limits)
     return out, _worst(ranks)
@@ -185,20 +186,28 @@ class _Tally:
         self.count = np.zeros(len(REGIMES))
         self.real = np.zeros(len(REGIMES))
         self.fake = np.zeros((len(REGIMES), DRAWS))
+        self.scatter = np.zeros((len(REGIMES), DRAWS))
 
-    def add(self, marks: NDArray[np.int64], real: Array, fake: Array) -> None:
+    def add(self, marks: NDArray[np.int64], real: Array, fake: Array, alike: float) -> None:
+        """``alike``: neighbouring samples whose noise is the same, so that fewer are independent."""
         for i in range(len(REGIMES)):
             here = marks == i
             self.count[i] += here.sum()
             self.real[i] += real[here].sum()
             self.fake[i] += fake[here].sum(axis=0)
+            self.scatter[i] += alike * (fake[here] * (1.0 - fake[here])).sum(axis=0)
 
-    def of(self, i: int) -> tuple[float, Array]:
-        return float(self.real[i] / self.count[i]), self.fake[i] / self.count[i]
+    def of(self, i: int, noise: Array) -> tuple[float, Array]:
+        return self._shares(self.real[i], self.count[i], self.fake[i], self.scatter[i], noise)
 
-    def whole(self) -> tuple[float, Array]:
-        total = self.count.sum()
-        return float(self.real.sum() / total), self.fake.sum(axis=0) / total
+    def whole(self, noise: Array) -> tuple[float, Array]:
+        parts = (self.real.sum(), self.count.sum(), self.fake.sum(axis=0), self.scatter.sum(axis=0))
+        return self._shares(*parts, noise)
+
+    @staticmethod
+    def _shares(real: float, count: float, fake: Array, scatter: Array, noise: Array) -> tuple[float, Array]:
+        drawn = np.clip((fake + np.sqrt(scatter) * noise) / count, 0.0, 1.0)
+        return float(real / count), np.asarray(drawn)
 
 
 def _draw(
@@ -218,7 +227,7 @@ def _draw(
     own_std = np.array([trial.begun(run)[1], *(trial.zeros[n] for n in trial.zeroed)])
     own = own_std[:, None] * rng.standard_normal((own_std.size, DRAWS))
     for name, band in one.items():
-        real = np.isfinite(band.error)
+        real = np.isfinite(band.error) & ~s.stopping
         slopes = _slopes(w, run, name)
         shift = slopes[at, : len(root)] @ (root @ latent.T)
         if slopes.shape[1] > len(trial.shared):
@@ -234,7 +243,7 @@ def _draw(
         whole = np.repeat(np.arange(at.size), np.diff(np.r_[at, s.time.size]))
         outside = np.where(real, band.outside, False).astype(float)
         kept = real
-        drawn[name].add(s.marks[kept], outside[kept], fake[whole][kept])
+        drawn[name].add(s.marks[kept], outside[kept], fake[whole][kept], JERK.alike(s.time) if name == "jerk" else 1.0)
 
 
 def _slopes(w: Weighed, run: int, name: str) -> Array:

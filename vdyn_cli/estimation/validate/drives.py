@@ -162,7 +162,7 @@ def _gaps(log: Log, name: str) -> list[Finding]:
     missing = np.flatnonzero(~there[inside]) + inside.start
     if (missing.size and there.mean() > MOSTLY) or np.max(np.diff(at)) > 3 * usual + 0.02:
         first = float(log.time[missing[0]]) if missing.size else float(at[int(np.argmax(np.diff(at)))])
-        what = f"{missing.size} values are missing, the first at {first:.2f} s"
+        what = f"{missing.size} value{'s are' if missing.size != 1 else ' is'} missing, the first at {first:.2f} s"
         why = "what drives the car must be known all along"
         return [
             Finding(where, f"{what}: {why}", "", "fill the gaps in the log, or cut the run with from_time and to_time")

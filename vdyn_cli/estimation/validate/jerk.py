@@ -34,6 +34,12 @@ class Filter:
         spacing = float(np.median(np.diff(time)))
         return float(np.sqrt(spacing / (4 * np.sqrt(np.pi) * self.width**3)))
 
+    def alike(self, time: Array) -> float:
+        """Samples that one independent piece of filtered noise is worth: the sum of squared correlations."""
+        spacing = float(np.median(np.diff(time)))
+        lag = np.arange(-200, 201) * spacing / self.width
+        return float(np.sum(((1.0 - 0.5 * lag**2) * np.exp(-0.25 * lag**2)) ** 2))
+
 
 JERK = Filter(0.02)
 

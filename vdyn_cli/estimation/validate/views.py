@@ -143,8 +143,9 @@ def regime_table(w: Weighed, found: Found, told: dict[str, Verdict]) -> Table:
         "Error by regime",
         head,
         tuple(rows),
-        "Launch: from rest to 6 m/s; low speed: below 3 m/s otherwise. 'expected rms' is what uncertain parameters, "
-        "gusts and sensors explain. Good: rms near or below it everywhere. A regime marked 'outside' is where to look.",
+        "Launch: from rest to 6 m/s; low speed: below 3 m/s otherwise, without the moment of coming to rest, which "
+        "every gust shifts. 'expected rms' is what uncertain parameters, gusts and sensors explain. Good: rms near or "
+        "below it everywhere. A regime marked 'outside' is where to look.",
     )
 
 
@@ -152,7 +153,7 @@ def _in_regime(w: Weighed, found: Found, name: str, regime: int) -> tuple[Array,
     errors, variances = [], []
     for s, one in zip(w.trial.stretches, found, strict=True):
         if name in one:
-            here = (s.marks == regime) & np.isfinite(one[name].error)
+            here = (s.marks == regime) & np.isfinite(one[name].error) & ~s.stopping
             errors.append(one[name].error[here])
             variances.append((one[name].half[here] / WIDE) ** 2)
     error, variance = np.concatenate(errors), np.concatenate(variances)

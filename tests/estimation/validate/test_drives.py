@@ -1,0 +1,74 @@
+"""Which parts of a log are simulated, what the car does in each, and where it starts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vdyn_cli.errors import InputError
+from vdyn_cli.estimation.validate.drives import Cut, Note, end_speed, stretches
+from vdyn_cli.estimation.validate.regimes import REGIMES
+from vdyn_cli.log import Log
+
+TIME = np.arange(0.0, 60.0, 0.1)
+# Stands, accelerates, cruises, coasts, brakes, stands.
+SPEED = np.interp(TIME, [0, 3, 13, 33, 48, 54, 60], [0, 0, 20, 20, 17, 0, 0])
+TORQUE = np.where((TIME > 3) & (TIME <= 13), 300.0, np.where((TIME > 13) & (TIME <= 33), 40.0, 0.0))
+BRAKE = np.where((TIME > 48) & (TIME <= 55), 1500.0, 0.0)
+
+
+def log(**changed: np.ndarray) -> Log:
+    return Log("a.csv", TIME, {"speed": SPEED, "drive_torque": TORQUE, "brake_torque": BRAKE, **changed})
+
+
+def test_regimes_are_what_the_car_does() -> None:
+    (s,), _ = stretches([log()], [Note("out")], Cut("vehicle"))
+    at = {t: REGIMES[s.marks[np.searchsorted(s.time, t)]] for t in (1.0, 4.0, 10.0, 20.0, 40.0, 51.0, 58.0)}
+    assert list(at.values()) == ["low speed", "launch", "acceleration", "cruise", "coast", "braking", "low speed"]
+    assert s.heading == 1.0
+
+
+def test_a_mass_on_a_road_is_simulated_where_it_moves_and_nobody_brakes() -> None:
+    found, _ = stretches([log()], [Note()], Cut("road_load"))
+    assert [(round(s.time[0]), round(s.time[-1])) for s in found] == [(4, 48)] or found[0].time[-1] < 48.0
+    assert all(not s.inputs["brake_torque"].any() for s in found)
+
+
+def test_powered_windows_follow_one_another() -> None:
+    found, _ = stretches([log()], [Note()], Cut("road_load", 10.0, True))
+    assert len(found) == 2
+    assert all(s.duration == pytest.approx(10.0, abs=0.11) for s in found)
+    assert all((s.inputs["drive_torque"] > 0).all() for s in found)
+    assert found[1].time[0] == pytest.approx(found[0].time[-1], abs=0.11)
+
+
+def test_a_start_speed_is_read_from_the_second_beside_it() -> None:
+    rng = np.random.default_rng(1)
+    noisy = 10.0 + 0.5 * TIME + 0.1 * rng.standard_normal(TIME.size)
+    value, std = end_speed(TIME, noisy, first=True)
+    assert value == pytest.approx(10.0, abs=4 * std)
+    assert 0.02 < std < 0.12
+    value, std = end_speed(TIME, noisy, first=False)
+    assert value == pytest.approx(10.0 + 0.5 * TIME[-1], abs=4 * std)
+
+
+def test_a_torque_from_a_slower_logger_is_taken_as_straight_lines() -> None:
+    sparse = np.where(np.arange(TIME.size) % 4 == 0, TORQUE, np.nan)
+    sparse[-1] = 0.0
+    (s,), _ = stretches([log(drive_torque=sparse)], [Note()], Cut("vehicle"))
+    assert np.isfinite(s.inputs["drive_torque"]).all()
+
+
+def test_one_missing_torque_is_a_gap() -> None:
+    holed = TORQUE.copy()
+    holed[100] = np.nan
+    with pytest.raises(InputError, match=r"1 values? (is|are) missing"):
+        stretches([log(drive_torque=holed)], [Note()], Cut("vehicle"))
+
+
+def test_an_output_that_is_mostly_empty_is_left_out_and_told() -> None:
+    empty = np.full(TIME.size, np.nan)
+    empty[:50] = 0.0
+    (s,), told = stretches([log(acceleration=empty)], [Note()], Cut("vehicle"))
+    assert "acceleration" not in s.outputs
+    assert any("is empty in 92% of the rows" in f.what for f in told)

@@ -1,0 +1,239 @@
+"""Drives against the model: inside the band with the true parameters, outside with a wrong one; clear errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.steps.validate_cases import described, inputs, known_file, true_parameters
+from vdyn_cli.commands.run_step import write_step
+from vdyn_cli.errors import InputError, ResultError
+from vdyn_cli.estimation.validate.drives import OUTPUTS
+from vdyn_cli.inputs import Inputs
+from vdyn_cli.log import Log
+from vdyn_cli.result import Result
+from vdyn_cli.steps import validate
+
+
+def validated(root: Path, folder: Path, drives: tuple[int, ...] = (1,), wrong: Any = None, **settings: Any) -> Result:
+    found = inputs(root, folder, true_parameters(wrong), drives, **settings)
+    return validate.estimate(found.spec, found.data, found.known)
+
+
+@pytest.fixture(scope="module")
+def right(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Result:
+    return validated(root, tmp_path_factory.mktemp("right"), (1, 2))
+
+
+def numbers(result: Result) -> Any:
+    return result.extra["validation"]
+
+
+def test_with_the_true_parameters_every_output_stays_within_its_band(right: Result) -> None:
+    found = numbers(right)
+    assert found["verdict"] == "inside"
+    assert set(found["outputs"]) == {*OUTPUTS, "jerk"}
+    for name, output in found["outputs"].items():
+        assert output["outside"] <= output["limit"] + 0.01, name
+        assert output["outside"] < 0.07, name
+    assert found["statistic"]["chance"] > 0.01
+    assert not right.fit.warnings
+    assert right.fit.rms < 1.5 * right.fit.noise_floor
+    assert "stay within the prediction band" in right.sentence
+
+
+def test_errors_are_near_the_sensors_noise_and_gusts_are_found(right: Result) -> None:
+    found = numbers(right)
+    assert found["noise"]["gust"] == pytest.approx(0.6, rel=0.5)
+    for name in ("shaft_torque_left", "shaft_torque_right"):
+        output = found["outputs"][name]
+        assert output["sensor_noise"] == pytest.approx(1.5, rel=0.15)
+        assert output["rms"] < 1.3 * output["sensor_noise"]
+    assert set(found["outputs"]["speed"]["regimes"]) == set(
+        ("launch", "acceleration", "cruise", "coast", "braking", "low speed")
+    )
+
+
+def test_what_makes_the_band_is_named(right: Result) -> None:
+    shares = numbers(right)["outputs"]["speed"]["shares"]
+    assert list(shares)[:4] == sorted(shares, key=lambda n: -shares[n])[:4]
+    assert set(list(shares)[:3]) <= {"wheel_radius", "mass", "drag_area", "driveline_efficiency", "driveline_inertia"}
+    assert sum(shares.values()) == pytest.approx(1.0, abs=0.03)
+    radius = numbers(right)["outputs"]["wheel_speed_rl"]["shares"]["wheel_radius"]
+    assert radius > 0.2
+
+
+def test_it_publishes_no_parameters_and_shows_what_it_found(right: Result) -> None:
+    assert len(right.parameters) == 0
+    assert {t.key for t in right.tables} == {"outputs", "regimes", "shares", "parameters", "modes"}
+    assert {"band_speed", "band_acceleration", "band_jerk", "tip_in"} <= {f.key for f in right.figures}
+    assert {c.channel for c in right.comparisons} == {*OUTPUTS, "jerk"}
+
+
+@pytest.mark.parametrize("name", ["wheel_radius", "driveline_inertia"])
+def test_a_parameter_wrong_by_three_standard_deviations_shows(root: Path, tmp_path: Path, name: str) -> None:
+    found = numbers(validated(root, tmp_path, (2,), wrong={name: 3.0}))
+    assert found["parameters"][name]["strain"] == pytest.approx(-3.0, abs=1.0)
+    assert found["parameters"][name]["seen"] > 0.6
+
+
+def test_a_parameter_wrong_by_far_is_told_first(root: Path, tmp_path: Path) -> None:
+    result = validated(root, tmp_path, (2,), wrong={"mass": 20.0})
+    found = numbers(result)
+    assert found["verdict"] != "inside"
+    assert result.fit.warnings
+
+
+def test_the_regression_is_the_door_for_effects(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters(), (1,), model="road_load")
+    regression = validate.regression(found.spec, found.data, found.known)
+    shared = [u.name for u in regression.shared]
+    assert {"mass", "drag_area", "rolling_resistance"} <= set(shared)
+    assert all(u.prior is not None for u in regression.shared)
+    drag = next(u for u in regression.shared if u.name == "drag_area")
+    assert drag.prior_correlation["rolling_resistance"] == pytest.approx(-0.57)
+    start = regression.start()
+    rows = regression.rows(0, regression.local(start, 0))
+    step = 1e-3 * next(u.prior[1] for u in regression.shared if u.name == "mass" and u.prior)
+    moved = start.copy()
+    moved[shared.index("mass")] += step
+    change = (regression.rows(0, regression.local(moved, 0)).residual - rows.residual) / step
+    assert change == pytest.approx(rows.jacobian[:, shared.index("mass")], abs=1e-3 * np.abs(change).max())
+
+
+def test_a_mass_on_a_road_follows_the_drives_too(root: Path, tmp_path: Path) -> None:
+    result = validated(root, tmp_path, (1, 2, 3), model="road_load")
+    found = numbers(result)
+    assert set(found["outputs"]) == {"speed", "acceleration", "jerk"}
+    assert found["outputs"]["speed"]["rms"] < 0.3
+    assert found["outputs"]["speed"]["outside"] < found["outputs"]["speed"]["limit"] + 0.01
+
+
+def changed(found: Inputs, **channels: Any) -> tuple[Log, ...]:
+    log = found.data[0]
+    made = {n: f(log[n].copy()) if callable(f) else f for n, f in channels.items()}
+    return (log.with_channels(**made), *found.data[1:])
+
+
+def refusal(found: Inputs, logs: tuple[Log, ...]) -> str:
+    with pytest.raises(InputError) as caught:
+        validate.estimate(found.spec, logs, found.known)
+    return str(caught.value)
+
+
+def test_gaps_in_the_torque_are_refused_and_in_outputs_skipped(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters())
+
+    def holed(values: np.ndarray) -> np.ndarray:
+        values[1000:1040] = np.nan
+        return values
+
+    said = refusal(found, changed(found, drive_torque=holed))
+    assert "channel 'drive_torque'" in said
+    assert "40 values are missing" in said
+    road = replace(found, spec=found.spec.model_copy(update={"settings": validate.ValidateSettings(model="road_load")}))
+    logs = changed(road, speed=holed, acceleration=holed)
+    assert numbers(validate.estimate(road.spec, logs, road.known))["outputs"]["speed"]["rms"] < 0.5
+
+
+def test_torque_and_speed_of_different_length_are_refused(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters())
+
+    def short(values: np.ndarray) -> np.ndarray:
+        values[3000:] = np.nan
+        return values
+
+    said = refusal(found, changed(found, drive_torque=short))
+    assert "does not cover the time of the speed" in said
+    assert "differ in length or clock" in said
+
+
+def test_torque_and_speed_on_clocks_that_do_not_match_are_refused(root: Path, tmp_path: Path) -> None:
+    """Two loggers whose files are of different drives: no delay makes them agree."""
+    path = described(root, tmp_path)
+    data = yaml.safe_load(path.read_text())
+    channels, reading = data.pop("channels"), {}
+    torque = {n: channels.pop(n) for n in ("drive_torque", "brake_torque")}
+    shared = {"time": channels["time"], "speed": channels["speed"]}
+    data["loggers"] = [{"channels": channels, "reading": reading}, {"channels": {**shared, **torque}}]
+    logs = [str(root / "sample_logs" / f"drive_{k}.csv") for k in (1, 3)]
+    data["runs"] = [{"logs": logs, "direction": "out"}]
+    path.write_text(yaml.safe_dump(data))
+    with pytest.raises(InputError) as caught:
+        write_step("validate", path, (known_file(tmp_path, true_parameters()),), tmp_path / "out", None)
+    assert "does not drive this speed" in str(caught.value)
+    assert "of one drive and one clock" in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_torque_of_the_wrong_sign_is_told(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters(), model="road_load")
+    assert "add 'sign: -1'" in refusal(found, changed(found, drive_torque=lambda v: -v))
+
+
+def test_a_hole_in_the_clock_is_refused(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters())
+    log = found.data[0]
+    keep = np.r_[0:2000, 2200 : log.time.size]
+    cut = Log(log.name, log.time[keep], {n: v[keep] for n, v in log.channels.items()})
+    assert "nothing is written for 2" in refusal(found, (cut,))
+
+
+def test_missing_parameters_are_listed_with_the_step_that_gives_them(root: Path, tmp_path: Path) -> None:
+    without = ("cg_height", "tire_B", "shaft_stiffness_left", "wheel_inertia", "drag_area", "suspension_damping_rear")
+    found = inputs(root, tmp_path, true_parameters(without=without))
+    said = refusal(found, found.data)
+    for name, step in zip(without, ("cg", "tire", "shaft", "inertia", "coastdown", "bump"), strict=True):
+        assert f"{name} (" in said
+        assert f"'vdyn {step}'" in said
+
+
+def test_parameters_outside_what_is_physical_are_refused(root: Path, tmp_path: Path) -> None:
+    parameters = true_parameters()
+    wild = replace(parameters["wheel_radius"], value=30.8)
+    odd = replace(parameters["tire_C"], value=float("nan"))
+    found = inputs(root, tmp_path, replace(parameters, estimates={**parameters.estimates, "wheel_radius": wild}))
+    said = refusal(found, found.data)
+    assert "parameter 'wheel_radius'" in said
+    assert "outside what is physical (0.05 to 1 m)" in said
+    known = replace(parameters, estimates={**parameters.estimates, "tire_C": odd})
+    assert "parameter 'tire_C'" in refusal(replace(found, known=known), found.data)
+
+
+def test_a_step_too_large_is_refused_and_writes_nothing(root: Path, tmp_path: Path) -> None:
+    path = described(root, tmp_path, step="20 ms")
+    known = known_file(tmp_path, true_parameters())
+    with pytest.raises(InputError, match="is longer than the 2 ms"):
+        write_step("validate", path, (known,), tmp_path / "out", None)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_model_that_no_step_follows_is_an_answer_that_is_not_good(root: Path, tmp_path: Path) -> None:
+    """Physical each by itself, but a wheel as light as a coin on shafts of a truck swings too fast to be followed."""
+    parameters = true_parameters()
+    odd = {"wheel_inertia": 0.005, "shaft_stiffness_left": 1e6, "shaft_stiffness_right": 1e6, "tire_D": 0.06}
+    changed = {n: replace(parameters[n], value=v) for n, v in odd.items()}
+    path = described(root, tmp_path)
+    known = known_file(tmp_path, replace(parameters, estimates={**parameters.estimates, **changed}))
+    with pytest.raises(ResultError, match="step"):
+        write_step("validate", path, (known,), tmp_path / "out", None)
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"validate.html"}
+
+
+def test_left_and_right_torques_drive_the_same_car(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters())
+    log = found.data[0]
+    each = 0.5 * log["drive_torque"] * 3.267
+    channels = {n: v for n, v in log.channels.items() if n != "drive_torque"}
+    sides = Log(log.name, log.time, {**channels, "drive_torque_left": each, "drive_torque_right": each})
+    one = validate.trial_of(found.spec, found.data, found.known)[0]
+    two = validate.trial_of(found.spec, (sides,), found.known)[0]
+    start = 1.0 * np.r_[one.theta(), 0.0, np.zeros(len(one.zeroed))]
+    whole = one.simulate(0, start, slopes=False).values["speed"]
+    other = two.simulate(0, np.r_[two.theta(), 0.0, np.zeros(len(two.zeroed))], slopes=False).values["speed"]
+    assert whole == pytest.approx(other, abs=0.02)
