@@ -14,7 +14,7 @@ from vdyn_cli.estimation.restricted_likelihood import NoisyRun
 from vdyn_cli.estimation.validate import noise
 from vdyn_cli.estimation.validate.drives import Stretch
 from vdyn_cli.estimation.validate.rows import Colour, Plan, colour, plan
-from vdyn_cli.estimation.validate.trial import LEAST_TORQUE, TORQUES, Outcome, Trial
+from vdyn_cli.estimation.validate.trial import LEAST_TORQUE, SHAKING, TORQUES, Outcome, Trial
 from vdyn_cli.fit import Regression, Rows, white_level, whiten
 
 Array = NDArray[np.float64]
@@ -161,7 +161,7 @@ def _shaken(w: Weighed, run: int) -> dict[str, Array]:
     """What more noise of the torque sensor's own size does to the outputs."""
     s = w.trial.stretches[run]
     rng = np.random.default_rng([SEED, run])
-    seen = w.trial.simulate(run, w.start(run), slopes=False, shaken=rng.standard_normal(s.time.size))
+    seen = w.trial.simulate(run, w.start(run), slopes=False, shaken=rng.standard_normal((len(SHAKING), s.time.size)))
     return {n: seen.values[n] - w.first[run].values[n] for n in w.first[run].values}
 
 

@@ -1,4 +1,4 @@
-"""The drive torque without most of its sensor's noise.
+"""Drive and brake torque without most of their sensors' noise.
 
 Noise in an input is worse than noise in an output: it shakes the simulated shafts as no real torque does, and a fit
 that sees them shake more than the measured ones makes them stiffer or more damped. So every sample is replaced by the

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 START = "start.speed"
 TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
 SIGNED = ("hub_swing", "driveline_pitch")  # may lie on either side of zero
+SHAKING = (*TORQUES, "brake_torque")  # inputs whose noise shakes the simulated car
 LEAST_TORQUE = 1e-3  # N m of noise in a torque
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
 GAINS = ("speed", "shaft_torque", "acceleration")
@@ -127,18 +128,19 @@ class Trial:
         }
         if "drive_torque" in self.model.inputs and "drive_torque" not in s.inputs:
             everything["drive_torque"] = driving(Log(s.name, s.time, s.inputs))
-        for name in TORQUES:
-            if name not in self.model.inputs:
-                continue
-            level = max(white_level(everything[name], s.time), LEAST_TORQUE)
-            if "shaft_torque_left" in self._outputs:
-                everything[name] = denoised(s.time, everything[name], level)
-                if shaken is not None:
-                    everything[name] = denoised(s.time, everything[name] + level * shaken, level)
-            elif shaken is not None:
-                everything[name] = everything[name] + level * shaken
+        for k, name in enumerate(n for n in SHAKING if n in self.model.inputs and np.ndim(everything[n])):
+            noise = 0.0 if shaken is None else shaken[k]
+            everything[name] = self._quiet(s.time, everything[name], noise)
         inputs = {n: everything[n] for n in self.model.inputs}
         return Drive(s.time, inputs, context={"heading": s.heading, "temperature": s.temperature})
+
+    def _quiet(self, time: Array, torque: Array, shaken: Array | float) -> Array:
+        """A measured torque as the car shall feel it: without its noise where shafts are there to be shaken by it."""
+        level = max(white_level(torque, time), LEAST_TORQUE)
+        if "shaft_torque_left" not in self._outputs:
+            return torque + level * shaken
+        calm = denoised(time, torque, level)
+        return calm if np.ndim(shaken) == 0 else denoised(time, calm + level * shaken, level)
 
     def theta(self) -> Array:
         """(shared,) the unknowns where they are believed to be."""
@@ -153,7 +155,7 @@ class Trial:
     def simulate(self, run: int, theta: Array, slopes: bool = True, shaken: Array | None = None) -> Outcome:
         """One stretch at its local unknowns (shared, start speed, zeros).
 
-        ``shaken`` (n,): noise of one, to be added to the torque in the size of its sensor's.
+        ``shaken`` (inputs, n): noise of one, to be added to each measured torque in the size of its sensor's.
 
         Raises
         ------

@@ -121,9 +121,9 @@ def methods(w: Weighed, model: str) -> str:
     )
     if "shaft_torque_left" in w.trial.channels:
         text += (
-            "The drive torque is averaged over as many neighbours as lie on a straight line within its noise; what is "
-            "left of that noise is sent through the car once more to learn how it colours the shaft torques. Rows "
-            "below 2 m/s are shown, but not weighed. "
+            "Drive and brake torque are averaged over as many neighbours as lie on a straight line within their noise; "
+            "what is left of that noise is sent through the car once more to learn how it colours the other channels. "
+            "Rows below 2 m/s are shown, but not weighed. "
         )
     if "acceleration" in w.trial.channels:
         text += (
