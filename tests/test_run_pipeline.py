@@ -12,6 +12,7 @@ import pytest
 
 from vdyn_cli.commands.run_pipeline import run_pipeline
 from vdyn_cli.commands.run_step import write_step
+from vdyn_cli.diagnosis.level import shared
 from vdyn_cli.pipeline import load_plan
 from vdyn_cli.vocabulary import TABLE
 
@@ -57,7 +58,7 @@ def test_side_by_side_step_by_step_and_again_the_bytes_are_the_same(day: Path) -
     run(day, "two", jobs=2)
     alone = day.parent / "alone"
     for name in ("area", "cg", "tire"):
-        write_step(name, day / f"{name}.yaml", (), alone)
+        write_step(name, day / f"{name}.yaml", (), alone, shared(2))
     files = sorted(p.name for p in (day.parent / "one").iterdir())
     own = [f"{name}.{ending}" for name in ("area", "cg", "tire") for ending in ("html", "json")]
     assert files == sorted(["report.html", "parameters.json", *own])

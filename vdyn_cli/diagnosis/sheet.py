@@ -6,8 +6,9 @@ Sign: the residual here is measured less simulated, so that y = J d + noise, and
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -19,6 +20,7 @@ from vdyn_cli.fit.regression import prior_rows
 from vdyn_cli.fit.straight import BLOCKS, blocks_of, blocks_within, scaled
 from vdyn_cli.fit.triangles import Array, fold
 
+SLOPELESS = 0.05  # of a secant's trace: a slope that is less leads nowhere
 RUNS_AS_UNITS = 16  # from so many on the run is the unit of evidence
 
 
@@ -39,8 +41,17 @@ class Linear:
     rows: tuple[Rows, ...]
 
 
-def linearise(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Linear:
+def linearise(
+    regression: Regression,
+    shared: Mapping[str, float],
+    own: Mapping[str, Array],
+    secants: Mapping[str, float] = MappingProxyType({}),
+) -> Linear:
     """Rows and derivatives of all unknowns at a fitted point; what is not named is zero.
+
+    Parameters
+    ----------
+    secants : for unknowns that may have no slope at zero, the size over which their trace is then taken instead.
 
     Raises
     ------
@@ -52,7 +63,32 @@ def linearise(regression: Regression, shared: Mapping[str, float], own: Mapping[
     rows = tuple(regression.rows(k, np.concatenate([values, each[k]])) for k in range(len(regression.runs)))
     if not all(np.all(np.isfinite(r.residual)) and np.all(np.isfinite(r.jacobian)) for r in rows):
         raise ArithmeticError("the model has no finite derivatives at the fit")
+    names = [u.name for u in regression.shared]
+    for name, size in secants.items():
+        rows = _with_secant(regression, values, each, rows, names.index(name), size)
     return Linear(regression, values, each, rows)
+
+
+def _with_secant(
+    regression: Regression, values: Array, own: Array, rows: tuple[Rows, ...], place: int, size: float
+) -> tuple[Rows, ...]:
+    """The rows with one column taken over a finite size, where its slope tells next to nothing of that."""
+    moved = values.copy()
+    moved[place] += size
+    try:
+        there = tuple(regression.rows(k, np.concatenate([moved, own[k]])) for k in range(len(rows)))
+    except ArithmeticError:
+        return rows
+    traces = [(a.residual - b.residual) / size for a, b in zip(there, rows, strict=True)]
+    slope = sum(float(np.sum(r.jacobian[:, place] ** 2)) for r in rows)
+    if not slope < SLOPELESS**2 * sum(float(t @ t) for t in traces):
+        return rows
+    changed = []
+    for one, trace in zip(rows, traces, strict=True):
+        jacobian = one.jacobian.copy()
+        jacobian[:, place] = trace
+        changed.append(replace(one, jacobian=jacobian))
+    return tuple(changed)
 
 
 @dataclass(frozen=True)

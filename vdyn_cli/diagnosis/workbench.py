@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from vdyn_cli.diagnosis.case import Case, scanned, unknowns_of
@@ -13,6 +13,7 @@ from vdyn_cli.fit import Regression, Solution, solve
 from vdyn_cli.fit.restrict import restricted, without_priors
 from vdyn_cli.fit.straight import frozen
 
+MOST_PROBES = 5  # tried of an effect's
 LEAST_STEP = 1e-2  # of one residual's variance that a further step may still promise
 
 
@@ -75,14 +76,47 @@ class Workbench:
     def _fit(self, causes: tuple[str, ...]) -> Fitted | None:
         before = self._fits.get(()) if causes else None
         regression = restricted(self.full, self.held(causes), before.solution if before else None)
+        solution, failed = None, None
+        for start in (regression, *self._probed(regression, causes)):
+            try:
+                found = solve(start, units="run", tolerance=LEAST_STEP)
+            except ResultError as error:
+                failed = error
+                continue
+            if solution is None or found.cost < solution.cost:
+                solution = found
+        if solution is None:
+            if not causes and failed is not None:
+                raise failed
+            return None
         try:
-            solution = solve(regression, units="run", tolerance=LEAST_STEP)
-            linear = linearise(self.full, solution.values, solution.per_run)
-        except (ResultError, ArithmeticError):
+            linear = linearise(self.full, solution.values, solution.per_run, self._secants(causes))
+        except ArithmeticError:
             if not causes:
                 raise
             return None
         return Fitted(causes, solution, linear, sheet(linear))
+
+    def _probed(self, regression: Regression, causes: Sequence[str]) -> Iterator[Regression]:
+        """The same fit begun at each probe of a cause whose derivative at zero leads nowhere."""
+        for name in causes:
+            effect = self.case.causes.get(name)
+            probes = effect.probes[:: max(1, len(effect.probes) // MOST_PROBES)] if effect else ()
+            for size in () if self.case.straight else probes:
+                begun = tuple(
+                    replace(u, start=size) if u.name == self.unknowns(name)[0] else u for u in regression.unknowns
+                )
+                yield replace(regression, unknowns=begun)
+
+    def _secants(self, causes: Sequence[str]) -> dict[str, float]:
+        """Sizes over which the traces of such causes are taken where they have no slope at zero."""
+        if self.case.straight:
+            return {}
+        return {
+            self.unknowns(e.name)[0]: e.probes[len(e.probes) // 2]
+            for e in self.case.effects
+            if e.probes and e.name not in causes
+        }
 
     def scores(self, at: Fitted, names: Sequence[str], runs: bool = False) -> Scores:
         """Scores of causes and profiles beside the baseline and the causes that are in."""
