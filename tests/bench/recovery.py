@@ -71,7 +71,7 @@ def run(name: str, case: Case, vehicles: int, first: int) -> Report:
             made = case.make(seed, Path(folder))
             begun = time.perf_counter()
             try:
-                found = execute(case.step, made.description).document["parameters"]
+                found = execute(case.step, made.description, level=None).document["parameters"]
             except VdynError as error:
                 refused[error.findings[0].what] += 1
                 continue
