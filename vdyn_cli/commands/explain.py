@@ -56,7 +56,7 @@ def _step(name: str) -> str:
         f"channels: {', '.join(step.required) or 'none'}",
         f"optional: {', '.join(step.optional) or 'none'}",
         f"needs:    {', '.join(step.needs) or 'nothing'}",
-        f"gives:    {', '.join(step.gives)}",
+        f"gives:    {', '.join(step.gives) or 'no parameters'}",
     ]
     return "\n".join(lines)
 
@@ -111,7 +111,7 @@ def listing() -> str:
         lines += [
             f"  {name:<10} {steps.summary(name)}",
             f"             reads {', '.join(step.required) or 'no log'}; optional {', '.join(step.optional) or 'none'}",
-            f"             gives {', '.join(step.gives)}",
+            f"             gives {', '.join(step.gives) or 'no parameters'}",
         ]
     lines.append("effects, with the steps that look for them ('vdyn explain NAME' says more)")
     for e in catalogue():
