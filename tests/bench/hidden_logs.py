@@ -86,12 +86,18 @@ def _validate(scenario: Scenario, folder: Path) -> Path:
     vehicle = scenario.vehicle
     runs = drive.campaign(vehicle, scenario.drawn, scenario.effects)
     known: dict[str, float | str] = {name: float(getattr(vehicle, name)) for name in DRIVE_KNOWN}
-    known |= {"air_density": drive.RIG.air_density, "brake_share_front": BRAKE_FRONT, "tire_load_sensitivity": 0.0}
+    known |= {
+        "air_density": drive.RIG.air_density,
+        "brake_share_front": BRAKE_FRONT,
+        "tire_load_sensitivity": 0.0,
+        "driveline_efficiency": 1.0,
+        "hub_swing": 0.0,
+        "driveline_pitch": 0.0,
+    }
     for name, (value, sd) in measured(vehicle, scenario.seed).items():
         known[name] = f"{value!r} +- {sd!r} {UNITS.get(name, '')}".strip()
     settings = {
         "driven": "front",
-        "hub_lever": 0.0,
         "zeros": {"acceleration": drive.RIG.acceleration.zero, "shaft_torque": drive.RIG.shaft_torque.zero},
         "gains": {name: sd for name, (_, sd) in GAINS.items()},
     }

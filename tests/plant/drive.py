@@ -55,7 +55,7 @@ class Run:
 
 
 @dataclass
-class _Driver:
+class Driver:
     """Presses pedals in turn and keeps a rough account of the speed that a point mass would reach."""
 
     vehicle: Vehicle
@@ -105,7 +105,7 @@ def pedals(vehicle: Vehicle, seed: int, count: int = 3) -> list[Pedals]:
     # Torque by the force it makes at the road per kg of car, so that every vehicle is driven alike.
     per_force = vehicle.mass * vehicle.wheel_radius / vehicle.gear_ratio
     for k in range(count):
-        driver = _Driver(vehicle)
+        driver = Driver(vehicle)
         hold = 1500.0 * vehicle.mass / REFERENCE.mass
         driver.press(0.0, hold, 0.3, 1.2)
         driver.press(0.0, 0.0, 0.3, 0.5)
@@ -192,11 +192,18 @@ def campaign(
     vehicle: Vehicle, seed: int, effects: Mapping[str, float] | None = None, rig: Rig = RIG, count: int = 3
 ) -> tuple[Run, ...]:
     """The drives as logged, from a seed."""
+    return logged(vehicle, pedals(vehicle, seed, count), seed, effects, rig)
+
+
+def logged(
+    vehicle: Vehicle, pressed: list[Pedals], seed: int, effects: Mapping[str, float] | None = None, rig: Rig = RIG
+) -> tuple[Run, ...]:
+    """Drives with these pedals as logged: gusts, mean winds, clocks and noise from a seed."""
     rng = np.random.default_rng([seed, 0xD2])
     spread = 8.0 if (effects or {}).get("temperature_rolling") else 0.0
-    warm = rig.temperature + np.linspace(-spread, spread, count)
+    warm = rig.temperature + np.linspace(-spread, spread, len(pressed))
     plans = []
-    for plan, temperature in zip(pedals(vehicle, seed, count), warm, strict=True):
+    for plan, temperature in zip(pressed, warm, strict=True):
         steps = int(plan.knots[-1] / GUST_STEP) + 3
         mean = rig.wind.between_runs * rng.standard_normal()
         gust = gusts(rig.wind, 1, steps, GUST_STEP, rng)[:, 0] + mean

@@ -166,6 +166,7 @@ def information(
     spread: Mapping[str, float] = SPREAD,
     plans: Sequence[Pedals] | None = None,
     rig: Rig = RIG,
+    seen: Sequence[str] = SEEN,
 ) -> Information:
     """About the parameters ("known mass", ...) within their spread, effects, and each drive's own wind and zeros."""
     drives = Drives(vehicle, tuple(plans or drive.pedals(vehicle, seed)))
@@ -177,20 +178,21 @@ def information(
     for k, (plan, log) in enumerate(zip(drives.plans, _calm(drives), strict=True)):
         own = {f"wind_{k}": plan.uphill * gust[k], f"zero Drive Torque [N m] {k}": pushed[k]}
         for header in ZEROS:
-            if header in SEEN:
+            if header in seen:
                 own[f"zero {header} {k}"] = np.tile(np.eye(len(SEEN))[SEEN.index(header)], (len(log["Time [s]"]), 1))
         readings = np.column_stack([log[header] for header in SEEN])
         scaled = [readings * [h.startswith(group) for h in SEEN] for group, _ in GAINS.values()]
         series = np.stack([*(slopes[k] for slopes in shared), *scaled, *own.values()], axis=2)
         series = series * (log["Speed [km/h]"] > SLOWEST)[:, None, None]
-        white = _whiten(vehicle, log, series, rig)
+        kept = [SEEN.index(header) for header in seen]
+        white = _whiten(vehicle, log, series[:, kept], rig, seen)
         parts.append(Information((*stated, *unknowns, *gains, *own), white.T @ white))
         parts.append(prior({f"wind_{k}": rig.wind.between_runs} if rig.wind.between_runs else {}))
-        parts.append(prior({f"zero {header} {k}": sd for header, sd in ZEROS.items()}))
+        parts.append(prior({f"zero {header} {k}": sd for header, sd in ZEROS.items() if f"zero {header} {k}" in own}))
     return total(parts)
 
 
-def _whiten(vehicle: Vehicle, log: Log, series: Array, rig: Rig) -> Array:
+def _whiten(vehicle: Vehicle, log: Log, series: Array, rig: Rig, seen: Sequence[str]) -> Array:
     """``series`` (samples, channels, any) filtered so that the plant's noise would come out white and unit.
 
     Innovations of a Kalman filter over (speed error, gust), the readings of each sample taken one after the other: the
@@ -203,10 +205,12 @@ def _whiten(vehicle: Vehicle, log: Log, series: Array, rig: Rig) -> Array:
     pull = AIR_DENSITY * vehicle.drag_area * np.abs(speed) / inertia
     dt = float(np.median(np.diff(log["Time [s]"])))
     read = {"Speed": rig.speed, "Wheel": rig.wheel_speed, "Shaft": rig.shaft_torque, "Long ": rig.acceleration}
-    sd = np.array([np.hypot(read[h[:5]].noise, read[h[:5]].step / 12**0.5) for h in SEEN])
+    sd = np.array([np.hypot(read[h[:5]].noise, read[h[:5]].step / 12**0.5) for h in seen])
     torque = float(np.hypot(rig.torque.noise, rig.torque.step / 12**0.5))
-    sd = np.where([h.startswith("Shaft") for h in SEEN], np.hypot(sd, 0.5 * vehicle.gear_ratio * torque), sd)
-    by_speed = np.array([1.0, *[1.0 / vehicle.wheel_radius] * 4, 0.0, 0.0, 0.0])
+    sd = np.where([h.startswith("Shaft") for h in seen], np.hypot(sd, 0.5 * vehicle.gear_ratio * torque), sd)
+    shares = {"Speed": 1.0, "Wheel": 1.0 / vehicle.wheel_radius}
+    by_speed = np.array([shares.get(h[:5], 0.0) for h in seen])
+    by_pull = np.array([-float(h.startswith("Long Accel")) for h in seen])
     wind = rig.wind if rig.wind.gust else Wind(gust=1e-9)
     stay = float(np.exp(-dt / wind.time))
     fresh = np.diag([(per_torque * torque * dt) ** 2, wind.gust**2 * (1.0 - stay**2)])
@@ -217,14 +221,14 @@ def _whiten(vehicle: Vehicle, log: Log, series: Array, rig: Rig) -> Array:
             onward = np.array([[1.0 - dt * pull[k], -dt * pull[k]], [0.0, stay]])
             state = onward @ state
             spread = onward @ spread @ onward.T + fresh
-        for j in range(len(SEEN)):
-            seen = np.array([by_speed[j], -pull[k] if j == len(SEEN) - 1 else 0.0])
-            if not seen.any():
+        for j in range(len(seen)):
+            felt = np.array([by_speed[j], by_pull[j] * pull[k]])
+            if not felt.any():
                 result[k, j] = series[k, j] / sd[j]
                 continue
-            carried = spread @ seen
-            variance = float(seen @ carried) + sd[j] ** 2
-            surprise = series[k, j] - seen @ state
+            carried = spread @ felt
+            variance = float(felt @ carried) + sd[j] ** 2
+            surprise = series[k, j] - felt @ state
             result[k, j] = surprise / variance**0.5
             state = state + np.outer(carried / variance, surprise)
             spread = spread - np.outer(carried, carried) / variance

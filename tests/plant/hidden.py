@@ -96,7 +96,7 @@ class Evidence:
         """t of any effect of its typical size while the effects ``beside`` it are unknown, and no other is there."""
         absent = set(self.sizes) - {effect, *beside}
         left = self.at_nothing.known(absent).reduced([effect]).matrix[0, 0]
-        return float(abs(self.sizes[effect]) * max(left, 0.0) ** 0.5)
+        return float(max(self.sizes[effect] ** 2 * left - PLAUSIBLE**-2, 0.0) ** 0.5)  # without its own prior
 
     def rivals(self) -> dict[str, dict[str, float]]:
         """Of each hidden effect against each other effect of the catalogue, the other hidden ones being unknown."""
