@@ -239,8 +239,9 @@ def test_where_it_is_wrong_is_where_the_shape_is() -> None:
     told = result.diagnosis
     assert told is not None
     assert told["verdict"] == "unknown"
-    assert told["where"]
-    largest = told["where"][0]
+    largest, *others = told["where"]
+    assert len({w["run"] for w in told["where"]}) == len(others) + 1 > 3  # the worst piece of each run
+    assert abs(largest["over_noise"]) >= max(abs(w["over_noise"]) for w in others)
     assert largest["channel"] == "height"
     first = float(largest["segment"].split()[-3])
     assert 2.5 < first < 5.5  # the bump stands at 4.5 of 10

@@ -15,10 +15,10 @@ LEAST = 3.0  # times its own noise that a piece's mean must be off
 
 
 def where(result: Result) -> list[dict[str, Any]]:
-    """The pieces of the runs in which measured and simulated differ most, largest first."""
-    found = [entry for c in result.comparisons for entry in _pieces(c)]
-    found.sort(key=lambda e: -abs(e["over_noise"]))
-    return found[:SHOWN]
+    """The piece of every run in which measured and simulated differ most, largest first."""
+    worst = [max(pieces, key=lambda e: abs(e["over_noise"])) for c in result.comparisons if (pieces := _pieces(c))]
+    worst.sort(key=lambda e: -abs(e["over_noise"]))
+    return worst[:SHOWN]
 
 
 def _pieces(c: Comparison) -> list[dict[str, Any]]:

@@ -1,0 +1,161 @@
+"""Causes hidden in coast-down logs, through the command as a tester runs it: found, named, sized, or honestly refused.
+
+The whole matrix of causes, vehicles and campaigns is a command under tests/bench; these few cases keep watch.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from tests.bench import cases
+from tests.plant import coast
+from tests.plant.hidden import WARM
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.cli import app
+from vdyn_cli.parameters import read_parameters
+
+SEED = 1
+EIGHT = coast.WIDE.but(rate=5.0)
+MILD_TO_WARM = WARM.but(rate=5.0, runs=10, temperatures=(12.0, 15.0, 18.0, 22.0, 26.0, 28.0, 25.0, 20.0, 16.0, 12.0))
+
+
+def described(folder: Path, effects: Mapping[str, float], day: coast.Day = EIGHT, **more: Any) -> Path:
+    """Logs with effects hidden in them and their description, the position not mapped."""
+    path = cases.coast_downs(random_vehicle(SEED), SEED, folder, day, False, effects)
+    description = yaml.safe_load(path.read_text(encoding="utf-8"))
+    del description["channels"]["position"]
+    path.write_text(yaml.safe_dump({**description, **more}), encoding="utf-8")
+    return path
+
+
+def vdyn(*arguments: object) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of a command."""
+    done = CliRunner().invoke(app, [str(a) for a in arguments])
+    code = done.exit_code
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        code = getattr(done.exception, "exit_code", 70)
+        return code, done.stdout, str(done.exception)
+    return code, done.stdout, done.stderr
+
+
+def document(path: Path, *options: str) -> dict[str, Any]:
+    code, text, error = vdyn("coastdown", path, "-o", "-", "-q", *options)
+    assert code == 0, error
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+HIDDEN = {
+    "headwind": ({"headwind": 2.0}, EIGHT),
+    "a slope": ({"road_grade": 0.002}, EIGHT),
+    "tires warming up": ({"tire_warmup": 0.3}, EIGHT),
+    "warm air": ({"temperature_rolling": 0.008}, MILD_TO_WARM),
+    "rolling with speed": ({"speed_dependent_rolling": 2e-4}, EIGHT),
+    "wind and warm-up": ({"headwind": 2.0, "tire_warmup": 0.45}, EIGHT),
+}
+
+
+@pytest.mark.parametrize("case", HIDDEN)
+def test_what_is_hidden_is_named_with_its_size_and_gains_on_held_out_runs(case: str, tmp_path: Path) -> None:
+    effects, day = HIDDEN[case]
+    made = document(described(tmp_path, effects, day))
+    told = made["diagnosis"]
+    assert told["verdict"] == "named"
+    assert {c["effect"] for c in told["causes"]} == set(effects) == set(told["extended"])
+    for found in told["causes"]:
+        low, high = found["unknowns"][found["effect"]]["interval95"]
+        assert low < effects[found["effect"]] < high
+        assert found["p_value"] <= 0.05
+    gain = told["gain"]
+    assert gain["held_out"] is True
+    assert gain["after"] < gain["before"]
+    assert gain["interval95"][0] < gain["before"] - gain["after"] < gain["interval95"][1]
+    truth = coast.truth(random_vehicle(SEED))
+    for name, value in truth.items():
+        entry = made["parameters"][name]
+        assert abs(entry["value"] - value) < max(4 * entry["std"], 1e-9)
+        assert entry["baseline"] != entry["value"]
+
+
+def test_nothing_hidden_is_adequate(tmp_path: Path) -> None:
+    path = described(tmp_path, {})
+    made = document(path)
+    told = made["diagnosis"]
+    assert told["verdict"] == "adequate"
+    assert told["causes"] == told["extended"] == told["ambiguous"] == []
+    assert made["extensions"] == {}
+    plain = document(path, "--no-diagnose")
+    assert plain["diagnosis"] is None
+    assert plain["parameters"] == made["parameters"]
+    assert plain["provenance"]["command"].endswith("--no-diagnose")
+
+
+def test_a_drag_that_no_effect_describes_is_unknown(tmp_path: Path) -> None:
+    told = document(described(tmp_path, {"drag_bump": 25.0}))["diagnosis"]
+    assert told["verdict"] == "unknown"
+    assert told["causes"] == []
+    assert told["where"]
+    assert told["next_test"]
+
+
+@pytest.mark.parametrize("day", [EIGHT.but(runs=1), EIGHT.but(runs=2), EIGHT.but(one_way=True)])
+def test_too_little_is_never_given_a_name(day: coast.Day, tmp_path: Path) -> None:
+    told = document(described(tmp_path, {"headwind": 2.0}, day))["diagnosis"]
+    assert told["verdict"] == "not_testable"
+    assert told["causes"] == told["extended"] == []
+    (test,) = told["next_test"]
+    assert test["runs"] >= 8
+    assert "coasts" in test["manoeuvre"]
+    if day.one_way:
+        assert "out and back" in test["manoeuvre"]
+
+
+def test_the_same_logs_give_the_same_bytes(tmp_path: Path) -> None:
+    path = described(tmp_path, {"headwind": 2.0})
+    texts = []
+    for name in ("one", "other"):
+        code, _, error = vdyn("coastdown", path, "-o", tmp_path / name)
+        assert code == 0, error
+        texts.append([(tmp_path / name / f"coastdown.{kind}").read_bytes() for kind in ("json", "html")])
+    assert texts[0] == texts[1]
+    assert "A headwind of" in error
+    again = read_parameters(tmp_path / "one" / "coastdown.json")
+    assert "headwind" not in again.extensions  # a wind stays with its day
+
+
+def test_a_cause_of_the_car_goes_with_its_parameters(tmp_path: Path) -> None:
+    path = described(tmp_path, {"speed_dependent_rolling": 2e-4}, diagnose={"extend": ["speed_dependent_rolling"]})
+    code, _, error = vdyn("coastdown", path, "-o", tmp_path / "out", "-q")
+    assert code == 0, error
+    found = read_parameters(tmp_path / "out" / "coastdown.json").extensions["speed_dependent_rolling"]
+    assert found["speed_dependent_rolling"].unit == "s/m"
+    assert found["speed_dependent_rolling"].std > 0
+
+
+def test_a_stricter_level_is_kept(tmp_path: Path) -> None:
+    path = described(tmp_path, {"headwind": 2.0})
+    made = document(path, "--level", "1e-5")
+    assert made["diagnosis"]["verdict"] == "not_testable"
+    assert "cannot reach the level" in made["diagnosis"]["sentence"]
+    assert "--level 1e-05" in made["provenance"]["command"]
+
+
+def test_an_effect_that_does_not_exist_is_refused_with_those_that_do(tmp_path: Path) -> None:
+    path = described(tmp_path, {}, diagnose={"effects": ["headwind", "gremlins"]})
+    code, text, error = vdyn("coastdown", path, "-o", "-")
+    assert code == 2
+    assert text == ""
+    assert "gremlins" in error
+    assert "headwind" in error.split("there are:")[1]
+
+
+def test_no_effects_is_no_diagnosis(tmp_path: Path) -> None:
+    made = document(described(tmp_path, {"headwind": 2.0}, diagnose={"effects": "none"}))
+    assert made["diagnosis"] is None
