@@ -44,7 +44,7 @@ def main() -> None:
     if not cells:
         parser.error("no such cell")
     seeds = range(options.first, options.first + options.seeds)
-    # Vehicle by vehicle within a step: what is known of a vehicle's drives is kept from cell to cell.
+    # Vehicle by vehicle: what a vehicle's logs could show where nothing is hidden is kept from cell to cell.
     tasks = [
         (cell, seed, not options.no_strength, seed < options.first + options.fresh)
         for _, same in groupby(cells, key=lambda c: c.step)
@@ -54,8 +54,7 @@ def main() -> None:
     ]
     trials: dict[Cell, list[Trial]] = {cell: [] for cell in cells}
     with ProcessPoolExecutor(options.jobs) as pool:
-        share = max(1, len(cells)) if not options.no_strength else 1
-        for (cell, *_), trial in zip(tasks, pool.map(_one, tasks, chunksize=share), strict=True):
+        for (cell, *_), trial in zip(tasks, pool.map(_one, tasks, chunksize=len(cells)), strict=True):
             trials[cell].append(trial)
             print(f"{cell.name} [{trial.seed}]: {judged(cell, trial)} ({_said(trial)})", file=sys.stderr, flush=True)
     sections = {

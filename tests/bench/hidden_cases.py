@@ -121,8 +121,8 @@ TIRE = (
 )
 
 SHAFT = (
-    Cell("shaft", "", {"backlash": 2e-3}, "named", fast=True),
-    *_each("shaft", "", "named", backlash=2e-4),
+    Cell("shaft", "", {"backlash": 2e-4}, "named", fast=True),
+    *_each("shaft", "", "named", backlash=2e-3),  # usual
     *_each("shaft", "drawn", "named", series_compliance=5e-6),
     *_each("shaft", "", "not_testable", series_compliance=5e-6, damping=20.0),
     *_each("shaft", "", "unknown", stiffening=200.0),
