@@ -148,9 +148,15 @@ def coastdown(runs: int = 8, diagnosed: bool = True) -> Result:
 DIAGNOSIS: dict[str, Any] = {
     "verdict": "named",
     "sentence": "A headwind of 2.9 +- 0.1 m/s along the out direction explains 97 % of what the simulation got wrong.",
+    "p_value": 0.0005,
+    "evidence": {"unit": "block", "units": 24, "worth": 21.6, "smallest_p": 0.0005},
+    "extended": ["headwind"],
     "causes": [
         {
             "effect": "headwind",
+            "label": "a headwind",
+            "sensor": False,
+            "lasts": False,
             "unknowns": {"headwind": {"value": 2.91, "std": 0.06, "interval95": [2.78, 3.04], "unit": "m/s"}},
             "p_value": 0.0005,
             "visibility": 0.93,
@@ -162,6 +168,7 @@ DIAGNOSIS: dict[str, Any] = {
         {
             "effect": "mass_error",
             "because": "it scales all forces of a coast-down alike",
+            "size": 0.05,
             "would_bias": {"rolling_resistance": 0.0002},
         }
     ],
@@ -175,8 +182,39 @@ DIAGNOSIS: dict[str, Any] = {
         "held_out": True,
     },
     "where": [
-        {"channel": "speed", "bin": "60 to 70 km/h", "size": 0.31},
-        {"channel": "speed", "segment": "coast_3 out", "size": 0.22},
+        {
+            "run": "coast_3 out",
+            "channel": "speed",
+            "segment": "time in the run [s] 60 to 70",
+            "size": -0.31,
+            "unit": "m/s",
+            "over_noise": -10.2,
+        },
+        {
+            "run": "coast_6.csv",
+            "channel": "speed",
+            "segment": "time, s 52.5 to 60",
+            "size": 0.22,
+            "unit": "m/s",
+            "over_noise": 7.31,
+        },
+    ],
+    "ranking": [
+        {
+            "effect": "headwind",
+            "explains_t": 18.42,
+            "visibility": 0.93,
+            "left_p": 0.31,
+            "left_mostly": "force_over_day",
+        },
+        {
+            "effect": "brake_drag",
+            "explains_t": 16.9,
+            "visibility": 0.31,
+            "left_p": 0.0005,
+            "left_mostly": "headwind",
+        },
+        {"effect": "tire_warmup", "explains_t": 1.2, "visibility": 0.0004, "left_p": None, "left_mostly": None},
     ],
     "next_test": [
         {

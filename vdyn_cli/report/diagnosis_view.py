@@ -7,9 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vdyn_cli.report import words
-from vdyn_cli.report.views import Cells, signed
-from vdyn_cli.vocabulary import PARAMETERS
+from vdyn_cli.parameters import Estimate
+from vdyn_cli.report import causes, words
+from vdyn_cli.report import diagnosis_tables as tables
+from vdyn_cli.report.loose import listed, maps, number
+from vdyn_cli.report.views import Cells
 
 # verdict: (label, mood)
 VERDICTS: Mapping[str, tuple[str, str]] = {
@@ -20,6 +22,8 @@ VERDICTS: Mapping[str, tuple[str, str]] = {
     "not_testable": ("not testable", "fair"),
     "data_fault": ("data fault", "bad"),
 }
+_DOUBTED = ("ambiguous", "unknown")
+_MENDED = ("named", "data_fault")
 
 
 @dataclass(frozen=True)
@@ -40,35 +44,52 @@ class Gain:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The diagnosis as its page section shows it."""
+    """The diagnosis as its page section shows it.
+
+    Parameters
+    ----------
+    notes : how it was judged, and what became of the model, in sentences.
+    where : the pieces of the runs in which the baseline was most wrong.
+    doubted : something is wrong that is not in the model.
+    """
 
     label: str
     mood: str
     sentence: str
     gain: Gain | None
+    notes: tuple[str, ...]
     tables: tuple[Cells, ...]
     where: Cells | None
+    doubted: bool
 
 
-def diagnosis(source: Mapping[str, Any] | None) -> Diagnosis | None:
-    """Read the diagnosis of a document, None where there is none."""
+def diagnosis(source: Mapping[str, Any] | None, parameters: Mapping[str, Estimate] | None = None) -> Diagnosis | None:
+    """Read the diagnosis of a document, None where there is none.
+
+    Parameters
+    ----------
+    parameters : against whose values a bias is told in per cent.
+    """
     if not isinstance(source, Mapping) or not source:
         return None
     verdict = str(source.get("verdict", ""))
     label, mood = VERDICTS.get(verdict, (words.name(verdict) or "diagnosed", ""))
-    tables = (
-        _causes(_maps(source.get("causes"))),
-        _ambiguous(source.get("ambiguous")),
-        _not_testable(_maps(source.get("not_testable"))),
-        _next_tests(_maps(source.get("next_test"))),
+    known = {n: e.value for n, e in (parameters or {}).items()}
+    shown = (
+        tables.found(maps(source.get("causes")), known),
+        tables.next_tests(maps(source.get("next_test"))),
+        tables.ranking(maps(source.get("ranking"))),
+        tables.not_testable(maps(source.get("not_testable")), known),
     )
     return Diagnosis(
         label,
         mood,
         words.prose(source.get("sentence", "")),
         gain(source.get("gain")),
-        tuple(t for t in tables if t is not None),
-        _where(_maps(source.get("where"))),
+        tuple(n for n in (_evidence(source), _ambiguous(source.get("ambiguous")), _extended(source)) if n),
+        tuple(t for t in shown if t is not None),
+        tables.where(maps(source.get("where"))),
+        verdict in _DOUBTED or (verdict in _MENDED and not listed(source.get("extended")) and "extended" in source),
     )
 
 
@@ -76,13 +97,13 @@ def gain(source: Any) -> Gain | None:
     """The gain with its bars, None where before and after are not both known."""
     if not isinstance(source, Mapping):
         return None
-    before, after = _number(source.get("before")), _number(source.get("after"))
+    before, after = number(source.get("before")), number(source.get("after"))
     if not (math.isfinite(before) and math.isfinite(after)):
         return None
     largest = max(before, after) or 1.0
     interval = source.get("interval95")
-    bounds = [_number(v) for v in interval] if isinstance(interval, Sequence) and len(interval) == 2 else []
-    share = _number(source.get("share_of_explainable"))
+    bounds = [number(v) for v in interval] if isinstance(interval, Sequence) and len(interval) == 2 else []
+    share = number(source.get("share_of_explainable"))
     unit = words.unit(str(source.get("unit") or ""))
     return Gain(
         words.prose(source.get("metric", "error")),
@@ -91,122 +112,68 @@ def gain(source: Any) -> Gain | None:
         words.significant(after, 2),
         round(100 * before / largest, 1),
         round(100 * after / largest, 1),
-        f"{words.fixed(100 * (after - before) / before, 0)}{words.NARROW}%" if before > 0 else "",
+        _change(before, after),
         f"{words.significant(bounds[0], 2)} to {words.significant(bounds[1], 2)} {unit}".strip() if bounds else "",
         f"{words.fixed(100 * share, 0)}{words.NARROW}%" if math.isfinite(share) else "",
         bool(source.get("held_out")),
     )
 
 
-def _causes(causes: Sequence[Mapping[str, Any]]) -> Cells | None:
-    rows = [
-        (
-            words.name(str(c.get("effect", ""))),
-            "; ".join(_size(str(k), v) for k, v in _items(c.get("unknowns"))),
-            _p_value(c.get("p_value")),
-            words.plain(c.get("visibility")),
-            _biases(c.get("biased")),
-        )
-        for c in causes
-    ]
-    columns = ("cause", "size, 95 %", "p", "visibility", "had biased")
-    caption = (
-        "Visibility is the share of a cause's trace that the other unknowns can't imitate: near 1 it stands out,"
-        " below 0.1 these data hardly show it."
+def _change(before: float, after: float) -> str:
+    if not before > 0:
+        return ""
+    percent = words.fixed(abs(100 * (after - before) / before), 0)
+    return "unchanged" if percent == "0" else f"{percent}{words.NARROW}% {'less' if after < before else 'more'}"
+
+
+def _evidence(source: Mapping[str, Any]) -> str:
+    """What the verdict rests on, in a sentence or two."""
+    evidence = source.get("evidence")
+    told = evidence if isinstance(evidence, Mapping) else {}
+    units, worth, smallest = (number(told.get(k)) for k in ("units", "worth", "smallest_p"))
+    if not math.isfinite(units):
+        return ""
+    kind = "pieces of runs" if told.get("unit") == "block" else "whole runs"
+    text = f"Judged by {words.fixed(units, 0)} {kind} as independent evidence"
+    text += f", worth {words.fixed(worth, 0)} equal ones" if math.isfinite(worth) else ""
+    p = tables.p_value(source.get("p_value"))
+    text += f". Were nothing wrong, chance alone would show as much with p = {p}" if p != words.DASH else ""
+    text += f"; the least that so many pieces can give is {tables.p_value(smallest)}" if math.isfinite(smallest) else ""
+    return text.replace("= <", "<") + "."
+
+
+def _extended(source: Mapping[str, Any]) -> str:
+    """What became of the model: which causes are in it now, and whether they go with the vehicle."""
+    taken = [str(n) for n in listed(source.get("extended"))]
+    found = {str(c.get("effect")): c for c in maps(source.get("causes"))}
+    if not taken:
+        return "The model was left as it was, as the description asks (extend: never)." if found else ""
+    named = {n: causes.told(found.get(n, {"effect": n})) for n in taken}
+    text = f"The parameters above are those of the model with {causes.joined(list(named.values()))} in it."
+    lasting = [named[n] for n in taken if found.get(n, {}).get("lasts")]
+    passing = [named[n] for n in taken if n in found and not found[n].get("lasts")]
+    if lasting:
+        text += f" Later steps and exports keep {causes.joined(lasting)} as part of the vehicle."
+    if passing:
+        stay = "stay" if len(passing) > 1 else "stays"
+        text += f" {_sentence(causes.joined(passing))} {stay} with this test, as no part of the vehicle."
+    return text
+
+
+def _ambiguous(sets: Any) -> str:
+    """Which causes these data can't tell apart."""
+    named = [_either([causes.combined(n) for n in listed(one)]) for one in listed(sets) if len(listed(one)) > 1]
+    if not named:
+        return ""
+    return (
+        f"With {', or '.join(named)} in the model, what is left is noise: these data can't tell which it is. The model"
+        " was not extended; the next test would tell."
     )
-    return _table("Causes found", caption, columns, rows, (False, False, True, True, False))
 
 
-def _size(name: str, value: Any) -> str:
-    if not isinstance(value, Mapping):
-        return f"{words.name(name)} {words.plain(value)}"
-    low, high = [*_list(value.get("interval95")), math.nan, math.nan][:2]
-    r = words.reading(_number(value.get("value")), _number(low), _number(high))
-    power = f" × 10{words.superscript(r.exponent)}" if r.exponent else ""
-    spread = f" ± {r.plus}" if r.plus and r.symmetric else f" +{r.plus} −{r.minus}" if r.plus else ""
-    return f"{words.name(name)} {r.value}{spread}{power} {words.unit(str(value.get('unit') or ''))}".strip()
+def _either(named: Sequence[str]) -> str:
+    return " or ".join([", ".join(named[:-1]), named[-1]])
 
 
-def _ambiguous(sets: Any) -> Cells | None:
-    rows = [(" or ".join(_names(one)),) for one in _list(sets) if _names(one)]
-    caption = "Each line's causes leave the same trace in these data; the next test below would tell them apart."
-    return _table("Can't be told apart", caption, ("any of",), rows, (False,))
-
-
-def _not_testable(entries: Sequence[Mapping[str, Any]]) -> Cells | None:
-    rows = [
-        (words.name(str(e.get("effect", ""))), words.plain(e.get("because")), _biases(e.get("would_bias")))
-        for e in entries
-    ]
-    return _table(
-        "Not testable with these data",
-        "Were such a cause there, nobody could see it here, and it would shift the parameters of the last column.",
-        ("cause", "because", "would bias"),
-        rows,
-        (False, False, False),
-    )
-
-
-def _next_tests(entries: Sequence[Mapping[str, Any]]) -> Cells | None:
-    rows = [
-        (
-            words.plain(e.get("manoeuvre")),
-            " from ".join(_names(e.get("separates"))),
-            words.plain(e.get("runs")),
-            words.plain(e.get("expected_t")),
-        )
-        for e in entries
-    ]
-    caption = "Expected t is how many standard errors apart the causes would then be: 6 is safe, 2 is a guess."
-    columns = ("manoeuvre", "tells apart", "runs", "expected t")
-    return _table("The next test to drive", caption, columns, rows, (False, False, True, True))
-
-
-def _where(entries: Sequence[Mapping[str, Any]]) -> Cells | None:
-    keys = list(dict.fromkeys(str(k) for e in entries for k in e))
-    rows = [tuple("" if e.get(k) is None else words.plain(e[k]) for k in keys) for e in entries]
-    numeric = tuple(all(isinstance(e.get(k), (int, float, type(None))) for e in entries) for k in keys)
-    return _table("Largest errors", "", tuple(words.name(k) for k in keys), rows, numeric)
-
-
-def _table(
-    title: str, caption: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]], numeric: tuple[bool, ...]
-) -> Cells | None:
-    return Cells(title, caption, columns, tuple(rows), numeric) if rows else None
-
-
-def _biases(source: Any) -> str:
-    parts = []
-    for name, value in _items(source):
-        quantity = PARAMETERS.get(str(name))
-        unit = words.unit(quantity.unit) if quantity else ""
-        parts.append(f"{words.name(str(name))} {signed(_number(value), 2)} {unit}".strip())
-    return "; ".join(parts)
-
-
-def _p_value(value: Any) -> str:
-    p = _number(value)
-    return words.DASH if not math.isfinite(p) else "< 0.0001" if p < 1e-4 else words.significant(p, 2)
-
-
-def _number(value: Any) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        return math.nan
-
-
-def _list(value: Any) -> list[Any]:
-    return list(value) if isinstance(value, (list, tuple)) else []
-
-
-def _names(value: Any) -> list[str]:
-    return [words.name(str(n)) for n in _list(value)]
-
-
-def _maps(value: Any) -> list[Mapping[str, Any]]:
-    return [v for v in _list(value) if isinstance(v, Mapping)]
-
-
-def _items(value: Any) -> list[tuple[Any, Any]]:
-    return list(value.items()) if isinstance(value, Mapping) else []
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -44,8 +44,8 @@ def _nav(context: Mapping[str, Any]) -> list[tuple[str, str]]:
     parts = (
         ("fit", "Fit", context["comparisons"]),
         ("where", "Where it is wrong", context["maps"] or (context["diagnosis"] and context["diagnosis"].where)),
-        ("detail", "Results", context["figures"] or context["tables"]),
         ("diagnosis", "Diagnosis", context["diagnosis"]),
+        ("detail", "Results", context["figures"] or context["tables"]),
         ("data", "Data", context["findings"]),
         ("methods", "Methods", True),
         ("provenance", "Provenance", True),
@@ -59,14 +59,20 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
     rows = views.parameter_rows(result.parameters)
     findings = alike(result.findings)
     to_read = sum(not f.minor for f in findings)
-    told = diagnosis(document.get("diagnosis") or result.diagnosis)
+    told = diagnosis(document.get("diagnosis") or result.diagnosis, result.parameters)
     return {
         "slug": name,
         "step": words.clean(result.step),
         "about": _about(result.step),
         "sentence": words.prose(result.sentence),
         "diagnosis": told,
-        "chips": views.chips(result.fit, to_read, name, bool(told and told.gain and told.gain.held_out)),
+        "chips": views.chips(
+            result.fit,
+            to_read,
+            name,
+            gained=bool(told and told.gain and told.gain.held_out),
+            doubted=bool(told and told.doubted),
+        ),
         "parameters": rows,
         "widths": views.widths(rows),
         "moved": any(r.before for r in rows),
@@ -106,12 +112,24 @@ def _comparison(channel: Channel, name: str) -> dict[str, Any]:
 
 
 def _maps(grouped: Sequence[Channel], name: str) -> list[dict[str, Any]]:
+    """Maps of the residual; of an extended model also before, in the same colours."""
     mapped = [c for c in grouped if residual_map.has_map(c)][:_MAPS]
-    return [
-        {
-            "title": f"{words.title(channel.name)}: where the residual sits",
-            "svg": markup(residual_map.map_svg(channel, f"{name}-map{i}")),
-            "caption": words.prose(residual_map.caption(channel)),
-        }
-        for i, channel in enumerate(mapped)
-    ]
+    found = []
+    for i, channel in enumerate(mapped):
+        before = channel.before() if channel.extended else None
+        what = f"{words.title(channel.name)}: where the residual sits"
+        limit = 0.0 if before is None else residual_map.limit(before)
+        if before is not None:
+            found.append(_map(before, f"{name}-map{i}-before", f"{what} before the extension", limit))
+            what += " after it"
+        found.append(_map(channel, f"{name}-map{i}", what, limit, again=before is not None))
+    return found
+
+
+def _map(channel: Channel, name: str, title: str, limit: float, again: bool = False) -> dict[str, Any]:
+    text = "In the same colours as before." if again else residual_map.caption(channel)
+    return {
+        "title": title,
+        "svg": markup(residual_map.map_svg(channel, name, limit)),
+        "caption": words.prose(text),
+    }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -65,6 +65,13 @@ class Channel:
     @property
     def extended(self) -> bool:
         return any(t.baseline is not None for t in self.traces)
+
+    def before(self) -> Channel:
+        """The channel as the model simulated it before its extension."""
+        traces = tuple(
+            t if t.baseline is None else replace(t, simulated=t.baseline, baseline=None) for t in self.traces
+        )
+        return replace(self, traces=traces)
 
 
 @dataclass(frozen=True)

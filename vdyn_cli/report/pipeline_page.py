@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from vdyn_cli.parameters import GIVERS, Estimate
 from vdyn_cli.report import views, words
+from vdyn_cli.report.diagnosis_tables import extensions
+from vdyn_cli.report.diagnosis_view import diagnosis
 from vdyn_cli.report.template import demoted, fill, markup, section_of, slug
 from vdyn_cli.vocabulary import TABLE
 
@@ -17,24 +21,44 @@ if TYPE_CHECKING:
 
 def render_pipeline(title: str, outcomes: Sequence[StepOutcome], document: Mapping[str, Any], folder: Path) -> str:
     """The pipeline's page; the sections of its good steps are those of the pages that stand in ``folder``."""
-    pages = {}
+    pages, diagnoses = {}, {}
     for outcome in outcomes:
         file = folder / f"{outcome.name}.html"
         if outcome.good and file.is_file():
             pages[outcome.name] = file.read_text(encoding="utf-8")
-    return pipeline_page(title, outcomes, document, pages)
+            diagnoses[outcome.name] = _diagnosis(folder / f"{outcome.name}.json")
+    return pipeline_page(title, outcomes, document, pages, diagnoses)
+
+
+def _diagnosis(path: Path) -> Any:
+    """The diagnosis of a step's result, None where it can't be read."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found.get("diagnosis") if isinstance(found, dict) else None
 
 
 def pipeline_page(
-    title: str, outcomes: Sequence[StepOutcome], document: Mapping[str, Any], pages: Mapping[str, str]
+    title: str,
+    outcomes: Sequence[StepOutcome],
+    document: Mapping[str, Any],
+    pages: Mapping[str, str],
+    diagnoses: Mapping[str, Any] = MappingProxyType({}),
 ) -> str:
-    """The pipeline's page from the pages of its steps: status of each, the full parameter set, then every section."""
+    """The pipeline's page from the pages of its steps: status of each, the full parameter set, then every section.
+
+    Parameters
+    ----------
+    diagnoses : the diagnosis of each step's document.
+    """
     steps = [
         {
             "name": words.clean(o.name),
             "slug": slug(o.name),
             "status": "done" if o.good else o.status,
             "sentence": words.prose(o.sentence),
+            "diagnosis": diagnosis(diagnoses.get(o.name)),
             "findings": [views.finding(f) for f in o.findings],
             "section": markup(demoted(section_of(pages[o.name]))) if o.name in pages else "",
         }
@@ -55,6 +79,7 @@ def pipeline_page(
         widths=views.widths(rows),
         moved=any(r.before for r in rows),
         missing=missing,
+        extensions=extensions(document.get("extensions")),
         linked={s["name"]: s["slug"] for s in steps if s["section"]},
         provenance=views.provenance(document.get("provenance")),
     )

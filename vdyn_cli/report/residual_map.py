@@ -29,15 +29,17 @@ def has_map(channel: Channel) -> bool:
     return sum(int(np.count_nonzero(np.isfinite(t.residual) & np.isfinite(t.x)) >= 60) for t in channel.traces) >= 2
 
 
-def map_svg(channel: Channel, name: str = "map") -> str:
-    """Draw the mean residual per run and bin, twice: along x, and along the measured value."""
+def map_svg(channel: Channel, name: str = "map", limit: float = 0.0) -> str:
+    """Draw the mean residual per run and bin, twice: along x, and along the measured value.
+
+    ``limit`` is the residual of full colour, found from the channel where it is 0.
+    """
     traces = channel.traces
     row = float(np.clip(320 / len(traces), 4, 22))
     tall = row * len(traces)
     half = (WIDTH - _LEFT - _GAP - _RIGHT) / 2
-    along = _cells(traces, [t.x for t in traces])
-    over = _cells(traces, [t.measured for t in traces])
-    limit = _limit(channel, along[1], over[1])
+    along, over = _along_and_over(channel)
+    limit = limit or _limit(channel, along[1], over[1])
     with canvas.style():
         page = canvas.sheet(WIDTH, _TOP + tall + _BOTTOM)
         unit = f", {words.unit(channel.unit)}" if channel.unit else ""
@@ -62,6 +64,17 @@ def caption(channel: Channel) -> str:
         " measured value. Good: pale everywhere, or colours without order. Bad: the same colour down a"
         " column (an error that every run has there), or rows that alternate with the direction (wind or grade)."
     )
+
+
+def limit(channel: Channel) -> float:
+    """The residual of full colour of this channel's map."""
+    along, over = _along_and_over(channel)
+    return _limit(channel, along[1], over[1])
+
+
+def _along_and_over(channel: Channel) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    traces = channel.traces
+    return _cells(traces, [t.x for t in traces]), _cells(traces, [t.measured for t in traces])
 
 
 def _cells(traces: tuple[Trace, ...], positions: list[Array]) -> tuple[Array, Array]:

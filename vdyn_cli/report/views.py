@@ -106,15 +106,26 @@ def signed(value: float, digits: int = 3) -> str:
     return f"+{text}" if value > 0 and text != "0" else text
 
 
-def chips(fit: FitSummary, findings: int, slug: str, gained: bool = False) -> tuple[Chip, ...]:
+def chips(fit: FitSummary, findings: int, slug: str, gained: bool = False, doubted: bool = False) -> tuple[Chip, ...]:
     """Residual against noise floor, held-out error, runs, the unit behind the intervals, what to read before use.
 
-    Where a gain on held-out runs is shown beside them, the held-out error is not said twice.
+    Parameters
+    ----------
+    gained : a gain on held-out runs is shown beside them, so that the held-out error is not said twice.
+    doubted : something is wrong that the model lacks: a noise floor taken from the same residual is no praise.
     """
     out = []
     shown = words.unit(fit.unit)
     if math.isfinite(fit.rms):
-        out.append(Chip("residual rms", words.significant(fit.rms, 2), shown, _noise_note(fit), _mood(fit)))
+        out.append(
+            Chip(
+                "residual rms",
+                words.significant(fit.rms, 2),
+                shown,
+                _noise_note(fit),
+                "fair" if doubted else _mood(fit),
+            )
+        )
     if fit.held_out_rms is not None and math.isfinite(fit.held_out_rms) and not gained:
         out.append(Chip("held-out rms", words.significant(fit.held_out_rms, 2), shown, "on runs not seen by the fit"))
     if fit.runs:
