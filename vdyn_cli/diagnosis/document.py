@@ -134,14 +134,14 @@ def _gain(verdict: Verdict, metric: tuple[str, str]) -> dict[str, Any] | None:
 
 
 def _ranking(bench: Workbench, verdict: Verdict) -> list[dict[str, Any]]:
-    """Causes by what they explain alone, with what each leaves for the others."""
+    """Causes by what they explain alone, as a normal deviate whatever their unknowns, and what each leaves."""
     scores = verdict.detection.scores
     rest = {t.causes[0]: t for t in verdict.tried if len(t.causes) == 1}
     names = sorted(verdict.detection.testable, key=lambda n: -scores.evidence[n])[:RANKED]
     return [
         {
             "effect": n,
-            "explains_t": float(scores.statistic[n] ** 0.5),
+            "explains_t": max(scores.evidence[n], 0.0),
             "visibility": scores.visibility[n],
             "left_p": rest[n].rest if n in rest else None,
             "left_mostly": rest[n].strongest if n in rest else None,

@@ -22,6 +22,8 @@ _FOLLOWS = {  # parameters that only repeat another one's shift
     "road_load_f2": "drag_area",
 }
 
+_TRACE = "Its own trace: the share of what it does to the data that no parameter imitates; below 10 % it hardly shows."
+
 Entries = Sequence[Mapping[str, Any]]
 
 
@@ -38,9 +40,8 @@ def found(entries: Entries, known: Mapping[str, float]) -> Cells | None:
     ]
     columns = ("cause", "size, 95 %", "p", "its own trace", "without it, off by")
     caption = (
-        "p: how often chance alone would look as bad. Its own trace: the share of what the cause does to the data that"
-        " no parameter imitates; near 100 % it stands out, below 10 % these data hardly show it. The last column is"
-        " the error that the parameters had for want of it."
+        f"p: how often chance alone would look as bad. {_TRACE} The last column is the error that the parameters had"
+        " for want of the cause."
     )
     return _table("What was found", caption, columns, rows, (False, False, True, True, False))
 
@@ -76,32 +77,34 @@ def _size(name: str, value: Any) -> str:
 
 
 def ranking(entries: Entries) -> Cells | None:
+    """Every cause that would show, by what it explains alone; and where it was tried as the answer, what it leaves."""
+    tried = any(math.isfinite(number(e.get("left_p"))) for e in entries)
     rows = []
     for e in entries:
-        tried = math.isfinite(number(e.get("left_p")))
-        rows.append(
-            (
-                causes.bare(causes.label(str(e.get("effect", "")))),
-                words.fixed(number(e.get("explains_t")), 1) if math.isfinite(number(e.get("explains_t"))) else "",
-                _share(e.get("visibility")),
-                p_value(e.get("left_p")) if tried else "not tried",
-                _rest(e) if tried else "",
-            )
-        )
+        t = number(e.get("explains_t"))
+        row = (causes.bare(causes.told(e)), words.fixed(t, 1) if math.isfinite(t) else "", _share(e.get("visibility")))
+        rows.append((*row, *(_left(e) if tried else ())))
     caption = (
-        "Explains: how many standard errors the cause, by itself, stands out by. A large number is no proof, since"
-        " causes resemble each other; what counts is what is left once the cause is in the model. Left: how often pure"
-        " noise would leave as much. Above 0.02 the cause is enough by itself; below, something else is in the data,"
-        " and the last column says what it looks like. Its own trace: as above."
+        f"Explains: by how many standard errors the cause stands out when it is tried alone. {_TRACE} A large number is"
+        " no proof, since causes resemble each other."
     )
-    columns = ("cause", "explains", "its own trace", "left", "what is left looks like")
+    if tried:
+        caption += (
+            " What counts is what is left once the cause is in the model. Left: how often pure noise would leave as"
+            f" much. Above {_ENOUGH:g} the cause is enough; below, something else is in the data, and the last column"
+            " says what it looks like."
+        )
+    columns = ("cause", "explains", "its own trace") + (("left", "what is left looks like") if tried else ())
     return _table("Every cause that these data could show", caption, columns, rows, (False, True, True, True, False))
 
 
-def _rest(entry: Mapping[str, Any]) -> str:
-    if number(entry.get("left_p")) > _ENOUGH:
-        return "noise"
-    return causes.bare(causes.label(str(entry.get("left_mostly") or "")))
+def _left(entry: Mapping[str, Any]) -> tuple[str, str]:
+    p = number(entry.get("left_p"))
+    if not math.isfinite(p):
+        return "not tried", ""
+    if p > _ENOUGH:
+        return p_value(p), "noise"
+    return p_value(p), causes.bare(causes.label(str(entry.get("left_mostly") or "")))
 
 
 def not_testable(entries: Entries, known: Mapping[str, float]) -> Cells | None:
@@ -120,7 +123,8 @@ def not_testable(entries: Entries, known: Mapping[str, float]) -> Cells | None:
     return _table("What these data can't show", caption, columns, rows, (False,) * len(columns))
 
 
-def next_tests(entries: Entries) -> Cells | None:
+def next_tests(entries: Entries, answered: bool = False) -> Cells | None:
+    """What to drive; where the question is ``answered``, what would show the causes that these data can't."""
     rows = [
         (
             words.prose(e.get("manoeuvre") or ""),
@@ -132,10 +136,12 @@ def next_tests(entries: Entries) -> Cells | None:
     ]
     columns = ("what to do", "to tell", "runs", "expected t")
     keep = [i for i in range(4) if i < 1 or any(row[i] for row in rows)]
-    caption = "Expected t is how many standard errors apart the causes would then be: 6 is safe, 2 is a guess."
+    caption = "These would show the causes that the data here can't." if answered else ""
+    if 3 in keep:
+        caption += " Expected t is how many standard errors apart the causes would then be: 6 is safe, 2 is a guess."
     return _table(
-        "The next test to drive",
-        caption if 3 in keep else "",
+        "What to test next" if answered else "The next test to drive",
+        caption.strip(),
         tuple(columns[i] for i in keep),
         [tuple(row[i] for i in keep) for row in rows],
         tuple(i > 1 for i in keep),
@@ -157,14 +163,14 @@ def where(entries: Entries) -> Cells | None:
                 words.name(str(e.get("channel") or "")),
                 _place(e.get("segment", e.get("bin")) or ""),
                 _error(size, str(e.get("unit") or "")) if math.isfinite(size) else "",
-                f"{words.significant(abs(noise), 2)} ×" if math.isfinite(noise) else "",
+                words.significant(abs(noise), 2) if math.isfinite(noise) else "",
             )
         )
-    columns = ("run", "channel", "where", "measured − simulated", "of its noise")
+    columns = ("run", "channel", "where", "measured − simulated", "× noise")
     keep = [i for i in range(5) if any(row[i] for row in rows)]
     return _table(
-        "Where the error was largest, before anything was mended" if rows else "",
-        "",
+        "Where the error was largest, before anything was mended",
+        "The worst piece of each run; the last column counts the levels of the sensor's noise.",
         tuple(columns[i] for i in keep),
         [tuple(row[i] for i in keep) for row in rows if any(row)],
         tuple(i > 2 for i in keep),
@@ -220,4 +226,9 @@ def _biases(source: Any, known: Mapping[str, float]) -> str:
 
 def p_value(value: Any) -> str:
     p = number(value)
-    return words.DASH if not math.isfinite(p) else "< 0.0001" if p < 1e-4 else words.significant(p, 2)
+    return words.DASH if not math.isfinite(p) else "< 0.0001" if p < 1e-4 else _short(words.significant(p, 2))
+
+
+def _short(text: str) -> str:
+    """A decimal without the zeros at its end."""
+    return text.rstrip("0").rstrip(".") if "." in text else text

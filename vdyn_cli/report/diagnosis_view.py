@@ -77,7 +77,7 @@ def diagnosis(source: Mapping[str, Any] | None, parameters: Mapping[str, Estimat
     known = {n: e.value for n, e in (parameters or {}).items()}
     shown = (
         tables.found(maps(source.get("causes")), known),
-        tables.next_tests(maps(source.get("next_test"))),
+        tables.next_tests(maps(source.get("next_test")), answered=verdict in ("adequate", *_MENDED)),
         tables.ranking(maps(source.get("ranking"))),
         tables.not_testable(maps(source.get("not_testable")), known),
     )
