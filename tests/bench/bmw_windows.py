@@ -36,7 +36,7 @@ def description(season: str, folder: Path) -> dict:  # type: ignore[type-arg]
 def validated(season: str, folder: Path, scratch: Path) -> Result:
     path = scratch / f"{season}.yaml"
     path.write_text(yaml.safe_dump(description(season, folder)), encoding="utf-8")
-    return execute("validate", path).result
+    return execute("validate", path, level=None).result
 
 
 def markdown(season: str, result: Result) -> str:

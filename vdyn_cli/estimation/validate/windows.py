@@ -66,7 +66,9 @@ def table(found: Ends) -> Table:
     for u in np.unique(found.run):
         e = found.error[found.run == u]
         spread = f"{e.std(ddof=1):.2f}" if e.size > 1 else ""
-        rows.append((found.names[u], f"{e.size}", f"{e.mean():+.2f}", spread, f"{np.mean(e > 0):.0%}"))
+        rows.append(
+            (found.names[u].rpartition("/")[2], f"{e.size}", f"{e.mean():+.2f}", spread, f"{np.mean(e > 0):.0%}")
+        )
     low, high = found.interval95
     e = found.error
     every = f"{np.mean(e > 0):.0%}"
@@ -93,6 +95,8 @@ def document(found: Ends) -> Mapping[str, object]:
         "mean_over_windows": float(found.error.mean()),
         "interval95": list(found.interval95),
         "std_by_parameters": found.own,
-        "by_trip": {found.names[u]: float(found.error[found.run == u].mean()) for u in np.unique(found.run)},
+        "by_trip": {
+            found.names[u].rpartition("/")[2]: float(found.error[found.run == u].mean()) for u in np.unique(found.run)
+        },
         "unit": "m/s",
     }
