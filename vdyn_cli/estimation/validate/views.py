@@ -75,8 +75,8 @@ def _error_figure(w: Weighed, run: int, name: str, band: Band) -> Figure:
         f"{word(name).capitalize()}: error and prediction band, {s.name.rpartition('/')[2]}",
         "Simulated less measured, with the band that the parameters' own uncertainty gives and the wider one that "
         "gusts and sensors add. Good: the line keeps within the wide band but for some 5 % of its noise. Outside it "
-        "the model is wrong, whatever the parameters; within it they are merely uncertain. The moment of coming to rest "
-        "is left out: every gust shifts it.",
+        "the model is wrong, whatever the parameters; within it they are merely uncertain. The moment of coming to "
+        "rest is left out: every gust shifts it.",
         "time in the drive [s]",
         f"{word(name)} [{unit_of(name)}]",
         series,
