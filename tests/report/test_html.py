@@ -221,6 +221,18 @@ def test_extension_shows_what_it_moved(coastdown: str) -> None:
     assert "cause named" not in plain
 
 
+def test_where_it_was_wrong_is_drawn_before_and_after(coastdown: str) -> None:
+    text = Outline(coastdown).text
+    assert "where the residual sits before the extension" in text
+    assert "where the residual sits after it" in text
+    assert "Where the simulation is wrong" in text
+    adequate = replace(examples.coastdown(diagnosed=False), diagnosis={"verdict": "adequate", "sentence": "Good."})
+    text = Outline(page_of(adequate)).text
+    assert "Where the residual sits" in text
+    assert "is wrong" not in text
+    assert "before the extension" not in text
+
+
 def test_a_table_of_uneven_rows_and_columns_of_numbers() -> None:
     cells = views.cells(
         Table("t", "T", ("name", "value"), (("a", "1.5"), ("b", "-2e3", "extra"), ("c",), ("d", "3 ± 1")))

@@ -5,6 +5,7 @@ The whole matrix of causes, vehicles and campaigns is a command under tests/benc
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -115,6 +116,25 @@ def test_too_little_is_never_given_a_name(day: coast.Day, tmp_path: Path) -> Non
     assert "coasts" in test["manoeuvre"]
     if day.one_way:
         assert "out and back" in test["manoeuvre"]
+
+
+@pytest.mark.parametrize("what", ["runs of 2 s", "a speed that stands still"])
+def test_logs_that_hold_nothing_are_refused_in_words(what: str, tmp_path: Path) -> None:
+    path = described(tmp_path, {})
+    for log in sorted(tmp_path.glob("*.csv")):
+        head, *rows = list(csv.reader(log.read_text(encoding="utf-8").splitlines()))
+        column = head.index("GPS Speed [km/h]")
+        if what == "runs of 2 s":
+            rows = rows[:10]
+        for row in rows if what != "runs of 2 s" else ():
+            row[column] = "50.0"
+        with log.open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows([head, *rows])
+    code, text, error = vdyn("coastdown", path, "-o", "-")
+    assert code in (1, 2)
+    assert text == ""
+    assert "bug" not in error
+    assert "coastdown_0" in error or "run" in error
 
 
 def test_the_same_logs_give_the_same_bytes(tmp_path: Path) -> None:

@@ -43,7 +43,11 @@ def _nav(context: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Links to the parts that this page has: (id, text)."""
     parts = (
         ("fit", "Fit", context["comparisons"]),
-        ("where", "Where it is wrong", context["maps"] or (context["diagnosis"] and context["diagnosis"].where)),
+        (
+            "where",
+            context["where_title"].replace("the simulation", "it"),
+            context["maps"] or (context["diagnosis"] and context["diagnosis"].where),
+        ),
         ("diagnosis", "Diagnosis", context["diagnosis"]),
         ("detail", "Results", context["figures"] or context["tables"]),
         ("data", "Data", context["findings"]),
@@ -79,6 +83,9 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
         "warnings": [words.prose(w) for w in result.fit.warnings],
         "comparisons": [_comparison(c, f"{name}-run{i}") for i, c in enumerate(grouped)],
         "maps": _maps(grouped, name),
+        "where_title": "Where the residual sits"
+        if told and told.mood == "good" and not told.where
+        else "Where the simulation is wrong",
         "figures": [
             {
                 "title": words.prose(f.title),
