@@ -75,11 +75,15 @@ def test_it_publishes_no_parameters_and_shows_what_it_found(right: Result) -> No
     assert {c.channel for c in right.comparisons} == {*OUTPUTS, "jerk"}
 
 
-@pytest.mark.parametrize("name", ["wheel_radius", "driveline_inertia"])
+@pytest.mark.parametrize("name", ["wheel_radius", "tire_relaxation_length"])
 def test_a_parameter_wrong_by_three_standard_deviations_shows(root: Path, tmp_path: Path, name: str) -> None:
-    found = numbers(validated(root, tmp_path, (2,), wrong={name: 3.0}))
-    assert found["parameters"][name]["strain"] == pytest.approx(-3.0, abs=1.0)
-    assert found["parameters"][name]["seen"] > 0.6
+    result = validated(root, tmp_path, (2,), wrong={name: 3.0})
+    found = numbers(result)
+    assert found["parameters"][name]["strain"] == pytest.approx(-3.0, abs=0.6)
+    assert found["strained"] == [name]
+    assert found["verdict"] == "strained"
+    assert name.replace("_", " ") in result.fit.warnings[0]
+    assert name.replace("_", " ") in result.sentence
 
 
 def test_a_parameter_wrong_by_far_is_told_first(root: Path, tmp_path: Path) -> None:

@@ -217,6 +217,6 @@ def parameter_table(w: Weighed, after: Posterior) -> Table:
         tuple(rows),
         "'seen': how much of the uncertainty before the drives takes away (as a standard deviation). Strain: the move "
         "that the drives ask for, over the standard deviation that a right model would move by. Good: within ±2; "
-        "beyond ±3 that parameter, or something that acts like it, is wrong. Nothing is published from this table: "
-        f"the estimates of the steps stand.{blind}",
+        "beyond ±2.5 that parameter, or something that acts like it, may be wrong. Nothing is published from this "
+        f"table: the estimates of the steps stand.{blind}",
     )

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from vdyn_cli.estimation.validate.band import CHANCE, Band, Verdict
+from vdyn_cli.estimation.validate.defaults import UNFELT
 from vdyn_cli.estimation.validate.jerk import JERK
 from vdyn_cli.estimation.validate.posterior import Posterior
 from vdyn_cli.estimation.validate.regression import Weighed
 from vdyn_cli.estimation.validate.views import shares, word
 from vdyn_cli.estimation.validate.windows import Ends
 
-STRAINED = 3.0  # standard deviations of a parameter's move
-SURE = 0.01  # chance of the move as a whole, below which it is told
+STRAINED = 2.5  # standard deviations of a parameter's move, beyond which it is told
 RARE = 0.01  # chance of one output's time outside, below which it is named
 
 
@@ -27,11 +27,17 @@ def outside(told: Mapping[str, Verdict], chance: float) -> list[str]:
 
 
 def strained(w: Weighed, after: Posterior) -> list[str]:
-    """Parameters that the drives contradict, where the move as a whole is more than chance."""
-    if after.chance >= SURE:
-        return []
-    order = np.argsort(-np.nan_to_num(np.abs(after.strain)))
-    return [w.trial.beliefs.names[i] for i in order if abs(np.nan_to_num(after.strain[i])) > STRAINED]
+    """Parameters that the drives contradict, the worst first, but for those that a straight drive does not feel."""
+    names, strain = w.trial.beliefs.names, np.abs(np.nan_to_num(after.strain))
+    return [names[i] for i in np.argsort(-strain) if strain[i] > STRAINED and names[i] not in UNFELT]
+
+
+def _by_chance(w: Weighed, after: Posterior) -> float:
+    """How often a right model shows one such parameter among those that the drives see."""
+    from scipy.special import ndtr
+
+    seen = [n for n, s in zip(w.trial.beliefs.names, after.strain, strict=True) if np.isfinite(s) and n not in UNFELT]
+    return float(1.0 - (1.0 - 2.0 * ndtr(-STRAINED)) ** len(seen))
 
 
 def sentence(
@@ -54,7 +60,7 @@ def sentence(
         )
     if off:
         names = ", ".join(word(n) for n in off[:3])
-        return f"{start}, within the band, but the drives contradict {names}."
+        return f"{start}, within the band, but the drives contradict what was known of {names}."
     leading = _leading(w, found)
     return (
         f"{start}, and all {len(told)} outputs stay within the prediction band: the model is as good as its parameters"
@@ -96,12 +102,13 @@ def warnings(w: Weighed, told: Mapping[str, Verdict], chance: float, after: Post
         for n in outside(told, chance)
     ]
     b = w.trial.beliefs
+    chance_of_one = _by_chance(w, after)
     for name in strained(w, after):
         i = b.names.index(name)
         made.append(
             f"the drives ask for {word(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
-            f"{b.std[i]:.2g} ({after.strain[i]:+.1f} standard deviations of such a move): it, or something that acts "
-            "like it, is wrong"
+            f"{b.std[i]:.2g} ({after.strain[i]:+.1f} standard deviations of such a move; {chance_of_one:.0%} of right "
+            "models show one such): it, or something that acts like it, may be wrong"
         )
     return tuple(made)
 
