@@ -58,6 +58,7 @@ from vdyn_cli.spec import Si, Strict, TestSpec
 from vdyn_cli.steps import Diagnosable, Step
 
 SOURCE = "validate"
+ROLLING_STEP = 0.05  # s: a mass on a road has nothing that is quicker
 FREE_FORCE = 100.0  # N, of a free profile
 PASSES = 2  # of simulation and straight line, to the size of an effect
 
@@ -131,7 +132,8 @@ def trial_of(
     zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)
     zeros["acceleration"] = s.zeros.acceleration.value
     gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
-    made = Trial(tuple(found), model, believed, channels, s.step.value, zeros, gains, tuple(effects), tuple(extra))
+    step = s.step.value if s.model == "vehicle" else max(s.step.value, ROLLING_STEP)
+    made = Trial(tuple(found), model, believed, channels, step, zeros, gains, tuple(effects), tuple(extra))
     return made, doubts
 
 
@@ -144,7 +146,7 @@ def regression(
 ) -> Regression:
     """The whitened regression of all outputs, with effects of the model's laws and their unknowns; its noise is found
     with them in. Shared unknowns are all parameters that have a standard deviation, with it as their prior."""
-    return weigh(trial_of(spec, logs, known, effects, extra)[0]).regression
+    return weigh(trial_of(spec, logs, known, effects, extra)[0], calm=True).regression
 
 
 def model(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Model:
@@ -180,7 +182,7 @@ def estimate(
         refuse_foreign(trial)
     w, solution = weigh(trial), None
     for _ in range(PASSES if extra else 0):
-        solution = solve(frozen(w.regression), units="block")
+        solution = solve(frozen(weigh(trial, calm=True).regression), units="block")
         trial = replace(trial, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
         w = weigh(trial)
     found = bands(w)

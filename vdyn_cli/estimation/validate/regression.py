@@ -13,12 +13,14 @@ from vdyn_cli.errors import ResultError
 from vdyn_cli.estimation.restricted_likelihood import NoisyRun
 from vdyn_cli.estimation.validate import noise
 from vdyn_cli.estimation.validate.drives import Stretch
-from vdyn_cli.estimation.validate.rows import Colour, Plan, colour, plan
+from vdyn_cli.estimation.validate.rows import FINEST, Colour, Plan, colour, plan
 from vdyn_cli.estimation.validate.trial import LEAST_TORQUE, SHAKING, TORQUES, Outcome, Trial
 from vdyn_cli.fit import Regression, Rows, white_level, whiten
 
 Array = NDArray[np.float64]
 
+CALM_LAGS = 2
+CALM = 0.25  # s of a fast row where shafts that swing are to be left aside
 LAGS = 10  # fast rows by which the noise of the torque sensor is predicted
 CAUTION = 3.0  # noise of fast rows over that of the sensors: thousands of them, whose model is right to some per cent
 SEED = 20170401  # of the noise that is added to the torque
@@ -124,19 +126,27 @@ def _fast_time(p: Plan, shade: Colour) -> Array:
     return np.asarray(p.fine.time[lags:][part[lags:] == part[: part.size - lags]])
 
 
-def weigh(trial: Trial) -> Weighed:
+def weigh(trial: Trial, calm: bool = False) -> Weighed:
     """Simulate at the beliefs and find the noise of every row, the fitted unknowns being reckoned with.
+
+    Parameters
+    ----------
+    calm : average the fast rows over ``CALM``. The noise of the torque sensor shakes the simulated shafts as no real
+        torque does, and whatever quiets them (more damping, more inertia) then seems to be asked for: sums of squares
+        of such noise do not average out. What is slower than the shafts is free of that.
 
     Raises
     ------
     ResultError : the simulation is not finite.
     """
+    finest, lags = (CALM, CALM_LAGS) if calm else (FINEST, LAGS)
     count = range(len(trial.stretches))
     blank = Weighed(trial, (), (), (), (), {}, (), ())
     first = tuple(trial.simulate(k, blank.start(k)) for k in count)
     radius = trial.beliefs.values["wheel_radius"]
     plans = tuple(
-        plan(s, trial.channels, radius, outcome.values) for s, outcome in zip(trial.stretches, first, strict=True)
+        plan(s, trial.channels, radius, outcome.values, finest)
+        for s, outcome in zip(trial.stretches, first, strict=True)
     )
     levels = tuple(_torque_level(trial.stretches[k]) for k in count)
     blank = replace(blank, plans=plans, first=first, torque_levels=levels)
@@ -147,7 +157,7 @@ def weigh(trial: Trial) -> Weighed:
         slow = noise.slow_noise(trial.stretches[k], plans[k], plans[k].bins, values, levels[k])
         factors.append(np.asarray(np.linalg.cholesky(slow.covariance(found) + 1e-14 * np.eye(slow.push.size))))
         shaken.append(_shaken(blank, k))
-        colours.append(colour(plans[k].fast({n: v[:, None] for n, v in shaken[k].items()})[:, :, 0], LAGS))
+        colours.append(colour(plans[k].fast({n: v[:, None] for n, v in shaken[k].items()})[:, :, 0], lags))
     return replace(blank, sizes=found, factors=tuple(factors), colours=tuple(colours), shaken=tuple(shaken))
 
 

@@ -125,7 +125,9 @@ class Plan:
         )
 
 
-def plan(s: Stretch, channels: tuple[str, ...], radius: float, simulated: Mapping[str, Array]) -> Plan:
+def plan(
+    s: Stretch, channels: tuple[str, ...], radius: float, simulated: Mapping[str, Array], finest: float = FINEST
+) -> Plan:
     """The rows of a stretch whose logs hold ``channels``: where the car moves and every channel is there.
 
     Below 2 m/s the tread's damping and the friction of brakes decide, which are not parameters; a gust moves the
@@ -139,7 +141,7 @@ def plan(s: Stretch, channels: tuple[str, ...], radius: float, simulated: Mappin
     part = np.r_[0, np.cumsum(np.diff(time) > 3 * usual)].astype(np.int64)
     covered = float(np.sum(np.diff(time)[np.diff(part) == 0]))
     bins = cut(time, max(WIDTH, covered / MOST_BINS), part)
-    fine = cut(time, FINEST, part) if usual < 0.75 * FINEST else _each(time)
+    fine = cut(time, finest, part) if usual < 0.75 * finest else _each(time)
     levels = {n: max(white_level(s.outputs[n], s.time), LEAST[n]) for n in fitted}
     speeds = tuple(n for n in ("speed", *WHEELS) if n in fitted)
     others = tuple(n for n in TORQUES if n in fitted)
