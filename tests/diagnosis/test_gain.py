@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import BASE, Campaign, cause
-from vdyn_cli.diagnosis.gain import CHOSEN, Gain, gain
+from vdyn_cli.diagnosis.gain import CHOSEN, Gain, gain, rms_of
 from vdyn_cli.diagnosis.scores import equivalent
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench, open_workbench
 
@@ -162,3 +162,12 @@ def test_the_interval_holds_on_new_logs_of_the_same_car() -> None:
             errors.append((left / (fresh.runs * fresh.rows)) ** 0.5)
         inside += found.interval[0] < errors[0] - errors[1] < found.interval[1]
     assert inside >= 0.9 * seen
+
+
+def test_the_error_of_runs_as_they_are() -> None:
+    """What the bench asks for new logs: every run's own start fitted to it, nothing else."""
+    campaign = Campaign(7, runs=4, plain=True)
+    _, base = opened(campaign)
+    values = np.array([base.values[n] for n in BASE])
+    left = sum(missed(campaign, list(BASE), values, run) for run in range(4))
+    assert rms_of(base.linear) == pytest.approx((left / (4 * campaign.rows)) ** 0.5, rel=1e-6)

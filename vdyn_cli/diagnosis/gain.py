@@ -84,6 +84,15 @@ def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]
     return _summary(before, after)
 
 
+def rms_of(linear: Linear) -> float:
+    """Root mean square of the main channel's error as the runs are, their own unknowns fitted to them."""
+    zero = np.zeros(len(linear.regression.shared))
+    every = [_left_of_run(linear, k, zero) for k in range(len(linear.rows))]
+    plain = every[0].plain_rows > 0
+    squares = sum(m.plain if plain else m.squares for m in every)
+    return float(np.sqrt(squares / sum(m.plain_rows if plain else m.rows for m in every)))
+
+
 def _chosen(bench: Workbench, sheet: Sheet, rows: Mask, choose: Sequence[str], most: int) -> tuple[str, ...]:
     """The answer that the fold would have given: cause after cause, the one that then explains most."""
     kept = ~rows
