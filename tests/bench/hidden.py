@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import groupby
 from pathlib import Path
@@ -23,7 +23,10 @@ PAGE = Path(__file__).with_name("hidden.md")
 FIRST_SEED = 3000  # apart from the seeds of unit tests and of the recovery bench
 
 
-def _one(task: tuple[Cell, int, bool, bool]) -> Trial:
+Task = tuple[Cell, int, bool, bool]
+
+
+def _one(task: Task) -> Trial:
     cell, seed, strengths, fresh = task
     return run(cell, seed, strengths, fresh)
 
@@ -53,10 +56,9 @@ def main() -> None:
         for cell in group
     ]
     trials: dict[Cell, list[Trial]] = {cell: [] for cell in cells}
-    with ProcessPoolExecutor(options.jobs) as pool:
-        for (cell, *_), trial in zip(tasks, pool.map(_one, tasks, chunksize=len(cells)), strict=True):
-            trials[cell].append(trial)
-            print(f"{cell.name} [{trial.seed}]: {judged(cell, trial)} ({_said(trial)})", file=sys.stderr, flush=True)
+    for (cell, *_), trial in zip(tasks, _outcomes(tasks, options.jobs, len(cells)), strict=True):
+        trials[cell].append(trial)
+        print(f"{cell.name} [{trial.seed}]: {judged(cell, trial)} ({_said(trial)})", file=sys.stderr, flush=True)
     sections = {
         step: section(step, [(cell, trials[cell]) for cell in group])
         for step, group in groupby(cells, key=lambda c: c.step)
@@ -66,6 +68,15 @@ def main() -> None:
         return
     page = options.out.read_text(encoding="utf-8") if options.out.exists() else ""
     options.out.write_text(merged(page, sections), encoding="utf-8")
+
+
+def _outcomes(tasks: Sequence[Task], jobs: int, vehicle: int) -> Iterator[Trial]:
+    """In the order of the tasks, of which each ``vehicle`` in a row are about one vehicle."""
+    if jobs == 1:
+        yield from map(_one, tasks)
+        return
+    with ProcessPoolExecutor(jobs) as pool:
+        yield from pool.map(_one, tasks, chunksize=vehicle)
 
 
 def _said(trial: Trial) -> str:

@@ -130,7 +130,9 @@ def information(
     _, fast, slow, twist = noise_free(vehicle, times, effects).values()
     n = times.size
     sd_torque, sd_fast, sd_slow, sd_twist = (float(np.hypot(s.noise, s.step / 12**0.5)) for s in SENSORS.values())
-    k, c = truth(vehicle)["shaft_stiffness_left"], vehicle.shaft_damping_left
+    q = effects or {}
+    k = 1.0 / (1.0 / truth(vehicle)["shaft_stiffness_left"] + q.get("series_compliance", 0.0))
+    c = vehicle.shaft_damping_left + q.get("damping", 0.0)
 
     def beyond(hidden: Mapping[str, float]) -> Array:
         torque, fast, slow, twist = noise_free(vehicle, times, hidden).values()
