@@ -50,7 +50,7 @@ def test_what_scales_all_forces_looks_alike_where_drag_is_fixed() -> None:
     assert fixed.rivals()["extra_drag_area"]["mass_error"] < 0.5
     own = coast_information.information(scenario.vehicle, 1, DAY, scenario.effects, tuple(scenario.effects))
     bound = own.known(["drag_area"]).bound()["extra_drag_area"]
-    assert fixed.t()["extra_drag_area"] == pytest.approx(0.05 / bound)
+    assert fixed.t()["extra_drag_area"] == pytest.approx(0.05 / bound, rel=1e-2)
 
 
 def test_all_runs_one_way_hide_a_slope(free: Evidence) -> None:

@@ -51,7 +51,8 @@ COASTDOWN = (
     *_each("coastdown", "warm", "named", temperature_rolling=0.006),
     *_each("coastdown", "fixed", "named", headwind=1.0, brake_drag_fading=60.0),
     *_each("coastdown", "eight", "named", headwind=1.4, road_grade=6e-4),
-    *_each("coastdown", "powered", "named", speed_delay=0.03, headwind=1.5),
+    *_each("coastdown", "powered", "named", headwind=1.5),
+    *_each("coastdown", "powered", "class", speed_delay=0.03),  # a torque that comes early
     # With the drag coefficient fixed, all that scales the forces looks like drag that the tester does not know of.
     *_each("coastdown", "fixed", "class", extra_drag_area=0.05, rotating_mass=100.0, mass_error=0.08, speed_scale=0.07),
     *_each("coastdown", "powered", "class", torque_gain=0.01, wheel_radius=0.01, mass_error=0.012, rotating_mass=18.0),

@@ -96,7 +96,8 @@ class Evidence:
 
     def t(self) -> dict[str, float]:
         """Of each hidden effect, the other hidden ones being unknown too."""
-        bound = self.at_truth.bound()
+        loose = prior({name: PLAUSIBLE * abs(self.sizes[name]) for name in self.hidden})
+        bound = total([self.at_truth, loose]).bound()  # finite also where the step's own unknowns take all of it
         return {name: abs(self.sizes[name]) / bound[name] for name in self.hidden}
 
     def alone(self, effect: str, beside: Sequence[str] = ()) -> float:
