@@ -65,7 +65,7 @@ def test_a_wrong_description_of_good_logs_is_refused(
     step: str, changes: list[tuple[str, str]], says: str, tmp_path: Path, root: Path
 ) -> None:
     with pytest.raises(InputError, match=says):
-        write_step(step, described(tmp_path, root, step, *changes), (), tmp_path / "out")
+        write_step(step, described(tmp_path, root, step, *changes), (), tmp_path / "out", None)
 
 
 def test_loads_that_are_not_the_weight_are_refused(tmp_path: Path, root: Path) -> None:
@@ -74,4 +74,4 @@ def test_loads_that_are_not_the_weight_are_refused(tmp_path: Path, root: Path) -
     path = described(tmp_path, root, "cg")
     path.write_text(path.read_text().replace(str(root / "configs" / "vehicle.yaml"), "vehicle.yaml"))
     with pytest.raises(InputError, match=r"the axles carry \+13"):
-        write_step("cg", path, (), tmp_path / "out")
+        write_step("cg", path, (), tmp_path / "out", None)

@@ -60,7 +60,7 @@ def survives(step: str, folder: Path) -> None:
     shutil.rmtree(out, ignore_errors=True)
     failure = None
     try:
-        write_step(step, folder / f"{step}.yaml", (), out)
+        write_step(step, folder / f"{step}.yaml", (), out, None)
     except VdynError as error:
         failure = error
     left = {p.name for p in out.iterdir()} if out.exists() else set()

@@ -10,12 +10,15 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from vdyn_cli.diagnosis.detect import Detection, chance, is_testable
+from vdyn_cli.diagnosis.scores import scores
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 
-REST = 0.02  # level at which something else still adds
+REST = 0.005  # level at which something else still adds
 BEYOND = 3.0  # standard errors that each of two causes must reach
 LEAST = 1.5  # normal equivalent: what shows less by itself is not tried as the whole answer
 FEWEST_SHARE = 0.25  # of the strongest evidence: what explains less is not tried alone
+MOST = 5  # causes of one answer
+REFITTED = 6  # pairs
 PAIRED = 8  # strongest causes of which pairs are tried
 
 
@@ -74,11 +77,48 @@ def pairs(bench: Workbench, tried: Sequence[Trial], detection: Detection) -> tup
             evidence[name] = max(evidence[name], value)
     names = sorted((n for n in bench.case.causes if evidence[n] > 2.0), key=lambda n: -evidence[n])[:PAIRED]
     found = []
-    for pair in combinations(names, 2):
+    for pair in _likeliest(bench, list(combinations(names, 2))):
         trial = attempt(bench, pair)
         if trial is not None and trial.sufficient and all(_beyond(bench, trial, c) for c in pair):
             found.append(trial)
     return tuple(found)
+
+
+def _likeliest(bench: Workbench, tried: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """The pairs that explain most to first order: only they are refitted."""
+    base = bench.fitted(())
+    assert base is not None
+    explained: dict[tuple[str, str], float] = {}
+    for first in dict.fromkeys(a for a, _ in tried):
+        alone = bench.scores(base, [first]).statistic[first]
+        rivals = [b for a, b in tried if a == first]
+        beside = scores(base.sheet, [*bench.base, *bench.unknowns(first)], {b: bench.unknowns(b) for b in rivals})
+        explained |= {(first, b): alone + beside.statistic[b] for b in rivals}
+    return sorted(explained, key=lambda pair: -explained[pair])[:REFITTED]
+
+
+def one_after_another(bench: Workbench, start: Detection) -> Trial | None:
+    """Causes taken in one by one, each time the one that then shows most, until nothing adds any more.
+
+    For logs of real cars, in which more than two things are wrong at once. Each cause must stay beyond three standard
+    errors beside all the others; None where they do not come to an end within ``MOST``.
+    """
+    evidence = start.scores.evidence
+    names = [n for n in start.testable if evidence[n] > LEAST]
+    causes: tuple[str, ...] = tuple(sorted(names, key=lambda n: -evidence[n])[:1])
+    while 0 < len(causes) <= MOST:
+        trial = attempt(bench, causes)
+        if trial is None:
+            return None
+        if trial.sufficient:
+            return trial if len(causes) > 1 and all(_beyond(bench, trial, c) for c in causes) else None
+        beside = bench.scores(trial.fitted, list(bench.case.causes))
+        left = [n for n in beside.names if is_testable(bench, beside, n)]
+        strongest = beside.strongest(left)
+        if strongest is None or beside.evidence[strongest] < BEYOND:
+            return None
+        causes = (*causes, strongest)
+    return None
 
 
 def _beyond(bench: Workbench, trial: Trial, cause: str) -> bool:

@@ -18,12 +18,13 @@ import numpy as np
 from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, detect
 from vdyn_cli.diagnosis.gain import Gain, gain
 from vdyn_cli.diagnosis.level import LEVEL
-from vdyn_cli.diagnosis.naming import REST, Trial, pairs, singles
+from vdyn_cli.diagnosis.naming import REST, Trial, one_after_another, pairs, singles
 from vdyn_cli.diagnosis.scores import absorbed
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 
 Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
 NOTICEABLE = 0.01  # standard deviations: a bias below is not worth a word
+FEW = 3  # unknowns of a cause that has one shape
 TYPICAL = 0.5  # of the plausible range, for what a cause that cannot be seen would bias
 
 
@@ -88,15 +89,23 @@ def judge(bench: Workbench, level: float = LEVEL) -> Verdict:
     if found.p_value > level:
         return verdict("adequate") if found.testable else verdict("not_testable")
     tried = singles(bench, found)
-    answers = tuple(t for t in tried if t.sufficient)
+    answers = _simplest(bench, tuple(t for t in tried if t.sufficient))
     if not answers and not _one_shape(bench):
         answers = pairs(bench, tried, found)
+        chain = None if answers else one_after_another(bench, found)
+        answers = answers if chain is None else (chain,)
     if not answers:
         return verdict("unknown", (), tried)
     if len(answers) > 1:
         return verdict("ambiguous", answers, tried)
     fault = all(bench.case.causes[c].sensor for c in answers[0].causes)
     return verdict("data_fault" if fault else "named", answers, tried)
+
+
+def _simplest(bench: Workbench, answers: tuple[Trial, ...]) -> tuple[Trial, ...]:
+    """Without causes of many unknowns where one of few will do: a profile can imitate whatever is simpler."""
+    few = tuple(t for t in answers if len(bench.unknowns(t.causes[0])) <= FEW)
+    return few or answers
 
 
 def _missing(bench: Workbench, found: Detection, level: float) -> str:

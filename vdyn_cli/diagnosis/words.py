@@ -53,7 +53,9 @@ def chance(p: float) -> str:
 
 
 def _share(gain: Gain | None) -> str:
-    return "" if gain is None else f"{100 * gain.share:.0f} % of "
+    if gain is None or gain.interval[0] <= 0:
+        return "some of "
+    return f"{100 * gain.share:.0f} % of "
 
 
 def _size(effect: Effect, sizes: Mapping[str, Estimate]) -> str:
