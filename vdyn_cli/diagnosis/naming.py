@@ -13,7 +13,7 @@ from vdyn_cli.diagnosis.detect import Detection, chance, is_testable
 from vdyn_cli.diagnosis.scores import scores
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 
-REST = 0.005  # level at which something else still adds
+REST = 0.02  # level at which something else still adds
 BEYOND = 3.0  # standard errors that each of two causes must reach
 LEAST = 1.5  # normal equivalent: what shows less by itself is not tried as the whole answer
 FEWEST_SHARE = 0.25  # of the strongest evidence: what explains less is not tried alone
