@@ -30,6 +30,7 @@ WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr"
 GAINS = ("speed", "shaft_torque", "acceleration")
 REST = 0.3  # m/s, below which a drive begins at rest
 AT_REST = 1e-3  # m/s, how well a car at rest is known to be
+FARTHEST = 200.0  # standard deviations by which drives may contradict what was believed
 UNEVEN = 3.0  # spacings of the clock that one step size must still bear
 
 
@@ -218,9 +219,8 @@ def _believed(beliefs: Beliefs, i: int) -> Unknown:
     name, value, std = beliefs.names[i], beliefs.values[beliefs.names[i]], float(beliefs.std[i])
     row = {b: float(beliefs.correlation[i, j]) for j, b in enumerate(beliefs.names) if j != i}
     related = {b: r for b, r in row.items() if abs(r) > 1e-12}
-    low, high = value - 12 * std, value + 12 * std
+    # Wide: drives may contradict what was believed by any number of standard deviations, which is then a finding.
+    low, high = value - FARTHEST * std, value + FARTHEST * std
     if value > 0 and name not in SIGNED:
         low = max(low, 0.02 * value)
-    if name == "driveline_efficiency":
-        high = max(high, 1.2)
     return Unknown(name, value, low, high, "", (value, std), nuisance=True, prior_correlation=related)
