@@ -6,12 +6,14 @@ zeros) are its own, as in the held-out gain that the diagnosis states.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from vdyn_cli.diagnosis.case import Case
+import numpy as np
+
+from vdyn_cli.diagnosis.case import Case, begun_at, unknowns_of
 from vdyn_cli.diagnosis.gain import rms_of
-from vdyn_cli.diagnosis.sheet import linearise
+from vdyn_cli.diagnosis.sheet import Linear, linearise
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
 from vdyn_cli.effects import candidates
 from vdyn_cli.engine.offer import offered
@@ -25,6 +27,8 @@ def fresh_gain(step: str, description: Path, fresh: Path, causes: Sequence[str])
     try:
         told, asked = _bench(step, description), _bench(step, fresh)
         fits = told.fitted(()), told.fitted(causes)
+        if told.case.straight and fits[1] is not None:
+            return rms_of(_simulated(asked, {}, ())) - rms_of(_simulated(asked, told.near(fits[1]).values, causes))
         own = asked.fitted(())
         if fits[0] is None or fits[1] is None or own is None:
             return None
@@ -32,6 +36,14 @@ def fresh_gain(step: str, description: Path, fresh: Path, causes: Sequence[str])
     except (ResultError, ArithmeticError):
         return None
     return before - after
+
+
+def _simulated(bench: Workbench, sizes: Mapping[str, float], causes: Sequence[str]) -> Linear:
+    """The drives with parameters as they are believed, and causes of these sizes."""
+    effects = [bench.case.causes[c] for c in causes]
+    full = bench.case.regression(effects, [begun_at(u, sizes) for e in effects for u in unknowns_of(e)])
+    own = {u.name: full.run_starts.get(u.name, np.full(len(full.runs), u.start)) for u in full.own}
+    return linearise(full, {u.name: u.start for u in full.shared}, own)
 
 
 def _bench(name: str, description: Path) -> Workbench:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.fit import Regression, Unknown
@@ -23,7 +23,8 @@ class Case:
     one_way : all runs went the same way, so that what turns with the direction can't be told from what does not.
     repeated : what a run is called (a coast, a drive, a crossing).
     fewest_runs : below which nothing is diagnosed.
-    straight : one simulation has to do; fits are made on straight lines.
+    straight : one simulation has to do; fits are made on straight lines. The parameters are beliefs with which the step
+        simulates: what fits move of them is no gain.
     """
 
     step: str
@@ -68,3 +69,9 @@ def unknowns_of(effect: Effect, shapes: bool = False, prior: bool = False) -> tu
         known = (0.0, reach / 2) if prior else None
         found.append(Unknown(name, 0.0, low, high, quantity.unit, known))
     return tuple(found)
+
+
+def begun_at(unknown: Unknown, values: Mapping[str, float]) -> Unknown:
+    """The unknown begun where it was found, within its range."""
+    start = values.get(unknown.name, unknown.start)
+    return replace(unknown, start=min(max(start, unknown.lower), unknown.upper))

@@ -2,12 +2,13 @@
 
 Each fold leaves one run out (or one block of time where runs are few), chooses again among the causes by the same rule,
 refits to first order, and predicts what was left out. A run's own unknowns (a start speed) are taken from the run
-itself, as anybody who predicts a run must.
+itself, as anybody who predicts a run must. Where a step simulates with parameters as they are believed, so do both
+predictions, before and after; of the fit they take the size of the cause.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,7 @@ FEWEST_BLOCKS = 8
 CHOSEN = 2.0  # normal equivalent of evidence below which a fold chooses no further cause
 
 Mask = NDArray[np.bool_]
+Fold = tuple[int, Mask]  # the run that is left out (-1: a block), and its rows
 
 
 @dataclass(frozen=True)
@@ -63,25 +65,28 @@ def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]
     ----------
     choose : the causes among which every fold chooses again.
     """
-    sheet = base.sheet
+    folds = _folds(base.sheet)
+    if folds[0][0] < 0 and len(folds) < FEWEST_BLOCKS:
+        return None
+    near = bench.near(extended)
+    near, again = (near, _folds(near.sheet)) if len(_folds(near.sheet)) == len(folds) else (extended, folds)
+    before, after = [], []
+    for first, second in zip(folds, again, strict=True):
+        chosen = _chosen(bench, base.sheet, first[1], choose, len(extended.causes))
+        unknowns = [*bench.base, *(n for c in chosen for n in bench.unknowns(c))]
+        at, fold = (near, second) if chosen == extended.causes else (base, first)
+        before.append(_missed(base, first, bench.base, bench.believed))
+        after.append(_missed(at, fold, unknowns, bench.believed))
+    return _summary(before, after)
+
+
+def _folds(sheet: Sheet) -> list[Fold]:
+    """What is left out in turn: every run, or every block where runs are few."""
     runs = np.unique(sheet.run[sheet.run >= 0])
     of_row = sheet.run[sheet.label]
-    by_run = runs.size >= FEWEST_RUNS
-    folds = (
-        [(int(k), of_row == k) for k in runs]
-        if by_run
-        else [(-1, sheet.label == u) for u in np.flatnonzero(sheet.run >= 0)]
-    )
-    if not by_run and len(folds) < FEWEST_BLOCKS:
-        return None
-    before, after = [], []
-    for run, rows in folds:
-        chosen = _chosen(bench, sheet, rows, choose, len(extended.causes))
-        at = extended if chosen == extended.causes else base
-        unknowns = [*bench.base, *(n for c in chosen for n in bench.unknowns(c))]
-        before.append(_missed(base, run, rows, bench.base))
-        after.append(_missed(at, run, rows, unknowns))
-    return _summary(before, after)
+    if runs.size >= FEWEST_RUNS:
+        return [(int(k), of_row == k) for k in runs]
+    return [(-1, sheet.label == u) for u in np.flatnonzero(sheet.run >= 0)]
 
 
 def rms_of(linear: Linear) -> float:
@@ -111,24 +116,27 @@ def _chosen(bench: Workbench, sheet: Sheet, rows: Mask, choose: Sequence[str], m
     return tuple(sorted(found))
 
 
-def _missed(at: Fitted, run: int, rows: Mask, fitted: Sequence[str]) -> Missed:
+def _missed(at: Fitted, fold: Fold, fitted: Sequence[str], believed: Mapping[str, float]) -> Missed:
     """What a fit to all other rows predicts wrongly in a run, or in a block."""
-    sheet = at.sheet
-    names = [*fitted, *(n for n in sheet.names if "#" in n)]
-    columns = sheet.of(names)
-    size = np.sqrt(np.sum(columns**2, axis=0))
-    columns = columns / np.where(size > 0, size, 1.0)
+    sheet, (run, rows) = at.sheet, fold
     kept = ~rows
-    step = np.linalg.lstsq(columns[kept], sheet.y[kept], rcond=1e-9)[0]
+    own = [n for n in sheet.names if "#" in n]
+    step = dict(zip(fitted, _fitted(sheet.of([*fitted, *own]), sheet.y, kept), strict=False))
+    step |= {n: value - at.values[n] for n, value in believed.items()}
     if run < 0:
-        left = sheet.y[rows] - columns[rows] @ step
+        left = sheet.y - sheet.of(list(step)) @ np.array(list(step.values()))
+        mine = sheet.of(own)
+        left = left[rows] - mine[rows] @ _fitted(mine, left, kept)
         return Missed(float(left @ left), float(np.sum(sheet.counts[np.unique(sheet.label[rows])])), 0.0, 0)
-    shared = np.zeros(len(at.linear.regression.shared))
-    place = {u.name: i for i, u in enumerate(at.linear.regression.shared)}
-    for name, value, scale in zip(names, step, size, strict=True):
-        if name in place and scale > 0:
-            shared[place[name]] = value / scale
+    shared = np.array([step.get(u.name, 0.0) for u in at.linear.regression.shared])
     return _left_of_run(at.linear, run, shared)
+
+
+def _fitted(columns: Array, y: Array, kept: Mask) -> Array:
+    """Least squares on the kept rows for columns of any scale."""
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    size = np.where(size > 0, size, 1.0)
+    return np.asarray(np.linalg.lstsq(columns[kept] / size, y[kept], rcond=1e-9)[0] / size)
 
 
 def _left_of_run(linear: Linear, run: int, step: Array) -> Missed:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from vdyn_cli.diagnosis.case import Case, scanned, unknowns_of
+from vdyn_cli.diagnosis.case import Case, begun_at, scanned, unknowns_of
 from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, linearise, sheet
 from vdyn_cli.errors import ResultError
@@ -51,6 +51,7 @@ class Workbench:
     full: Regression
     base: tuple[str, ...]
     _fits: dict[tuple[str, ...], Fitted | None] = field(default_factory=dict)
+    _near: dict[tuple[str, ...], Fitted] = field(default_factory=dict)
 
     def unknowns(self, cause: str) -> tuple[str, ...]:
         """What the scan frees of a cause or a profile."""
@@ -96,6 +97,34 @@ class Workbench:
                 raise
             return None
         return Fitted(causes, solution, linear, sheet(linear))
+
+    def near(self, fitted: Fitted) -> Fitted:
+        """The same fit on straight lines through itself, with its own causes alone in the model.
+
+        Where straight lines have to do, those through a car with nothing wrong are too far off for the size of a cause
+        that is large. Fits that simulate at every step are near already.
+        """
+        if not self.case.straight or not fitted.causes:
+            return fitted
+        if fitted.causes not in self._near:
+            try:
+                self._near[fitted.causes] = self._again(fitted)
+            except (ResultError, ArithmeticError):
+                self._near[fitted.causes] = fitted
+        return self._near[fitted.causes]
+
+    def _again(self, fitted: Fitted) -> Fitted:
+        causes = [self.case.causes[c] for c in fitted.causes]
+        extra = [begun_at(u, fitted.values) for e in causes for u in unknowns_of(e)]
+        lines = frozen(self.case.regression(causes, extra))
+        solution = solve(lines, units="run", tolerance=LEAST_STEP)
+        linear = linearise(lines, solution.values, solution.per_run)
+        return Fitted(fitted.causes, solution, linear, sheet(linear))
+
+    @property
+    def believed(self) -> Mapping[str, float]:
+        """Parameters that the step simulates with, whatever a fit makes of them."""
+        return {u.name: u.prior[0] for u in self.full.shared if u.prior} if self.case.straight else {}
 
     def _probed(self, regression: Regression, causes: Sequence[str]) -> Iterator[Regression]:
         """The same fit begun at each probe of a cause whose derivative at zero leads nowhere."""

@@ -46,7 +46,7 @@ from vdyn_cli.estimation.validate.posterior import Posterior, posterior
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
 from vdyn_cli.estimation.validate.swings import swing_views
 from vdyn_cli.estimation.validate.trial import Trial
-from vdyn_cli.fit import Regression, Unknown, solve
+from vdyn_cli.fit import Regression, Solution, Unknown, solve
 from vdyn_cli.fit.straight import frozen
 from vdyn_cli.log import Log
 from vdyn_cli.models.road_load import road_load
@@ -60,7 +60,8 @@ from vdyn_cli.steps import Diagnosable, Step
 SOURCE = "validate"
 ROLLING_STEP = 0.05  # s: a mass on a road has nothing that is quicker
 FREE_FORCE = 100.0  # N, of a free profile
-PASSES = 2  # of simulation and straight line, to the size of an effect
+PASSES = 4  # of simulation and straight line, to the size of an effect
+SETTLED = 0.1  # standard deviations that a further pass may move it
 
 
 class Windows(Strict):
@@ -180,11 +181,10 @@ def estimate(
     trial, doubts = trial_of(spec, logs, known, effects, extra)
     if not spec.settings.windows:
         refuse_foreign(trial)
-    w, solution = weigh(trial), None
-    for _ in range(PASSES if extra else 0):
-        solution = solve(frozen(weigh(trial, calm=True).regression), units="block")
-        trial = replace(trial, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
-        w = weigh(trial)
+    solution = None
+    if extra:
+        trial, solution = _sized(trial)
+    w = weigh(trial)
     found = bands(w)
     told, chance = verdicts(w, found)
     after = posterior(w)
@@ -218,6 +218,22 @@ def estimate(
         (*doubts, *trial.beliefs.assumptions, *_unrecorded(logs, s.model), *(f for log in logs for f in log.findings)),
         {"validation": numbers, **(sizes_found(solution, extra) if solution else {})},
     )
+
+
+def _sized(trial: Trial) -> tuple[Trial, Solution]:
+    """The trial with its effects at the sizes that the drives give them, and the fit that found those.
+
+    Raises
+    ------
+    ResultError : the drives do not determine them.
+    """
+    for _ in range(PASSES):
+        before = {u.name: u.start for u in trial.extra}
+        solution = solve(frozen(weigh(trial, calm=True).regression), units="block")
+        trial = replace(trial, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
+        if all(abs(solution.values[n] - at) < SETTLED * solution.std[n] for n, at in before.items()):
+            break
+    return trial, solution
 
 
 def _swings(trial: Trial, driven: Literal["front", "rear", "both"]) -> tuple[list[tuple[Table, Figure]], list[Finding]]:
