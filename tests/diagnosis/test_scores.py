@@ -197,6 +197,24 @@ def test_false_alarms_keep_their_level(case: str) -> None:
     assert found >= 1 or "half" in case
 
 
+def against_a_drawing(seed: int, hidden: float) -> Scores:
+    """A slope that 24 blocks tell well and a drawing tells within 1: the cause changes the slope, not the drawing."""
+    rng = np.random.default_rng(seed)
+    x = rng.normal(size=(24, 10))
+    slope = np.append(x.ravel(), 1.0)
+    y = np.append((x * hidden + rng.normal(size=x.shape)).ravel(), rng.normal())
+    columns = np.column_stack([slope, np.append(x.ravel(), 0.0)])
+    label, run = np.append(np.repeat(np.arange(24), 10), 24), np.append(np.zeros(24, dtype=np.int64), -1)
+    made = Sheet(("slope", "joint"), columns, y, label, run, np.ones(25, dtype=np.int64), "block")
+    return scores(made, ["slope"], {"joint": ["joint"]})
+
+
+def test_what_shows_against_prior_knowledge_alone_is_seen_and_keeps_its_level() -> None:
+    assert against_a_drawing(1, 8.0).stated["joint"] > 0.9
+    assert all(against_a_drawing(k, 8.0).p_value(draws=399) <= 0.01 for k in range(10))
+    assert 1 <= sum(against_a_drawing(3000 + k, 0.0).p_value(draws=199) <= 0.05 for k in range(120)) <= 12
+
+
 @pytest.mark.parametrize(("runs", "rows"), [(6, 60), (18, 30)])
 def test_a_cause_of_six_standard_errors_is_seen(runs: int, rows: int) -> None:
     size = 6 * float(seen(Campaign(0, runs=runs, rows=rows)).spread["slope"][0])

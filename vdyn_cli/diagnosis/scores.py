@@ -5,8 +5,10 @@ Unit b votes with U_b = s'_b . y'_b. Under the null its sign is a coin: for sign
 
     T(g)^2 = U(g)' [S'S - M(g)'M(g)]^-1 U(g),   U(g) = sum g_b U_b,   M(g) = sum g_b Q_b' s'_b
 
-is standardised by its own re-projected variance, so that it holds for few units and unequal ones. Causes with several
-unknowns are made comparable by the normal equivalent of chi-square.
+is standardised by its own re-projected variance, so that it holds for few units and unequal ones. What is known
+beforehand (a sensor's zero, a drawing) has a stated spread: its vote is drawn from that instead of being turned round,
+or no cause could be told that shows against such knowledge alone. Causes with several unknowns are made comparable by
+the normal equivalent of chi-square.
 Source: sign-flipped scores after Hemerik, Goeman and Finos, J. R. Stat. Soc. B 82 (2020) 841, with effective scores.
 """
 
@@ -36,13 +38,17 @@ class Scores:
     ----------
     groups : columns of each candidate.
     visibility : share of its trace that refitting the rest would not absorb.
+    stated : share of its information that rests on what is known beforehand.
     statistic : T^2 of each candidate; rank : unknowns it still shows (0 where it is invisible).
     estimate : one step's value of each unknown, with its standard deviation, were the candidate alone added.
+    _left : (n, k), traces less what the baseline takes; _votes, _turned : (units, k), (units, p, k), of the units that
+        are turned round; _known : (priors, k), rows of ``_left`` of what is known beforehand.
     """
 
     names: tuple[str, ...]
     groups: tuple[NDArray[np.int64], ...]
     visibility: Mapping[str, float]
+    stated: Mapping[str, float]
     statistic: Mapping[str, float]
     rank: Mapping[str, int]
     estimate: Mapping[str, Array]
@@ -50,6 +56,7 @@ class Scores:
     _left: Array
     _votes: Array
     _turned: Array
+    _known: Array
 
     @cached_property
     def evidence(self) -> dict[str, float]:
@@ -77,9 +84,11 @@ class Scores:
         return 1.0 / len(signs(self._votes.shape[0], DRAWS))
 
     def _flipped(self, names: Sequence[str], seen: float, draws: int) -> float:
-        g = signs(self._votes.shape[0], draws)
-        most = np.full(len(g), -np.inf)
+        g = signs(self._votes.shape[0], draws)[1:]
         votes = g @ self._votes
+        if len(self._known):
+            votes += np.random.default_rng(SEED).standard_normal((len(g), len(self._known))) @ self._known
+        most = np.full(len(g), -np.inf)
         for name in names:
             columns = self.groups[self.names.index(name)]
             turned = np.einsum("fb,bpk->fpk", g, self._turned[:, :, columns])
@@ -87,7 +96,7 @@ class Scores:
             variance = least[None] - np.einsum("fpk,fpl->fkl", turned, turned)
             statistic = quadratic(votes[:, columns], variance)
             most = np.maximum(most, equivalent(statistic, self.rank[name]))
-        return float(np.mean(most >= seen))
+        return float((1 + np.sum(most >= seen)) / (len(g) + 1))
 
     def _drawn(self, names: Sequence[str], seen: float, draws: int) -> float:
         columns = np.concatenate([self.groups[self.names.index(n)] for n in names])
@@ -122,11 +131,15 @@ def scores(sheet: Sheet, fitted: Sequence[str], candidates: Mapping[str, Sequenc
         groups.append(np.arange(at, at + len(candidates[name])))
         at += len(candidates[name])
     left = _visible_only(whole, left)
-    visibility, statistic, rank, estimate, spread = {}, {}, {}, {}, {}
+    visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
+    seen = sheet.run >= 0
+    known = left[~seen[sheet.label]]
     votes = np.add.reduceat(left * y[:, None], sheet.starts, axis=0)
     for name, columns in zip(names, groups, strict=True):
         size = float(np.sum(whole[:, columns] ** 2))
         visibility[name] = float(np.sqrt(np.sum(left[:, columns] ** 2) / size)) if size else 0.0
+        remains = float(np.sum(left[:, columns] ** 2))
+        stated[name] = float(np.sum(known[:, columns] ** 2)) / remains if remains else 0.0
         information = left[:, columns].T @ left[:, columns]
         inverse, rank[name] = _inverse(information)
         total = votes[:, columns].sum(axis=0)
@@ -135,7 +148,10 @@ def scores(sheet: Sheet, fitted: Sequence[str], candidates: Mapping[str, Sequenc
     turned = np.zeros((sheet.units, basis.shape[1], left.shape[1]))
     for b, (first, last) in enumerate(zip(sheet.starts, [*sheet.starts[1:], len(y)], strict=True)):
         turned[b] = basis[first:last].T @ left[first:last]
-    return Scores(names, tuple(groups), visibility, statistic, rank, estimate, spread, left, votes, turned)
+    return Scores(
+        names, tuple(groups), visibility, stated, statistic, rank, estimate, spread,
+        left, votes[seen], turned[seen], known,
+    )  # fmt: skip
 
 
 def absorbed(sheet: Sheet, fitted: Sequence[str], column: Array) -> Array:
