@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from threading import Lock
 from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vdyn_cli.engine.backend import Backend, build
+from vdyn_cli.engine.backend import Backend, build, chosen
 from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.clock import read_at
 from vdyn_cli.engine.course import Course, Grid, Seen, blocks, grid
@@ -85,12 +86,18 @@ class Simulator:
         self._packed: WeakKeyDictionary[Drive, _Packed] = WeakKeyDictionary()
         self._grids: WeakKeyDictionary[Drive, Grid] = WeakKeyDictionary()
         self._built: dict[bool, list[Kernel]] = {}
+        self._building = Lock()
         self._start_laws: dict[frozenset[str], ca.Function] = {}
 
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the outputs."""
         return self._graph.outputs
+
+    @property
+    def at_once(self) -> bool:
+        """Whether several threads may simulate at once: machine code keeps nothing between its calls."""
+        return chosen(self._backend) == "llvm"
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -272,13 +279,17 @@ class Simulator:
     def _kernels(self, unknowns: int) -> list[Kernel]:
         """One for each block of unknowns; built when first asked for, with sensitivities or without."""
         kind = bool(unknowns)
-        if kind not in self._built:
-            count = len(self._graph.states)
-            own = [int(place) for place in self._places] if kind else []
-            seeded = frozenset(place - count for place in own if place >= count)
-            live = self._graph.live(frozenset(place for place in own if place < count), seeded) if kind else frozenset()
-            self._built[kind] = [
-                build(self._graph, Seeds(self._seeds[count:, some], seeded, live), self._backend)
-                for some in blocks(unknowns)
-            ]
+        with self._building:
+            if kind not in self._built:
+                self._built[kind] = self._build(unknowns)
         return self._built[kind]
+
+    def _build(self, unknowns: int) -> list[Kernel]:
+        count = len(self._graph.states)
+        own = [int(place) for place in self._places] if unknowns else []
+        seeded = frozenset(place - count for place in own if place >= count)
+        live = self._graph.live(frozenset(p for p in own if p < count), seeded) if unknowns else frozenset()
+        return [
+            build(self._graph, Seeds(self._seeds[count:, some], seeded, live), self._backend)
+            for some in blocks(unknowns)
+        ]

@@ -28,6 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -39,7 +40,7 @@ from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.estimation.validate import views, windows, words
 from vdyn_cli.estimation.validate.band import WIDE, Band, Verdict, bands, verdicts
-from vdyn_cli.estimation.validate.drives import OUTPUTS, Cut, Note, stretches
+from vdyn_cli.estimation.validate.drives import OUTPUTS, Cut, Note, Stretch, stretches
 from vdyn_cli.estimation.validate.given import beliefs
 from vdyn_cli.estimation.validate.plausible import refuse_coarse, refuse_foreign
 from vdyn_cli.estimation.validate.posterior import Posterior, posterior
@@ -121,7 +122,8 @@ def trial_of(
     length, powered = (s.windows.length.value, s.windows.powered) if s.windows else (None, False)
     day = known.value("temperature", 293.15)
     notes = [Note(r.direction, r.temperature.value if r.temperature else day) for r in spec.runs]
-    found, doubts = stretches(logs, notes, Cut(s.model, length, powered))
+    found, said = _stretches(tuple(logs), tuple(notes), Cut(s.model, length, powered))
+    doubts = list(said)
     sides = all("drive_torque_left" in log and "drive_torque" not in log for log in logs)
     model = vehicle(s.driven, "sides" if sides else "axle") if s.model == "vehicle" else road_load("torque")
     believed = beliefs(known, model.parameters)
@@ -134,8 +136,17 @@ def trial_of(
     zeros["acceleration"] = s.zeros.acceleration.value
     gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
     step = s.step.value if s.model == "vehicle" else max(s.step.value, ROLLING_STEP)
-    made = Trial(tuple(found), model, believed, channels, step, zeros, gains, tuple(effects), tuple(extra))
+    made = Trial(found, model, believed, channels, step, zeros, gains, tuple(effects), tuple(extra))
     return made, doubts
+
+
+@lru_cache(maxsize=2)
+def _stretches(
+    logs: tuple[Log, ...], notes: tuple[Note, ...], cut: Cut
+) -> tuple[tuple[Stretch, ...], tuple[Finding, ...]]:
+    """The same stretches for all who ask, so that what is made of them is made once."""
+    found, doubts = stretches(logs, notes, cut)
+    return tuple(found), tuple(doubts)
 
 
 def regression(

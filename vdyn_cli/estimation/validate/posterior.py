@@ -14,6 +14,7 @@ many degrees of freedom as there are directions with f > 1, however many samples
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.errors import ResultError
 from vdyn_cli.estimation.validate.regression import Weighed
+from vdyn_cli.estimation.validate.trial import Outcome, Trial
 from vdyn_cli.fit.regression import prior_rows
 
 Array = NDArray[np.float64]
@@ -85,7 +87,7 @@ def posterior(w: Weighed) -> Posterior:
             break
         shared, own = shared + moved, own + own_moved
         try:
-            outcomes = [trial.simulate(k, np.r_[shared, own[k]], slopes=False) for k in count]
+            outcomes = trial.each(_simulated(trial, shared, own))
         except ResultError:
             shared, own = shared - moved, own - own_moved
             break
@@ -94,6 +96,10 @@ def posterior(w: Weighed) -> Posterior:
         ]
     assert first is not None
     return _told(w, solver, shared, own, first, residuals, settled)
+
+
+def _simulated(trial: Trial, shared: Array, own: Array) -> Callable[[int], Outcome]:
+    return lambda k: trial.simulate(k, np.r_[shared, own[k]], slopes=False)
 
 
 class _Arrowhead:

@@ -14,7 +14,8 @@ from vdyn_cli.estimation.restricted_likelihood import NoisyRun
 from vdyn_cli.estimation.validate import noise
 from vdyn_cli.estimation.validate.drives import Stretch
 from vdyn_cli.estimation.validate.rows import FINEST, Colour, Plan, colour, plan
-from vdyn_cli.estimation.validate.trial import LEAST_TORQUE, SHAKING, TORQUES, Outcome, Trial
+from vdyn_cli.estimation.validate.torque import LEAST_TORQUE, TORQUES
+from vdyn_cli.estimation.validate.trial import Outcome, Trial
 from vdyn_cli.fit import Regression, Rows, white_level, whiten
 
 Array = NDArray[np.float64]
@@ -23,7 +24,6 @@ CALM_LAGS = 2
 CALM = 0.25  # s of a fast row where shafts that swing are to be left aside
 LAGS = 10  # fast rows by which the noise of the torque sensor is predicted
 CAUTION = 3.0  # noise of fast rows over that of the sensors: thousands of them, whose model is right to some per cent
-SEED = 20170401  # of the noise that is added to the torque
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +48,7 @@ class Weighed:
 
     def start(self, run: int) -> Array:
         """Local unknowns of a stretch at the beliefs."""
-        trial = self.trial
-        return np.array([*trial.theta(), trial.begun(run)[0], *np.zeros(len(trial.zeroed))])
+        return self.trial.start(run)
 
     def error(self, run: int, outcome: Outcome) -> dict[str, Array]:
         """Simulated less measured, each (n,)."""
@@ -142,7 +141,7 @@ def weigh(trial: Trial, calm: bool = False) -> Weighed:
     finest, lags = (CALM, CALM_LAGS) if calm else (FINEST, LAGS)
     count = range(len(trial.stretches))
     blank = Weighed(trial, (), (), (), (), {}, (), ())
-    first = tuple(trial.simulate(k, blank.start(k)) for k in count)
+    first = trial.first
     radius = trial.beliefs.values["wheel_radius"]
     plans = tuple(
         plan(s, trial.channels, radius, outcome.values, finest)
@@ -152,27 +151,18 @@ def weigh(trial: Trial, calm: bool = False) -> Weighed:
     blank = replace(blank, plans=plans, first=first, torque_levels=levels)
     found = _sizes(blank)
     values = trial.beliefs.values
-    factors, colours, shaken = [], [], []
+    factors, colours, shaken = [], [], trial.shaken
     for k in count:
         slow = noise.slow_noise(trial.stretches[k], plans[k], plans[k].bins, values, levels[k])
         factors.append(np.asarray(np.linalg.cholesky(slow.covariance(found) + 1e-14 * np.eye(slow.push.size))))
-        shaken.append(_shaken(blank, k))
         colours.append(colour(plans[k].fast({n: v[:, None] for n, v in shaken[k].items()})[:, :, 0], lags))
-    return replace(blank, sizes=found, factors=tuple(factors), colours=tuple(colours), shaken=tuple(shaken))
+    return replace(blank, sizes=found, factors=tuple(factors), colours=tuple(colours), shaken=shaken)
 
 
 def _torque_level(s: Stretch) -> float:
     """N m of white noise in a sample of the torque."""
     names = [n for n in TORQUES if n in s.inputs]
     return max(float(np.hypot.reduce([white_level(s.inputs[n], s.time) for n in names])), LEAST_TORQUE)
-
-
-def _shaken(w: Weighed, run: int) -> dict[str, Array]:
-    """What more noise of the torque sensor's own size does to the outputs."""
-    s = w.trial.stretches[run]
-    rng = np.random.default_rng([SEED, run])
-    seen = w.trial.simulate(run, w.start(run), slopes=False, shaken=rng.standard_normal((len(SHAKING), s.time.size)))
-    return {n: seen.values[n] - w.first[run].values[n] for n in w.first[run].values}
 
 
 def _sizes(w: Weighed) -> dict[str, float]:

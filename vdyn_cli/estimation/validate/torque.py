@@ -9,14 +9,56 @@ stays a ramp and a corner a corner. (Intersection of confidence intervals: Katko
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.estimation.validate.drives import Stretch, driving
+from vdyn_cli.fit import white_level
+from vdyn_cli.log import Log
+
 Array = NDArray[np.float64]
+
+TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
+SHAKING = (*TORQUES, "brake_torque")  # inputs whose noise shakes the simulated car
+LEAST_TORQUE = 1e-3  # N m of noise in a torque
+SEED = 20170401  # of the noise that is added to the torque
 
 REACHES = (2, 4, 8, 16, 32, 64, 128)  # samples to one side
 LONGEST = 1.5  # s to one side
 WIDTH = 2.0  # standard deviations of the intervals that must meet
+
+
+@dataclass(frozen=True, eq=False)
+class Fed:
+    """A stretch's torques as the simulated car shall feel them, and with more noise of their sensors' size."""
+
+    calm: Mapping[str, Array]
+    shaken: Mapping[str, Array]
+
+
+@lru_cache(maxsize=2)
+def fed(stretches: tuple[Stretch, ...], inputs: tuple[str, ...], shafts: bool) -> tuple[Fed, ...]:
+    """Torques of every stretch, of those that a model takes: without noise where ``shafts`` are there to be shaken."""
+    return tuple(_fed(k, s, inputs, shafts) for k, s in enumerate(stretches))
+
+
+def _fed(run: int, s: Stretch, inputs: tuple[str, ...], shafts: bool) -> Fed:
+    torques = dict(s.inputs)
+    if "drive_torque" in inputs and "drive_torque" not in torques:
+        torques["drive_torque"] = driving(Log(s.name, s.time, s.inputs))
+    rng = np.random.default_rng([SEED, run])
+    noise = rng.standard_normal((len(SHAKING), s.time.size))
+    calm, shaken = {}, {}
+    for k, name in enumerate(n for n in SHAKING if n in inputs):
+        level = max(white_level(torques[name], s.time), LEAST_TORQUE)
+        calm[name] = denoised(s.time, torques[name], level) if shafts else torques[name]
+        more = calm[name] + level * noise[k]
+        shaken[name] = denoised(s.time, more, level) if shafts else more
+    return Fed(calm, shaken)
 
 
 def denoised(time: Array, torque: Array, level: float) -> Array:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +16,16 @@ from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.estimation.validate.drives import OUTPUTS, Stretch, driving
+from vdyn_cli.estimation.validate.drives import OUTPUTS, Stretch
 from vdyn_cli.estimation.validate.given import Beliefs
-from vdyn_cli.estimation.validate.torque import denoised
-from vdyn_cli.fit import Unknown, white_level
-from vdyn_cli.log import Log
+from vdyn_cli.estimation.validate.torque import Fed, fed
+from vdyn_cli.fit import Unknown
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 START = "start.speed"
-TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
 SIGNED = ("hub_swing", "driveline_pitch")  # may lie on either side of zero
-SHAKING = (*TORQUES, "brake_torque")  # inputs whose noise shakes the simulated car
-LEAST_TORQUE = 1e-3  # N m of noise in a torque
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
 GAINS = ("speed", "shaft_torque", "acceleration")
 REST = 0.3  # m/s, below which a drive begins at rest
@@ -117,31 +117,60 @@ class Trial:
         longest = max(1.05 * float(np.median(steps)), float(steps.max()) / UNEVEN)
         return max(1, int(np.ceil(longest / self.step - 1e-9)))
 
+    @property
+    def _fed(self) -> tuple[Fed, ...]:
+        return fed(self.stretches, self.model.inputs, "shaft_torque_left" in self._outputs)
+
     @cached_property
     def drives(self) -> tuple[Drive, ...]:
-        return tuple(self._drive(s) for s in self.stretches)
+        return tuple(self._drive(s, one.calm) for s, one in zip(self.stretches, self._fed, strict=True))
 
-    def _drive(self, s: Stretch, shaken: Array | None = None) -> Drive:
+    @cached_property
+    def _shaken_drives(self) -> tuple[Drive, ...]:
+        return tuple(self._drive(s, one.shaken) for s, one in zip(self.stretches, self._fed, strict=True))
+
+    def _drive(self, s: Stretch, torques: Mapping[str, Array]) -> Drive:
         everything = {
             **s.inputs,
             "elapsed": s.time - s.time[0],
             **{f"road_{wheel}": 0.0 for wheel in ("fl", "fr", "rl", "rr")},
+            **torques,
         }
-        if "drive_torque" in self.model.inputs and "drive_torque" not in s.inputs:
-            everything["drive_torque"] = driving(Log(s.name, s.time, s.inputs))
-        for k, name in enumerate(n for n in SHAKING if n in self.model.inputs and np.ndim(everything[n])):
-            noise = 0.0 if shaken is None else shaken[k]
-            everything[name] = self._quiet(s.time, everything[name], noise)
         inputs = {n: everything[n] for n in self.model.inputs}
         return Drive(s.time, inputs, context={"heading": s.heading, "temperature": s.temperature})
 
-    def _quiet(self, time: Array, torque: Array, shaken: Array | float) -> Array:
-        """A measured torque as the car shall feel it: without its noise where shafts are there to be shaken by it."""
-        level = max(white_level(torque, time), LEAST_TORQUE)
-        if "shaft_torque_left" not in self._outputs:
-            return torque + level * shaken
-        calm = denoised(time, torque, level)
-        return calm if np.ndim(shaken) == 0 else denoised(time, calm + level * shaken, level)
+    def start(self, run: int) -> Array:
+        """Local unknowns of a stretch at the beliefs."""
+        return np.array([*self.theta(), self.begun(run)[0], *np.zeros(len(self.zeroed))])
+
+    @cached_property
+    def first(self) -> tuple[Outcome, ...]:
+        """Every stretch at the beliefs, with slopes.
+
+        Raises
+        ------
+        ResultError : the simulation is not finite.
+        """
+        return self.each(lambda k: self.simulate(k, self.start(k)))
+
+    @cached_property
+    def shaken(self) -> tuple[Mapping[str, Array], ...]:
+        """What more noise of the torque sensor's own size does to the outputs of every stretch."""
+        assert self._shaken_drives  # made before threads ask for them
+        seen = self.each(lambda k: self.simulate(k, self.start(k), slopes=False, shaken=True))
+        return tuple({n: a.values[n] - b.values[n] for n in b.values} for a, b in zip(seen, self.first, strict=True))
+
+    def each(self, work: Callable[[int], T]) -> tuple[T, ...]:
+        """The work on every stretch, several at once where that can be, the longest first."""
+        count = len(self.stretches)
+        workers = min(count, os.cpu_count() or 1) if self._simulator.at_once else 1
+        if workers < 2:
+            return tuple(work(k) for k in range(count))
+        order = sorted(range(count), key=lambda k: -self.stretches[k].time.size)
+        assert self.drives  # made before threads ask for them
+        with ThreadPoolExecutor(workers) as pool:
+            done = dict(zip(order, pool.map(work, order), strict=True))
+        return tuple(done[k] for k in range(count))
 
     def theta(self) -> Array:
         """(shared,) the unknowns where they are believed to be."""
@@ -153,16 +182,14 @@ class Trial:
         value, std = self.stretches[run].start
         return (0.0, AT_REST) if abs(value) < REST and std < REST else (value, max(std, 1e-3))
 
-    def simulate(self, run: int, theta: Array, slopes: bool = True, shaken: Array | None = None) -> Outcome:
-        """One stretch at its local unknowns (shared, start speed, zeros).
-
-        ``shaken`` (inputs, n): noise of one, to be added to each measured torque in the size of its sensor's.
+    def simulate(self, run: int, theta: Array, slopes: bool = True, shaken: bool = False) -> Outcome:
+        """One stretch at its local unknowns (shared, start speed, zeros), ``shaken`` by more noise in its torques.
 
         Raises
         ------
         ResultError : the simulation is not finite.
         """
-        drive = self.drives[run] if shaken is None else self._drive(self.stretches[run], shaken)
+        drive = (self._shaken_drives if shaken else self.drives)[run]
         k, m, steady = len(self.beliefs.names), len(self.instruments), len(self.shared)
         seen = self._simulator(drive, theta[self._moving], sensitivities=slopes)
         values, derivatives = self._readings(seen, self.stretches[run])
