@@ -68,14 +68,14 @@ def chance(bench: Workbench, at: Fitted, found: Scores, causes: Sequence[str]) -
         parts.append(bench.scores(at, between, runs=True).p_value() / shares["between"])
     if profiles:
         parts.append(found.p_value(profiles) / shares["profiles"])
-    return min(1.0, total * min(parts, default=1.0))
+    return min(1.0, total * min(parts)) if parts else 1.0
 
 
 def is_testable(bench: Workbench, found: Scores, name: str) -> bool:
     """Could these data show the cause at a plausible size?
 
     A trace that the baseline imitates all but exactly is not believed for the little that is left of it, unless that
-    stands against what is known beforehand: a zero that drifts reads as a force, but is larger than its data sheet says.
+    stands against what is known beforehand: a zero that drifts reads as a force, yet is larger than its data sheet.
     """
     seen = found.visibility[name] > VISIBLE or found.stated[name] > STATED
     return found.rank[name] > 0 and seen and reachable(bench, found, name) > ENOUGH
