@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 
@@ -19,6 +19,7 @@ class Finding:
     got : the offending text or value, empty when there is none to show.
     remedy : what the user can do, empty when nothing can be done.
     minor : worth knowing, but no reason to doubt the result.
+    fault : a sensor did not measure, so that nothing should be concluded from what looks odd beside it.
     """
 
     where: str
@@ -26,6 +27,7 @@ class Finding:
     got: str = ""
     remedy: str = ""
     minor: bool = False
+    fault: bool = False
 
     def __str__(self) -> str:
         text = f"{self.where}: {self.what}"
@@ -80,6 +82,6 @@ def alike(findings: Sequence[Finding]) -> tuple[Finding, ...]:
         if len(same) > 1:
             log = first.where.partition(", ")[0]
             where = f"{log} and {len(same) - 1} more" + (f", {place}" if place else "")
-            first = Finding(where, first.what, first.got, first.remedy, first.minor)
+            first = replace(first, where=where)
         told.append(first)
     return tuple(told)

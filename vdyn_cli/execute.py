@@ -39,7 +39,8 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
     inputs = gather(step, path, known_files)
     result = step.estimate(inputs.spec, inputs.data, inputs.known)
     if level is not None:
-        result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level)
+        faults = tuple(f for log in inputs.logs for f in log.findings if f.fault)
+        result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level, faults)
     result = _doubted(result)
     return Outcome(
         result, step_document(result, inputs, step_command(step_name, path, known_files, level), known_files)

@@ -108,7 +108,7 @@ def _read(
         tuple(frozenset(answer.split("+")) for answers in diagnosis.get("ambiguous") or [] for answer in answers),
         tuple(size for cause in causes if claimed for size in _size(cause, scenario)),
         (gain["before"] - gain["after"], *gain["interval95"]) if gain else None,
-        says=" ".join([diagnosis.get("sentence", ""), *document.get("fit", {}).get("warnings", [])]),
+        says=" ".join([diagnosis.get("sentence", ""), *(f["what"] for f in document["findings"])]),
         seconds=seconds,
         listed=frozenset(entry["effect"] for entry in diagnosis.get("not_testable") or []),
     )
@@ -166,6 +166,8 @@ def judged(cell: Cell, trial: Trial) -> str:
 
 def _fault(trial: Trial) -> str:
     said = any(word in trial.says for word in ("stuck", "constant", "stands still", "holds", "frozen", "repeats"))
-    if trial.verdict in ("refused", "data_fault") or said:
+    if trial.verdict in ("refused", "data_fault"):
         return "right"
-    return "silent" if trial.verdict in SILENT else ("unknown" if trial.verdict == "unknown" else "wrong")
+    if trial.verdict in SILENT:
+        return "right" if said else "silent"
+    return "unknown" if trial.verdict == "unknown" else "wrong"

@@ -23,25 +23,34 @@ from vdyn_cli.spec import TestSpec
 from vdyn_cli.steps import Step
 
 
-def diagnosed(step: Step, spec: TestSpec, data: Any, known: Parameters, result: Result, level: float = LEVEL) -> Result:
+def diagnosed(
+    step: Step,
+    spec: TestSpec,
+    data: Any,
+    known: Parameters,
+    result: Result,
+    level: float = LEVEL,
+    faults: Sequence[Finding] = (),
+) -> Result:
     """The result with its diagnosis, of the extended model where a cause was named or asked for.
 
     Parameters
     ----------
     result : of the baseline.
     level : chance of a false alarm of this step.
+    faults : sensors that did not measure; while there are any, nothing else is blamed.
 
     Raises
     ------
     InputError : the description names an effect that is not known, or that this model does not have.
     """
     lent = step.diagnosable
-    if lent is None or spec.diagnose.effects == "none":
-        return result
+    if lent is None or spec.diagnose.effects == "none" or not result.comparisons:
+        return result  # nothing was simulated, as of a drawing alone
     case = _case(step, spec, data, known)
     try:
         bench = open_workbench(case)
-        verdict = judge(bench, level)
+        verdict = judge(bench, level, faults)
     except (ResultError, ArithmeticError) as error:
         return _undiagnosed(result, str(error))
     wanted = _wanted(spec, case, verdict)

@@ -10,6 +10,7 @@ data_fault    the cause is a sensor's
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -21,6 +22,7 @@ from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.diagnosis.naming import BEYOND, REST, Trial, one_after_another, pairs, singles
 from vdyn_cli.diagnosis.scores import absorbed
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
+from vdyn_cli.errors import Finding
 
 Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
 NOTICEABLE = 0.01  # standard deviations: a bias below is not worth a word
@@ -44,7 +46,7 @@ class Verdict:
 
     Parameters
     ----------
-    why : for not_testable, what is missing.
+    why : for not_testable, what is missing; for a data fault that the reader found, which.
     answers : the sets of causes that suffice: one if named, several if ambiguous.
     tried : all that was tried as the answer.
     gain : of the answer, on data held out.
@@ -62,11 +64,15 @@ class Verdict:
     @property
     def answer(self) -> Trial | None:
         """The one answer, where there is one."""
-        return self.answers[0] if self.name in ("named", "data_fault") else None
+        return self.answers[0] if len(self.answers) == 1 else None
 
 
-def judge(bench: Workbench, level: float = LEVEL) -> Verdict:
+def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()) -> Verdict:
     """Is something wrong, and what? The chance of a false alarm is ``level``.
+
+    Parameters
+    ----------
+    faults : sensors that did not measure: where something is wrong it is these, and no cause is sought beside them.
 
     Raises
     ------
@@ -88,10 +94,13 @@ def judge(bench: Workbench, level: float = LEVEL) -> Verdict:
         return verdict("not_testable")
     if found.p_value > level:
         return verdict("adequate") if found.testable else verdict("not_testable")
+    if faults:
+        why = f"{faults[0].where} {faults[0].what}"
+        return verdict("data_fault")
     tried = singles(bench, found)
     answers = _simplest(bench, tuple(t for t in tried if t.sufficient and not _outdone(bench, t, tried)))
     if not answers and not _one_shape(bench):
-        answers = pairs(bench, tried, found)
+        answers = _simplest(bench, pairs(bench, tried, found))
         chain = None if answers else one_after_another(bench, found)
         answers = answers if chain is None else (chain,)
     if not answers:
@@ -114,7 +123,7 @@ def _outdone(bench: Workbench, one: Trial, tried: tuple[Trial, ...]) -> bool:
 
 def _simplest(bench: Workbench, answers: tuple[Trial, ...]) -> tuple[Trial, ...]:
     """Without causes of many unknowns where one of few will do: a profile can imitate whatever is simpler."""
-    few = tuple(t for t in answers if len(bench.unknowns(t.causes[0])) <= FEW)
+    few = tuple(t for t in answers if all(len(bench.unknowns(c)) <= FEW for c in t.causes))
     return few or answers
 
 

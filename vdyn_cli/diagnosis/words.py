@@ -32,7 +32,9 @@ def sentence(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str,
     if verdict.name == "ambiguous":
         named = [" with ".join(causes[c].label for c in t.causes) for t in verdict.answers]
         return f"Something is wrong ({p}): {either(named)} would explain it, and these data can't tell which."
-    answer = verdict.answers[0]
+    if verdict.answer is None:
+        return f"The data are at fault ({p}): {verdict.why}. Leave that part out, then look again."
+    answer = verdict.answer
     cause = " and ".join(f"{causes[c].label}{_size(causes[c], sizes)}" for c in answer.causes)
     share = _share(verdict.gain)
     explain = "explain" if len(answer.causes) > 1 else "explains"
