@@ -23,7 +23,9 @@ ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 
 @cache
-def road_load(driven: Driven = "coasting", accelerometer: bool = False, located: bool = False) -> Model:
+def road_load(
+    driven: Driven = "coasting", accelerometer: bool = False, located: bool = False, felt: bool = False
+) -> Model:
     """The longitudinal model.
 
     (M + mr) V' = F - Fd - Rr - Fb - Fs - M g sin(grade)
@@ -42,6 +44,8 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False, located:
     located : it is known where the car is: the input ``position`` (m) rises in the direction of driving, and heading
         times position is the road's coordinate. What the road does is then a matter of the place. It is an input, and
         not the speed's integral, so that a simulated speed that is off does not also meet the hills too late.
+    felt : an accelerometer told the slope beyond the known grade (input ``felt_slope``), for what asks for it. Such
+        runs are driven throughout.
 
     Returns
     -------
@@ -61,12 +65,13 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False, located:
         speed = e("measured_speed", value=u.speed) if accelerometer else state
         place = {"position": u.position} if located else {}
         e.integrate(run_time=1.0)
-        grade = e("grade", value=u.grade, **place)
+        hills = {"felt_slope": u.felt_slope} if felt else {}
+        grade = e("grade", value=u.grade, **place, **hills)
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
-        rate = (_drive_force(e, u, driven) - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)) / (
-            e.p.mass + e.p.rotating_mass
-        )
+        rate = (
+            _drive_force(e, u, driven, felt) - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)
+        ) / (e.p.mass + e.p.rotating_mass)
         e.integrate(speed=rate)
         e.sensor("speed", state, rate)
         if accelerometer:
@@ -86,14 +91,16 @@ def road_load(driven: Driven = "coasting", accelerometer: bool = False, located:
             *("grade", "wind_speed", "elapsed", *drive_input),
             *(("speed",) if accelerometer else ()),
             *(("position",) if located else ()),
+            *(("felt_slope",) if felt else ()),
         ),
         context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
     )
 
 
-def _drive_force(e: Bench, u: Signals, driven: Driven) -> Number:
+def _drive_force(e: Bench, u: Signals, driven: Driven, throughout: bool) -> Number:
     if driven == "torque":
         torque = e("drive_torque", value=u.drive_torque)
+        always: dict[str, Number] = {"driven": 1.0} if throughout else {}
         radius, ratio = e.p.wheel_radius, e.p.gear_ratio
         return e(
             drive,
@@ -101,6 +108,7 @@ def _drive_force(e: Bench, u: Signals, driven: Driven) -> Number:
             gear_ratio=ratio,
             wheel_radius=radius,
             driveline_efficiency=e.p.driveline_efficiency,
+            **always,
         )
     return e("drive_force", value=u.drive_force) if driven == "force" else 0.0
 

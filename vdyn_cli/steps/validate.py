@@ -40,8 +40,10 @@ from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.estimation.validate import views, windows, words
 from vdyn_cli.estimation.validate.band import WIDE, Band, Verdict, bands, verdicts
-from vdyn_cli.estimation.validate.drives import OUTPUTS, Cut, Note, Stretch, stretches
+from vdyn_cli.estimation.validate.drives import OUTPUTS, SLOWEST, Cut, Note, Stretch, stretches
+from vdyn_cli.estimation.validate.felt import FELT, with_slope
 from vdyn_cli.estimation.validate.given import beliefs
+from vdyn_cli.estimation.validate.joined import Varies, joined
 from vdyn_cli.estimation.validate.plausible import refuse_coarse, refuse_foreign
 from vdyn_cli.estimation.validate.posterior import Posterior, posterior
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
@@ -62,14 +64,17 @@ SOURCE = "validate"
 ROLLING_STEP = 0.05  # s: a mass on a road has nothing that is quicker
 FREE_FORCE = 100.0  # N, of a free profile
 PASSES = 4  # of simulation and straight line, to the size of an effect
+FEWEST_UNITS = 8  # drives cut into windows that are units of evidence by themselves
 SETTLED = 0.1  # standard deviations that a further pass may move it
 
 
 class Windows(Strict):
-    """Short stretches instead of whole drives: ``length`` each, with drive torque above zero throughout or not."""
+    """Short stretches instead of whole drives: ``length`` each, with drive torque above zero throughout or not, and
+    faster than ``slowest``: in town, bends and cold tires resist as no road load says."""
 
     length: Annotated[Given, Si("s", 2, 3600)] = Given(20.0)
     powered: bool = True
+    slowest: Annotated[Given, Si("m/s", 0, 100)] = Given(SLOWEST)
 
 
 class Zeros(Strict):
@@ -87,6 +92,14 @@ class Gains(Strict):
     acceleration: Annotated[Given, Si("", 0, 0.2)] = Given(0.01)
 
 
+class Drives(Strict):
+    """Standard deviations of what differs from drive to drive, where windows are cut from them and nobody wrote it
+    down: the mean slope, and the load beyond the stated mass."""
+
+    slope: Annotated[Given, Si("", 0, 0.1)] = Given(0.003)
+    load: Annotated[Given, Si("kg", 0, 10_000)] = Given(0.0)
+
+
 class ValidateSettings(Strict):
     """``model``: vehicle (18 degrees of freedom) or road_load (a mass on a road). ``step``: the longest one."""
 
@@ -96,6 +109,7 @@ class ValidateSettings(Strict):
     step: Annotated[Given, Si("s", 1e-5, 0.05)] = Given(0.001)
     zeros: Zeros = Zeros()
     gains: Gains = Gains()
+    drives: Drives = Drives()
 
 
 class ValidateSpec(TestSpec):
@@ -119,24 +133,29 @@ def trial_of(
     """
     s = spec.settings
     refuse_coarse(s.model, s.step.value)
-    length, powered = (s.windows.length.value, s.windows.powered) if s.windows else (None, False)
+    w = s.windows
+    cut = Cut(s.model, w.length.value, w.powered, max(w.slowest.value, SLOWEST)) if w else Cut(s.model)
     day = known.value("temperature", 293.15)
     notes = [Note(r.direction, r.temperature.value if r.temperature else day) for r in spec.runs]
-    found, said = _stretches(tuple(logs), tuple(notes), Cut(s.model, length, powered))
+    hilly = _hilly(s, logs)
+    if hilly:
+        logs = [with_slope(log) for log in logs]
+    found, said = _stretches(tuple(logs), tuple(notes), cut)
     doubts = list(said)
     sides = all("drive_torque_left" in log and "drive_torque" not in log for log in logs)
-    model = vehicle(s.driven, "sides" if sides else "axle") if s.model == "vehicle" else road_load("torque")
+    model = vehicle(s.driven, "sides" if sides else "axle") if s.model == "vehicle" else road_load("torque", felt=hilly)
     believed = beliefs(known, model.parameters)
     if not found:
         what = "no stretch of any run can be simulated"
         raise InputError(*doubts, Finding("runs", what, remedy="check the channels and settings.windows"))
-    has = OUTPUTS if s.model == "vehicle" else ("speed", "acceleration")
+    has = OUTPUTS if s.model == "vehicle" else ("speed",) if hilly else ("speed", "acceleration")
     channels = tuple(n for n in has if all(n in one.outputs for one in found))
     zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)
     zeros["acceleration"] = s.zeros.acceleration.value
     gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
     step = s.step.value if s.model == "vehicle" else max(s.step.value, ROLLING_STEP)
-    made = Trial(found, model, believed, channels, step, zeros, gains, tuple(effects), tuple(extra))
+    own_air = day if hilly and "temperature" in known and "air_density" not in believed.names else None
+    made = Trial(found, model, believed, channels, step, zeros, gains, tuple(effects), tuple(extra), day=own_air)
     return made, doubts
 
 
@@ -158,7 +177,20 @@ def regression(
 ) -> Regression:
     """The whitened regression of all outputs, with effects of the model's laws and their unknowns; its noise is found
     with them in. Shared unknowns are all parameters that have a standard deviation, with it as their prior."""
-    return weigh(trial_of(spec, logs, known, effects, extra)[0], calm=True).regression
+    return _regression(trial_of(spec, logs, known, effects, extra)[0], spec.settings)
+
+
+def _hilly(s: ValidateSettings, logs: Sequence[Log]) -> bool:
+    """Is the accelerometer to tell the slope of the road? Of windows of open-road drives with torque above zero."""
+    powered = s.model == "road_load" and s.windows is not None and s.windows.powered
+    return powered and all("acceleration" in log and np.isfinite(log["acceleration"]).mean() > 0.8 for log in logs)
+
+
+def _regression(trial: Trial, s: ValidateSettings) -> Regression:
+    """Drives, or windows of drives joined where an accelerometer tells the slope."""
+    if FELT not in trial.model.inputs:
+        return weigh(trial, calm=True).regression
+    return joined(trial, Varies(s.drives.slope.value, s.drives.load.value))
 
 
 def model(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Model:
@@ -194,7 +226,7 @@ def estimate(
         refuse_foreign(trial)
     solution = None
     if extra:
-        trial, solution = _sized(trial)
+        trial, solution = _sized(trial, spec.settings)
     w = weigh(trial)
     found = bands(w)
     told, chance = verdicts(w, found)
@@ -231,7 +263,7 @@ def estimate(
     )
 
 
-def _sized(trial: Trial) -> tuple[Trial, Solution]:
+def _sized(trial: Trial, s: ValidateSettings) -> tuple[Trial, Solution]:
     """The trial with its effects at the sizes that the drives give them, and the fit that found those.
 
     Raises
@@ -240,7 +272,10 @@ def _sized(trial: Trial) -> tuple[Trial, Solution]:
     """
     for _ in range(PASSES):
         before = {u.name: u.start for u in trial.extra}
-        solution = solve(frozen(weigh(trial, calm=True).regression), units="block")
+        drives = _regression(trial, s)
+        whole = FELT in trial.model.inputs and len(drives.runs) >= FEWEST_UNITS
+        units: Literal["run", "block"] = "run" if whole else "block"
+        solution = solve(frozen(drives), units=units)
         trial = replace(trial, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
         if all(abs(solution.values[n] - at) < SETTLED * solution.std[n] for n, at in before.items()):
             break

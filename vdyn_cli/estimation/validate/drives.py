@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.errors import Finding, InputError, raise_all
+from vdyn_cli.estimation.validate.felt import FELT
 from vdyn_cli.estimation.validate.regimes import Marks, marked, smoothed, stops
 from vdyn_cli.log import Log
 
@@ -84,11 +85,13 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Cut:
-    """How drives are cut: into windows of this length (s; None: as long as they go), with drive above zero or not."""
+    """How drives are cut: into windows of this length (s; None: as long as they go), with drive above zero or not, and
+    where a mass on a road is simulated those faster than ``slowest`` m/s."""
 
     model: ModelName
     length: float | None = None
     powered: bool = False
+    slowest: float = SLOWEST
 
 
 @dataclass(frozen=True)
@@ -206,7 +209,7 @@ def _parts(log: Log, cut: Cut) -> list[tuple[int, int]]:
         good &= driving(log) > 0
     if cut.model == "road_load":
         speed = np.interp(log.time, log.time[np.isfinite(log["speed"])], log["speed"][np.isfinite(log["speed"])])
-        good &= (speed > SLOWEST) & ~_braked(log)
+        good &= (speed > cut.slowest) & ~_braked(log)
     edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
     found = []
     for a, b in zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True):
@@ -245,7 +248,7 @@ def driving(log: Log) -> Array:
 def _stretch(run: int, log: Log, note: Note, a: int, b: int, timed: bool) -> Stretch:
     part = slice(a, b + 1)
     time = log.time[part]
-    names = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS) if n in log]
+    names = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", FELT, *INPUTS) if n in log]
     inputs = {n: log[n][part] for n in names}
     outputs = {n: log[n][part] for n in (*OUTPUTS, "jerk") if n in log}
     name = f"{log.name}, {time[0]:.0f} to {time[-1]:.0f} s" if timed else log.name

@@ -12,6 +12,7 @@ from vdyn_cli.estimation.bins import Bins, cut
 from vdyn_cli.estimation.gust_noise import Coloured, RunNoise, Steady, White, integration
 from vdyn_cli.estimation.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
 from vdyn_cli.estimation.validate.drives import Stretch
+from vdyn_cli.estimation.validate.felt import FELT
 from vdyn_cli.estimation.validate.rows import Plan
 
 Array = NDArray[np.float64]
@@ -54,6 +55,10 @@ def slow_noise(s: Stretch, plan: Plan, bins: Bins, values: Mapping[str, float], 
             Steady("run_wind", gust.sum(axis=1)),
             Steady("run_drive", moved.sum(axis=1)),
         ]
+        if (
+            FELT in s.inputs
+        ):  # what an accelerometer takes for a slope, and torque that is reckoned, are off by stretches
+            parts.append(Coloured("push", "push_time", moved, _lag(bins)))
         return RunNoise(tuple(parts), walk, moved.sum(axis=1))
     felt = here - pull[:, None] * moved
     push, none = np.vstack([moved, felt]), np.zeros(count.size)

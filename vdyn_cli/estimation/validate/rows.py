@@ -178,13 +178,13 @@ class Colour:
     def white(self, fast: Array, part: NDArray[np.int64]) -> Array:
         """(r', f, ...) the fast rows that have all their predecessors, made white."""
         lags = len(self.weights)
-        inner = fast.reshape(*fast.shape[:2], -1)
+        inner = fast.reshape(*fast.shape[:2], int(np.prod(fast.shape[2:])))
         left = inner[lags:].copy()
         for k, weight in enumerate(self.weights, start=1):
             left -= np.einsum("ij,rjc->ric", weight, inner[lags - k : -k])
         whole = part[lags:] == part[: part.size - lags]
         left = np.einsum("ij,rjc->ric", np.linalg.inv(self.scatter), left[whole])
-        return np.asarray(left.reshape(-1, *fast.shape[1:]))
+        return np.asarray(left.reshape(len(left), *fast.shape[1:]))
 
 
 def colour(sample: Array, lags: int) -> Colour:

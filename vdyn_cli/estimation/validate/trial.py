@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 
 START = "start.speed"
-SIGNED = ("hub_swing", "driveline_pitch")  # may lie on either side of zero
+SIGNED = ("hub_swing", "driveline_pitch", "rolling_speed")  # may lie on either side of zero
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
 GAINS = ("speed", "shaft_torque", "acceleration")
 REST = 0.3  # m/s, below which a drive begins at rest
@@ -57,6 +57,7 @@ class Trial:
     zeros : standard deviation of a sensor's zero, by channel; each stretch has its own.
     gains : standard deviation of a sensor's gain, by channel; the same in all stretches, and of both shaft torques.
     wind_variance : m^2/s^2, of gusts and mean winds: what they add to the mean drag.
+    day : K, temperature at which the air density holds, where each stretch has its own air; None: one air for all.
     """
 
     stretches: tuple[Stretch, ...]
@@ -69,6 +70,7 @@ class Trial:
     effects: tuple[Correction, ...] = ()
     extra: tuple[Unknown, ...] = ()
     wind_variance: float = 0.0
+    day: float | None = None
 
     @cached_property
     def zeroed(self) -> tuple[str, ...]:
@@ -137,7 +139,10 @@ class Trial:
             **torques,
         }
         inputs = {n: everything[n] for n in self.model.inputs}
-        return Drive(s.time, inputs, context={"heading": s.heading, "temperature": s.temperature})
+        own = {}
+        if self.day is not None:
+            own["air_density"] = self.beliefs.values["air_density"] * self.day / s.temperature
+        return Drive(s.time, inputs, {}, own, {"heading": s.heading, "temperature": s.temperature})
 
     def start(self, run: int) -> Array:
         """Local unknowns of a stretch at the beliefs."""

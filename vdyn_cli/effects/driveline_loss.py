@@ -1,0 +1,26 @@
+"""Torque that gears turn into heat."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="drive",
+    unknowns=(Quantity("driveline_loss", "", "share of the drive force lost behind the torque", "e", 0.0, 0.25),),
+    reference="a helical stage under load loses 1 to 2 %, a final drive 2 to 5 %, and a torque reckoned from currents "
+    "leaves the motor's own iron and friction losses out: 2 to 8 %",
+    label="a driveline that loses a share of the torque",
+    signature="The simulated car outruns the real one in proportion to the torque that drives it.",
+    alike=("torque_gain", "wheel_radius", "mass_error", "driveline_efficiency", "driveline_drag"),
+    confirm="Weigh the car, then measure the torque at the hubs or the pull of the car against a load cell.",
+    steps=("validate",),
+)
+def driveline_loss(drive: Law, s: Signals, q: Signals) -> Number:
+    """Drive force that does not arrive: F = (1 - e) eta T i / r.
+
+    Of stretches that are driven throughout. Where the wheels drive the driveline it loses on the other side.
+    """
+    return drive(s.but(driveline_efficiency=s.driveline_efficiency * (1.0 - s.driven * q.driveline_loss)))

@@ -1,0 +1,27 @@
+"""Hills that an accelerometer felt."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="grade",
+    unknowns=(Quantity("felt_slope", "", "share of the slope that the accelerometer felt", "q", 0.0, 1.3),),
+    reference="a forward accelerometer feels V' + g sin(slope): less the speed's own rate, that is the road; share 1",
+    label="hills that the accelerometer felt",
+    signature="The car loses speed wherever the accelerometer reads more than the speed's own rate.",
+    alike=("grade_profile", "road_grade", "headwind"),
+    confirm="Drive the same road once more, or back: the hills must be found again, and in a survey's heights.",
+    lasts=False,
+    steps=("validate",),
+)
+def felt_slope(grade: Law, s: Signals, q: Signals) -> Number:
+    """A road that rises and falls where the simulation has it flat, as an accelerometer in the car felt it.
+
+    i = i_known + q i_felt, i_felt = (f - zero - V') / g - i_known, with f the specific force and V' the rate of the
+    measured speed. The torque has no part in it: a share of one says that what was felt is what the car climbed.
+    """
+    return grade(s) + q.felt_slope * s.felt_slope

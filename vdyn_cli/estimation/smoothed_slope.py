@@ -1,0 +1,66 @@
+"""A road's slope out of noisy looks at it: what is known of how roads change decides how much each look counts.
+
+The slope is an Ornstein-Uhlenbeck process over the distance, i(x + d) = i(x) exp(-d/length) + innovation, of standard
+deviation ``size``; each look adds white noise of its own. Size, length and noise come from the looks themselves, by
+maximum likelihood over a grid. The smoothed slope is the process' mean given all looks (Kalman's filter forward,
+Rauch, Tung and Striebel's smoother back): what is still wrong with it is independent of what it says, so that a
+regression on it is not flattened as one on the noisy looks would be.
+
+Source: Rauch, Tung and Striebel, AIAA Journal 3 (1965) 1445.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SIZES = tuple(np.geomspace(0.0015, 0.03, 6))
+LENGTHS = tuple(np.geomspace(30.0, 1500.0, 7))  # m
+NOISES = tuple(np.geomspace(0.0005, 0.03, 8))  # of a look, as a slope
+
+
+def smoothed_slope(along: Array, looks: Array, seen: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Mean and standard deviation of the slope at each look, (k,) each.
+
+    Parameters
+    ----------
+    along : (k,) m, where the looks are, rising. looks : (k,) slope. seen : (k,) whether a look counts.
+    """
+    grid = np.array(list(product(SIZES, LENGTHS, NOISES)))
+    best = grid[int(np.argmax(_filtered(along, looks, seen, grid)[0]))]
+    _, mean, variance = _filtered(along, looks, seen, best[None])
+    return _smoothed(along, mean[:, 0], variance[:, 0], best)
+
+
+def _filtered(along: Array, looks: Array, seen: NDArray[np.bool_], grid: Array) -> tuple[Array, Array, Array]:
+    """Log likelihood (g,) of each row (size, length, noise) of the grid, and mean and variance (k, g) so far."""
+    prior, length, noise = grid[:, 0] ** 2, grid[:, 1], grid[:, 2] ** 2
+    mean, variance, told = np.zeros(len(grid)), prior.copy(), np.zeros(len(grid))
+    means, variances = np.empty((along.size, len(grid))), np.empty((along.size, len(grid)))
+    steps = np.diff(along, prepend=along[0])
+    for k in range(along.size):
+        kept = np.exp(-steps[k] / length)
+        mean, variance = kept * mean, kept**2 * variance + (1.0 - kept**2) * prior
+        if seen[k]:
+            spread, off = variance + noise, looks[k] - mean
+            told -= 0.5 * (np.log(spread) + off**2 / spread)
+            gain = variance / spread
+            mean, variance = mean + gain * off, variance * (1.0 - gain)
+        means[k], variances[k] = mean, variance
+    return told, means, variances
+
+
+def _smoothed(along: Array, mean: Array, variance: Array, found: Array) -> tuple[Array, Array]:
+    prior, length = found[0] ** 2, found[1]
+    kept = np.exp(-np.diff(along) / length)
+    mean, variance = mean.copy(), variance.copy()
+    for k in range(along.size - 2, -1, -1):
+        ahead = kept[k] ** 2 * variance[k] + (1.0 - kept[k] ** 2) * prior
+        gain = kept[k] * variance[k] / ahead
+        mean[k] += gain * (mean[k + 1] - kept[k] * mean[k])
+        variance[k] += gain**2 * (variance[k + 1] - ahead)
+    return mean, np.sqrt(variance)
