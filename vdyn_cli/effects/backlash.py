@@ -8,6 +8,8 @@ from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.quantity import Quantity
 
 CORNER = 1e-4  # rad, over which the flanks come into touch
+APART = 1e-5  # rad of play that lets flanks part
+SOFT = 0.1  # N m
 
 
 @effect(
@@ -23,13 +25,16 @@ CORNER = 1e-4  # rad, over which the flanks come into touch
     steps=("validate", "shaft"),
 )
 def backlash(shaft: Law, s: Signals, q: Signals) -> Number:
-    """Free play: within it nothing touches, beyond it the shaft feels the twist less the play.
+    """Free play: within it nothing touches, beyond it the shaft feels the twist less the play; flanks never pull.
 
-    T = k d + c d', d = phi beyond +-b, 0 within. The corners are round over 1e-4 rad; the derivative at zero says
-    little about any play worth finding, so sizes are tried.
+    T = k d + c d', d = phi beyond +-b, 0 within; T = 0 where damping would draw the flanks together. The corners are
+    round over 1e-4 rad; the derivative at zero says little about any play worth finding, so sizes are tried.
     """
     above, below = s.twist - q.backlash, s.twist + q.backlash
     far_above, far_below = sqrt(above * above + CORNER**2), sqrt(below * below + CORNER**2)
     touching = 1.0 + 0.5 * (above / far_above - below / far_below)
     felt = s.twist + 0.5 * (far_above - far_below)
-    return shaft(s.but(twist=felt, twist_rate=s.twist_rate * touching))
+    torque = shaft(s.but(twist=felt, twist_rate=s.twist_rate * touching))
+    side = s.twist / sqrt(s.twist * s.twist + APART**2)
+    pulled = 0.5 * (torque - side * sqrt(torque * torque + SOFT**2))
+    return torque - pulled * q.backlash * q.backlash / (q.backlash * q.backlash + APART**2)

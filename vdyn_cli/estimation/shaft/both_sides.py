@@ -14,6 +14,7 @@ from vdyn_cli.fit import Regression, Rows, solve
 
 Array = NDArray[np.float64]
 
+ROUNDS, MOVED = 5, 0.3  # of adjusting the readings anew, until nothing moves by more standard deviations
 BAR = 2  # unknowns of a side's bar, stiffness and damping, which come first
 
 
@@ -46,11 +47,17 @@ def both_sides(sides: Mapping[str, Regression]) -> Regression:
 def about_effects(plain: ShaftFit, fit: ShaftFit, whole: ShaftFit) -> Regression:
     """One side with effects, its readings adjusted as the fit with all of them asks, if the runs determine that.
 
-    With priors on the effects' unknowns they always do; else the readings are adjusted as the plain fit asks.
+    With priors on the effects' unknowns they mostly do; else the readings stay adjusted as the last fit asks that did.
     ``whole`` is ``fit`` without the ranges of the effects' unknowns.
     """
-    start = fit.place(solve(plain.regression()))
-    try:
-        return fit.regression(whole.place(solve(whole.regression(start), tolerance=ARRIVED)), start)
-    except ResultError:
-        return fit.regression(start)
+    start = at = fit.place(solve(plain.regression()))
+    for _ in range(ROUNDS):
+        try:
+            solution = solve(whole.regression(at), tolerance=ARRIVED)
+        except ResultError:
+            break
+        before, at = at, whole.place(solution)
+        std = np.array([solution.std[n] for n in solution.names])
+        if np.max(np.abs(at - before)[: std.size] / std) < MOVED:
+            break
+    return fit.regression(at, start)

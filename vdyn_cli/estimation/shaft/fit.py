@@ -38,6 +38,7 @@ RATE_ZERO = 0.05  # rad/s, how far the two speeds' zeros may differ
 TWIST_ZERO = 2e-3  # rad, standard deviation of the twist's zero, a tenth of a degree
 ARRIVED = 1e-3  # of one residual's variance that a further step may still promise, where the law bends
 MOST_ROUNDS, SETTLED = 12, 0.02  # of adjusting the readings anew, until nothing moves by more standard deviations
+BENT = 4  # times that the readings are adjusted about the last adjusted ones, where the law bends
 GAP = 3.0  # of the median time step; longer ones break the chain
 
 
@@ -200,8 +201,11 @@ class ShaftFit:
 
     def _fix(self, index: int, theta: Array) -> Fixed:
         run = self.runs[index]
-        conditions, factor, to_twist, to_rate = self._conditions(index, theta)
-        drive = run.drive(*_adjust(run, conditions, factor, to_twist, to_rate))
+        adjusted, conditions, factor = (run.twist, run.rate), np.zeros(0), np.zeros(0)
+        for _ in range(BENT):
+            conditions, factor, to_twist, to_rate = self._conditions(index, theta, adjusted)
+            adjusted = _adjust(run, conditions, factor, to_twist, to_rate)
+        drive = run.drive(*adjusted)
         torque = self._simulated(drive, theta).outputs["shaft_torque"]
         return Fixed(drive, torque, float(theta[self._rate_zero]), conditions, factor)
 
@@ -220,15 +224,24 @@ class ShaftFit:
         white = _lower(factor, np.column_stack([slopes, conditions]))
         return Rows(white[:, -1], white[:, :-1], time=self._times(index))
 
-    def _conditions(self, index: int, theta: Array) -> tuple[Array, Array, Array, Array]:
+    def _conditions(
+        self, index: int, theta: Array, about: tuple[Array, Array] | None = None
+    ) -> tuple[Array, Array, Array, Array]:
         """The conditions at the readings, torque and chain in turn, (2 n - 1,); the Cholesky factor of their
-        covariance; the torque's slopes to twist and rate, (n,) each."""
-        run, simulated = self.runs[index], self._simulated(self._read[index], theta)
+        covariance; the torque's slopes to twist and rate, (n,) each.
+
+        A law that bends within the readings' noise is a straight line ``about`` the true twist and rate, not about
+        their readings: at a corner those would be off by k times the noise.
+        """
+        run = self.runs[index]
+        simulated = self._simulated(self._read[index] if about is None else run.drive(*about), theta)
         tangents = simulated.sensitivities["shaft_torque"]
         to_twist, to_rate = -tangents[:, self._twist_zero], -tangents[:, self._rate_zero]
         step, rate = np.diff(run.time), run.rate - theta[self._rate_zero]
         conditions = np.empty(2 * run.time.size - 1)
         conditions[::2] = simulated.outputs["shaft_torque"] - run.torque
+        if about is not None:
+            conditions[::2] += to_twist * (run.twist - about[0]) + to_rate * (run.rate - about[1])
         conditions[1::2] = np.diff(run.twist) - step * (rate[1:] + rate[:-1]) / 2
         return conditions, _factor(run, step, to_twist, to_rate), to_twist, to_rate
 
