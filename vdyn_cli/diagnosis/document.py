@@ -7,6 +7,7 @@ from typing import Any
 
 from vdyn_cli.diagnosis.next_test import NextTest
 from vdyn_cli.diagnosis.verdict import Verdict
+from vdyn_cli.diagnosis.words import interchangeable
 from vdyn_cli.diagnosis.workbench import Workbench
 from vdyn_cli.parameters import Estimate
 
@@ -105,8 +106,9 @@ def _cause(
 def _ambiguous(verdict: Verdict) -> list[list[str]]:
     if verdict.name != "ambiguous":
         return []
-    if all(len(t.causes) == 1 for t in verdict.answers):
-        return [[t.causes[0] for t in verdict.answers]]
+    sets = [one for one in interchangeable(verdict.answers) if len(one) > 1]
+    if sets:
+        return sets
     return [["+".join(t.causes) for t in verdict.answers]]
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, detect
 from vdyn_cli.diagnosis.gain import Gain, gain
 from vdyn_cli.diagnosis.level import LEVEL
-from vdyn_cli.diagnosis.naming import BEYOND, REST, Trial, one_after_another, pairs, singles
+from vdyn_cli.diagnosis.naming import BEYOND, REST, Trial, as_good, one_after_another, pairs, singles
 from vdyn_cli.diagnosis.scores import absorbed
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 from vdyn_cli.errors import Finding
@@ -86,7 +86,7 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
 
     def verdict(name: Name, answers: tuple[Trial, ...] = (), tried: tuple[Trial, ...] = ()) -> Verdict:
         gained = None
-        if len(answers) == 1:
+        if answers and (len(answers) == 1 or len(answers[0].causes) > 1):  # causes that all answers share gain too
             gained = gain(bench, base, answers[0].fitted, found.testable)
         return Verdict(name, why, base, found, answers, tried, unseen, gained)
 
@@ -102,7 +102,7 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     if not answers and not _one_shape(bench):
         answers = _simplest(bench, pairs(bench, tried, found))
         chain = None if answers else one_after_another(bench, found)
-        answers = answers if chain is None else (chain,)
+        answers = answers if chain is None else (chain, *as_good(bench, chain, found))
     if not answers:
         return verdict("unknown", (), tried)
     if len(answers) > 1:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from vdyn_cli.diagnosis.gain import Gain
+from vdyn_cli.diagnosis.naming import Trial
 from vdyn_cli.diagnosis.verdict import Verdict
 from vdyn_cli.effects import Effect
 from vdyn_cli.parameters import Estimate
@@ -30,8 +31,7 @@ def sentence(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str,
         closest = f" {causes[best.causes[0]].label} comes closest, but leaves something;" if best else ""
         return f"Something is wrong ({p}) that no cause of the catalogue explains;{closest} see where it is largest."
     if verdict.name == "ambiguous":
-        named = [" with ".join(causes[c].label for c in t.causes) for t in verdict.answers]
-        return f"Something is wrong ({p}): {either(named)} would explain it, and these data can't tell which."
+        return _undecided(verdict, causes, sizes)
     if verdict.answer is None:
         return f"The data are at fault ({p}): {verdict.why}. Leave that part out, then look again."
     answer = verdict.answer
@@ -41,6 +41,31 @@ def sentence(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str,
     if verdict.name == "data_fault":
         return f"The data are at fault: {cause} {explain} {share}what the simulation got wrong."
     return f"{cause[0].upper()}{cause[1:]} {explain} {share}what the simulation got wrong."
+
+
+def _undecided(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Estimate]) -> str:
+    """What all answers share is said to be wrong; what they differ in is left open."""
+    sets = interchangeable(verdict.answers)
+    if len(verdict.answers[0].causes) == 1 or not sets:
+        p = chance(verdict.detection.p_value)
+        every = [" with ".join(causes[c].label for c in t.causes) for t in verdict.answers]
+        return f"Something is wrong ({p}): {either(every)} would explain it, and these data can't tell which."
+    parts = [either([f"{causes[c].label}{_size(causes[c], sizes)}" for c in one]) for one in sets]
+    told = f"{', and '.join(parts)}, explain {_share(verdict.gain)}what the simulation got wrong"
+    return f"{told[0].upper()}{told[1:]}; where it says 'or', these data can't tell which."
+
+
+def interchangeable(answers: Sequence[Trial]) -> list[list[str]]:
+    """For each cause of the first answer, it and those that other answers have in its place; nothing where answers
+    differ in more than one cause."""
+    first = answers[0].causes
+    sets = {c: [c] for c in first}
+    for other in answers[1:]:
+        gone, new = [c for c in first if c not in other.causes], [c for c in other.causes if c not in first]
+        if len(gone) != 1 or len(new) != 1:
+            return []
+        sets[gone[0]].append(new[0])
+    return list(sets.values())
 
 
 def either(named: Sequence[str]) -> str:
