@@ -121,6 +121,26 @@ def one_after_another(bench: Workbench, start: Detection) -> Trial | None:
     return None
 
 
+def as_good(bench: Workbench, answer: Trial, start: Detection) -> tuple[Trial, ...]:
+    """Answers that differ from this one in a single cause, suffice as well, and explain as much."""
+    found = []
+    for cause in answer.causes:
+        others = tuple(c for c in answer.causes if c != cause)
+        without = bench.fitted(others)
+        if without is None:
+            continue
+        beside = bench.scores(without, start.testable).statistic
+        for rival in start.testable:
+            if rival in answer.causes or beside[cause] - beside[rival] > BEYOND**2:
+                continue
+            trial = attempt(bench, (*others, rival))
+            if trial is None or not trial.sufficient or not all(_beyond(bench, trial, c) for c in trial.causes):
+                continue
+            if 2 * (trial.fitted.solution.cost - answer.fitted.solution.cost) <= BEYOND**2:
+                found.append(trial)
+    return tuple(found)
+
+
 def _beyond(bench: Workbench, trial: Trial, cause: str) -> bool:
     """Is the cause needed beside the others of the answer?"""
     others = tuple(c for c in trial.causes if c != cause)
