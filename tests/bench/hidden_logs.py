@@ -98,7 +98,11 @@ def _validate(scenario: Scenario, folder: Path) -> Path:
         known[name] = f"{value!r} +- {sd!r} {UNITS.get(name, '')}".strip()
     settings = {
         "driven": "front",
-        "zeros": {"acceleration": drive.RIG.acceleration.zero, "shaft_torque": drive.RIG.shaft_torque.zero},
+        "zeros": {
+            "acceleration": drive.RIG.acceleration.zero,
+            "shaft_torque": drive.RIG.shaft_torque.zero,
+            "drive_torque": drive.RIG.torque.zero,
+        },
         "gains": {name: sd for name, (_, sd) in GAINS.items()},
     }
     notes = [{"direction": run.direction, "temperature": f"{run.temperature:.1f} degC"} for run in runs]

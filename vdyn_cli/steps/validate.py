@@ -82,6 +82,7 @@ class Zeros(Strict):
 
     acceleration: Annotated[Given, Si("m/s^2", 0, 3)] = Given(0.02)
     shaft_torque: Annotated[Given, Si("N m", 0, 200)] = Given(2.0)
+    drive_torque: Annotated[Given, Si("N m", 0, 200)] = Given(0.5)
 
 
 class Gains(Strict):
@@ -152,6 +153,8 @@ def trial_of(
     channels = tuple(n for n in has if all(n in one.outputs for one in found))
     zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)
     zeros["acceleration"] = s.zeros.acceleration.value
+    if s.model == "vehicle":  # a mass on a road takes it for a force that every drive has of its own
+        zeros["drive_torque"] = s.zeros.drive_torque.value
     gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
     step = s.step.value if s.model == "vehicle" else max(s.step.value, ROLLING_STEP)
     own_air = day if hilly and "temperature" in known and "air_density" not in believed.names else None

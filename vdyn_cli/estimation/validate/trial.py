@@ -12,7 +12,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.bench import Correction
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.bench import Correction, Law, Number, Signals
 from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
@@ -20,11 +21,13 @@ from vdyn_cli.estimation.validate.drives import OUTPUTS, Stretch
 from vdyn_cli.estimation.validate.given import Beliefs
 from vdyn_cli.estimation.validate.torque import Fed, fed
 from vdyn_cli.fit import Unknown
+from vdyn_cli.quantity import Quantity
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
 START = "start.speed"
+TORQUE_ZERO = "drive_torque_zero"
 SIGNED = ("hub_swing", "driveline_pitch", "rolling_speed")  # may lie on either side of zero
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
 GAINS = ("speed", "shaft_torque", "acceleration")
@@ -32,6 +35,16 @@ REST = 0.3  # m/s, below which a drive begins at rest
 AT_REST = 1e-3  # m/s, how well a car at rest is known to be
 FARTHEST = 200.0  # standard deviations by which drives may contradict what was believed
 UNEVEN = 3.0  # spacings of the clock that one step size must still bear
+
+
+@effect(
+    on=("drive_torque", "drive_torque_left", "drive_torque_right"),
+    unknowns=(Quantity(TORQUE_ZERO, "N m", "what the drive torque reads at no torque, in one drive"),),
+    reference="a data sheet's zero",
+)
+def drive_torque_zero(drive_torque: Law, s: Signals, q: Signals) -> Number:
+    """The zero of a torque sensor in one drive."""
+    return drive_torque(s.but(value=s.value - q.drive_torque_zero))
 
 
 @dataclass(frozen=True)
@@ -54,7 +67,7 @@ class Trial:
     channels : outputs that are fitted, of those that the model has and the logs hold.
     effects, extra : corrections of the model's laws, and their unknowns.
     step : s, the longest step of the integration.
-    zeros : standard deviation of a sensor's zero, by channel; each stretch has its own.
+    zeros : standard deviation of a sensor's zero, by channel or drive_torque; each stretch has its own.
     gains : standard deviation of a sensor's gain, by channel; the same in all stretches, and of both shaft torques.
     wind_variance : m^2/s^2, of gusts and mean winds: what they add to the mean drag.
     day : K, temperature at which the air density holds, where each stretch has its own air; None: one air for all.
@@ -74,8 +87,13 @@ class Trial:
 
     @cached_property
     def zeroed(self) -> tuple[str, ...]:
-        """Channels whose zero is a nuisance of every stretch."""
-        return tuple(n for n in self.channels if self.zeros.get(n, 0.0) > 0)
+        """Channels whose zero is a nuisance of every stretch; the drive torque's, which drives the car, first."""
+        return tuple(n for n in ("drive_torque", *self.channels) if self.zeros.get(n, 0.0) > 0)
+
+    @property
+    def _driving(self) -> int:
+        """How many of the zeros are those of an input."""
+        return int("drive_torque" in self.zeroed)
 
     @cached_property
     def instruments(self) -> dict[str, float]:
@@ -99,7 +117,8 @@ class Trial:
     def _moving(self) -> NDArray[np.int64]:
         """Places among a stretch's unknowns of those that the simulator takes."""
         k, m = len(self.beliefs.names), len(self.instruments)
-        return np.concatenate([np.arange(k), np.arange(k + m, len(self.shared) + 1)]).astype(np.int64)
+        end = len(self.shared) + 1 + self._driving
+        return np.concatenate([np.arange(k), np.arange(k + m, end)]).astype(np.int64)
 
     @cached_property
     def _outputs(self) -> tuple[str, ...]:
@@ -110,9 +129,10 @@ class Trial:
         dense = max(self._substeps(s.time) for s in self.stretches)
         values = {**self.beliefs.values, "wind_variance": self.wind_variance}
         own = {n: values[n] for n in self.model.parameters}
-        return Simulator(
-            self.model, own, (*self.beliefs.names, *(u.name for u in self.extra), START), self.effects, dense
-        )
+        unknowns = (*self.beliefs.names, *(u.name for u in self.extra), START)
+        if self._driving:
+            return Simulator(self.model, own, (*unknowns, TORQUE_ZERO), (*self.effects, drive_torque_zero), dense)
+        return Simulator(self.model, own, unknowns, self.effects, dense)
 
     def _substeps(self, time: Array) -> int:
         steps = np.diff(time)
@@ -199,7 +219,7 @@ class Trial:
         seen = self._simulator(drive, theta[self._moving], sensitivities=slopes)
         values, derivatives = self._readings(seen, self.stretches[run])
         for name in values:
-            added, columns = self._reading(name, values[name], theta[k : k + m], theta[steady + 1 :])
+            added, columns = self._reading(name, values[name], theta[k : k + m], theta[steady + 1 + self._driving :])
             if slopes:
                 moved = derivatives[name]
                 derivatives[name] = np.hstack([moved[:, :k], columns[0], moved[:, k:], columns[1]])
@@ -213,7 +233,7 @@ class Trial:
             if name in self._read(instrument.removesuffix("_gain")):
                 shared[:, i] = true
         if name in self.zeroed:
-            own[:, self.zeroed.index(name)] = 1.0
+            own[:, self.zeroed.index(name) - self._driving] = 1.0
         return read + shared @ steady + own @ zeros, (shared, own)
 
     def _readings(self, seen: Simulated, s: Stretch) -> tuple[dict[str, Array], dict[str, Array]]:
