@@ -13,6 +13,7 @@ from vdyn_cli.errors import ResultError
 from vdyn_cli.estimation.restricted_likelihood import NoisyRun
 from vdyn_cli.estimation.validate import noise
 from vdyn_cli.estimation.validate.drives import Stretch
+from vdyn_cli.estimation.validate.plausible import LONGEST_STEP
 from vdyn_cli.estimation.validate.rows import FINEST, Colour, Plan, colour, plan
 from vdyn_cli.estimation.validate.torque import LEAST_TORQUE, TORQUES
 from vdyn_cli.estimation.validate.trial import Outcome, Trial
@@ -132,13 +133,15 @@ def weigh(trial: Trial, calm: bool = False) -> Weighed:
     ----------
     calm : average the fast rows over ``CALM``. The noise of the torque sensor shakes the simulated shafts as no real
         torque does, and whatever quiets them (more damping, more inertia) then seems to be asked for: sums of squares
-        of such noise do not average out. What is slower than the shafts is free of that.
+        of such noise do not average out. What is slower than the shafts is free of that, and bears longer steps.
 
     Raises
     ------
     ResultError : the simulation is not finite.
     """
     finest, lags = (CALM, CALM_LAGS) if calm else (FINEST, LAGS)
+    if calm:
+        trial = replace(trial, step=max(trial.step, min(2 * trial.step, LONGEST_STEP)))
     count = range(len(trial.stretches))
     blank = Weighed(trial, (), (), (), (), {}, (), ())
     first = trial.first
