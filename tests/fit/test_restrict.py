@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -100,3 +103,20 @@ def test_unknowns_that_only_a_prior_determines_are_no_obstacle_to_an_approach() 
     assert shared["a"] == pytest.approx(0.4, rel=1e-3)
     assert shared["b"] == pytest.approx(0.4, rel=1e-3)
     assert own == {}
+
+
+def test_a_model_that_can_be_narrowed_is_asked_for_what_is_free_alone() -> None:
+    asked: list[list[str]] = []
+
+    def narrow(names: Sequence[str]) -> Callable[[int, np.ndarray], Rows]:
+        asked.append(list(names))
+        return restricted(full(), {u.name: u.start for u in full().shared if u.name not in names}).rows
+
+    wide, theta = replace(full(), narrow=narrow), np.array([0.7, 0.4])
+    one = restricted(wide, {"b": 0.0, "c": 0.0})
+    assert asked == [["a"]]
+    np.testing.assert_array_equal(
+        one.rows(0, theta).jacobian, full().rows(0, np.array([0.7, 0, 0, 0.4])).jacobian[:, ::3]
+    )
+    restricted(wide, {"b": 1.0, "c": 0.0})
+    assert len(asked) == 1  # held elsewhere than where it starts: the whole model has to do

@@ -47,7 +47,7 @@ def linearise(
     own: Mapping[str, Array],
     secants: Mapping[str, float] = MappingProxyType({}),
 ) -> Linear:
-    """Rows and derivatives of all unknowns at a fitted point; what is not named is zero.
+    """Rows and derivatives of all unknowns at a fitted point; what is not named is where it starts.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def linearise(
     ------
     ArithmeticError : the model has no finite value there.
     """
-    values = np.array([shared.get(u.name, 0.0) for u in regression.shared])
+    values = np.array([shared.get(u.name, u.start) for u in regression.shared])
     runs = len(regression.runs)
     each = np.array([own[u.name] for u in regression.own], dtype=float).reshape(len(regression.own), runs).T
     rows = tuple(regression.rows(k, np.concatenate([values, each[k]])) for k in range(len(regression.runs)))
@@ -75,8 +75,12 @@ def _with_secant(
     """The rows with one column taken over a finite size, where its slope tells next to nothing of that."""
     moved = values.copy()
     moved[place] += size
+    simulate = regression.rows
+    if regression.narrow is not None:
+        used = [i for i, u in enumerate(regression.shared) if i == place or u.start != 0.0 or moved[i] != 0.0]
+        simulate, moved = regression.narrow([regression.shared[i].name for i in used]), moved[used]
     try:
-        there = tuple(regression.rows(k, np.concatenate([moved, own[k]])) for k in range(len(rows)))
+        there = tuple(simulate(k, np.concatenate([moved, own[k]])) for k in range(len(rows)))
     except ArithmeticError:
         return rows
     traces = [(a.residual - b.residual) / size for a, b in zip(there, rows, strict=True)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -75,12 +75,15 @@ class Regression:
     rows : ``rows(i, theta)`` of run i at its local unknowns, shared first. It may raise ArithmeticError, or return
         values that are not finite, where the model cannot be computed.
     run_starts : (runs,) starts of a per-run unknown, by name, where one start does not suit all.
+    narrow : ``narrow(names)`` gives the rows over those shared unknowns and the run's own, all others staying where
+        they start: for models that cost less with fewer unknowns. None where nothing is saved.
     """
 
     unknowns: tuple[Unknown, ...]
     runs: tuple[str, ...]
     rows: Callable[[int, Array], Rows]
     run_starts: Mapping[str, Array] = field(default_factory=dict)
+    narrow: Callable[[Sequence[str]], Callable[[int, Array], Rows]] | None = None
 
     @property
     def shared(self) -> tuple[Unknown, ...]:

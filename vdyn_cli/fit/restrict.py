@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,7 +47,10 @@ def restricted(full: Regression, held: Mapping[str, float], starts: Solution | N
     if starts is not None:
         kept = [replace(u, start=float(np.clip(starts.values.get(u.name, u.start), u.lower, u.upper))) for u in kept]
         run_starts |= dict(starts.per_run)
-    return replace(full, unknowns=(*kept, *full.own), rows=_Held(full, free, at), run_starts=run_starts)
+    rows: Callable[[int, Array], Rows] = _Held(full, free, at)
+    if full.narrow is not None and all(held.get(u.name, u.start) == u.start for u in shared):
+        rows = full.narrow([u.name for u in kept])
+    return replace(full, unknowns=(*kept, *full.own), rows=rows, run_starts=run_starts, narrow=None)
 
 
 def without_priors(regression: Regression, names: Iterable[str]) -> Regression:

@@ -43,7 +43,7 @@ def frozen(regression: Regression) -> Regression:
             plain = plain[0] + plain[1] @ step, plain[1]
         return replace(rows, residual=rows.residual + rows.jacobian @ step, plain=plain)
 
-    return replace(regression, rows=straight)
+    return replace(regression, rows=straight, narrow=None)
 
 
 def blocks_within(rows: Rows, wanted: int) -> int:

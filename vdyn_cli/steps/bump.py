@@ -32,7 +32,7 @@ Source: SAE 2017-01-1574, equations (8) to (18), with lift-off added.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -220,7 +220,8 @@ def regression(
     ----------
     extra : the effects' unknowns, shared by all crossings; those left out stay zero, or nominal.
     """
-    return fit_of(spec, data, known, effects, extra)[0].regression()
+    fit = fit_of(spec, data, known, effects, extra)[0]
+    return replace(fit.regression(), narrow=lambda names: fit.only(names).rows)
 
 
 def profiles(spec: BumpSpec, data: Measured, known: Parameters) -> tuple[Effect, ...]:

@@ -74,6 +74,13 @@ class BumpFit:
         self.drives = tuple(drive_of(c) for c in self.crossings)
         self.scales = [self._scales(c) for c in self.crossings]
 
+    def only(self, names: Sequence[str]) -> BumpFit:
+        """The fit with those effects alone that have one of these unknowns, and of theirs only these."""
+        effects = [e for e in self.effects if set(e.unknowns) & set(names)]
+        extra = [u for u in self.shared if u.name in names and any(u.name in e.unknowns for e in effects)]
+        given = (self.crossings, self.model, self.known, self.start, self.rear_weight)
+        return BumpFit(*given, effects, extra, self.inflation)
+
     def simulator_of(self, unknowns: Sequence[str]) -> Simulator:
         """The half car with these unknowns."""
         step = max(float(np.median(np.diff(c.time))) for c in self.crossings)
