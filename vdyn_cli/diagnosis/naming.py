@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from vdyn_cli.diagnosis.detect import Detection, chance, is_testable
-from vdyn_cli.diagnosis.scores import scores
+from vdyn_cli.diagnosis.scores import equivalent, scores
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 
 REST = 0.02  # level at which something else still adds
@@ -90,10 +90,12 @@ def _likeliest(bench: Workbench, tried: Sequence[tuple[str, str]]) -> list[tuple
     assert base is not None
     explained: dict[tuple[str, str], float] = {}
     for first in dict.fromkeys(a for a, _ in tried):
-        alone = bench.scores(base, [first]).statistic[first]
+        alone = bench.scores(base, [first])
         rivals = [b for a, b in tried if a == first]
         beside = scores(base.sheet, [*bench.base, *bench.unknowns(first)], {b: bench.unknowns(b) for b in rivals})
-        explained |= {(first, b): alone + beside.statistic[b] for b in rivals}
+        for b in rivals:
+            both = alone.statistic[first] + beside.statistic[b]
+            explained[first, b] = float(equivalent(both, alone.rank[first] + beside.rank[b]))
     return sorted(explained, key=lambda pair: -explained[pair])[:REFITTED]
 
 

@@ -124,7 +124,8 @@ class Workbench:
     @property
     def believed(self) -> Mapping[str, float]:
         """Parameters that the step simulates with, whatever a fit makes of them."""
-        return {u.name: u.prior[0] for u in self.full.shared if u.prior} if self.case.straight else {}
+        base = set(self.base) if self.case.straight else set()
+        return {u.name: u.prior[0] for u in self.full.shared if u.prior and u.name in base}
 
     def _probed(self, regression: Regression, causes: Sequence[str]) -> Iterator[Regression]:
         """The same fit begun at each probe of a cause whose derivative at zero leads nowhere."""
