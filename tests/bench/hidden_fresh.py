@@ -28,7 +28,8 @@ def fresh_gain(step: str, description: Path, fresh: Path, causes: Sequence[str])
         told, asked = _bench(step, description), _bench(step, fresh)
         fits = told.fitted(()), told.fitted(causes)
         if told.case.straight and fits[1] is not None:
-            return rms_of(_simulated(asked, {}, ())) - rms_of(_simulated(asked, told.near(fits[1]).values, causes))
+            sizes = told.near(fits[1]).values
+            return rms_of(_simulated(asked, {}, ()), False) - rms_of(_simulated(asked, sizes, causes), False)
         own = asked.fitted(())
         if fits[0] is None or fits[1] is None or own is None:
             return None

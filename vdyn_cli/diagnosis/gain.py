@@ -2,8 +2,8 @@
 
 Each fold leaves one run out (or one block of time where runs are few), chooses again among the causes by the same rule,
 refits to first order, and predicts what was left out. A run's own unknowns (a start speed) are taken from the run
-itself, as anybody who predicts a run must. Where a step simulates with parameters as they are believed, so do both
-predictions, before and after; of the fit they take the size of the cause.
+itself, as anybody who predicts a run must. Where a step simulates with parameters as they are believed and from the
+measured start, so do both predictions, before and after; of the fit they take the size of the cause.
 """
 
 from __future__ import annotations
@@ -89,10 +89,11 @@ def _folds(sheet: Sheet) -> list[Fold]:
     return [(-1, sheet.label == u) for u in np.flatnonzero(sheet.run >= 0)]
 
 
-def rms_of(linear: Linear) -> float:
-    """Root mean square of the main channel's error as the runs are, their own unknowns fitted to them."""
+def rms_of(linear: Linear, fitted: bool = True) -> float:
+    """Root mean square of the main channel's error as the runs are, their own unknowns fitted to them or not."""
     zero = np.zeros(len(linear.regression.shared))
-    every = [_left_of_run(linear, k, zero) for k in range(len(linear.rows))]
+    own = None if fitted else np.zeros(len(linear.regression.own))
+    every = [_left_of_run(linear, k, zero, own) for k in range(len(linear.rows))]
     plain = every[0].plain_rows > 0
     squares = sum(m.plain if plain else m.squares for m in every)
     return float(np.sqrt(squares / sum(m.plain_rows if plain else m.rows for m in every)))
@@ -123,13 +124,21 @@ def _missed(at: Fitted, fold: Fold, fitted: Sequence[str], believed: Mapping[str
     own = [n for n in sheet.names if "#" in n]
     step = dict(zip(fitted, _fitted(sheet.of([*fitted, *own]), sheet.y, kept), strict=False))
     step |= {n: value - at.values[n] for n, value in believed.items()}
+    begun = _begun(at.linear) if believed else None
     if run < 0:
         left = sheet.y - sheet.of(list(step)) @ np.array(list(step.values()))
         mine = sheet.of(own)
-        left = left[rows] - mine[rows] @ _fitted(mine, left, kept)
+        left = left[rows] - mine[rows] @ (_fitted(mine, left, kept) if begun is None else begun.ravel())
         return Missed(float(left @ left), float(np.sum(sheet.counts[np.unique(sheet.label[rows])])), 0.0, 0)
     shared = np.array([step.get(u.name, 0.0) for u in at.linear.regression.shared])
-    return _left_of_run(at.linear, run, shared)
+    return _left_of_run(at.linear, run, shared, None if begun is None else begun[run])
+
+
+def _begun(linear: Linear) -> Array:
+    """(runs, m), the step of every run's own unknowns back to where they begin."""
+    runs = len(linear.rows)
+    starts = [linear.regression.run_starts.get(u.name, np.full(runs, u.start)) for u in linear.regression.own]
+    return np.array(starts, dtype=float).reshape(len(starts), runs).T - linear.own
 
 
 def _fitted(columns: Array, y: Array, kept: Mask) -> Array:
@@ -139,17 +148,16 @@ def _fitted(columns: Array, y: Array, kept: Mask) -> Array:
     return np.asarray(np.linalg.lstsq(columns[kept] / size, y[kept], rcond=1e-9)[0] / size)
 
 
-def _left_of_run(linear: Linear, run: int, step: Array) -> Missed:
-    """What is left of a run after a step of the shared unknowns and the best one of its own."""
+def _left_of_run(linear: Linear, run: int, step: Array, own: Array | None) -> Missed:
+    """What is left of a run after a step of the shared unknowns and one of its own, the best where None is given."""
     rows, s = linear.rows[run], len(linear.regression.shared)
     left = rows.residual + rows.jacobian[:, :s] @ step
     mine = rows.jacobian[:, s:]
-    own = np.zeros(mine.shape[1])
-    if own.size:
+    if own is None:
         known = prior_rows(linear.regression.own, linear.own[run])
         stacked, right = np.vstack([mine, known[:, :-1]]), np.concatenate([left, known[:, -1]])
-        own = -np.linalg.lstsq(stacked, right, rcond=1e-9)[0]
-        left = left + mine @ own
+        own = -np.linalg.lstsq(stacked, right, rcond=1e-9)[0] if mine.size else np.zeros(0)
+    left = left + mine @ own
     plain = np.zeros(0)
     if rows.plain is not None:
         plain = rows.plain[0] + rows.plain[1][:, :s] @ step + rows.plain[1][:, s:] @ own
