@@ -38,11 +38,12 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError
 from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.estimation.sizes import sizes_found
-from vdyn_cli.estimation.validate import views, windows, words
+from vdyn_cli.estimation.validate import hill_views, views, windows, words
 from vdyn_cli.estimation.validate.band import WIDE, Band, Verdict, bands, verdicts
 from vdyn_cli.estimation.validate.drives import OUTPUTS, SLOWEST, Cut, Note, Stretch, stretches
-from vdyn_cli.estimation.validate.felt import FELT, with_slope
+from vdyn_cli.estimation.validate.felt import FELT, felt, with_slope
 from vdyn_cli.estimation.validate.given import beliefs
+from vdyn_cli.estimation.validate.hills import hills
 from vdyn_cli.estimation.validate.joined import Varies, joined
 from vdyn_cli.estimation.validate.plausible import refuse_coarse, refuse_foreign
 from vdyn_cli.estimation.validate.posterior import Posterior, posterior
@@ -180,7 +181,7 @@ def regression(
 ) -> Regression:
     """The whitened regression of all outputs, with effects of the model's laws and their unknowns; its noise is found
     with them in. Shared unknowns are all parameters that have a standard deviation, with it as their prior."""
-    return _regression(trial_of(spec, logs, known, effects, extra)[0], spec.settings)
+    return _regression(trial_of(spec, logs, known, effects, extra)[0], spec.settings, logs)
 
 
 def _hilly(s: ValidateSettings, logs: Sequence[Log]) -> bool:
@@ -189,11 +190,12 @@ def _hilly(s: ValidateSettings, logs: Sequence[Log]) -> bool:
     return powered and all("acceleration" in log and np.isfinite(log["acceleration"]).mean() > 0.8 for log in logs)
 
 
-def _regression(trial: Trial, s: ValidateSettings) -> Regression:
+def _regression(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> Regression:
     """Drives, or windows of drives joined where an accelerometer tells the slope."""
     if FELT not in trial.model.inputs:
         return weigh(trial, calm=True).regression
-    return joined(trial, Varies(s.drives.slope.value, s.drives.load.value))
+    zeros = tuple(felt(log).zero for log in logs)
+    return joined(trial, Varies(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros))
 
 
 def model(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Model:
@@ -229,7 +231,7 @@ def estimate(
         refuse_foreign(trial)
     solution = None
     if extra:
-        trial, solution = _sized(trial, spec.settings)
+        trial, solution = _sized(trial, spec.settings, logs)
     w = weigh(trial)
     found = bands(w)
     told, chance = verdicts(w, found)
@@ -246,6 +248,11 @@ def estimate(
         tables.insert(0, windows.table(ends))
         numbers["windows"] = windows.document(ends)
         sentence = words.windows_sentence(ends, told)
+    if solution is not None and FELT in trial.model.inputs:
+        road = hills(trial, frozen(_regression(trial, s, logs)), solution, logs)
+        tables[1:1] = hill_views.tables(road)
+        figures.insert(0, hill_views.figure(road))
+        numbers["road"] = hill_views.document(road)
     if s.model == "vehicle":
         swings, doubt = _swings(trial, s.driven)
         doubts += doubt
@@ -266,7 +273,7 @@ def estimate(
     )
 
 
-def _sized(trial: Trial, s: ValidateSettings) -> tuple[Trial, Solution]:
+def _sized(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> tuple[Trial, Solution]:
     """The trial with its effects at the sizes that the drives give them, and the fit that found those.
 
     Raises
@@ -275,7 +282,7 @@ def _sized(trial: Trial, s: ValidateSettings) -> tuple[Trial, Solution]:
     """
     for _ in range(PASSES):
         before = {u.name: u.start for u in trial.extra}
-        drives = _regression(trial, s)
+        drives = _regression(trial, s, logs)
         whole = FELT in trial.model.inputs and len(drives.runs) >= FEWEST_UNITS
         units: Literal["run", "block"] = "run" if whole else "block"
         solution = solve(frozen(drives), units=units)

@@ -1,7 +1,12 @@
 """Windows of one drive as one run: they share its driver and luggage, its road and its wind.
 
 What a drive has for itself are its mean slope and what its load differs from the stated mass; both are unknowns with
-what is known of them. The start speed of each window is taken as unknown beforehand: its column c is projected out of
+what is known of them. All drives share one accelerometer: the zero z_k that makes drive k level from end to end, its
+mean slope i_k and the common zero z belong together, one more row for each drive::
+
+    (z + g i_k - z_k) / drift
+
+The start speed of each window is taken as unknown beforehand: its column c is projected out of
 the window's whitened rows, (1 - c c'/c'c) r, which is the same as fitting it.
 """
 
@@ -13,21 +18,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.estimation.validate.felt import DRIVE_SLOPE, MEAN_SLOPE
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
 from vdyn_cli.estimation.validate.trial import Trial
 from vdyn_cli.fit import Regression, Rows, Unknown
 
 Array = NDArray[np.float64]
-LOAD = "load"
+LOAD, ZERO = "load", "accelerometer_zero"
+LARGEST_ZERO = 0.3  # m/s^2: two degrees of tilt
 
 
 @dataclass(frozen=True)
 class Varies:
-    """Standard deviations of what differs from drive to drive: mean slope, and load in kg."""
+    """Standard deviations of what differs from drive to drive: mean slope, load in kg, accelerometer's zero in m/s^2.
+
+    ``zeros`` : (drives of the description,) m/s^2, that make each of them level.
+    """
 
     slope: float
     load: float
+    drift: float
+    zeros: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +48,7 @@ class _Joined:
     drives: tuple[tuple[int, ...], ...]
     shared: tuple[str, ...]
     own: tuple[str, ...]
+    varies: Varies
 
     def __call__(self, run: int, theta: Array) -> Rows:
         trial = self.weighed.trial
@@ -44,8 +57,9 @@ class _Joined:
         place = {n: i for i, n in enumerate(trial.shared)}
         if LOAD in at:
             base[place["mass"]] += at[LOAD]
-        columns = [place["mass" if n == LOAD else n] for n in (*self.shared, *self.own)]
-        parts = []
+        names = (*self.shared, *self.own)
+        columns = [place.get("mass" if n == LOAD else n, -1) for n in names]
+        parts = [self._zero(self.drives[run], at, names)] if ZERO in at else []
         for k in self.drives[run]:
             local = np.r_[base, trial.begun(k)[0], np.zeros(len(trial.own) - 1)]
             parts.append(_without_start(self.weighed(k, local), len(trial.shared), columns))
@@ -58,6 +72,13 @@ class _Joined:
                 np.vstack([p.plain[1] for p in parts if p.plain]),
             ),
         )
+
+    def _zero(self, windows: tuple[int, ...], at: Mapping[str, float], names: tuple[str, ...]) -> Rows:
+        """What the drive's level says of the accelerometer."""
+        drift, first = self.varies.drift, self.weighed.trial.stretches[windows[0]]
+        off = at[ZERO] + GRAVITY * at[DRIVE_SLOPE] - self.varies.zeros[first.run]
+        slopes = np.array([[{ZERO: 1.0, DRIVE_SLOPE: GRAVITY}.get(n, 0.0) / drift for n in names]])
+        return Rows(np.array([off / drift]), slopes, time=first.time[:1])
 
 
 def joined(trial: Trial, varies: Varies) -> Regression:
@@ -73,7 +94,11 @@ def joined(trial: Trial, varies: Varies) -> Regression:
     }
     own = tuple(Unknown(n, 0.0, -50 * s, 50 * s, "", (0.0, s), True, True) for n, s in known.items())
     shared = tuple(u for u in whole.shared if u.name != DRIVE_SLOPE)
-    rows = _Joined(w, drives, tuple(u.name for u in shared), tuple(known))
+    if DRIVE_SLOPE in known and varies.drift > 0:
+        zero = Unknown(ZERO, 0.0, -3.0, 3.0, "m/s^2", (0.0, LARGEST_ZERO), nuisance=True)
+        base = len(trial.shared) - len(trial.extra)
+        shared = (*shared[:base], zero, *shared[base:])
+    rows = _Joined(w, drives, tuple(u.name for u in shared), tuple(known), varies)
     return Regression((*shared, *own), names, rows)
 
 
@@ -86,10 +111,10 @@ def _sloping(trial: Trial, varies: Varies) -> Trial:
 
 
 def _without_start(rows: Rows, start: int, columns: list[int]) -> Rows:
-    """The rows with the start's column projected out, over the columns that are asked for."""
+    """The rows with the start's column projected out, over the columns that are asked for (-1: there is none)."""
     c = rows.jacobian[:, start]
-    unit = c / np.linalg.norm(c)
-    matrix = np.column_stack([rows.jacobian[:, columns], rows.residual])
+    unit, there = c / np.linalg.norm(c), np.array(columns) >= 0
+    matrix = np.column_stack([rows.jacobian[:, columns] * there, rows.residual])
     matrix = matrix - np.outer(unit, unit @ matrix)
-    plain = None if rows.plain is None else (rows.plain[0], rows.plain[1][:, columns])
+    plain = None if rows.plain is None else (rows.plain[0], rows.plain[1][:, columns] * there)
     return Rows(matrix[:, -1], matrix[:, :-1], time=rows.time, plain=plain)
