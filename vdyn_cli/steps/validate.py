@@ -229,9 +229,9 @@ def estimate(
     trial, doubts = trial_of(spec, logs, known, effects, extra)
     if not spec.settings.windows:
         refuse_foreign(trial)
-    solution = None
+    solution, straight = None, None
     if extra:
-        trial, solution = _sized(trial, spec.settings, logs)
+        trial, solution, straight = _sized(trial, spec.settings, logs)
     w = weigh(trial)
     found = bands(w)
     told, chance = verdicts(w, found)
@@ -248,8 +248,8 @@ def estimate(
         tables.insert(0, windows.table(ends))
         numbers["windows"] = windows.document(ends)
         sentence = words.windows_sentence(ends, told)
-    if solution is not None and FELT in trial.model.inputs:
-        road = hills(trial, frozen(_regression(trial, s, logs)), solution, logs)
+    if solution is not None and straight is not None and FELT in trial.model.inputs:
+        road = hills(trial, straight, solution, logs)
         tables[1:1] = hill_views.tables(road)
         figures.insert(0, hill_views.figure(road))
         numbers["road"] = hill_views.document(road)
@@ -273,8 +273,8 @@ def estimate(
     )
 
 
-def _sized(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> tuple[Trial, Solution]:
-    """The trial with its effects at the sizes that the drives give them, and the fit that found those.
+def _sized(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> tuple[Trial, Solution, Regression]:
+    """The trial with its effects at the sizes that the drives give them, the fit that found those, and its regression.
 
     Raises
     ------
@@ -282,14 +282,14 @@ def _sized(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> tuple[Tria
     """
     for _ in range(PASSES):
         before = {u.name: u.start for u in trial.extra}
-        drives = _regression(trial, s, logs)
+        drives = frozen(_regression(trial, s, logs))
         whole = FELT in trial.model.inputs and len(drives.runs) >= FEWEST_UNITS
         units: Literal["run", "block"] = "run" if whole else "block"
-        solution = solve(frozen(drives), units=units)
+        solution = solve(drives, units=units)
         trial = replace(trial, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
         if all(abs(solution.values[n] - at) < SETTLED * solution.std[n] for n, at in before.items()):
             break
-    return trial, solution
+    return trial, solution, drives
 
 
 def _swings(trial: Trial, driven: Literal["front", "rear", "both"]) -> tuple[list[tuple[Table, Figure]], list[Finding]]:

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 KMH = (30.0, 60.0, 90.0, 120.0)  # at which the resistance is told
 INSTANT = 0.1  # s
-SEASON_KMH, LEAST_GAP = 60.0, 5.0  # km/h, K
+SEASON_KMH, LEAST_GAP = 60.0, 8.0  # km/h, K
 PULL = 20.0  # N m, any: the force is straight in the torque
 STEPS = 8  # of a fit to all drives but one
 FEWEST = 3  # drives of which one can be left out
