@@ -179,3 +179,21 @@ def test_an_effect_that_does_not_exist_is_refused_with_those_that_do(tmp_path: P
 def test_no_effects_is_no_diagnosis(tmp_path: Path) -> None:
     made = document(described(tmp_path, {"headwind": 2.0}, diagnose={"effects": "none"}))
     assert made["diagnosis"] is None
+
+
+def test_drag_above_a_nominal_coefficient_is_found(tmp_path: Path) -> None:
+    """What a data sheet says of the drag takes part with its spread: a rig's drag shows against nothing else.
+
+    With the drag estimated it would be told nowhere. Whatever scales the forces contradicts the data sheet alike, so
+    that the rig is one of a set.
+    """
+    nominal = random_vehicle(SEED).drag_coefficient
+    fix = {"drag_coefficient": f"{nominal!r} +- {0.02 * nominal!r}"}
+    found = document(described(tmp_path, {"extra_drag_area": 0.1}, settings={"fix": fix}))
+    diagnosis = found["diagnosis"]
+    answers = {cause["effect"] for cause in diagnosis["causes"]} | {n for one in diagnosis["ambiguous"] for n in one}
+    assert diagnosis["verdict"] in ("named", "ambiguous")
+    assert "extra_drag_area" in answers
+    assert not answers & {"headwind", "road_grade", "driveline_drag", "brake_drag"}
+    (said,) = (f for f in found["findings"] if f["where"] == "vehicle.drag_area")
+    assert "together with the runs" in said["what"]
