@@ -7,7 +7,7 @@ from vdyn_cli.engine.bench import Law, Number, Signals
 from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.quantity import Quantity
 
-CORNER = 1e-4  # rad, over which the flanks come into touch
+CORNER = 2e-5  # rad, over which the flanks come into touch
 APART = 1e-5  # rad of play that lets flanks part
 SOFT = 0.1  # N m
 
@@ -16,7 +16,10 @@ SOFT = 0.1  # N m
     on="shaft",
     unknowns=(Quantity("backlash", "rad", "free play of each half-shaft to either side", "b", 0.0, 0.06),),
     reference="free play of final drive and joints at the wheel: 0.5 to 3 deg in all",
-    probes=(5e-4, 7e-4, 1e-3, 1.4e-3, 2e-3, 2.8e-3, 4e-3, 5.7e-3, 8e-3, 1.1e-2, 1.6e-2, 2.2e-2, 3.1e-2, 4.4e-2, 6e-2),
+    probes=(
+        *(1e-4, 1.8e-4, 3e-4, 5e-4, 7e-4, 1e-3, 1.4e-3, 2e-3, 2.8e-3, 4e-3),
+        *(5.7e-3, 8e-3, 1.1e-2, 1.6e-2, 2.2e-2, 3.1e-2, 4.4e-2, 6e-2),
+    ),
     label="free play in the half-shafts",
     signature="When the torque changes sign the shaft gives none for a moment and then takes it up with a knock.",
     alike=("shaft_stiffness", "shaft_damping", "torque_delay"),
@@ -28,7 +31,7 @@ def backlash(shaft: Law, s: Signals, q: Signals) -> Number:
     """Free play: within it nothing touches, beyond it the shaft feels the twist less the play; flanks never pull.
 
     T = k d + c d', d = phi beyond +-b, 0 within; T = 0 where damping would draw the flanks together. The corners are
-    round over 1e-4 rad; the derivative at zero says little about any play worth finding, so sizes are tried.
+    round over 2e-5 rad; the derivative at zero says little about any play worth finding, so sizes are tried.
     """
     above, below = s.twist - q.backlash, s.twist + q.backlash
     far_above, far_below = sqrt(above * above + CORNER**2), sqrt(below * below + CORNER**2)

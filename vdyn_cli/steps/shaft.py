@@ -40,7 +40,6 @@ from vdyn_cli.estimation.shaft.both_sides import about_effects, both_sides
 from vdyn_cli.estimation.shaft.fit import ShaftFit, Twisting
 from vdyn_cli.estimation.shaft.sections import SOLID, Section, drawing_budget, shared_modulus_correlation
 from vdyn_cli.estimation.shaft.side import Side, Tested, judge, tested
-from vdyn_cli.estimation.sizes import unbounded
 from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.fit.budget import Budget, propagate
 from vdyn_cli.log import Log
@@ -133,8 +132,7 @@ def regression(
     sides: dict[str, Regression] = {}
     for name, own in logged.items():
         bar = _bar(spec, name, modulus, effects)
-        fit, whole = (ShaftFit(own, x, effects, bar) for x in (extra, unbounded(extra)))
-        sides[name] = about_effects(ShaftFit(own), fit, whole) if effects else fit.regression()
+        sides[name] = about_effects(own, effects, extra, bar) if effects else ShaftFit(own, extra).regression()
     return both_sides(sides)
 
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.effects import Effect
 from vdyn_cli.errors import ResultError
-from vdyn_cli.estimation.shaft.fit import ARRIVED, ShaftFit
-from vdyn_cli.fit import Regression, Rows, solve
+from vdyn_cli.estimation.shaft.fit import ARRIVED, ShaftFit, Twisting
+from vdyn_cli.estimation.sizes import unbounded
+from vdyn_cli.fit import Regression, Rows, Unknown, solve
 
 Array = NDArray[np.float64]
 
+CLEARLY = 10.0  # of the cost, by which a probe must fit better than nothing
+PROBED = 2  # every second probe
 ROUNDS, MOVED = 5, 0.3  # of adjusting the readings anew, until nothing moves by more standard deviations
 BAR = 2  # unknowns of a side's bar, stiffness and damping, which come first
 
@@ -44,13 +48,18 @@ def both_sides(sides: Mapping[str, Regression]) -> Regression:
     return Regression((*bars, *shared, *common.own), names, rows, own)
 
 
-def about_effects(plain: ShaftFit, fit: ShaftFit, whole: ShaftFit) -> Regression:
+def about_effects(
+    runs: Sequence[Twisting], effects: Sequence[Effect], extra: Sequence[Unknown], bar: tuple[float, float] | None
+) -> Regression:
     """One side with effects, its readings adjusted as the fit with all of them asks, if the runs determine that.
 
     With priors on the effects' unknowns they mostly do; else the readings stay adjusted as the last fit asks that did.
-    ``whole`` is ``fit`` without the ranges of the effects' unknowns.
     """
-    start = at = fit.place(solve(plain.regression()))
+    fit = ShaftFit(runs, extra, effects, bar)
+    start = fit.place(solve(ShaftFit(runs).regression()))
+    begun = _probed(runs, effects, extra)
+    whole = ShaftFit(runs, unbounded(begun), effects, bar)
+    at = start if begun == tuple(extra) else whole.begun()[0]
     for _ in range(ROUNDS):
         try:
             solution = solve(whole.regression(at), tolerance=ARRIVED)
@@ -61,3 +70,24 @@ def about_effects(plain: ShaftFit, fit: ShaftFit, whole: ShaftFit) -> Regression
         if np.max(np.abs(at - before)[: std.size] / std) < MOVED:
             break
     return fit.regression(at, start)
+
+
+def _probed(runs: Sequence[Twisting], effects: Sequence[Effect], extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
+    """The unknowns begun at the probe that fits best, where one fits clearly better than nothing."""
+    begun = list(extra)
+    for effect in effects:
+        size = next(iter(effect.unknowns))
+        at = next((i for i, u in enumerate(extra) if u.name == size), None)
+        if not effect.probes or at is None:
+            continue
+        least = ShaftFit(runs, (), (effect,)).begun()[1] - CLEARLY
+        most = max(float(np.ptp(run.twist)) for run in runs) / 2
+        for probe in (p for p in effect.probes[::PROBED] if p < most):
+            tried = replace(extra[at], start=probe)
+            try:
+                cost = ShaftFit(runs, (tried,), (effect,)).begun()[1]
+            except ResultError:
+                continue
+            if cost < least:
+                least, begun[at] = cost, tried
+    return tuple(begun)

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.errors import Finding, ResultError
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, white_level
+from vdyn_cli.fit.restrict import restricted
 from vdyn_cli.models.half_shaft import HALF_SHAFT
 
 if TYPE_CHECKING:
@@ -35,8 +36,10 @@ Array = NDArray[np.float64]
 UNREAD_TWIST = 0.3  # rad, standard deviation of a twist that was not logged
 UNREAD_RATE = 30.0  # rad/s, of its rate
 RATE_ZERO = 0.05  # rad/s, how far the two speeds' zeros may differ
+TORQUE_ZERO = 10.0  # N m, standard deviation of the torque's zero where it is told from the twist's
 TWIST_ZERO = 2e-3  # rad, standard deviation of the twist's zero, a tenth of a degree
 ARRIVED = 1e-3  # of one residual's variance that a further step may still promise, where the law bends
+FIRST_ROUNDS = 2
 MOST_ROUNDS, SETTLED = 12, 0.02  # of adjusting the readings anew, until nothing moves by more standard deviations
 BENT = 4  # times that the readings are adjusted about the last adjusted ones, where the law bends
 GAP = 3.0  # of the median time step; longer ones break the chain
@@ -133,7 +136,7 @@ class ShaftFit:
         effects: Sequence[Correction] = (),
         known: tuple[float, float] | None = None,
     ) -> None:
-        self.runs, self._bent = tuple(runs), bool(effects)
+        self.runs, self._bent, self._extra = tuple(runs), bool(effects), tuple(extra)
         stiffness = _start(self.runs)
         self.unknowns = (
             Unknown("shaft_stiffness", stiffness, 0.02 * stiffness, 50 * stiffness, "N m/rad", known),
@@ -193,10 +196,16 @@ class ShaftFit:
         return [np.concatenate([at[:s], at[s + k * m : s + (k + 1) * m]]) for k in range(len(self.runs))]
 
     def place(self, solution: Solution) -> Array:
-        """All unknowns at a solution of this fit, or of one without its effects: those are at their starts."""
+        """All unknowns at a solution of this fit, or of one without its effects: those are at their starts.
+
+        A straight law tells one zero only. Of a law that bends it is the twist's: torques are zeroed well.
+        """
         shared = [solution.values.get(u.name, u.start) for u in self.unknowns if not u.per_run]
-        none = np.zeros(len(self.runs))
-        own = np.array([solution.per_run.get(u.name, none) for u in self.unknowns if u.per_run])
+        zeros = dict(solution.per_run)
+        if "twist_zero" not in zeros:
+            zeros["twist_zero"] = -zeros["torque_zero"] / solution.values["shaft_stiffness"]
+            zeros["torque_zero"] = np.zeros(len(self.runs)) if self._bent else zeros["torque_zero"]
+        own = np.array([zeros[u.name] for u in self.unknowns if u.per_run])
         return np.concatenate([shared, own.T.ravel()])
 
     def _fix(self, index: int, theta: Array) -> Fixed:
@@ -267,6 +276,18 @@ class ShaftFit:
         mend = np.linalg.solve(own, gauss)
         return solution, mend @ solution.covariance @ mend.T
 
+    def begun(self) -> tuple[Array, float]:
+        """All unknowns, and the cost, where a search may begin: all else fitted to the effects as they start.
+
+        A corner that is looked for in the wrong place draws a fit away from it.
+        """
+        at = self.place(solve(ShaftFit(self.runs).regression()))
+        held, cost = {u.name: u.start for u in self._extra}, np.inf
+        for _ in range(FIRST_ROUNDS):
+            solution = solve(restricted(self.regression(at), held), tolerance=ARRIVED)
+            at, cost = self.place(solution), solution.cost
+        return at, cost
+
     def _settled(self) -> Solution:
         """The solution at which readings adjusted for it lead to it again.
 
@@ -274,7 +295,7 @@ class ShaftFit:
         ------
         ResultError : the fit's own, or there is none.
         """
-        at = self.place(solve(ShaftFit(self.runs).regression()))
+        at, _ = self.begun()
         for _ in range(MOST_ROUNDS):
             solution = solve(self.regression(at), tolerance=ARRIVED)
             later = self.place(solution)
@@ -288,8 +309,9 @@ class ShaftFit:
 def _own(runs: Sequence[Twisting], nonlinear: bool) -> tuple[Unknown, ...]:
     """Each run's zeros; that of the twist tells itself from the torque's only where the law bends."""
     twist = TWIST_ZERO if all(run.noise[1] < UNREAD_TWIST for run in runs) else UNREAD_TWIST
+    known = (0.0, TORQUE_ZERO) if nonlinear else None
     own = (
-        Unknown("torque_zero", 0.0, unit="N m", per_run=True, nuisance=True),
+        Unknown("torque_zero", 0.0, unit="N m", prior=known, per_run=True, nuisance=True),
         Unknown("rate_zero", 0.0, unit="rad/s", prior=(0.0, RATE_ZERO), per_run=True, nuisance=True),
         Unknown("twist_zero", 0.0, unit="rad", prior=(0.0, twist), per_run=True, nuisance=True),
     )
