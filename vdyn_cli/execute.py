@@ -10,6 +10,7 @@ from typing import Any
 from vdyn_cli.diagnosis.extend import diagnosed
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.document import step_command, step_document
+from vdyn_cli.errors import ResultError
 from vdyn_cli.inputs import gather
 from vdyn_cli.result import Result
 from vdyn_cli.steps import load_step
@@ -37,9 +38,12 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
     """
     step = load_step(step_name)
     inputs = gather(step, path, known_files)
-    result = step.estimate(inputs.spec, inputs.data, inputs.known)
+    faults = tuple(f for log in inputs.logs for f in log.findings if f.fault)
+    try:
+        result = step.estimate(inputs.spec, inputs.data, inputs.known)
+    except ResultError as error:
+        raise ResultError(*error.findings, *faults) from None
     if level is not None:
-        faults = tuple(f for log in inputs.logs for f in log.findings if f.fault)
         result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level, faults)
     result = _doubted(result)
     return Outcome(

@@ -16,6 +16,7 @@ import yaml
 from typer.testing import CliRunner
 
 from tests.bench import cases
+from tests.bench.hidden_logs import damage
 from tests.plant import coast
 from tests.plant.hidden import WARM
 from tests.plant.vehicle import random_vehicle
@@ -104,6 +105,27 @@ def test_a_drag_that_no_effect_describes_is_unknown(tmp_path: Path) -> None:
     assert told["causes"] == []
     assert told["where"]
     assert told["next_test"]
+
+
+def test_brakes_that_let_go_slower_than_they_usually_do_are_still_brakes(tmp_path: Path) -> None:
+    hidden = {"brake_drag_fading": 110.0, "brake_drag_fading_time": 45.0}
+    made = document(described(tmp_path, hidden))
+    (found,) = made["diagnosis"]["causes"]
+    assert found["effect"] == "brake_drag_fading"
+    for name, size in hidden.items():
+        low, high = found["unknowns"][name]["interval95"]
+        assert low < size < high
+
+
+def test_while_a_sensor_stood_still_nothing_else_is_blamed(tmp_path: Path) -> None:
+    path = described(tmp_path, {"headwind": 2.0})
+    damage(sorted(tmp_path.glob("*.csv")), "stuck")
+    told = document(path)["diagnosis"]
+    assert told["verdict"] in ("data_fault", "not_testable")
+    assert told["causes"] == told["extended"] == []
+    if told["verdict"] == "data_fault":
+        assert "GPS Speed" in told["sentence"]
+        assert "frozen" in told["sentence"]
 
 
 @pytest.mark.parametrize("day", [EIGHT.but(runs=1), EIGHT.but(runs=2), EIGHT.but(one_way=True)])

@@ -50,19 +50,27 @@ def scanned(effect: Effect) -> tuple[str, ...]:
     return tuple(n for n in effect.unknowns if n not in effect.nominal)
 
 
-def unknowns_of(effect: Effect, shapes: bool = False, prior: bool = False) -> tuple[Unknown, ...]:
+def shapes_of(effect: Effect) -> tuple[str, ...]:
+    """The unknowns that only shape an effect (a decay time): free in a fit that has the effect in, else at nominal."""
+    return tuple(effect.nominal)
+
+
+def unknowns_of(effect: Effect, prior: bool = False) -> tuple[Unknown, ...]:
     """An effect's unknowns for a fit, within their range and somewhat beyond.
+
+    What shapes the effect stays within its range and is believed near nominal, to a quarter of that range: without a
+    size a shape shows in no data.
 
     Parameters
     ----------
-    shapes : free what shapes the effect as well (a decay time), within its range.
     prior : keep them about nothing within their plausible range, so that a whole catalogue can be fitted at once.
     """
     found = []
     for name, quantity in effect.unknowns.items():
         if name in effect.nominal:
-            if shapes:
-                found.append(Unknown(name, effect.nominal[name], quantity.lower, quantity.upper, quantity.unit))
+            nominal = effect.nominal[name]
+            believed = nominal, (quantity.upper - quantity.lower) / 4
+            found.append(Unknown(name, nominal, quantity.lower, quantity.upper, quantity.unit, believed))
             continue
         reach = max(abs(quantity.lower), abs(quantity.upper))
         low, high = BEYOND * quantity.lower, BEYOND * quantity.upper

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from vdyn_cli.diagnosis.case import Case, begun_at, unknowns_of
+from vdyn_cli.diagnosis.case import Case, begun_at, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.document import document
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.diagnosis.next_test import next_tests
@@ -54,7 +54,7 @@ def diagnosed(
     except (ResultError, ArithmeticError) as error:
         return _undiagnosed(result, str(error))
     wanted = _wanted(spec, case, verdict)
-    begun = bench.near(verdict.answer.fitted).values if case.straight and verdict.answer else {}
+    begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
     accepted = wanted if extended is not None else ()
     sizes = _sizes(extended, [case.causes[c] for c in accepted])
@@ -113,16 +113,17 @@ def _wanted(spec: TestSpec, case: Case, verdict: Verdict) -> tuple[str, ...]:
 def _extended(
     step: Step, spec: TestSpec, data: Any, known: Parameters, causes: Sequence[Effect], begun: Mapping[str, float]
 ) -> Result | None:
-    """The step's estimate with causes in its model; what only shapes them is fitted too where the data allow it.
+    """The step's estimate with causes in its model; what shapes them is free where the data allow it.
 
     ``begun``: where to begin, for steps to which that matters.
     """
     if not causes:
         return None
-    for shapes in (True, False) if any(e.nominal for e in causes) else (False,):
-        extra = [begun_at(u, begun) for e in causes for u in unknowns_of(e, shapes=shapes)]
+    extra = [begun_at(u, begun) for e in causes for u in unknowns_of(e)]
+    shapes = {n for e in causes for n in shapes_of(e)}
+    for free in (extra, [u for u in extra if u.name not in shapes]) if shapes else (extra,):
         try:
-            return step.estimate(spec, data, known, effects=tuple(causes), extra=tuple(extra))
+            return step.estimate(spec, data, known, effects=tuple(causes), extra=tuple(free))
         except ResultError:
             continue
     return None

@@ -73,7 +73,7 @@ def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]
     before, after = [], []
     for first, second in zip(folds, again, strict=True):
         chosen = _chosen(bench, base.sheet, first[1], choose, len(extended.causes))
-        unknowns = [*bench.base, *(n for c in chosen for n in bench.unknowns(c))]
+        unknowns = [*bench.base, *(n for c in chosen for n in bench.freed(c))]
         at, fold = (near, second) if chosen == extended.causes else (base, first)
         before.append(_missed(base, first, bench.base, bench.believed))
         after.append(_missed(at, fold, unknowns, bench.believed))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from vdyn_cli.diagnosis.case import Case, begun_at, scanned, unknowns_of
+from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, linearise, sheet
 from vdyn_cli.errors import ResultError
@@ -58,14 +58,19 @@ class Workbench:
         effect = self.case.causes.get(cause) or self.case.families[cause]
         return scanned(effect)
 
+    def freed(self, cause: str) -> tuple[str, ...]:
+        """What a fit frees of a cause or a profile that it has in."""
+        effect = self.case.causes.get(cause) or self.case.families[cause]
+        return (*scanned(effect), *shapes_of(effect))
+
     @property
     def nuisances(self) -> frozenset[str]:
         """Shared unknowns of the baseline that nobody asks for."""
         return frozenset(u.name for u in self.full.shared if u.nuisance)
 
     def held(self, causes: Sequence[str]) -> dict[str, float]:
-        free = {n for c in causes for n in self.unknowns(c)} | set(self.base)
-        return {u.name: 0.0 for u in self.full.shared if u.name not in free}
+        free = {n for c in causes for n in self.freed(c)} | set(self.base)
+        return {u.name: u.start for u in self.full.shared if u.name not in free}
 
     def fitted(self, causes: Sequence[str] = ()) -> Fitted | None:
         """The fit with these causes in; None where the data do not allow it, or it needs more than is plausible."""
@@ -75,28 +80,33 @@ class Workbench:
         return self._fits[key]
 
     def _fit(self, causes: tuple[str, ...]) -> Fitted | None:
-        before = self._fits.get(()) if causes else None
-        regression = restricted(self.full, self.held(causes), before.solution if before else None)
-        solution, failed = None, None
-        for start in (regression, *self._probed(regression, causes)):
-            try:
-                found = solve(start, units="run", tolerance=LEAST_STEP)
-            except ResultError as error:
-                failed = error
-                continue
-            if solution is None or found.cost < solution.cost:
-                solution = found
-        if solution is None:
-            if not causes and failed is not None:
-                raise failed
-            return None
         try:
+            solution = self._solved(causes)
             linear = linearise(self.full, solution.values, solution.per_run, self._secants(causes))
-        except ArithmeticError:
+        except (ResultError, ArithmeticError):
             if not causes:
                 raise
             return None
         return Fitted(causes, solution, linear, sheet(linear))
+
+    def _solved(self, causes: tuple[str, ...]) -> Solution:
+        """The best of the fits from every start; with shapes at nominal where the data do not determine them."""
+        before = self._fits.get(()) if causes else None
+        shapes = {n for c in causes for n in self.freed(c)} - {n for c in causes for n in self.unknowns(c)}
+        held = self.held(causes)
+        nominal = held | {u.name: u.start for u in self.full.shared if u.name in shapes}
+        failed: list[ResultError] = []
+        for at in (held, nominal) if shapes else (held,):
+            regression = restricted(self.full, at, before.solution if before else None)
+            found = []
+            for start in (regression, *self._probed(regression, causes)):
+                try:
+                    found.append(solve(start, units="run", tolerance=LEAST_STEP))
+                except ResultError as error:
+                    failed.append(error)
+            if found:
+                return min(found, key=lambda s: s.cost)
+        raise failed[-1]
 
     def near(self, fitted: Fitted) -> Fitted:
         """The same fit on straight lines through itself, with its own causes alone in the model.
@@ -150,7 +160,7 @@ class Workbench:
 
     def scores(self, at: Fitted, names: Sequence[str], runs: bool = False) -> Scores:
         """Scores of causes and profiles beside the baseline and the causes that are in."""
-        fitted = [*self.base, *(n for c in at.causes for n in self.unknowns(c))]
+        fitted = [*self.base, *(n for c in at.causes for n in self.freed(c))]
         candidates = {n: self.unknowns(n) for n in names if n not in at.causes}
         return scores(at.sheet.by_run() if runs else at.sheet, fitted, candidates)
 
@@ -165,8 +175,9 @@ def open_workbench(case: Case) -> Workbench:
     every = (*case.effects, *case.profiles)
     extra = [u for e in every for u in unknowns_of(e, prior=True)]
     full = case.regression(every, extra)
-    causes = {u.name for u in extra}
-    base = tuple(u.name for u in full.shared if u.name not in causes)
+    added = {u.name for u in extra}
+    causes = {n for e in every for n in scanned(e)}
+    base = tuple(u.name for u in full.shared if u.name not in added)
     if case.straight:
         full = frozen(full)
     full = without_priors(full, causes)

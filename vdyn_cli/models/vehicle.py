@@ -75,7 +75,7 @@ def vehicle(driven: Driven = "front", torque: Torque = "axle", located: bool = F
     rolling freely at its start speed, with shafts twisted by the torque of the first sample.
     Stiffness, damping and unsprung mass are per axle; ``pitch_inertia`` and ``roll_inertia`` are the whole car's about
     its centre, wheels staying on the ground. V is the speed of the whole car's centre; the hubs, carried along by a
-    body that pitches, move at V + a (h - r) pitch': with the share a = ``hub_swing`` of 1 the sprung body's own inertia,
+    body that pitches, move at V + a (h - r) pitch': with the share a = ``hub_swing`` of 1 the sprung body's inertia,
     I - mu M/Ms (h - r)^2, needs no term, and energy is kept. Links that keep the hubs back make it less, as soft mounts
     make ``driveline_pitch`` less than 1, the share of the pitching that the inner ends follow; wheels turn with respect
     to the road.

@@ -209,7 +209,8 @@ def _frozen(values: Array, runs: _Runs, held: int, unit: str, where: str, line: 
         if rest or len(found) == _MOST or not _broken_off(values, *span):
             continue
         what = f"holds {value[i]:.6g} {unit} for {span[1]} samples in {_span(span, line)} as nowhere else: frozen"
-        found.append(Finding(where, what, remedy="the sensor or its signal stood still: leave that part out", fault=True))
+        remedy = "the sensor or its signal stood still: leave that part out"
+        found.append(Finding(where, what, remedy=remedy, fault=True))
     return found
 
 

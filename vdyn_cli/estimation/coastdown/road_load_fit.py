@@ -159,7 +159,7 @@ def scan_road_load(
     """The regression at the baseline's fit with candidate causes beside it, whose traces the noise is freed of.
 
     The noise comes from the residual of a fit with base and all causes in, held together by their priors: found after
-    the baseline alone it would swallow what is sought. The causes' unknowns then start at zero.
+    the baseline alone it would swallow what is sought. The causes' unknowns then start where they began, at nothing.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def scan_road_load(
         rows = _weighted(rows, sizes, at)
         if all(abs(np.log(sizes[n] / before[n])) < SIZES_SETTLED for n in sizes):
             break
-    nothing = dict.fromkeys((u.name for u in extra), 0.0)
+    nothing = {u.name: u.start for u in extra}
     return _starting(replace(full, rows=rows), nothing, {})
 
 
