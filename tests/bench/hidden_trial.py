@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -105,13 +106,18 @@ def _read(
         least,
         diagnosis["verdict"],
         frozenset(cause["effect"] for cause in causes) if claimed else frozenset(),
-        tuple(frozenset(answer.split("+")) for answers in diagnosis.get("ambiguous") or [] for answer in answers),
+        _answers(diagnosis.get("ambiguous") or []),
         tuple(size for cause in causes if claimed for size in _size(cause, scenario)),
         (gain["before"] - gain["after"], *gain["interval95"]) if gain else None,
         says=" ".join([diagnosis.get("sentence", ""), *(f["what"] for f in document["findings"])]),
         seconds=seconds,
         listed=frozenset(entry["effect"] for entry in diagnosis.get("not_testable") or []),
     )
+
+
+def _answers(sets: Sequence[Sequence[str]]) -> tuple[frozenset[str], ...]:
+    """Every answer that the sets leave open: one cause, or a whole answer ``a+b``, out of each."""
+    return tuple(frozenset("+".join(one).split("+")) for one in product(*sets)) if sets else ()
 
 
 def _size(cause: Mapping[str, Any], scenario: Scenario) -> list[Size]:

@@ -104,10 +104,10 @@ def _cause(
 
 
 def _ambiguous(verdict: Verdict) -> list[list[str]]:
+    """One cause out of each set makes the answer; a set of one is a cause that every answer has."""
     if verdict.name != "ambiguous":
         return []
-    sets = [one for one in interchangeable(verdict.answers) if len(one) > 1]
-    if sets:
+    if sets := interchangeable(verdict.answers):
         return sets
     return [["+".join(t.causes) for t in verdict.answers]]
 
