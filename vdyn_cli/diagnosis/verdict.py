@@ -27,6 +27,7 @@ from vdyn_cli.errors import Finding
 Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
 NOTICEABLE = 0.01  # standard deviations: a bias below is not worth a word
 FEW = 3  # unknowns of a cause that has one shape
+LARGE = 6.0  # standard errors of a cause, from which a straight line's bend may count
 TYPICAL = 0.5  # of the plausible range, for what a cause that cannot be seen would bias
 
 
@@ -84,10 +85,12 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     unseen = _invisible(bench, base, found)
     why = _missing(bench, found, level)
 
+    first = bench
+
     def verdict(name: Name, answers: tuple[Trial, ...] = (), tried: tuple[Trial, ...] = ()) -> Verdict:
         gained = None
         if answers and (len(answers) == 1 or len(answers[0].causes) > 1):  # causes that all answers share gain too
-            gained = gain(bench, base, answers[0].fitted, found.testable)
+            gained = gain(first, base, answers[0].fitted, found.testable)
         return Verdict(name, why, base, found, answers, tried, unseen, gained)
 
     if why:
@@ -97,6 +100,9 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     if faults:
         why = f"{faults[0].where} {faults[0].what}"
         return verdict("data_fault")
+    strongest = found.scores.strongest(found.testable)
+    if strongest is not None and found.scores.evidence[strongest] > LARGE:
+        bench = bench.about(strongest)
     tried = singles(bench, found)
     answers = _simplest(bench, tuple(t for t in tried if t.sufficient and not _outdone(bench, t, tried)))
     if not answers and not _one_shape(bench):

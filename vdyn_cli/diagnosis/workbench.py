@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.scores import Scores, scores
@@ -13,6 +14,7 @@ from vdyn_cli.fit import Regression, Solution, solve
 from vdyn_cli.fit.restrict import restricted, without_priors
 from vdyn_cli.fit.straight import frozen
 
+NOTHING: Mapping[str, float] = MappingProxyType({})
 MOST_PROBES = 5  # tried of an effect's
 LEAST_STEP = 1e-2  # of one residual's variance that a further step may still promise
 
@@ -108,6 +110,22 @@ class Workbench:
                 return min(found, key=lambda s: s.cost)
         raise failed[-1]
 
+    def about(self, cause: str | None) -> Workbench:
+        """Where straight lines have to do, those through the car as it drove: with a cause that explains most in it.
+
+        Causes that are alike make it drive alike, so that none of them is favoured. Lines through a car with nothing
+        wrong bend too much for causes that are large.
+        """
+        fitted = self.fitted((cause,)) if self.case.straight and cause is not None else None
+        if fitted is None or cause is None:
+            return self
+        try:
+            nearer = open_workbench(self.case, {n: fitted.values[n] for n in self.unknowns(cause)})
+            nearer.fitted(())
+        except (ResultError, ArithmeticError):
+            return self
+        return nearer
+
     def near(self, fitted: Fitted) -> Fitted:
         """The same fit on straight lines through itself, with its own causes alone in the model.
 
@@ -165,15 +183,19 @@ class Workbench:
         return scores(at.sheet.by_run() if runs else at.sheet, fitted, candidates)
 
 
-def open_workbench(case: Case) -> Workbench:
+def open_workbench(case: Case, begun: Mapping[str, float] = NOTHING) -> Workbench:
     """Build the regression with everything in it; its noise is what is left when all causes have taken their part.
+
+    Parameters
+    ----------
+    begun : sizes of causes through which straight lines are laid; the others are nothing there.
 
     Raises
     ------
     ResultError : the baseline itself cannot be fitted.
     """
     every = (*case.effects, *case.profiles)
-    extra = [u for e in every for u in unknowns_of(e, prior=True)]
+    extra = [begun_at(u, begun) for e in every for u in unknowns_of(e, prior=True)]
     full = case.regression(every, extra)
     added = {u.name for u in extra}
     causes = {n for e in every for n in scanned(e)}
