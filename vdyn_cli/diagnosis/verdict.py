@@ -104,9 +104,9 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     if strongest is not None and found.scores.evidence[strongest] > LARGE:
         bench = bench.about(strongest)
     tried = singles(bench, found)
-    answers = _simplest(bench, tuple(t for t in tried if t.sufficient and not _outdone(bench, t, tried)))
+    answers = _simplest(bench, _not_outdone(bench, tried))
     if not answers and not _one_shape(bench):
-        answers = _simplest(bench, pairs(bench, tried, found))
+        answers = _simplest(bench, _not_outdone(bench, pairs(bench, tried, found)))
         chain = None if answers else one_after_another(bench, found)
         answers = answers if chain is None else (chain, *as_good(bench, chain, found))
     if not answers:
@@ -117,14 +117,19 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     return verdict("data_fault" if fault else "named", answers, tried)
 
 
-def _outdone(bench: Workbench, one: Trial, tried: tuple[Trial, ...]) -> bool:
-    """Does another cause of as few unknowns explain clearly more? What is left need not be enough to show it.
+def _not_outdone(bench: Workbench, tried: tuple[Trial, ...]) -> tuple[Trial, ...]:
+    """The answers that suffice and that none of as few unknowns outdoes; what they leave need not be enough to show it.
 
-    Twice the difference of the costs falls below -9 by chance in at most 0.13 % of the cases in which ``one`` is true.
+    Twice the difference of the costs exceeds 9 by chance in at most 0.13 % of the cases in which an answer is true.
     """
-    most = max(FEW, len(bench.unknowns(one.causes[0])))
-    rivals = [t.fitted.solution.cost for t in tried if len(bench.unknowns(t.causes[0])) <= most]
-    return 2 * (one.fitted.solution.cost - min(rivals)) > BEYOND**2
+
+    def size(trial: Trial) -> int:
+        return max(FEW, *(len(bench.unknowns(c)) for c in trial.causes))
+
+    def least(most: int) -> float:
+        return min(t.fitted.solution.cost for t in tried if size(t) <= most)
+
+    return tuple(t for t in tried if t.sufficient and 2 * (t.fitted.solution.cost - least(size(t))) <= BEYOND**2)
 
 
 def _simplest(bench: Workbench, answers: tuple[Trial, ...]) -> tuple[Trial, ...]:

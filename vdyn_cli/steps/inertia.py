@@ -73,6 +73,8 @@ from vdyn_cli.vocabulary import CHANNELS
 Array = NDArray[np.float64]
 FREE_TORQUE = 20.0  # N m, of a free profile
 ANY_TYRE = Given(0.010, 0.003)  # rolling resistance of car tyres
+WATCHED = 0.08  # s of integration in the diagnosis: a clock's offset shows where torque and speed change fast, and a
+# share of a per cent of inertia, lost to the noise of what the wheel gains in so short a time, does not matter there
 DISAGREE = 3.5  # standard deviations between road and pendulum
 
 
@@ -161,9 +163,8 @@ def regression(
     if data.runs:
         given = _given(known)
         values = {name: one.value for name, one in given.items()}
-        return road_regression(
-            data.runs, values, spec.settings.window.value, _zero(spec.settings, given), effects, extra
-        )
+        window = min(spec.settings.window.value, WATCHED)
+        return road_regression(data.runs, values, window, _zero(spec.settings, given), effects, extra)
     if spec.pendulum is None or data.recording is None:
         raise InputError(Finding("inertia", "a period alone leaves nothing to compare", "", "add 'runs' or a log"))
     rig = spec.pendulum
