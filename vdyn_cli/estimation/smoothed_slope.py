@@ -2,9 +2,9 @@
 
 The slope is an Ornstein-Uhlenbeck process over the distance, i(x + d) = i(x) exp(-d/length) + innovation, of standard
 deviation ``size``; each look adds white noise of its own. Size, length and noise come from the looks themselves, by
-maximum likelihood over a grid. The smoothed slope is the process' mean given all looks (Kalman's filter forward,
-Rauch, Tung and Striebel's smoother back): what is still wrong with it is independent of what it says, so that a
-regression on it is not flattened as one on the noisy looks would be.
+maximum likelihood over a grid and a finer one. The smoothed slope is the process' mean given all looks (Kalman's
+filter forward, Rauch, Tung and Striebel's smoother back): what is still wrong with it is independent of what it says,
+so that a regression on it is not flattened as one on the noisy looks would be.
 
 Source: Rauch, Tung and Striebel, AIAA Journal 3 (1965) 1445.
 """
@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 SIZES = tuple(np.geomspace(0.0015, 0.03, 6))
 LENGTHS = tuple(np.geomspace(30.0, 1500.0, 7))  # m
 NOISES = tuple(np.geomspace(0.0005, 0.03, 8))  # of a look, as a slope
+FINER = tuple(np.geomspace(0.6, 1.67, 7))  # about the best of the grid
 
 
 def smoothed_slope(along: Array, looks: Array, seen: NDArray[np.bool_]) -> tuple[Array, Array]:
@@ -30,8 +31,10 @@ def smoothed_slope(along: Array, looks: Array, seen: NDArray[np.bool_]) -> tuple
     ----------
     along : (k,) m, where the looks are, rising. looks : (k,) slope. seen : (k,) whether a look counts.
     """
-    grid = np.array(list(product(SIZES, LENGTHS, NOISES)))
-    best = grid[int(np.argmax(_filtered(along, looks, seen, grid)[0]))]
+    best = np.ones(3)
+    for axes in ((SIZES, LENGTHS, NOISES), (FINER, FINER, FINER)):
+        grid = best * np.array(list(product(*axes)))
+        best = grid[int(np.argmax(_filtered(along, looks, seen, grid)[0]))]
     _, mean, variance = _filtered(along, looks, seen, best[None])
     return _smoothed(along, mean[:, 0], variance[:, 0], best)
 

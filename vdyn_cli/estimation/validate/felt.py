@@ -100,4 +100,18 @@ def _drive_slope(grade: Law, s: Signals, q: Signals) -> Number:
     return grade(s) + q.drive_slope
 
 
+def _late(channel: str, on: str, sign: float) -> Effect:
+    """A channel that seems late: drivers answer a hill at once, and what was felt of it is smooth."""
+    name = f"{channel}_timing"
+
+    def law(clock: Law, s: Signals, q: Signals) -> Number:
+        """A clock that differs."""
+        return clock(s) + sign * getattr(q, name)
+
+    law.__name__ = name
+    seconds = Quantity(name, "s", f"time by which the {channel} seems to lag", "tau", -0.5, 0.5)
+    return effect(on=on, unknowns=(seconds,), reference="a slope known to some seconds, answered by a driver")(law)
+
+
 MEAN_SLOPE: Effect = replace(_drive_slope, name=DRIVE_SLOPE)
+SEEMING_DELAYS = (_late("torque", "drive_torque_lead", 1.0), _late("speed", "speed_clock", -1.0))

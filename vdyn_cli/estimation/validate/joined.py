@@ -6,7 +6,8 @@ mean slope i_k and the common zero z belong together, one more row for each driv
 
     (z + g i_k - z_k) / drift
 
-The start speed of each window is taken as unknown beforehand: its column c is projected out of
+What was felt of a hill is smooth, while drivers answer it at once: torque and speed seem to lag by some hundredths of a
+second, which are nuisances that all drives share. The start speed of each window is taken as unknown beforehand: its column c is projected out of
 the window's whitened rows, (1 - c c'/c'c) r, which is the same as fitting it.
 """
 
@@ -19,13 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.engine.maths import GRAVITY
-from vdyn_cli.estimation.validate.felt import DRIVE_SLOPE, MEAN_SLOPE
+from vdyn_cli.estimation.validate.felt import DRIVE_SLOPE, MEAN_SLOPE, SEEMING_DELAYS
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
 from vdyn_cli.estimation.validate.trial import Trial
 from vdyn_cli.fit import Regression, Rows, Unknown
 
 Array = NDArray[np.float64]
 LOAD, ZERO = "load", "accelerometer_zero"
+LATE = 0.1  # s, that a channel may seem to lag: drivers answer hills at once, and what was felt of them is smooth
 LARGEST_ZERO = 0.3  # m/s^2: two degrees of tilt
 
 
@@ -103,7 +105,9 @@ def joined(trial: Trial, varies: Varies) -> Regression:
 
 
 def _sloping(trial: Trial, varies: Varies) -> Trial:
-    """The trial with a mean slope that is not known."""
+    """The trial with a mean slope that is not known, and with channels whose timing is not."""
+    timings = (Unknown(n, 0.0, -1.0, 1.0, "s", (0.0, LATE), nuisance=True) for e in SEEMING_DELAYS for n in e.unknowns)
+    trial = replace(trial, effects=(*SEEMING_DELAYS, *trial.effects), extra=(*timings, *trial.extra))
     if varies.slope <= 0:
         return trial
     slope = Unknown(DRIVE_SLOPE, 0.0, prior=(0.0, varies.slope), nuisance=True)

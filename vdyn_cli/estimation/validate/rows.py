@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.estimation.bins import Bins, cut
 from vdyn_cli.estimation.validate.drives import Stretch
+from vdyn_cli.estimation.validate.felt import FELT
 from vdyn_cli.estimation.validate.trial import WHEELS
 from vdyn_cli.fit import white_level
 
@@ -30,6 +31,7 @@ Mask = NDArray[np.bool_]
 
 TORQUES = ("shaft_torque_left", "shaft_torque_right")
 WIDTH = 0.5  # s of a bin of the common error: a sixteenth of the usual gust
+ROUGH = 2.0  # s, where the slope was felt: it is known no finer, and torque and force are not sampled together
 CREEPING = 2.0  # m/s, below which rows are not used
 RESTING = 0.1  # m/s
 MOST_BINS = 300
@@ -140,7 +142,7 @@ def plan(
     usual = float(np.median(np.diff(s.time)))
     part = np.r_[0, np.cumsum(np.diff(time) > 3 * usual)].astype(np.int64)
     covered = float(np.sum(np.diff(time)[np.diff(part) == 0]))
-    bins = cut(time, max(WIDTH, covered / MOST_BINS), part)
+    bins = cut(time, max(ROUGH if FELT in s.inputs else WIDTH, covered / MOST_BINS), part)
     fine = cut(time, finest, part) if usual < 0.75 * finest else _each(time)
     levels = {n: max(white_level(s.outputs[n], s.time), LEAST[n]) for n in fitted}
     speeds = tuple(n for n in ("speed", *WHEELS) if n in fitted)
