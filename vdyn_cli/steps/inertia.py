@@ -73,7 +73,7 @@ from vdyn_cli.vocabulary import CHANNELS
 Array = NDArray[np.float64]
 FREE_TORQUE = 20.0  # N m, of a free profile
 ANY_TYRE = Given(0.010, 0.003)  # rolling resistance of car tyres
-WATCHED = 0.08  # s of integration in the diagnosis: a clock's offset shows where torque and speed change fast, and a
+WATCHED = 0.125  # s of integration in the diagnosis: a clock's offset shows where torque and speed change fast, and a
 # share of a per cent of inertia, lost to the noise of what the wheel gains in so short a time, does not matter there
 DISAGREE = 3.5  # standard deviations between road and pendulum
 
