@@ -63,7 +63,7 @@ def felt(log: Log) -> Felt:
     risen = pushed - 0.5 * (speed**2 - speed[0] ** 2)
     zero = float(risen[-1] / along[-1]) if along[-1] > SHORTEST else 0.0
     kept = (np.r_[0.0, np.cumsum(0.5 * ((force - weight)[1:] + (force - weight)[:-1]) * step)] - speed) / GRAVITY
-    ends = np.arange(time[0], time[-1] + LOOK, LOOK)
+    ends = time[0] + LOOK * np.arange(max(int((time[-1] - time[0]) / LOOK), 1) + 1)
     middle, looks = ends[:-1] + 0.5 * LOOK, np.diff(np.interp(ends, time, kept)) / LOOK - zero / GRAVITY
     moving = np.interp(middle, time, speed) > CREEPING
     smooth, _ = smoothed_slope(np.interp(middle, time, along), looks, moving)

@@ -6,9 +6,9 @@ mean slope i_k and the common zero z belong together, one more row for each driv
 
     (z + g i_k - z_k) / drift
 
-What was felt of a hill is smooth, while drivers answer it at once: torque and speed seem to lag by some hundredths of a
-second, which are nuisances that all drives share. The start speed of each window is taken as unknown beforehand: its column c is projected out of
-the window's whitened rows, (1 - c c'/c'c) r, which is the same as fitting it.
+What was felt of a hill is smooth, while drivers answer it at once: torque and speed seem to lag by some hundredths of
+a second, which are nuisances that all drives share. The start speed of each window is taken as unknown beforehand: its
+column c is projected out of the window's whitened rows, (1 - c c'/c'c) r, which is the same as fitting it.
 """
 
 from __future__ import annotations
