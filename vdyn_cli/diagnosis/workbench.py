@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
+import numpy as np
+
 from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, linearise, sheet
@@ -16,6 +18,7 @@ from vdyn_cli.fit.straight import frozen
 
 NOTHING: Mapping[str, float] = MappingProxyType({})
 MOST_PROBES = 5  # tried of an effect's
+SOME = 0.1  # of the plausible range
 LEAST_STEP = 1e-2  # of one residual's variance that a further step may still promise
 
 
@@ -101,7 +104,8 @@ class Workbench:
         for at in (held, nominal) if shapes else (held,):
             regression = restricted(self.full, at, before.solution if before else None)
             found = []
-            for start in (regression, *self._probed(regression, causes)):
+            shaped = self._shaped(regression, causes) if at is held else ()
+            for start in (regression, *self._probed(regression, causes), *shaped):
                 try:
                     found.append(solve(start, units="run", tolerance=LEAST_STEP))
                 except ResultError as error:
@@ -165,6 +169,22 @@ class Workbench:
                     replace(u, start=size) if u.name == self.unknowns(name)[0] else u for u in regression.unknowns
                 )
                 yield replace(regression, unknowns=begun)
+
+    def _shaped(self, regression: Regression, causes: Sequence[str]) -> Iterator[Regression]:
+        """The same fit begun with a cause of some size and another shape, half way to each end of its range.
+
+        At no size a shape shows in no data, and with the wrong shape a size may seem to have the wrong sign.
+        """
+        shaped = [self.case.causes[n] for n in causes if n in self.case.causes]
+        for effect in () if self.case.straight else shaped:
+            for shape in shapes_of(effect):
+                quantity, nominal = effect.unknowns[shape], effect.nominal[shape]
+                first = scanned(effect)[0]
+                size = effect.unknowns[first]
+                some = SOME * (size.upper if size.upper > 0 else size.lower)
+                for end in (quantity.lower, quantity.upper):
+                    begun = {shape: float(np.sqrt(nominal * end)), first: some}
+                    yield replace(regression, unknowns=tuple(begun_at(u, begun) for u in regression.unknowns))
 
     def _secants(self, causes: Sequence[str]) -> dict[str, float]:
         """Sizes over which the traces of such causes are taken where they have no slope at zero."""
