@@ -17,6 +17,8 @@ from vdyn_cli.fit.restrict import restricted, without_priors
 from vdyn_cli.fit.straight import frozen
 
 NOTHING: Mapping[str, float] = MappingProxyType({})
+LINES = 3  # through a cause's size, each time through the one that the last found
+CLOSE = 0.5  # standard deviations that the next would hardly move it
 MOST_PROBES = 5  # tried of an effect's
 SOME = 0.1  # of the plausible range
 LEAST_STEP = 1e-2  # of one residual's variance that a further step may still promise
@@ -120,14 +122,20 @@ class Workbench:
         Causes that are alike make it drive alike, so that none of them is favoured. Lines through a car with nothing
         wrong bend too much for causes that are large.
         """
-        fitted = self.fitted((cause,)) if self.case.straight and cause is not None else None
-        if fitted is None or cause is None:
-            return self
-        try:
-            nearer = open_workbench(self.case, {n: fitted.values[n] for n in self.unknowns(cause)})
-            nearer.fitted(())
-        except (ResultError, ArithmeticError):
-            return self
+        nearer, before = self, None
+        for _ in range(LINES if self.case.straight and cause is not None else 0):
+            fitted = nearer.fitted((cause,)) if cause else None
+            if fitted is None or cause is None:
+                break
+            sizes = {n: fitted.values[n] for n in self.unknowns(cause)}
+            if before and all(abs(v - before[n]) < CLOSE * fitted.solution.std[n] for n, v in sizes.items()):
+                break
+            try:
+                again, before = open_workbench(self.case, sizes), sizes
+                again.fitted(())
+            except (ResultError, ArithmeticError):
+                break
+            nearer = again
         return nearer
 
     def near(self, fitted: Fitted) -> Fitted:

@@ -15,6 +15,7 @@ from vdyn_cli.estimation.validate import noise
 from vdyn_cli.estimation.validate.drives import Stretch
 from vdyn_cli.estimation.validate.plausible import LONGEST_STEP
 from vdyn_cli.estimation.validate.rows import FINEST, Colour, Plan, colour, plan
+from vdyn_cli.estimation.validate.swift import Swift, swift
 from vdyn_cli.estimation.validate.torque import LEAST_TORQUE, TORQUES
 from vdyn_cli.estimation.validate.trial import Outcome, Trial
 from vdyn_cli.fit import Regression, Rows, white_level, whiten
@@ -36,6 +37,7 @@ class Weighed:
     first : outcomes at the beliefs, with slopes.
     shaken : (stretches) what noise of the torque sensor's size does to every output.
     sizes : of the slow noise. factors : its Cholesky factors. colours : of the fast rows.
+    swifts : rows in which half-shafts swing, where fast rows are averaged over more than that.
     """
 
     trial: Trial
@@ -46,6 +48,7 @@ class Weighed:
     sizes: Mapping[str, float]
     factors: tuple[Array, ...]
     colours: tuple[Colour, ...]
+    swifts: tuple[Swift | None, ...]
 
     def start(self, run: int) -> Array:
         """Local unknowns of a stretch at the beliefs."""
@@ -64,6 +67,7 @@ class Weighed:
             outcome.slopes if slopes else None,
             self.factors[run],
             self.colours[run],
+            self.swifts[run],
         )
         return self._begun(run, rows, start)
 
@@ -97,7 +101,12 @@ class Weighed:
 
 
 def _rows(
-    p: Plan, error: Mapping[str, Array], slopes: Mapping[str, Array] | None, factor: Array, shade: Colour
+    p: Plan,
+    error: Mapping[str, Array],
+    slopes: Mapping[str, Array] | None,
+    factor: Array,
+    shade: Colour,
+    swing: Swift | None,
 ) -> Rows:
     """Errors and their derivatives side by side through the same linear maps."""
     both = {n: e[:, None] if slopes is None else np.column_stack([slopes[n], e]) for n, e in error.items()}
@@ -108,6 +117,10 @@ def _rows(
     flat = quick.reshape(-1, quick.shape[-1])
     times = np.repeat(_fast_time(p, shade), width)
     slow_times = np.tile(p.bins.time, 2 if p.felt else 1)
+    if swing is not None:
+        at, rows = swing.white(p, both)
+        flat = np.vstack([flat, rows.reshape(-1, rows.shape[-1]) / CAUTION])
+        times = np.concatenate([times, np.repeat(at, rows.shape[1])])
     bins = p.bins.time.size
     return Rows(
         np.concatenate([residual, flat[:, -1]]),
@@ -143,7 +156,7 @@ def weigh(trial: Trial, calm: bool = False) -> Weighed:
     if calm:
         trial = replace(trial, step=max(trial.step, min(2 * trial.step, LONGEST_STEP)))
     count = range(len(trial.stretches))
-    blank = Weighed(trial, (), (), (), (), {}, (), ())
+    blank = Weighed(trial, (), (), (), (), {}, (), (), ())
     first = trial.first
     radius = trial.beliefs.values["wheel_radius"]
     plans = tuple(
@@ -159,7 +172,12 @@ def weigh(trial: Trial, calm: bool = False) -> Weighed:
         slow = noise.slow_noise(trial.stretches[k], plans[k], plans[k].bins, values, levels[k])
         factors.append(np.asarray(np.linalg.cholesky(slow.covariance(found) + 1e-14 * np.eye(slow.push.size))))
         colours.append(colour(plans[k].fast({n: v[:, None] for n, v in shaken[k].items()})[:, :, 0], lags))
-    return replace(blank, sizes=found, factors=tuple(factors), colours=tuple(colours), shaken=shaken)
+    swifts = tuple(_swift(trial, plans[k], k, levels[k]) if calm else None for k in count)
+    return replace(blank, sizes=found, factors=tuple(factors), colours=tuple(colours), shaken=shaken, swifts=swifts)
+
+
+def _swift(trial: Trial, p: Plan, run: int, level: float) -> Swift | None:
+    return swift(trial.stretches[run], p, trial.torques[run].calm, trial.shaken[run], level)
 
 
 def _torque_level(s: Stretch) -> float:

@@ -140,16 +140,16 @@ class Trial:
         return max(1, int(np.ceil(longest / self.step - 1e-9)))
 
     @property
-    def _fed(self) -> tuple[Fed, ...]:
+    def torques(self) -> tuple[Fed, ...]:
         return fed(self.stretches, self.model.inputs, "shaft_torque_left" in self._outputs)
 
     @cached_property
     def drives(self) -> tuple[Drive, ...]:
-        return tuple(self._drive(s, one.calm) for s, one in zip(self.stretches, self._fed, strict=True))
+        return tuple(self._drive(s, one.calm) for s, one in zip(self.stretches, self.torques, strict=True))
 
     @cached_property
     def _shaken_drives(self) -> tuple[Drive, ...]:
-        return tuple(self._drive(s, one.shaken) for s, one in zip(self.stretches, self._fed, strict=True))
+        return tuple(self._drive(s, one.shaken) for s, one in zip(self.stretches, self.torques, strict=True))
 
     def _drive(self, s: Stretch, torques: Mapping[str, Array]) -> Drive:
         everything = {
