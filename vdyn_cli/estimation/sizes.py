@@ -10,6 +10,8 @@ import numpy as np
 
 from vdyn_cli.fit import Solution, Unknown
 
+NORMAL95 = 1.96
+
 
 def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
     """The unknowns without their ranges: a fit with all effects in, meant for its residuals, may leave them."""
@@ -17,13 +19,19 @@ def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
 
 
 def sizes_found(solution: Solution, extra: Sequence[Unknown]) -> Mapping[str, Any]:
-    """``{"effects": {unknown: value, std, interval95}}``, or nothing where the model was not extended."""
-    found = {
-        u.name: {
-            "value": solution.values[u.name],
-            "std": solution.std[u.name],
-            "interval95": list(solution.interval95[u.name]),
+    """``{"effects": {unknown: value, std, interval95}}``, or nothing where the model was not extended.
+
+    A jackknife over two dozen blocks scatters by a sixth and more; what falls below the noise's own share is luck, and
+    that share takes its place.
+    """
+    least = dict(zip(solution.names, np.sqrt(np.diag(solution.classical_covariance)).tolist(), strict=True))
+    found = {}
+    for u in extra:
+        value, std, (low, high) = solution.values[u.name], solution.std[u.name], solution.interval95[u.name]
+        half = NORMAL95 * least[u.name]
+        found[u.name] = {
+            "value": value,
+            "std": max(std, least[u.name]),
+            "interval95": [min(low, value - half), max(high, value + half)],
         }
-        for u in extra
-    }
     return {"effects": found} if found else {}
