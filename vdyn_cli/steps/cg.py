@@ -32,7 +32,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
-from vdyn_cli.estimation.cg.load_regression import CLOSE, LoadFit
+from vdyn_cli.estimation.cg.load_regression import LoadFit
 from vdyn_cli.estimation.cg.windows import Windows, cut_windows, pitch_angle
 from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.estimation.sizes import sizes_found, unbounded
@@ -55,6 +55,7 @@ LEAST_PULL = 0.5  # m/s^2, standard deviation of the acceleration below which no
 WEIGHED, REFUSED = 0.015, 0.08  # of the weight, by which the loads may differ from it; more is refused
 LEAST_ALIKE = 0.3  # correlation that makes a sign certain
 TIRES_GIVE = 0.0195  # m under the weight of a car, where their stiffness is not known
+NEAR = 1e-2  # of one residual's variance that a further step of that fit may still promise
 ROUNDS = 2  # of taking noise and true channels from the fit with all effects
 HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
@@ -249,7 +250,7 @@ def regression(
     at = start = fit.place(plain.rough())
     try:
         for _ in range(ROUNDS):
-            at = whole.place(solve(whole.regression(at), tolerance=CLOSE))
+            at = whole.place(solve(whole.regression(at), tolerance=NEAR))
     except ResultError:
         at = start
     return fit.regression(at, start)
