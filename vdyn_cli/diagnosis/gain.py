@@ -22,6 +22,7 @@ from vdyn_cli.fit.regression import prior_rows
 from vdyn_cli.fit.triangles import Array
 
 FEWEST_RUNS = 4  # that can be left out one by one; fewer are cut into blocks
+FEWEST_DRIVES = 3  # of which nothing is fitted but the size of the cause
 FEWEST_BLOCKS = 8
 CHOSEN = 2.0  # normal equivalent of evidence below which a fold chooses no further cause
 
@@ -65,11 +66,14 @@ def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]
     ----------
     choose : the causes among which every fold chooses again.
     """
-    folds = _folds(base.sheet)
+    fewest = FEWEST_DRIVES if bench.believed else FEWEST_RUNS
+    folds = _folds(base.sheet, fewest)
     if folds[0][0] < 0 and len(folds) < FEWEST_BLOCKS:
         return None
     near = bench.near(extended)
-    near, again = (near, _folds(near.sheet)) if len(_folds(near.sheet)) == len(folds) else (extended, folds)
+    again = _folds(near.sheet, fewest)
+    if len(again) != len(folds):
+        near, again = extended, folds
     before, after = [], []
     for first, second in zip(folds, again, strict=True):
         chosen = _chosen(bench, base.sheet, first[1], choose, len(extended.causes))
@@ -80,11 +84,11 @@ def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]
     return _summary(before, after)
 
 
-def _folds(sheet: Sheet) -> list[Fold]:
+def _folds(sheet: Sheet, fewest: int) -> list[Fold]:
     """What is left out in turn: every run, or every block where runs are few."""
     runs = np.unique(sheet.run[sheet.run >= 0])
     of_row = sheet.run[sheet.label]
-    if runs.size >= FEWEST_RUNS:
+    if runs.size >= fewest:
         return [(int(k), of_row == k) for k in runs]
     return [(-1, sheet.label == u) for u in np.flatnonzero(sheet.run >= 0)]
 
