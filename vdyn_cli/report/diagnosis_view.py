@@ -86,7 +86,7 @@ def diagnosis(source: Mapping[str, Any] | None, parameters: Mapping[str, Estimat
         mood,
         words.prose(source.get("sentence", "")),
         gain(source.get("gain")),
-        tuple(n for n in (_evidence(source), _ambiguous(source.get("ambiguous")), _extended(source)) if n),
+        tuple(n for n in (_evidence(source), _ambiguous(source), _extended(source)) if n),
         tuple(t for t in shown if t is not None),
         tables.where(maps(source.get("where"))),
         verdict in _DOUBTED or (verdict in _MENDED and not listed(source.get("extended")) and "extended" in source),
@@ -160,14 +160,17 @@ def _extended(source: Mapping[str, Any]) -> str:
     return text
 
 
-def _ambiguous(sets: Any) -> str:
-    """Which causes these data can't tell apart."""
-    named = [_either([causes.combined(n) for n in listed(one)]) for one in listed(sets) if len(listed(one)) > 1]
-    if not named:
+def _ambiguous(source: Any) -> str:
+    """Which causes these data can't tell apart: one out of each set makes the answer."""
+    every = [[causes.combined(n) for n in listed(one)] for one in listed(source.get("ambiguous")) if listed(one)]
+    if not any(len(one) > 1 for one in every):
         return ""
+    named = [_either(one) if len(one) > 1 else one[0] for one in every]
+    asked = source.get("verdict") == "ambiguous" and listed(source.get("extended"))
+    said = "extended by what was asked for" if asked else "not extended"
     return (
-        f"With {', or '.join(named)} in the model, what is left is noise: these data can't tell which it is. The model"
-        " was not extended; the next test would tell."
+        f"With {', and '.join(named)} in the model, what is left is noise: these data can't tell which it is. The model"
+        f" was {said}; the next test would tell."
     )
 
 
