@@ -244,7 +244,7 @@ def estimate(
     numbers = _numbers(w, found, told, chance, after)
     sentence = words.sentence(w, found, told, chance, after)
     if s.windows:
-        ends = windows.ends(w, names)
+        ends = windows.ends(w if solution is None else weigh(_fitted(trial, solution)), names)
         tables.insert(0, windows.table(ends))
         numbers["windows"] = windows.document(ends)
         sentence = words.windows_sentence(ends, told)
@@ -290,6 +290,12 @@ def _sized(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> tuple[Tria
         if all(abs(solution.values[n] - at) < SETTLED * solution.std[n] for n, at in before.items()):
             break
     return trial, solution, drives
+
+
+def _fitted(trial: Trial, solution: Solution) -> Trial:
+    """The extended trial with its parameters where the drives put them."""
+    moved = {n: solution.values[n] for n in trial.beliefs.names}
+    return replace(trial, beliefs=replace(trial.beliefs, values={**trial.beliefs.values, **moved}))
 
 
 def _swings(trial: Trial, driven: Literal["front", "rear", "both"]) -> tuple[list[tuple[Table, Figure]], list[Finding]]:
