@@ -59,7 +59,8 @@ HIDDEN = {
     "a slope": ({"road_grade": 0.002}, EIGHT),
     "tires warming up": ({"tire_warmup": 0.3}, EIGHT),
     "warm air": ({"temperature_rolling": 0.008}, MILD_TO_WARM),
-    "rolling with speed": ({"speed_dependent_rolling": 2e-4}, EIGHT),
+    # Eight coasts leave only 2.8 standard errors between it and brakes that let go within a time nobody knows.
+    "rolling with speed": ({"speed_dependent_rolling": 2e-4}, EIGHT.but(runs=16)),
     "wind and warm-up": ({"headwind": 2.0, "tire_warmup": 0.45}, EIGHT),
 }
 
@@ -109,7 +110,7 @@ def test_a_drag_that_no_effect_describes_is_unknown(tmp_path: Path) -> None:
 
 def test_brakes_that_let_go_slower_than_they_usually_do_are_still_brakes(tmp_path: Path) -> None:
     hidden = {"brake_drag_fading": 200.0, "brake_drag_fading_time": 45.0}
-    made = document(described(tmp_path, hidden, EIGHT.but(runs=12)))
+    made = document(described(tmp_path, hidden, EIGHT.but(runs=16)))
     (found,) = made["diagnosis"]["causes"]
     assert found["effect"] == "brake_drag_fading"
     for name, size in hidden.items():

@@ -12,7 +12,7 @@ from vdyn_cli.quantity import Quantity
     on="brake",
     unknowns=(
         Quantity("brake_drag_fading", "N", "brake drag when a run begins, at the road", "Fb", 0.0, 300.0),
-        Quantity("brake_drag_fading_time", "s", "time in which it falls to 37 %", "", 5.0, 200.0),
+        Quantity("brake_drag_fading_time", "s", "time in which it falls to 37 %", "", 5.0, 60.0),
     ),
     nominal={"brake_drag_fading_time": 20.0},
     reference="pads retract and discs cool within tens of seconds of braking; size as for residual brake torque",
