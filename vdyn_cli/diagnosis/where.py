@@ -11,24 +11,40 @@ from vdyn_cli.result import Comparison, Result
 
 PIECES = 12  # of each run
 SHOWN = 6
+QUIETEST = 0.3  # of the usual noise of its channel that a run may have
 LEAST = 3.0  # times its own noise that a piece's mean must be off
 
 
 def where(result: Result) -> list[dict[str, Any]]:
     """The piece of every run in which measured and simulated differ most, largest first."""
-    worst = [max(pieces, key=lambda e: abs(e["over_noise"])) for c in result.comparisons if (pieces := _pieces(c))]
+    levels = _levels(result)
+    worst = [
+        max(pieces, key=lambda e: abs(e["over_noise"]))
+        for c in result.comparisons
+        if (pieces := _pieces(c, QUIETEST * levels.get(c.channel, 0.0)))
+    ]
     worst.sort(key=lambda e: -abs(e["over_noise"]))
     return worst[:SHOWN]
 
 
-def _pieces(c: Comparison) -> list[dict[str, Any]]:
+def _levels(result: Result) -> dict[str, float]:
+    """Usual noise of each channel: a stretch in which a logger repeats a value is no more exact than the others."""
+    found: dict[str, list[float]] = {}
+    for c in result.comparisons:
+        good = np.isfinite(c.measured) & np.isfinite(c.simulated)
+        if good.sum() >= 4 * PIECES:
+            found.setdefault(c.channel, []).append(white_level((c.measured - c.simulated)[good]))
+    return {channel: float(np.median(each)) for channel, each in found.items()}
+
+
+def _pieces(c: Comparison, least: float) -> list[dict[str, Any]]:
     good = np.isfinite(c.measured) & np.isfinite(c.simulated)
     if c.used is not None:
         good &= c.used
     if good.sum() < 4 * PIECES:
         return []
     x, error = c.x[good], (c.measured - c.simulated)[good]
-    noise = white_level(error)
+    noise = max(white_level(error), least)
     found = []
     for part in np.array_split(np.arange(x.size), PIECES):
         mean = float(np.mean(error[part]))

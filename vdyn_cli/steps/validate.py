@@ -233,22 +233,24 @@ def estimate(
     if extra:
         trial, solution, straight = _sized(trial, spec.settings, logs)
     w = weigh(trial)
-    found = bands(w)
-    told, chance = verdicts(w, found)
+    hilly = solution is not None and FELT in trial.model.inputs
+    shown = weigh(_fitted(trial, solution)) if solution is not None and hilly else w
+    found = bands(shown)
+    told, chance = verdicts(shown, found)
     after = posterior(w)
     s = spec.settings
     names = tuple(log.name for log in logs)
     tables = [views.output_table(found, told), views.regime_table(w, found, told)]
     tables += [views.share_table(w, found), views.parameter_table(w, after)]
-    figures = list(views.figures(w, found))
+    figures = list(views.figures(shown, found))
     numbers = _numbers(w, found, told, chance, after)
     sentence = words.sentence(w, found, told, chance, after)
     if s.windows:
-        ends = windows.ends(w if solution is None else weigh(_fitted(trial, solution)), names)
+        ends = windows.ends(shown, names)
         tables.insert(0, windows.table(ends))
         numbers["windows"] = windows.document(ends)
         sentence = words.windows_sentence(ends, told)
-    if solution is not None and straight is not None and FELT in trial.model.inputs:
+    if solution is not None and straight is not None and hilly:
         road = hills(trial, straight, solution, logs)
         tables[1:1] = hill_views.tables(road)
         figures.insert(0, hill_views.figure(road))
@@ -265,7 +267,7 @@ def estimate(
         Parameters(),
         _summary(w, found, names, words.warnings(w, told, chance, after)),
         words.methods(w, trial.model.name),
-        views.comparisons(w, found),
+        views.comparisons(shown, found),
         tuple(figures),
         tuple(tables),
         (*doubts, *trial.beliefs.assumptions, *_unrecorded(logs, s.model), *(f for log in logs for f in log.findings)),
