@@ -11,6 +11,7 @@ from tests.estimation.shaft.test_shaft import log
 from tests.plant import shaft as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.errors import InputError
+from vdyn_cli.execute import execute
 from vdyn_cli.inputs import gather
 from vdyn_cli.log import Log
 from vdyn_cli.parameters import Estimate, Parameters
@@ -187,3 +188,11 @@ def test_the_torsion_rod_of_the_example_is_11_7(root: Path) -> None:
     ways = result.extra["stiffness_by"]["left"]
     assert ways["drawing"]["value"] == pytest.approx(11.71, abs=0.005)
     assert ways["bar"]["value"] == pytest.approx(11.67, abs=0.005)
+
+
+def test_a_drawing_alone_is_not_diagnosed(tmp_path: Path) -> None:
+    drawing = "test: shaft\nsections:\n  left:\n    - {outer_diameter: 30 mm, length: 400 mm}\n"
+    (tmp_path / "shaft.yaml").write_text(drawing, encoding="utf-8")
+    document = execute("shaft", tmp_path / "shaft.yaml").document
+    assert document["diagnosis"] is None
+    assert "shaft_stiffness_left" in document["parameters"]
