@@ -76,7 +76,9 @@ def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]
         near, again = extended, folds
     before, after = [], []
     for first, second in zip(folds, again, strict=True):
-        chosen = _chosen(bench, base.sheet, first[1], choose, len(extended.causes))
+        chosen = extended.causes  # what has no slope at nothing cannot be chosen there
+        if set(chosen) <= set(choose):
+            chosen = _chosen(bench, base.sheet, first[1], choose, len(chosen))
         unknowns = [*bench.base, *(n for c in chosen for n in bench.freed(c))]
         at, fold = (near, second) if chosen == extended.causes else (base, first)
         before.append(_missed(base, first, bench.base, bench.believed))

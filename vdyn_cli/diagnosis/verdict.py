@@ -100,21 +100,30 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     if faults:
         why = f"{faults[0].where} {faults[0].what}"
         return verdict("data_fault")
-    strongest = found.scores.strongest(found.testable)
-    if strongest is not None and found.scores.evidence[strongest] > LARGE:
-        bench = bench.about(strongest)
-    tried = singles(bench, found)
+    bench, seen = _nearer(bench, found)
+    tried = singles(bench, seen)
     answers = _simplest(bench, _not_outdone(bench, tried))
     if not answers and not _one_shape(bench):
-        answers = _simplest(bench, _not_outdone(bench, pairs(bench, tried, found)))
-        chain = None if answers else one_after_another(bench, found)
-        answers = answers if chain is None else (chain, *as_good(bench, chain, found))
+        answers = _simplest(bench, _not_outdone(bench, pairs(bench, tried, seen)))
+        chain = None if answers else one_after_another(bench, seen)
+        answers = answers if chain is None else (chain, *as_good(bench, chain, seen))
     if not answers:
         return verdict("unknown", (), tried)
     if len(answers) > 1:
         return verdict("ambiguous", answers, tried)
     fault = all(bench.case.causes[c].sensor for c in answers[0].causes)
     return verdict("data_fault" if fault else "named", answers, tried)
+
+
+def _nearer(bench: Workbench, found: Detection) -> tuple[Workbench, Detection]:
+    """Where straight lines have to do, those through the car as it drove, and what is seen on them."""
+    strongest = found.scores.strongest(found.testable)
+    if strongest is None or not bench.case.straight:
+        return bench, found
+    about = bench.about(strongest) if found.scores.evidence[strongest] > LARGE else bench
+    beyond = bench.beyond(strongest, about)
+    base = beyond.fitted(())
+    return (about, found) if beyond is about or base is None else (beyond, detect(beyond, base))
 
 
 def _not_outdone(bench: Workbench, tried: tuple[Trial, ...]) -> tuple[Trial, ...]:

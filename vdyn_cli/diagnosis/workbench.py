@@ -18,6 +18,7 @@ from vdyn_cli.fit.straight import frozen
 
 NOTHING: Mapping[str, float] = MappingProxyType({})
 LINES = 3  # through a cause's size, each time through the one that the last found
+CLEARLY = 4.5  # half the square of three standard errors
 CLOSE = 0.5  # standard deviations that the next would hardly move it
 MOST_PROBES = 5  # tried of an effect's
 SOME = 0.1  # of the plausible range
@@ -138,6 +139,24 @@ class Workbench:
             nearer = again
         return nearer
 
+    def beyond(self, cause: str, other: Workbench) -> Workbench:
+        """The lines, of those through the sizes of causes that have no slope at nothing, that explain clearly more.
+
+        Only of causes that look like ``cause``, which explains most on the lines of ``other``; else those.
+        """
+        fitted, best = other.fitted((cause,)), other
+        least = np.inf if fitted is None else fitted.solution.cost - CLEARLY
+        for effect in self.case.effects if self.case.straight else ():
+            for size in _some(effect.probes) if cause in effect.alike else ():
+                try:
+                    bench = open_workbench(self.case, {self.unknowns(effect.name)[0]: size})
+                    found = bench.fitted((effect.name,)) if bench.fitted(()) else None
+                except (ResultError, ArithmeticError):
+                    continue
+                if found is not None and found.solution.cost < least:
+                    best, least = bench, found.solution.cost
+        return best
+
     def near(self, fitted: Fitted) -> Fitted:
         """The same fit on straight lines through itself, with its own causes alone in the model.
 
@@ -171,7 +190,7 @@ class Workbench:
         """The same fit begun at each probe of a cause whose derivative at zero leads nowhere."""
         for name in causes:
             effect = self.case.causes.get(name)
-            probes = effect.probes[:: max(1, len(effect.probes) // MOST_PROBES)] if effect else ()
+            probes = _some(effect.probes) if effect else ()
             for size in () if self.case.straight else probes:
                 begun = tuple(
                     replace(u, start=size) if u.name == self.unknowns(name)[0] else u for u in regression.unknowns
@@ -209,6 +228,10 @@ class Workbench:
         fitted = [*self.base, *(n for c in at.causes for n in self.freed(c))]
         candidates = {n: self.unknowns(n) for n in names if n not in at.causes}
         return scores(at.sheet.by_run() if runs else at.sheet, fitted, candidates)
+
+
+def _some(probes: tuple[float, ...]) -> tuple[float, ...]:
+    return probes[:: max(1, len(probes) // MOST_PROBES)]
 
 
 def open_workbench(case: Case, begun: Mapping[str, float] = NOTHING) -> Workbench:
