@@ -13,12 +13,12 @@ from tests.open_road import CDA, DENSITY, F0, F1, Made, Truth, description, driv
 from vdyn_cli.execute import execute
 from vdyn_cli.result import Result
 
-DRIVES = 8
+DRIVES, SHORT = 8, 200.0  # s
 LOSSES = {"driveline_loss", "torque_gain", "mass_error", "rotating_mass", "wheel_radius"}
 
 
-def made(truth: Truth, seed: int) -> list[Made]:
-    return [drive(truth, 1000 * seed + k) for k in range(DRIVES)]
+def made(truth: Truth, seed: int, seconds: float = SHORT) -> list[Made]:
+    return [drive(truth, 1000 * seed + k, seconds) for k in range(DRIVES)]
 
 
 def found(folder: Path, drives: list[Made], **diagnose: Any) -> Result:
