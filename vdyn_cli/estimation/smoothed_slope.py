@@ -21,11 +21,12 @@ Array = NDArray[np.float64]
 SIZES = tuple(np.geomspace(0.0015, 0.03, 6))
 LENGTHS = tuple(np.geomspace(30.0, 1500.0, 7))  # m
 NOISES = tuple(np.geomspace(0.0005, 0.03, 8))  # of a look, as a slope
+PLAIN = 10.0  # log likelihood by which hills must stand out: else noise, which is the speed's too, would be tested
 FINER = tuple(np.geomspace(0.6, 1.67, 7))  # about the best of the grid
 
 
 def smoothed_slope(along: Array, looks: Array, seen: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Mean and standard deviation of the slope at each look, (k,) each.
+    """Mean and standard deviation of the slope at each look, (k,) each; zero where hills do not stand out from noise.
 
     Parameters
     ----------
@@ -34,9 +35,18 @@ def smoothed_slope(along: Array, looks: Array, seen: NDArray[np.bool_]) -> tuple
     best = np.ones(3)
     for axes in ((SIZES, LENGTHS, NOISES), (FINER, FINER, FINER)):
         grid = best * np.array(list(product(*axes)))
-        best = grid[int(np.argmax(_filtered(along, looks, seen, grid)[0]))]
+        likelihood = _filtered(along, looks, seen, grid)[0]
+        best = grid[int(np.argmax(likelihood))]
+    if float(np.max(likelihood)) - _level(looks[seen]) < PLAIN:
+        return np.zeros(along.size), np.full(along.size, best[0])
     _, mean, variance = _filtered(along, looks, seen, best[None])
     return _smoothed(along, mean[:, 0], variance[:, 0], best)
+
+
+def _level(looks: Array) -> float:
+    """Log likelihood of a level road, on which the looks are noise, as ``_filtered`` counts it."""
+    spread = max(float(np.mean(looks**2)), 1e-12) if looks.size else 1.0
+    return -0.5 * looks.size * (float(np.log(spread)) + 1.0)
 
 
 def _filtered(along: Array, looks: Array, seen: NDArray[np.bool_], grid: Array) -> tuple[Array, Array, Array]:
