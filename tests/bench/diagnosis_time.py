@@ -1,0 +1,114 @@
+"""How long does a diagnosis take: of every step on the sample logs, and of ever longer coast-down campaigns?
+
+    python -m tests.bench.diagnosis_time
+
+writes tests/bench/diagnosis_time.md. Seconds are of the diagnosis alone, the step's own fit and reading left out; the
+processor's, and the clock's. Campaigns tell how the cost grows with runs, a
+shorter catalogue how it grows with effects.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from tests.bench import cases
+from tests.plant import coast
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.diagnosis.extend import diagnosed
+from vdyn_cli.document import to_json
+from vdyn_cli.execute import execute
+from vdyn_cli.inputs import gather
+from vdyn_cli.pipeline import Task, load_plan
+from vdyn_cli.steps import load_step
+
+PAGE = Path(__file__).with_name("diagnosis_time.md")
+CONFIGS = Path(__file__).parents[2] / "configs"
+RUNS = (25, 50, 100)
+LIMIT_STEP, LIMIT_CAMPAIGN = 3.0, 30.0
+SEED = 1
+HEAD = """| {} | processor s | clock s | verdict | causes told of |
+|---|---|---|---|---|"""
+DAY = coast.WIDE.but(rate=5.0)
+FEW = ["headwind", "road_grade", "tire_warmup", "speed_dependent_rolling"]
+
+
+@dataclass(frozen=True)
+class Timed:
+    """One diagnosis."""
+
+    processor: float
+    clock: float
+    verdict: str
+    candidates: int
+
+
+def timed(step_name: str, description: Path, known: Sequence[Path] = (), most: int = 2) -> Timed:
+    """The quickest of a few, since other work on the machine only ever adds."""
+    step = load_step(step_name)
+    inputs = gather(step, description, known)
+    base = step.estimate(inputs.spec, inputs.data, inputs.known)
+    found: list[tuple[float, float, Any]] = []
+    for _ in range(most):
+        processor, clock = time.process_time(), time.perf_counter()
+        result = diagnosed(step, inputs.spec, inputs.data, inputs.known, base)
+        found.append((time.process_time() - processor, time.perf_counter() - clock, result.diagnosis))
+    processor, clock, told = min(found, key=lambda f: f[0])
+    return Timed(processor, clock, told["verdict"], len(told["ranking"]) + len(told["not_testable"]))
+
+
+def campaign(folder: Path, runs: int, effects: list[str] | None = None) -> Path:
+    """A coast-down campaign with a headwind nobody wrote down."""
+    folder.mkdir()
+    path = cases.coast_downs(random_vehicle(SEED), SEED, folder, DAY.but(runs=runs), False, {"headwind": 1.5})
+    description = yaml.safe_load(path.read_text(encoding="utf-8"))
+    if effects is not None:
+        description["diagnose"] = {"effects": effects}
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    return path
+
+
+def page() -> str:
+    """The tables."""
+    lines = ["# Time of a diagnosis", "", "Written by `python -m tests.bench.diagnosis_time`.", ""]
+    lines += [f"Sample logs (wanted: below {LIMIT_STEP:g} s):", ""]
+    lines += [*HEAD.format("step").splitlines()]
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        for task in load_plan(CONFIGS / "pipeline.yaml")[2]:
+            if load_step(task.name).diagnosable is not None:
+                known = [folder / f"{n}.json" for n in task.after]
+                lines.append(row(task.name, timed(task.name, task.path, known), LIMIT_STEP))
+            (folder / f"{task.name}.json").write_text(undiagnosed(task, folder), encoding="utf-8")
+        lines += ["", f"Coast-downs with a hidden headwind (wanted: 100 runs below {LIMIT_CAMPAIGN:g} s):", ""]
+        lines += [*HEAD.format("campaign").splitlines()]
+        for runs in RUNS:
+            path = campaign(folder / f"all{runs}", runs)
+            lines.append(row(f"{runs} runs", timed("coastdown", path, most=1), LIMIT_CAMPAIGN))
+        path = campaign(folder / "few", RUNS[-1], FEW)
+        label = f"{RUNS[-1]} runs, {len(FEW)} effects"
+        lines.append(row(label, timed("coastdown", path, most=1), LIMIT_CAMPAIGN))
+    return "\n".join([*lines, ""])
+
+
+def undiagnosed(task: Task, folder: Path) -> str:
+    """What the step found, for those that need it."""
+    known = [folder / f"{n}.json" for n in task.after]
+    return to_json(execute(task.name, task.path, known, level=None).document)
+
+
+def row(name: str, t: Timed, limit: float) -> str:
+    processor = f"**{t.processor:.1f}**" if t.processor > limit else f"{t.processor:.1f}"
+    return f"| {name} | {processor} | {t.clock:.1f} | {t.verdict} | {t.candidates} |"
+
+
+if __name__ == "__main__":
+    text = page()
+    PAGE.write_text(text, encoding="utf-8")
+    print(text)
