@@ -44,8 +44,9 @@ def description(season: str, folder: Path) -> dict[str, Any]:
     described["runs"] = [r for r in described["runs"] if SEASONS[season] in r["log"]]
     for run in described["runs"]:
         run["log"] = str(folder / Path(run["log"]).name)
-    if season != "all":  # one season alone can't tell what the temperature does
-        described["diagnose"]["extend"] = [e for e in described["diagnose"]["extend"] if e != "temperature_rolling"]
+    # One season alone can't tell what the temperature does, nor four trips how a warm-up dies out.
+    beyond = {"all": (), "summer": ("temperature_rolling",), "winter": ("temperature_rolling", "tire_warmup")}[season]
+    described["diagnose"]["extend"] = [e for e in described["diagnose"]["extend"] if e not in beyond]
     assert isinstance(described, dict)
     return described
 

@@ -63,7 +63,7 @@ def diagnosed(
     wrong = where(result) if verdict.detection.p_value <= level else []
     diagnosis = document(bench, verdict, text, accepted, sizes, biased, wrong, next_tests(bench, verdict), lent.metric)
     if extended is None:
-        return replace(result, diagnosis=diagnosis)
+        return replace(result, diagnosis=diagnosis, findings=(*result.findings, *_not_extended(wanted)))
     return _merged(result, extended, diagnosis, [case.causes[c] for c in accepted], sizes)
 
 
@@ -127,6 +127,13 @@ def _extended(
         except ResultError:
             continue
     return None
+
+
+def _not_extended(causes: Sequence[str]) -> list[Finding]:
+    if not causes:
+        return []
+    what = f"the model could not be extended by {', '.join(causes)}: these data do not determine their sizes together"
+    return [Finding("diagnosis", what, remedy="name fewer under 'diagnose: {extend: [...]}'")]
 
 
 def _sizes(extended: Result | None, causes: Sequence[Effect]) -> dict[str, Estimate]:

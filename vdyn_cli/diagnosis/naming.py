@@ -147,4 +147,7 @@ def _beyond(bench: Workbench, trial: Trial, cause: str) -> bool:
     """Is the cause needed beside the others of the answer?"""
     others = tuple(c for c in trial.causes if c != cause)
     without = bench.fitted(others)
-    return without is not None and bench.scores(without, [cause]).statistic[cause] > BEYOND**2
+    if without is None:  # without it the others would have to be more than is plausible
+        solution = trial.fitted.solution
+        return any(abs(solution.values[n]) > BEYOND * solution.std[n] for n in bench.unknowns(cause))
+    return bench.scores(without, [cause]).statistic[cause] > BEYOND**2

@@ -55,6 +55,7 @@ class Stretch:
     marks : (n,) the regime of every sample.
     heading : +1 out, -1 back, 0 unknown. temperature : K.
     start, end : m/s, speed at the first and last sample from the second beside it, each with its standard deviation.
+    since : s of the drive that go before the first sample.
     """
 
     run: int
@@ -67,6 +68,7 @@ class Stretch:
     temperature: float
     start: tuple[float, float]
     end: tuple[float, float]
+    since: float = 0.0
 
     @cached_property
     def stopping(self) -> Mask:
@@ -256,7 +258,8 @@ def _stretch(run: int, log: Log, note: Note, a: int, b: int, timed: bool) -> Str
     speed = outputs["speed"]
     start, end = end_speed(time, speed, first=True), end_speed(time, speed, first=False)
     marks = marked(time, speed, driving(log)[part], inputs["brake_torque"])
-    return Stretch(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end)
+    since = float(time[0] - log.time[0])
+    return Stretch(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end, since)
 
 
 def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:

@@ -22,6 +22,7 @@ from vdyn_cli.log import Log
 Array = NDArray[np.float64]
 
 KMH = (30.0, 60.0, 90.0, 120.0)  # at which the resistance is told
+WARM = 7200.0  # s of driving, after which nothing warms up any more
 INSTANT = 0.1  # s
 SEASON_KMH, LEAST_GAP = 60.0, 8.0  # km/h, K
 PULL = 20.0  # N m, any: the force is straight in the torque
@@ -151,7 +152,7 @@ def _told(solution: Solution, value: float, slopes: Mapping[str, float]) -> Size
 
 
 def holding(trial: Trial, solution: Solution, speed: float, temperature: float) -> tuple[float, dict[str, float]]:
-    """Drive force at the torque sensor that holds a speed on the level in still air, N, and its derivatives.
+    """Drive force at the torque sensor that holds a warm car's speed on the level in still air, N, and its derivatives.
 
     T = T1 a(0) / (a(0) - a(T1)), force T i / r, with a the acceleration at a torque: what the driveline loses is in
     it, and mass and loss, which the drives can hardly tell apart, are not needed for it.
@@ -163,7 +164,8 @@ def holding(trial: Trial, solution: Solution, speed: float, temperature: float) 
     context = {"heading": 0.0, "temperature": temperature}
     seen = []
     for torque in (0.0, PULL):
-        inputs = {**dict.fromkeys(trial.model.inputs, 0.0), "drive_torque": torque}
+        inputs = {**dict.fromkeys(trial.model.inputs, 0.0), "elapsed": WARM, "run_time": WARM, "drive_torque": torque}
+        inputs = {n: inputs[n] for n in trial.model.inputs}
         drive = Drive(np.array([0.0, INSTANT]), inputs, {"speed": speed}, air, context)
         one = simulator(drive, [solution.values[n] for n in names])
         seen.append((float(one.outputs["speed"][-1] - speed), one.sensitivities["speed"][-1]))
@@ -181,7 +183,8 @@ def _drives(trial: Trial) -> NDArray[np.int64]:
 def held_out(trial: Trial, straight: Regression) -> HeldOut | None:
     """Every drive predicted from the others."""
     drives = _drives(trial)
-    blank = replace(trial, extra=tuple(replace(u, start=0.0) for u in trial.extra))
+    sizes = {n for e in trial.effects for n in e.unknowns if n not in e.nominal}
+    blank = replace(trial, extra=tuple(replace(u, start=0.0) if u.name in sizes else u for u in trial.extra))
     known = dict(zip(trial.shared, blank.theta().tolist(), strict=True))
     before, after, owner = [], [], []
     for k, drive in enumerate(drives):

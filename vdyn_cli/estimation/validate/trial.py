@@ -154,7 +154,7 @@ class Trial:
     def _drive(self, s: Stretch, torques: Mapping[str, Array]) -> Drive:
         everything = {
             **s.inputs,
-            "elapsed": s.time - s.time[0],
+            "elapsed": s.since + s.time - s.time[0],
             **{f"road_{wheel}": 0.0 for wheel in ("fl", "fr", "rl", "rr")},
             **torques,
         }
