@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-import numpy as np
-
 from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, linearise, sheet
@@ -210,7 +208,7 @@ class Workbench:
                 size = effect.unknowns[first]
                 some = SOME * (size.upper if size.upper > 0 else size.lower)
                 for end in (quantity.lower, quantity.upper):
-                    begun = {shape: float(np.sqrt(nominal * end)), first: some}
+                    begun = {shape: (nominal + end) / 2, first: some}
                     yield replace(regression, unknowns=tuple(begun_at(u, begun) for u in regression.unknowns))
 
     def _secants(self, causes: Sequence[str]) -> dict[str, float]:
