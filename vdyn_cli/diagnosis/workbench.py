@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import inf
 from types import MappingProxyType
 
 from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns_of
@@ -143,7 +144,7 @@ class Workbench:
         Only of causes that look like ``cause``, which explains most on the lines of ``other``; else those.
         """
         fitted, best = other.fitted((cause,)), other
-        least = np.inf if fitted is None else fitted.solution.cost - CLEARLY
+        least = inf if fitted is None else fitted.solution.cost - CLEARLY
         for effect in self.case.effects if self.case.straight else ():
             for size in _some(effect.probes) if cause in effect.alike else ():
                 try:
