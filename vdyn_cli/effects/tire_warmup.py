@@ -15,7 +15,7 @@ from vdyn_cli.quantity import Quantity
         Quantity("tire_warmup_time", "s", "time in which that falls to 37 %", "", 100.0, 3600.0),
     ),
     nominal={"tire_warmup_time": 600.0},
-    reference="rolling resistance falls for 10 to 30 minutes of driving (warm-up of SAE J1263 and WLTP), from about twice",
+    reference="rolling resistance falls from about twice for 10 to 30 minutes (warm-up of SAE J1263 and WLTP)",
     label="tires that were still warming up",
     signature="Early runs slow down faster than late ones, and the difference dies out in some ten minutes.",
     alike=("brake_drag_fading", "temperature_rolling", "rolling_resistance"),
