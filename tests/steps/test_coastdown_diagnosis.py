@@ -180,6 +180,14 @@ def test_a_cause_of_the_car_goes_with_its_parameters(tmp_path: Path) -> None:
     found = read_parameters(tmp_path / "out" / "coastdown.json").extensions["speed_dependent_rolling"]
     assert found["speed_dependent_rolling"].unit == "s/m"
     assert found["speed_dependent_rolling"].std > 0
+    made = json.loads((tmp_path / "out" / "coastdown.json").read_text(encoding="utf-8"))["parameters"]
+    vehicle = random_vehicle(SEED)
+    force = sum(made[f"road_load_f{k}"]["value"] * (60 / 3.6) ** k for k in range(3))
+    truth = coast.truth(vehicle)
+    tires = vehicle.mass * 9.80665 * (truth["rolling_resistance"] + 2e-4 * 60 / 3.6)
+    air = 0.5 * 1.225 * truth["drag_area"] * (60 / 3.6) ** 2
+    assert force == pytest.approx(tires + air, rel=0.03)
+    assert made["road_load_f1"]["value"] > 0.5 * vehicle.mass * 9.80665 * 2e-4
 
 
 def test_a_stricter_level_is_kept(tmp_path: Path) -> None:

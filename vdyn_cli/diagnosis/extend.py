@@ -71,6 +71,8 @@ def _case(step: Step, spec: TestSpec, data: Any, known: Parameters) -> Case:
     lent = step.diagnosable
     assert lent is not None
     effects = offered(lent.model(spec, data, known), candidates(step.name))
+    if lent.carries:
+        effects = tuple(e for e in effects if e.name not in known.extensions)
     if isinstance(spec.diagnose.effects, list):
         _refuse_unknown(spec.diagnose.effects, effects, "diagnose.effects")
         effects = tuple(e for e in effects if e.name in spec.diagnose.effects)

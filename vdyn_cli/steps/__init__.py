@@ -38,6 +38,7 @@ class Diagnosable:
     run : what a run is called.
     fewest_runs : below which no cause can be told from chance.
     two_way : (spec) -> whether causes that turn with the direction of driving need runs both ways.
+    carries : whether the causes that earlier steps accepted are in its model, and not to be looked for again.
     straight : (spec) -> whether the model is so dear to simulate that one pass over the logs has to do.
     """
 
@@ -49,6 +50,7 @@ class Diagnosable:
     fewest_runs: int = 1
     two_way: Callable[[Any], bool] = lambda spec: False
     straight: Callable[[Any], bool] = lambda spec: False
+    carries: bool = False
 
 
 @dataclass(frozen=True)

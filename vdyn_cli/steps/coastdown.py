@@ -211,7 +211,8 @@ def estimate(
     """Fit the road load, with accepted effects in the model, and say what it is worth."""
     ready = prepared(spec, logs, known)
     fit = fit_road_load(ready.campaign, effects, extra)
-    answer = Answer(ready, fit, _fixed(spec.settings.fix), _test_conditions(spec, fit), _reference(spec, fit))
+    test, reference = _test_conditions(spec, fit), _reference(spec, fit)
+    answer = Answer(ready, fit, _fixed(spec.settings.fix), test, reference, tuple(effects))
     laps = timed(ready.stretches, [r.direction for r in spec.runs]) if answer.coasting else []
     return Result(
         SOURCE,

@@ -33,8 +33,9 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from vdyn_cli.effects import Effect
+from vdyn_cli.effects import Effect, catalogue
 from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.offer import offered
 from vdyn_cli.errors import Finding, InputError, ResultError
 from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.estimation.sizes import sizes_found
@@ -42,7 +43,7 @@ from vdyn_cli.estimation.validate import hill_views, views, windows, words
 from vdyn_cli.estimation.validate.band import WIDE, Band, Verdict, bands, verdicts
 from vdyn_cli.estimation.validate.drives import OUTPUTS, SLOWEST, Cut, Note, Stretch, stretches
 from vdyn_cli.estimation.validate.felt import FELT, felt, with_slope
-from vdyn_cli.estimation.validate.given import beliefs
+from vdyn_cli.estimation.validate.given import beliefs, with_causes
 from vdyn_cli.estimation.validate.hills import hills
 from vdyn_cli.estimation.validate.joined import Varies, joined
 from vdyn_cli.estimation.validate.plausible import refuse_coarse, refuse_foreign
@@ -146,7 +147,9 @@ def trial_of(
     doubts = list(said)
     sides = all("drive_torque_left" in log and "drive_torque" not in log for log in logs)
     model = vehicle(s.driven, "sides" if sides else "axle") if s.model == "vehicle" else road_load("torque", felt=hilly)
-    believed = beliefs(known, model.parameters)
+    lasting = carried(known, model)
+    sizes = {n: e for one in lasting for n, e in known.extensions[one.name].items()}
+    believed = with_causes(beliefs(known, model.parameters), sizes)
     if not found:
         what = "no stretch of any run can be simulated"
         raise InputError(*doubts, Finding("runs", what, remedy="check the channels and settings.windows"))
@@ -159,8 +162,13 @@ def trial_of(
     gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
     step = s.step.value if s.model == "vehicle" else max(s.step.value, ROLLING_STEP)
     own_air = day if hilly and "temperature" in known and "air_density" not in believed.names else None
-    made = Trial(found, model, believed, channels, step, zeros, gains, tuple(effects), tuple(extra), day=own_air)
+    made = Trial(found, model, believed, channels, step, zeros, gains, (*lasting, *effects), tuple(extra), day=own_air)
     return made, doubts
+
+
+def carried(known: Parameters, model: Model) -> tuple[Effect, ...]:
+    """The causes that earlier steps accepted and that this model can take: they are in it from the start."""
+    return offered(model, [e for e in catalogue() if e.name in known.extensions])
 
 
 @lru_cache(maxsize=2)
@@ -392,5 +400,6 @@ STEP = Step(
         fewest_runs=2,
         two_way=_stated_one_way,
         straight=lambda spec: True,
+        carries=True,
     ),
 )

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,7 +132,13 @@ def corrected(load: RoadLoad, test: Conditions, reference: Conditions) -> RoadLo
     return replace(load, f0=f0, f1=f1, f2=f2, covariance=covariance)
 
 
-def of_parameters(at: Mapping[str, float], names: tuple[str, ...], covariance: Array, degrees: float) -> RoadLoad:
+def of_parameters(
+    at: Mapping[str, float],
+    names: tuple[str, ...],
+    covariance: Array,
+    degrees: float,
+    lasting: Mapping[str, Array] = MappingProxyType({}),
+) -> RoadLoad:
     """The road load of the model's parameters.
 
     f0 = frr M g,  f1 = frr1 M g,  f2 = 1/2 rho Cd A
@@ -140,6 +147,7 @@ def of_parameters(at: Mapping[str, float], names: tuple[str, ...], covariance: A
     ----------
     at : rolling_resistance, rolling_speed, drag_area, mass, air_density in SI.
     names, covariance : of those that were estimated, (k, k).
+    lasting : what causes that stay with the car add to f0, f1, f2, (3,) per unit of each of their sizes.
     """
     weight, density = at["mass"] * GRAVITY, 0.5 * at["air_density"]
     slopes = {
@@ -148,12 +156,14 @@ def of_parameters(at: Mapping[str, float], names: tuple[str, ...], covariance: A
         "drag_area": (0.0, 0.0, density),
         "mass": (at["rolling_resistance"] * GRAVITY, at["rolling_speed"] * GRAVITY, 0.0),
         "air_density": (0.0, 0.0, 0.5 * at["drag_area"]),
+        **{n: tuple(c.tolist()) for n, c in lasting.items()},
     }
+    more = sum((at[n] * c for n, c in lasting.items()), np.zeros(3)).tolist()
     gradient = np.array([slopes.get(n, (0.0, 0.0, 0.0)) for n in names]).reshape(len(names), 3)
     return RoadLoad(
-        at["rolling_resistance"] * weight,
-        at["rolling_speed"] * weight,
-        density * at["drag_area"],
+        at["rolling_resistance"] * weight + more[0],
+        at["rolling_speed"] * weight + more[1],
+        density * at["drag_area"] + more[2],
         gradient.T @ covariance @ gradient,
         degrees,
     )

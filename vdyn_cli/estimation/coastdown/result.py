@@ -8,10 +8,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from vdyn_cli.effects import Effect
 from vdyn_cli.errors import Finding
 from vdyn_cli.estimation.coastdown import words as coast_words
 from vdyn_cli.estimation.coastdown.campaign import Prepared
+from vdyn_cli.estimation.coastdown.lasting_force import lasting_force, resists
 from vdyn_cli.estimation.coastdown.reference_conditions import Conditions, RoadLoad, corrected, of_parameters
 from vdyn_cli.estimation.coastdown.residuals import held_out_rms
 from vdyn_cli.estimation.coastdown.road_load_fit import RoadLoadFit
@@ -20,6 +23,8 @@ from vdyn_cli.estimation.coastdown.separation import TOLD_APART, Expected, expec
 from vdyn_cli.estimation.coastdown.times import Timed
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.result import FitSummary, Table
+
+Array = NDArray[np.float64]
 
 SOURCE = "coastdown"
 MAIN = ("rolling_resistance", "drag_area")
@@ -36,6 +41,7 @@ class Answer:
     Parameters
     ----------
     fixed : the main parameters that were given. test : conditions of the runs, None where the temperature is unknown.
+    effects : accepted causes, in the model.
     """
 
     ready: Prepared
@@ -43,6 +49,7 @@ class Answer:
     fixed: frozenset[str]
     test: Conditions | None
     reference: Conditions
+    effects: tuple[Effect, ...] = ()
 
     @property
     def coasting(self) -> bool:
@@ -54,10 +61,14 @@ class Answer:
 
     @cached_property
     def load(self) -> RoadLoad:
-        """As tested."""
-        solution = self.fit.solution
+        """As tested, with what stays with the car."""
+        solution, at = self.fit.solution, {**self.fit.at, **self.fit.solution.values}
+        temperature = float(np.mean([r.temperature for r in self.fit.campaign.runs]))
+        lasting: dict[str, Array] = {}
+        for effect in filter(resists, self.effects):
+            lasting |= lasting_force(effect, at, self.speeds, temperature)
         degrees = [solution.degrees[n] for n in solution.names if n in MAIN]
-        return of_parameters(self.fit.at, solution.names, solution.covariance, min(degrees, default=1e6))
+        return of_parameters(at, solution.names, solution.covariance, min(degrees, default=1e6), lasting)
 
     @cached_property
     def corrected(self) -> RoadLoad | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.errors import Finding, InputError, raise_all
 from vdyn_cli.estimation.validate.defaults import UNFELT, assumed_std
 from vdyn_cli.models.vehicle_defaults import Completed, complete
-from vdyn_cli.parameters import Parameters
+from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.vocabulary import PARAMETERS
 
 Array = NDArray[np.float64]
@@ -78,6 +78,22 @@ def beliefs(known: Parameters, names: tuple[str, ...]) -> Beliefs:
         if std > 0:
             free.added[name] = std
     return _propagated(known, wanted, free, full)
+
+
+def with_causes(beliefs: Beliefs, sizes: Mapping[str, Estimate]) -> Beliefs:
+    """With the sizes of causes that earlier steps accepted, each as well known as it was found."""
+    std = [e.std if e.std > 0 else ALMOST * max(abs(e.value), 1.0) for e in sizes.values()]
+    k, m = len(beliefs.names), len(sizes)
+    correlation = np.eye(k + m)
+    correlation[:k, :k] = beliefs.correlation
+    return replace(
+        beliefs,
+        values={**beliefs.values, **{n: e.value for n, e in sizes.items()}},
+        names=(*beliefs.names, *sizes),
+        std=np.concatenate([beliefs.std, std]),
+        correlation=correlation,
+        sources={**beliefs.sources, **{n: e.source for n, e in sizes.items()}},
+    )
 
 
 @dataclass
