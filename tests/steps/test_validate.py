@@ -12,12 +12,14 @@ import yaml
 
 from tests.steps.validate_cases import described, inputs, known_file, true_parameters
 from vdyn_cli.commands.run_step import write_step
+from vdyn_cli.diagnosis.extend import _case
 from vdyn_cli.errors import InputError, ResultError
 from vdyn_cli.estimation.validate.drives import OUTPUTS
 from vdyn_cli.inputs import Inputs
 from vdyn_cli.log import Log
+from vdyn_cli.parameters import Estimate
 from vdyn_cli.result import Result
-from vdyn_cli.steps import validate
+from vdyn_cli.steps import load_step, validate
 
 
 def validated(root: Path, folder: Path, drives: tuple[int, ...] = (1,), wrong: Any = None, **settings: Any) -> Result:
@@ -108,6 +110,23 @@ def test_the_regression_is_the_door_for_effects(root: Path, tmp_path: Path) -> N
     moved[shared.index("mass")] += step
     change = (regression.rows(0, regression.local(moved, 0)).residual - rows.residual) / step
     assert change == pytest.approx(rows.jacobian[:, shared.index("mass")], abs=1e-3 * np.abs(change).max())
+
+
+def test_what_earlier_steps_found_beside_the_parameters_is_simulated_and_not_sought_again(
+    root: Path, tmp_path: Path
+) -> None:
+    found = inputs(root, tmp_path, true_parameters(), (1,), model="road_load")
+    size = Estimate(0.4, 0.02, (0.36, 0.44), "m^2", "drag of what was mounted", "coastdown")
+    extended = replace(found.known, extensions={"extra_drag_area": {"extra_drag_area": size}})
+    plain, _ = validate.trial_of(found.spec, found.data, found.known)
+    trial, _ = validate.trial_of(found.spec, found.data, extended)
+    assert "extra_drag_area" in trial.beliefs.names
+    assert trial.beliefs.std[trial.beliefs.names.index("extra_drag_area")] == 0.02
+    speeds = [t.first[0].values["speed"][-1] for t in (plain, trial)]
+    assert speeds[1] < speeds[0] - 0.5
+    case = _case(load_step("validate"), found.spec, found.data, extended)
+    assert "extra_drag_area" not in case.causes
+    assert "headwind" in case.causes
 
 
 def test_a_mass_on_a_road_follows_the_drives_too(root: Path, tmp_path: Path) -> None:

@@ -197,7 +197,7 @@ def _beside(one: Comparison, before: Comparison | None) -> Comparison:
 
 
 def _undiagnosed(result: Result, why: str) -> Result:
-    text = "These data can't tell what the simulation gets wrong: the diagnosis could not be made."
+    text = f"These data can't tell what the simulation gets wrong: the diagnosis could not be made ({why[:200]})."
     empty: dict[str, Any] = {
         "verdict": "not_testable",
         "sentence": text,
@@ -210,5 +210,5 @@ def _undiagnosed(result: Result, why: str) -> Result:
         "ranking": [],
         "next_test": [],
     }
-    finding = Finding("diagnosis", "was not made", why[:200], "", minor=True)
+    finding = Finding("diagnosis", "was not made", why[:200], "")
     return replace(result, diagnosis=empty, findings=(*result.findings, finding))

@@ -112,7 +112,10 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     if len(answers) > 1:
         return verdict("ambiguous", answers, tried)
     fault = all(bench.case.causes[c].sensor for c in answers[0].causes)
-    return verdict("data_fault" if fault else "named", answers, tried)
+    named = verdict("data_fault" if fault else "named", answers, tried)
+    # What makes predictions worse for sure is not the cause, however much of the fitted runs it explains.
+    worse = named.gain is not None and named.gain.interval[1] < 0
+    return verdict("unknown", (), tried) if worse else named
 
 
 def _nearer(bench: Workbench, found: Detection) -> tuple[Workbench, Detection]:
