@@ -7,13 +7,15 @@ from pathlib import Path
 import pytest
 import yaml
 
-from vdyn_cli.execute import execute
+from vdyn_cli.execute import LEVEL, execute
 from vdyn_cli.result import Result
 
 EXPECTED = 260.0  # N at 60 km/h: the EPA's coast-down of this model gives 259.8
 
 
-def trips(root: Path, shared_data: Path, tmp_path: Path, season: str, without: str = "") -> Result:
+def trips(
+    root: Path, shared_data: Path, tmp_path: Path, season: str, without: str = "", diagnose: bool = True
+) -> Result:
     """The shipped description with its logs where they are here, perhaps without a channel."""
     folder = shared_data / "bmw_i3"
     if not folder.is_dir():
@@ -26,7 +28,7 @@ def trips(root: Path, shared_data: Path, tmp_path: Path, season: str, without: s
     description["channels"].pop(without, None)
     path = tmp_path / f"{season}.yaml"
     path.write_text(yaml.safe_dump(description), encoding="utf-8")
-    return execute("coastdown", path).result
+    return execute("coastdown", path, level=LEVEL if diagnose else None).result
 
 
 def at_60(result: Result) -> tuple[float, float, float]:
@@ -41,13 +43,21 @@ def test_summer_trips_give_the_road_load_and_winter_trips_more(root: Path, share
     assert low < EXPECTED < high
     assert high - low < 0.4 * EXPECTED
     assert len(summer.fit.runs) == 10
-    winter = trips(root, shared_data, tmp_path, "winter")
+    winter = trips(root, shared_data, tmp_path, "winter", diagnose=False)
     assert at_60(winter)[0] > force + 20
     # Cold tires are part of it: corrected to 20 degC, the two come closer.
     apart = {
         k: winter.extra["road_load"][k]["F0_N"] - summer.extra["road_load"][k]["F0_N"] for k in ("tested", "corrected")
     }
     assert abs(apart["corrected"]) < apart["tested"]
+
+
+def test_winter_s_tires_are_found_still_warming_up(root: Path, shared_data: Path, tmp_path: Path) -> None:
+    """What only cold tires add is named, and leaves the road load of the warm car less far above summer's."""
+    found = trips(root, shared_data, tmp_path, "winter")
+    assert found.diagnosis is not None
+    assert [c["effect"] for c in found.diagnosis["causes"]] == ["tire_warmup"]
+    assert at_60(found)[0] < at_60(trips(root, shared_data, tmp_path, "winter", diagnose=False))[0]
 
 
 def test_without_the_elevation_channel_the_answer_is_less_sure_and_says_so(
