@@ -17,7 +17,7 @@ from vdyn_cli.estimation.validate.rows import Plan
 
 Array = NDArray[np.float64]
 
-SIZING = 2.0  # s of a bin when the sizes are found: a quarter of the usual gust
+SIZING = 1.0  # s of a bin when the sizes are found: in coarser ones a sensor's white noise looks like a rough road
 MOST_SIZED = 40  # stretches from which the sizes are found
 
 
