@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
 from vdyn_cli.cross_checks import with_cross_checks
+from vdyn_cli.effects import candidates
 from vdyn_cli.elements.atmosphere import air_density
 from vdyn_cli.errors import Finding, InputError, raise_all
 from vdyn_cli.log import Log
@@ -47,7 +49,12 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     """
     spec, source = load_spec(path, step.spec)
     known_files = tuple(known_files)
-    problems = [*_wrong_test(step, spec, source), *_wrong_channels(step, spec, source), *_repeated(spec, source)]
+    problems = [
+        *_wrong_test(step, spec, source),
+        *_wrong_channels(step, spec, source),
+        *_wrong_effects(step, spec, source),
+        *_repeated(spec, source),
+    ]
     known = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     for file in known_files:
         later = _attempt(problems, read_parameters, file)
@@ -101,6 +108,20 @@ def _wrong_channels(step: Step, spec: TestSpec, source: Source) -> list[Finding]
             quantity = known[ways[0][0]]
             line = f"{ways[0][0]}: {{column: '<header>', unit: {quantity.unit or '1'}}}"
             findings.append(Finding(place, f"channel {names} is needed", remedy=f"add '{line}' to the channels"))
+    return findings
+
+
+def _wrong_effects(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
+    """Causes to look for, or to extend the model by, that the catalogue does not have for this step."""
+    findings = []
+    for key, names in (("effects", spec.diagnose.effects), ("extend", spec.diagnose.extend)):
+        known = [e.name for e in candidates(step.name)] if isinstance(names, list) else []
+        for i, name in enumerate(names if isinstance(names, list) else ()):
+            if name not in known:
+                close = get_close_matches(name, known, 3)
+                remedy = f"did you mean {' or '.join(close)}?" if close else f"there are {', '.join(known)}"
+                place = source.where(("diagnose", key, i))
+                findings.append(Finding(place, f"is no effect that '{step.name}' knows of", name, remedy))
     return findings
 
 

@@ -30,7 +30,7 @@ def document(
     Parameters
     ----------
     accepted : causes that were taken into the model.
-    sizes : of their unknowns.
+    sizes : of their unknowns and of those of named causes.
     biased : baseline less extended, by published parameter.
     metric : name and unit of what the gain is measured in.
     """
@@ -67,6 +67,18 @@ def document(
     }
 
 
+def not_diagnosed(why: str) -> dict[str, Any]:
+    """The same keys where no diagnosis could be made."""
+    return {
+        "verdict": "not_testable",
+        "sentence": f"These data can't tell what the simulation gets wrong: the diagnosis could not be made ({why}).",
+        "p_value": None,
+        "evidence": None,
+        "gain": None,
+        **{k: [] for k in ("causes", "extended", "ambiguous", "not_testable", "where", "ranking", "next_test")},
+    }
+
+
 def _causes(verdict: Verdict, accepted: Sequence[str]) -> list[str]:
     named = [c for t in verdict.answers for c in t.causes] if len(verdict.answers) == 1 else []
     return list(dict.fromkeys([*named, *accepted]))
@@ -77,23 +89,13 @@ def _cause(
 ) -> dict[str, Any]:
     scores = verdict.detection.scores
     effect = bench.case.causes[cause]
-    entry: dict[str, Any] = {"effect": cause, "label": effect.label}
-    fallback = verdict.answers[0].fitted if verdict.answers else None
-    unknowns = {}
-    for name, quantity in effect.unknowns.items():
-        if name in sizes:
-            e = sizes[name]
-            unknowns[name] = {"value": e.value, "std": e.std, "interval95": list(e.interval95), "unit": e.unit}
-        elif fallback is not None and name in fallback.values:
-            solution = fallback.solution
-            unknowns[name] = {
-                "value": solution.values[name],
-                "std": solution.std[name],
-                "interval95": list(solution.interval95[name]),
-                "unit": quantity.unit,
-            }
+    found = {n: sizes[n] for n in effect.unknowns if n in sizes}
+    unknowns = {
+        n: {"value": e.value, "std": e.std, "interval95": list(e.interval95), "unit": e.unit} for n, e in found.items()
+    }
     return {
-        **entry,
+        "effect": cause,
+        "label": effect.label,
         "unknowns": unknowns,
         "p_value": verdict.detection.p_value,
         "visibility": scores.visibility[cause],

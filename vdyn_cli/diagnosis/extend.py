@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from vdyn_cli.diagnosis.case import Case, begun_at, shapes_of, unknowns_of
-from vdyn_cli.diagnosis.document import document
+from vdyn_cli.diagnosis.document import document, not_diagnosed
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.diagnosis.next_test import next_tests
 from vdyn_cli.diagnosis.verdict import Verdict, judge
@@ -57,9 +57,9 @@ def diagnosed(
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
     accepted = wanted if extended is not None else ()
-    sizes = _sizes(extended, [case.causes[c] for c in accepted])
+    sizes = _sizes(extended, [case.causes[c] for c in accepted]) if extended else _fitted(verdict, case)
     biased = {} if extended is None else _biased(result, extended)
-    text = sentence(verdict, case.causes, sizes)
+    text = sentence(verdict, case.causes, sizes, isinstance(spec.diagnose.effects, list))
     wrong = where(result) if verdict.detection.p_value <= level else []
     diagnosis = document(bench, verdict, text, accepted, sizes, biased, wrong, next_tests(bench, verdict), lent.metric)
     if extended is None:
@@ -138,24 +138,34 @@ def _not_extended(causes: Sequence[str]) -> list[Finding]:
     return [Finding("diagnosis", what, remedy="name fewer under 'diagnose: {extend: [...]}'")]
 
 
-def _sizes(extended: Result | None, causes: Sequence[Effect]) -> dict[str, Estimate]:
-    if extended is None:
-        return {}
+def _sizes(extended: Result, causes: Sequence[Effect]) -> dict[str, Estimate]:
+    """As the extended model's fit gives them."""
     entries: Mapping[str, Any] = extended.extra.get("effects", {})
-    found = {}
-    for effect in causes:
-        for name, quantity in effect.unknowns.items():
-            if name in entries:
-                low, high = entries[name]["interval95"]
-                found[name] = Estimate(
-                    float(entries[name]["value"]),
-                    float(entries[name]["std"]),
-                    (float(low), float(high)),
-                    quantity.unit,
-                    quantity.meaning,
-                    effect.name,
-                )
-    return found
+    return {
+        n: _size(effect, n, entries[n]["value"], entries[n]["std"], entries[n]["interval95"])
+        for effect in causes
+        for n in effect.unknowns
+        if n in entries
+    }
+
+
+def _fitted(verdict: Verdict, case: Case) -> dict[str, Estimate]:
+    """As the diagnosis fitted them, of causes that were named and not taken into the model."""
+    if verdict.answer is None:
+        return {}
+    solution = verdict.answer.fitted.solution
+    return {
+        n: _size(case.causes[c], n, solution.values[n], solution.std[n], solution.interval95[n])
+        for c in verdict.answer.causes
+        for n in case.causes[c].unknowns
+        if n in solution.values
+    }
+
+
+def _size(effect: Effect, name: str, value: float, std: float, interval95: Sequence[float]) -> Estimate:
+    quantity = effect.unknowns[name]
+    low, high = interval95
+    return Estimate(float(value), float(std), (float(low), float(high)), quantity.unit, quantity.meaning, effect.name)
 
 
 def _biased(base: Result, extended: Result) -> dict[str, float]:
@@ -197,18 +207,5 @@ def _beside(one: Comparison, before: Comparison | None) -> Comparison:
 
 
 def _undiagnosed(result: Result, why: str) -> Result:
-    text = f"These data can't tell what the simulation gets wrong: the diagnosis could not be made ({why[:200]})."
-    empty: dict[str, Any] = {
-        "verdict": "not_testable",
-        "sentence": text,
-        "causes": [],
-        "extended": [],
-        "ambiguous": [],
-        "not_testable": [],
-        "gain": None,
-        "where": [],
-        "ranking": [],
-        "next_test": [],
-    }
     finding = Finding("diagnosis", "was not made", why[:200], "")
-    return replace(result, diagnosis=empty, findings=(*result.findings, finding))
+    return replace(result, diagnosis=not_diagnosed(why[:200]), findings=(*result.findings, finding))

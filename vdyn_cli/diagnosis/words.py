@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import floor, log10
 
 from vdyn_cli.diagnosis.gain import Gain
 from vdyn_cli.diagnosis.naming import Trial
@@ -13,13 +14,24 @@ from vdyn_cli.parameters import Estimate
 SHOWN = 4  # causes named in one sentence
 
 
-def sentence(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Estimate]) -> str:
+def sentence(
+    verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Estimate], narrowed: bool = False
+) -> str:
     """One closing sentence.
 
     Parameters
     ----------
-    sizes : of the unknowns of the causes that were taken into the model.
+    sizes : of the unknowns of the causes that were named or taken into the model.
+    narrowed : whether only ``causes`` were looked for, and not the whole catalogue.
     """
+    text = _said(verdict, causes, sizes)
+    if narrowed and verdict.name != "not_testable":
+        looked = ", ".join(causes)
+        text = f"{text[:-1]}. Only {looked} {'was' if len(causes) == 1 else 'were'} looked for."
+    return text
+
+
+def _said(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Estimate]) -> str:
     p = chance(verdict.detection.p_value)
     if verdict.name == "adequate":
         return f"The simulation misses nothing that these data could show ({p})."
@@ -99,6 +111,4 @@ def _size(effect: Effect, sizes: Mapping[str, Estimate]) -> str:
 
 def _digits(spread: float) -> int:
     """Decimals that show two digits of a spread."""
-    from math import floor, log10
-
     return 1 - floor(log10(spread)) if spread > 0 else 3
