@@ -86,9 +86,9 @@ def _lag(bins: Bins) -> Array:
 
 
 def sizing_bins(plan: Plan) -> Bins:
-    """Coarser bins, in which sizes are found quickly."""
-    covered = float(np.sum(plan.bins.width))
-    return cut(plan.time, max(SIZING, covered / 100), plan.part)
+    """Coarser bins, in which sizes are found quickly; never finer than the rows that are fitted."""
+    width = plan.bins.width
+    return cut(plan.time, max(SIZING, float(np.median(width)), float(np.sum(width)) / 100), plan.part)
 
 
 def sizes(runs: Sequence[NoisyRun], priors: Array) -> dict[str, float]:
