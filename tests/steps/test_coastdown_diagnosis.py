@@ -134,11 +134,16 @@ def test_too_little_is_never_given_a_name(day: coast.Day, tmp_path: Path) -> Non
     told = document(described(tmp_path, {"headwind": 2.0}, day))["diagnosis"]
     assert told["verdict"] == "not_testable"
     assert told["causes"] == told["extended"] == []
-    (test,) = told["next_test"]
+    test, *reckoned = told["next_test"]
     assert test["runs"] >= 8
     assert "coasts" in test["manoeuvre"]
     if day.one_way:
         assert "out and back" in test["manoeuvre"]
+        (pair,) = reckoned
+        assert "one each way" in pair["manoeuvre"]
+        assert pair["expected_t"] > 6
+    else:
+        assert not reckoned
 
 
 @pytest.mark.parametrize("what", ["runs of 2 s", "a speed that stands still"])

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vdyn_cli.effects import Effect
+from vdyn_cli.estimation.manoeuvre import Manoeuvre
 from vdyn_cli.fit import Regression, Unknown
 
 BEYOND = 1.5  # times the plausible range: a cause that needs more is not the cause
@@ -25,6 +26,8 @@ class Case:
     fewest_runs : below which nothing is diagnosed.
     straight : one simulation has to do; fits are made on straight lines. The parameters are beliefs with which the step
         simulates: what fits move of them is no gain.
+    manoeuvres : (regression with every cause in, its shared unknowns at the baseline's fit) -> what could be driven
+        next, the least effort first.
     """
 
     step: str
@@ -35,6 +38,7 @@ class Case:
     repeated: str = "run"
     fewest_runs: int = 1
     straight: bool = False
+    manoeuvres: Callable[[Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = lambda regression, values: ()
 
     @property
     def causes(self) -> Mapping[str, Effect]:

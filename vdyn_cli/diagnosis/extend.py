@@ -88,6 +88,7 @@ def _case(step: Step, spec: TestSpec, data: Any, known: Parameters) -> Case:
         repeated=lent.run,
         fewest_runs=lent.fewest_runs,
         straight=lent.straight(spec),
+        manoeuvres=lambda full, values: lent.manoeuvres(spec, data, known, full, values),
     )
 
 

@@ -1,18 +1,22 @@
-"""What to drive next: how far apart rival causes would be, from the Cramer-Rao bound of more runs of the same kind."""
+"""What to drive next, and by how many standard errors it would tell: for rivals, and for causes that do not show."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import ceil, sqrt
+from dataclasses import dataclass, replace
+from itertools import combinations, pairwise
+from math import ceil
 
-from vdyn_cli.diagnosis.scores import scores
-from vdyn_cli.diagnosis.verdict import Verdict
+from vdyn_cli.diagnosis.design import SAFE, Asked, Designer, Plan
+from vdyn_cli.diagnosis.naming import Trial
+from vdyn_cli.diagnosis.verdict import FEW, TYPICAL, Verdict
 from vdyn_cli.diagnosis.workbench import Workbench
 
-SAFE = 6.0  # standard errors apart at which a name is safe
 MOST = 200  # runs: beyond, another manoeuvre is needed
 SHOWN = 4
+HELPS = 1.0  # standard error: what tells less than that does not help at all
+AT_TYPICAL = ", at half of the plausible range"
+TURNING = ("headwind", "road_grade")  # what only runs both ways can tell
 
 
 @dataclass(frozen=True)
@@ -26,62 +30,134 @@ class NextTest:
 
 
 def next_tests(bench: Workbench, verdict: Verdict) -> tuple[NextTest, ...]:
-    """For rivals, causes without a name, and causes that these data can't show."""
+    """For rivals, causes without a name, and causes that these data can't show; what is not reckoned comes last."""
+    designer = Designer(bench)
     if verdict.name == "ambiguous":
-        return _rivals(bench, verdict)
+        return _rivals(designer, list(combinations(verdict.answers, 2)))
     if verdict.name == "not_testable":
-        return _missing(bench)
+        return _missing(designer, verdict)
     if verdict.name == "unknown":
         closest = sorted(verdict.tried, key=lambda t: -t.rest)[:SHOWN]
-        return tuple(_of(bench, t.causes[0], (t.causes[0],)) for t in closest)
-    return tuple(_of(bench, one.effect, (one.effect,)) for one in verdict.invisible[:SHOWN])
+        return _rivals(designer, list(pairwise(closest)), more=False)
+    return _unseen(designer, verdict)
 
 
-def _rivals(bench: Workbench, verdict: Verdict) -> tuple[NextTest, ...]:
-    """Each pair of rivals: how far apart they are now, and how many more runs would settle it."""
+def _rivals(designer: Designer, pairs: Sequence[tuple[Trial, Trial]], more: bool = True) -> tuple[NextTest, ...]:
+    """Each pair that differs in one cause: what would settle it, and what shows a cause without any reckoning.
+
+    ``more``: whether more runs of the same kind are worth thinking of.
+    """
+    found: list[NextTest] = []
+    confirmed: list[NextTest] = []
+    for one, other in pairs:
+        mine, yours = set(one.causes) - set(other.causes), set(other.causes) - set(one.causes)
+        if len(mine) != 1 or len(yours) != 1 or len(confirmed) == SHOWN:
+            continue
+        a, b = *mine, *yours
+        asked = _apart(designer.bench, (one, a), (other, b))
+        best = designer.best(asked)
+        found += _designed(designer, asked, (a, b), best, more)
+        confirmed.append(_confirmed(designer.bench, (a, b), best))
+    return (*found, *_merged(confirmed))
+
+
+def _apart(bench: Workbench, *answers: tuple[Trial, str]) -> tuple[Asked, ...]:
+    """With the rival in, what would still be seen of the cause at its size: whichever of the two is there.
+
+    A rival of many unknowns imitates any cause of few; of the two the simpler is then the answer.
+    """
     found = []
-    for i, one in enumerate(verdict.answers):
-        for other in verdict.answers[i + 1 :]:
-            if len(one.causes) > 1 or len(other.causes) > 1:
-                continue
-            a, b = one.causes[0], other.causes[0]
-            # With the rival in, what would still be seen of the cause at its size.
-            apart = max(_apart(bench, a, b), _apart(bench, b, a))
-            runs = len(bench.full.runs)
-            more = ceil(runs * ((SAFE / apart) ** 2 - 1)) if apart > 0 else MOST + 1
-            if 0 < more <= MOST:
-                manoeuvre = f"{more} more {bench.case.repeated}s of the same kind"
-                found.append(NextTest(manoeuvre, (a, b), round(apart * sqrt(1 + more / runs), 1), more))
-            found.append(_of(bench, a, (a, b)))
-    return tuple(found[:SHOWN])
+    for (one, cause), (other, rival) in (answers, answers[::-1]):
+        if len(bench.unknowns(rival)) <= max(FEW, len(bench.unknowns(cause))):
+            sizes = {n: one.fitted.values[n] for n in bench.unknowns(cause)}
+            beside = (*bench.base, *(n for c in other.causes for n in bench.unknowns(c)))
+            found.append(Asked(sizes, beside))
+    return tuple(found)
 
 
-def _apart(bench: Workbench, cause: str, rival: str) -> float:
-    """Standard errors that a cause of the size found stands out by beside its rival."""
-    fitted = bench.fitted((cause,))
-    if fitted is None:
-        return 0.0
-    base = bench.fitted(())
-    assert base is not None
-    size = fitted.values[bench.unknowns(cause)[0]]
-    seen = scores(base.sheet, [*bench.base, *bench.unknowns(rival)], {cause: bench.unknowns(cause)})
-    spread = float(seen.spread[cause][0])
-    return abs(size) / spread if spread > 0 else 0.0
+def _designed(
+    designer: Designer, asked: Sequence[Asked], separates: Sequence[str], best: Plan | None, more: bool, of: str = ""
+) -> list[NextTest]:
+    """The cheapest manoeuvre that will do, or the one that tells most; more runs of the same kind where they are less.
+
+    ``of``: which size is reckoned with, where nobody found one.
+    """
+    now, found = designer.now(asked), []
+    if best is not None and best.t >= HELPS:
+        words = f"{best.manoeuvre.words(best.runs)} (t is {now:.1f} now{of})"
+        found.append(NextTest(words, tuple(separates), round(best.t, 1), best.runs))
+    runs = len(designer.bench.full.runs)
+    further = ceil(runs * ((SAFE / now) ** 2 - 1)) if now > 0 else MOST + 1
+    cheaper = best is None or best.t < SAFE or further < best.runs
+    if more and cheaper and 0 < further <= MOST:
+        t = designer.more(asked, 1 + further / runs)
+        words = f"{further} more {designer.bench.case.repeated}s of the same kind"
+        found.append(NextTest(words, tuple(separates), round(t, 1), further))
+    return found
 
 
-def _of(bench: Workbench, cause: str, separates: Sequence[str]) -> NextTest:
-    effect = bench.case.causes[cause]
-    return NextTest(effect.confirm or f"a test in which {effect.label} alone changes", tuple(separates), None, None)
+def _unseen(designer: Designer, verdict: Verdict) -> tuple[NextTest, ...]:
+    """Causes that these data can't show, those first that the fewest runs would show, were they as large as listed."""
+    bench = designer.bench
+    answer = verdict.answer.causes if verdict.answer else ()
+    beside = (*bench.base, *(n for c in answer for n in bench.unknowns(c)))
+    asked = {
+        i.effect: (Asked({bench.unknowns(i.effect)[0]: i.size}, beside),)
+        for i in verdict.invisible
+        if i.effect not in answer
+    }
+    plans = {cause: designer.best(question) for cause, question in asked.items()}
+
+    def order(cause: str) -> tuple[bool, float]:
+        plan = plans[cause]
+        return (True, 0.0) if plan is None else (plan.t < SAFE, plan.runs if plan.t >= SAFE else -plan.t)
+
+    causes = sorted(asked, key=order)[:SHOWN]
+    found = [t for c in causes for t in _designed(designer, asked[c], (c,), plans[c], False, AT_TYPICAL)]
+    return (*found, *_merged([_confirmed(bench, (c,), plans[c]) for c in causes]))
 
 
-def _missing(bench: Workbench) -> tuple[NextTest, ...]:
-    case = bench.case
-    runs = len(bench.full.runs)
+def _confirmed(bench: Workbench, separates: tuple[str, ...], best: Plan | None) -> NextTest:
+    """What shows the first of these causes, in its own words; and whether anything was designed that helps."""
+    effect = bench.case.causes[separates[0]]
+    words = effect.confirm or f"a test in which {effect.label} alone changes"
+    if best is not None and best.t < HELPS:
+        words += f" No {bench.case.repeated} tells: t would be {best.t:.1f} after {best.manoeuvre.words(best.runs)}."
+    return NextTest(words, separates, None, None)
+
+
+def _merged(tests: Sequence[NextTest]) -> tuple[NextTest, ...]:
+    """One entry for each manoeuvre, with all that it separates."""
+    found: dict[str, NextTest] = {}
+    for t in tests:
+        before = found[t.manoeuvre].separates if t.manoeuvre in found else ()
+        found[t.manoeuvre] = replace(t, separates=tuple(dict.fromkeys([*before, *t.separates])))
+    return tuple(found.values())
+
+
+def _missing(designer: Designer, verdict: Verdict) -> tuple[NextTest, ...]:
+    """What was driven too little of; where all went one way, how far that would tell what turns with the direction."""
+    case, runs = designer.bench.case, len(designer.bench.full.runs)
     wanted = max(8, case.fewest_runs)
-    if case.one_way:
-        what = f"{wanted} {case.repeated}s in pairs, out and back, over the same road"
-        turning = tuple(e.name for e in case.effects if e.name in ("headwind", "road_grade"))
-        return (NextTest(what, turning, None, wanted),)
-    return (
-        NextTest(f"{wanted} {case.repeated}s instead of {runs}, each as long as the track allows", (), None, wanted),
-    )
+    if not case.one_way:
+        what = f"{wanted} {case.repeated}s instead of {runs}, each as long as the track allows"
+        return (NextTest(what, (), None, wanted),)
+    turning = tuple(n for n in TURNING if n in case.causes)
+    what = f"{wanted} {case.repeated}s in pairs, out and back, over the same road"
+    first = NextTest(what, turning, None, wanted)
+    if len(turning) < len(TURNING) or runs < case.fewest_runs:
+        return (first,)
+    asked = _typical(designer.bench, turning)
+    return (first, *_designed(designer, asked, turning, designer.best(asked), False, AT_TYPICAL))
+
+
+def _typical(bench: Workbench, causes: Sequence[str]) -> tuple[Asked, ...]:
+    """Each of these causes, of a typical size, beside the others."""
+    found = []
+    for cause in causes:
+        unknown = bench.unknowns(cause)[0]
+        quantity = bench.case.causes[cause].unknowns[unknown]
+        size = TYPICAL * max(abs(quantity.lower), abs(quantity.upper))
+        others = [n for c in causes if c != cause for n in bench.unknowns(c)]
+        found.append(Asked({unknown: size}, (*bench.base, *others)))
+    return tuple(found)

@@ -89,7 +89,7 @@ class Workbench:
     def _fit(self, causes: tuple[str, ...]) -> Fitted | None:
         try:
             solution = self._solved(causes)
-            linear = linearise(self.full, solution.values, solution.per_run, self._secants(causes))
+            linear = linearise(self.full, solution.values, solution.per_run, self.secants(causes))
         except (ResultError, ArithmeticError):
             if not causes:
                 raise
@@ -212,7 +212,7 @@ class Workbench:
                     begun = {shape: (nominal + end) / 2, first: some}
                     yield replace(regression, unknowns=tuple(begun_at(u, begun) for u in regression.unknowns))
 
-    def _secants(self, causes: Sequence[str]) -> dict[str, float]:
+    def secants(self, causes: Sequence[str]) -> dict[str, float]:
         """Sizes over which the traces of such causes are taken where they have no slope at zero."""
         if self.case.straight:
             return {}

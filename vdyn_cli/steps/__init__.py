@@ -17,6 +17,7 @@ from vdyn_cli.quantity import Quantity
 if TYPE_CHECKING:
     from vdyn_cli.effects import Effect
     from vdyn_cli.engine.model import Model
+    from vdyn_cli.estimation.manoeuvre import Manoeuvre
     from vdyn_cli.fit import Regression, Unknown
     from vdyn_cli.log import Log
     from vdyn_cli.parameters import Parameters
@@ -40,6 +41,8 @@ class Diagnosable:
     two_way : (spec) -> whether causes that turn with the direction of driving need runs both ways.
     carries : whether the causes that earlier steps accepted are in its model, and not to be looked for again.
     straight : (spec) -> whether the model is so dear to simulate that one pass over the logs has to do.
+    manoeuvres : (spec, data, known, regression, values) -> what could be driven next, the least effort first, from the
+        regression with every cause in and the values of its shared unknowns at the baseline's fit.
     """
 
     regression: Callable[[Any, Any, Parameters, Sequence[Effect], Sequence[Unknown]], Regression]
@@ -51,6 +54,9 @@ class Diagnosable:
     two_way: Callable[[Any], bool] = lambda spec: False
     straight: Callable[[Any], bool] = lambda spec: False
     carries: bool = False
+    manoeuvres: Callable[[Any, Any, Parameters, Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = (
+        lambda spec, data, known, regression, values: ()
+    )
 
 
 @dataclass(frozen=True)

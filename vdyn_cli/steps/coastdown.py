@@ -30,7 +30,7 @@ Biometrika 58 (1971) 545 for the noise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -41,12 +41,14 @@ from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError
 from vdyn_cli.estimation.coastdown import figures as coast_figures
+from vdyn_cli.estimation.coastdown import manoeuvres as coast_manoeuvres
 from vdyn_cli.estimation.coastdown import result as coast_result
 from vdyn_cli.estimation.coastdown.campaign import Choices, Prepared, RunNote, prepare
 from vdyn_cli.estimation.coastdown.reference_conditions import Conditions, density_of
 from vdyn_cli.estimation.coastdown.result import SOURCE, Answer
 from vdyn_cli.estimation.coastdown.road_load_fit import RoadLoadFit, fit_road_load, scan_road_load
 from vdyn_cli.estimation.coastdown.times import timed
+from vdyn_cli.estimation.manoeuvre import Manoeuvre
 from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.fit import Regression, Unknown
@@ -196,6 +198,13 @@ def profiles(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> tup
     )
 
 
+def manoeuvres(
+    spec: CoastdownSpec, logs: Sequence[Log], known: Parameters, regression: Regression, values: Mapping[str, float]
+) -> tuple[Manoeuvre, ...]:
+    """Coasts that could be driven next, simulated from the baseline's fit."""
+    return coast_manoeuvres.manoeuvres(regression, values)
+
+
 def _on_one_road(spec: CoastdownSpec) -> bool:
     """Are these runs to and fro over one road, where wind and slope turn with the direction?"""
     return spec.settings.windows != "powered"
@@ -274,7 +283,14 @@ STEP = Step(
     ),
     estimate=estimate,
     diagnosable=Diagnosable(
-        regression, model, profiles, metric=("speed", "m/s"), run="coast", fewest_runs=4, two_way=_on_one_road
+        regression,
+        model,
+        profiles,
+        metric=("speed", "m/s"),
+        run="coast",
+        fewest_runs=4,
+        two_way=_on_one_road,
+        manoeuvres=manoeuvres,
     ),
     extra_channels=(Quantity("elevation", "m", "height of the road above the sea", "z", -500, 9_000),),
 )

@@ -82,6 +82,7 @@ class _Rows:
     shared: tuple[str, ...]
     wind_variance: float = 0.0
     factors: tuple[Array, ...] = ()
+    sizes: Mapping[str, float] = field(default_factory=dict)
     _measured: dict[int, Array] = field(default_factory=dict)
 
     def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
@@ -182,6 +183,29 @@ def scan_road_load(
     return _starting(replace(full, rows=rows), nothing, {})
 
 
+def campaign_of(regression: Regression) -> Campaign:
+    """The runs that a road load's regression is of."""
+    assert isinstance(regression.rows, _Rows)
+    return regression.rows.campaign
+
+
+def transferred(regression: Regression, campaign: Campaign, values: Mapping[str, float]) -> Regression:
+    """The same unknowns, causes and noise sizes for other runs of the same car.
+
+    Parameters
+    ----------
+    regression : of the runs that were driven. campaign : the other runs, of the same model.
+    values : of the shared unknowns; the noise is that of a car with these.
+    """
+    rows = regression.rows
+    assert isinstance(rows, _Rows)
+    at = {n: values.get(n, v) for n, v in campaign.values.items()} | {"wind_variance": rows.wind_variance}
+    there = _Rows(campaign, rows.simulator, rows.shared)
+    starts = {START: np.array([r.speed[0] for r in campaign.runs])} if campaign.speed_fitted else {}
+    runs = tuple(r.name for r in campaign.runs)
+    return replace(regression, runs=runs, rows=_weighted(there, rows.sizes, at), run_starts=starts)
+
+
 def wind_variance(sizes: Mapping[str, float]) -> float:
     """Variance of the wind along the track, m^2/s^2, within and between runs."""
     return sizes.get("gust", 0.0) ** 2 + sizes.get("run_wind", 0.0) ** 2
@@ -213,7 +237,7 @@ def _weighted_fit(
 
 def _weighted(rows: _Rows, sizes: Mapping[str, float], at: Mapping[str, float]) -> _Rows:
     factors = tuple(noise_of(rows.campaign, k, at).factor(sizes) for k in range(len(rows.campaign.runs)))
-    return replace(rows, factors=factors, wind_variance=at["wind_variance"])
+    return replace(rows, factors=factors, wind_variance=at["wind_variance"], sizes=dict(sizes))
 
 
 def _as_large_as_misses(
