@@ -127,3 +127,17 @@ CHANNELS = _named(
         Q("angular_rate", "rad/s", "angular rate of the pendulum", "phi'", -200, 200),
     ]
 )
+
+# Channels that may stand at one value all through: what is commanded, and what the place and the weather give. A
+# sensor of anything else trembles as long as it measures.
+STEADY = (
+    "time",
+    "drive_torque",
+    "drive_torque_left",
+    "drive_torque_right",
+    "drive_force",
+    "brake_torque",
+    "grade",
+    "wind_speed",
+)
+TREMBLING = frozenset(n for n in CHANNELS if n not in STEADY)

@@ -75,7 +75,7 @@ DRIVE_KNOWN = (
     *("mass", "wheelbase", "cg_to_rear", "cg_height", "pitch_inertia", "track_front", "track_rear", "drag_height"),
     *("drag_area", "rolling_resistance", "wheel_inertia", "wheel_radius", "driveline_inertia", "gear_ratio"),
     *("unsprung_mass_front", "unsprung_mass_rear", "suspension_stiffness_front", "suspension_stiffness_rear"),
-    *("suspension_damping_front", "suspension_damping_rear", "tire_vertical_stiffness", "tire_B", "tire_C", "tire_D"),
+    *("suspension_damping_front", "suspension_damping_rear", "tire_B", "tire_C", "tire_D"),
     *("tire_E", "tire_relaxation_length", "shaft_stiffness_left", "shaft_stiffness_right", "shaft_damping_left"),
     "shaft_damping_right",
 )
@@ -90,6 +90,7 @@ def _validate(scenario: Scenario, folder: Path) -> Path:
         "air_density": drive.RIG.air_density,
         "brake_share_front": BRAKE_FRONT,
         "tire_load_sensitivity": 0.0,
+        "tire_vertical_stiffness": UNYIELDING,
         "driveline_efficiency": 1.0,
         "hub_swing": 0.0,
         "driveline_pitch": 0.0,
@@ -110,6 +111,7 @@ def _validate(scenario: Scenario, folder: Path) -> Path:
     return cases.write(folder, "validate", known, DRIVE_CHANNELS, records, notes, settings=settings)
 
 
+UNYIELDING = 5e6  # N/m, the stiffest that is physical: these cars' tires do not give way vertically
 UNITS = {"mass": "kg", "drag_area": "m^2", "wheel_inertia": "kg m^2", "wheel_radius": "m",
          "driveline_inertia": "kg m^2", "tire_relaxation_length": "m", "shaft_stiffness_left": "N m/rad",
          "shaft_stiffness_right": "N m/rad", "shaft_damping_left": "N m s/rad",

@@ -3,9 +3,10 @@
 States: way, speed, heave, pitch and their rates, four wheel speeds, four slips, and for each half-shaft its twist and
 the speed of its inner end. The planetary output's torque T i is shared equally by the two inner ends, each of which
 carries half of the motor-generators' inertia. Slip lags, sigma s' = (w r - v) - |v| s, and drives
-Fx = Fz D sin(C atan(b - E (b - atan b))), b = B s. Rolling resistance is a torque frr Fz r on each wheel. The body
-pitches as in ``cg_motion``: on a spring and damper per axle, on tires that do not give way vertically, with the
-wheels' spin in the balance of moments. Integrated by LSODA to a relative 1e-7.
+Fx = Fz D sin(C atan(b - E (b - atan b))), b = B s. Rolling resistance is a torque frr Fz r on each wheel: the road
+presses ahead of the wheel's centre, so that the same torque, one from outside, lifts the car's nose. The body pitches
+as in ``cg_motion``: on a spring and damper per axle, on tires that do not give way vertically, with the wheels' spin in
+the balance of moments. Integrated by LSODA to a relative 1e-7.
 
 Hidden effects (``{name: size}``, SI, nothing at zero): extra_drag_area (m^2), headwind (m/s against the way out),
 road_grade (uphill on the way out), grade_profile (steepest slope of ``coast_motion.road_profile``),
@@ -151,25 +152,24 @@ class Drive:
         torque = self.shaft(0, twist_l, inner_l - spin[0]), self.shaft(1, twist_r, inner_r - spin[1]), 0.0, 0.0
         rolling = self.rolling * (1.0 + q["tire_warmup"] * exp(-time / 600.0)) + q["speed_dependent_rolling"] * speed
         drag = q["brake_drag"] + q["brake_drag_fading"] * exp(-time / 20.0)
-        spin_rates, slip_rates, pull = [], [], 0.0
+        spin_rates, slip_rates, pull, ahead = [], [], 0.0, 0.0
         for k in range(4):
             rim, load = spin[k] * radius, 0.5 * loads[0 if k < 2 else 1]
             sliding = rim - speed
             force = self.tire(load, slip[k], sliding, speed)
             share = 0.5 * (BRAKE_FRONT if k < 2 else 1.0 - BRAKE_FRONT)
-            loss = (
-                brake * share + (0.25 * drag + (0.5 * q["driveline_drag"] if k < 2 else 0.0) + rolling * load) * radius
-            )
-            spin_rates.append((torque[k] - loss * tanh(rim / REST) - force * radius) / self.wheel)
+            sense, tread = tanh(rim / REST), rolling * load * radius
+            loss = brake * share + (0.25 * drag + (0.5 * q["driveline_drag"] if k < 2 else 0.0)) * radius + tread
+            spin_rates.append((torque[k] - loss * sense - force * radius) / self.wheel)
             slip_rates.append((sliding - abs(speed) * slip[k]) / self.relaxation)
-            pull += force
+            pull, ahead = pull + force, ahead + tread * sense
         air = self.air * (speed + wind) * abs(speed + wind)
         if q["drag_bump"]:
             air += q["drag_bump"] * exp(-0.5 * ((speed - 15.0) / 1.5) ** 2)
         acceleration = (pull - air) / self.mass - GRAVITY * sin(slope)
         lift = (loads[0] + loads[1]) / self.mass - GRAVITY * sqrt(1.0 - sin(slope) ** 2)
         moment = car.cg_to_front * loads[0] - car.cg_to_rear * loads[1] + car.cg_height * pull
-        moment += air * (car.drag_height - car.cg_height) + self.wheel * sum(spin_rates)
+        moment += air * (car.drag_height - car.cg_height) + self.wheel * sum(spin_rates) + ahead
         each = 0.5 * drive * car.gear_ratio
         return [
             self.pedals.uphill * speed, acceleration, z_rate, pitch_rate, lift, moment / car.pitch_inertia,

@@ -152,3 +152,10 @@ def test_a_held_slower_sensor_is_recognised(every: int) -> None:
 def test_few_values_are_no_ground_for_findings() -> None:
     assert said(np.array([1.0, 2.0])) == ""
     assert said(np.arange(30.0)) == ""
+
+
+@pytest.mark.parametrize(("trembles", "told"), [(True, True), (False, False)])
+def test_a_sensor_that_holds_one_value_all_through_did_not_measure(trembles: bool, told: bool) -> None:
+    found = check_channel(np.full(500, 12.3), "N m", "run.csv, column 'T'", lambda i: i + 2, trembles).findings
+    assert [f.fault for f in found] == [True] * told
+    assert not check_channel(np.zeros(500), "N m", "run.csv", lambda i: i + 2, trembles).findings

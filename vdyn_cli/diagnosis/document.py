@@ -67,11 +67,14 @@ def document(
     }
 
 
-def not_diagnosed(why: str) -> dict[str, Any]:
-    """The same keys where no diagnosis could be made."""
+def not_diagnosed(why: str, fault: str = "") -> dict[str, Any]:
+    """The same keys where no diagnosis could be made; ``fault``: a sensor that did not measure, if there is one."""
+    text = f"These data can't tell what the simulation gets wrong: the diagnosis could not be made ({why})."
+    if fault:
+        text = f"The data are at fault: {fault}. Leave that part out, then look again."
     return {
-        "verdict": "not_testable",
-        "sentence": f"These data can't tell what the simulation gets wrong: the diagnosis could not be made ({why}).",
+        "verdict": "data_fault" if fault else "not_testable",
+        "sentence": text,
         "p_value": None,
         "evidence": None,
         "gain": None,

@@ -52,7 +52,7 @@ def diagnosed(
         bench = open_workbench(case)
         verdict = judge(bench, level, faults)
     except (ResultError, ArithmeticError) as error:
-        return _undiagnosed(result, str(error))
+        return _undiagnosed(result, str(error)[:200], faults)
     wanted = _wanted(spec, case, verdict)
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
@@ -207,6 +207,7 @@ def _beside(one: Comparison, before: Comparison | None) -> Comparison:
     return replace(one, baseline=before.simulated)
 
 
-def _undiagnosed(result: Result, why: str) -> Result:
-    finding = Finding("diagnosis", "was not made", why[:200], "")
-    return replace(result, diagnosis=not_diagnosed(why[:200]), findings=(*result.findings, finding))
+def _undiagnosed(result: Result, why: str, faults: Sequence[Finding]) -> Result:
+    fault = f"{faults[0].where} {faults[0].what}" if faults else ""
+    finding = Finding("diagnosis", "was not made", why, "")
+    return replace(result, diagnosis=not_diagnosed(why, fault), findings=(*result.findings, finding))

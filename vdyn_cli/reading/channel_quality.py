@@ -19,6 +19,7 @@ _SAMPLE = 20_000  # values that show how fine a channel is
 _CHUNK = 1 << 20
 _CLIPPED = 4  # equal values in a row, at least
 _FROZEN = 20
+_STUCK = 50
 _APART = 5.0  # times the longest ordinary stretch
 _MOST = 5  # stretches that are worth naming one by one
 
@@ -39,7 +40,7 @@ class _Runs:
     length: NDArray[np.int32]
 
 
-def check_channel(values: Array, unit: str, where: str, line_of: LineOf) -> Quality:
+def check_channel(values: Array, unit: str, where: str, line_of: LineOf, trembles: bool = False) -> Quality:
     """Look at one channel as the logger wrote it.
 
     Parameters
@@ -48,9 +49,12 @@ def check_channel(values: Array, unit: str, where: str, line_of: LineOf) -> Qual
     unit : the logger's, for messages.
     where : file and column.
     line_of : the file's line of a row.
+    trembles : whether it never stands at one value as long as it measures.
 
     Notes
     -----
+    *Stuck*: it holds a single value, and not zero: whatever moves, or trembles, does not.
+
     *Clipped*: the largest or smallest value stands for several samples, more than once, and the signal comes and goes
     too steeply for a natural peak. A parabola that spends L samples in its top quantum q enters it at a slope s with
     s L / 4 <= q, so an overshoot s L / 4 of many quanta means that the top was cut off. Zero, and 100 %, are places
@@ -76,6 +80,10 @@ def check_channel(values: Array, unit: str, where: str, line_of: LineOf) -> Qual
     def line(index: int) -> int:
         return line_of(int(index if rows is None else rows[index]))
 
+    if values.size >= _STUCK and values[0] != 0.0 and trembles and np.all(values == values[0]):
+        what = "holds one value all through: it did not measure"
+        remedy = "take the channel out, or repair it and repeat the test"
+        return Quality((*findings, Finding(where, what, f"{values[0]:g} {unit}".strip(), remedy, fault=True)))
     sample = values[:: -(-values.size // _SAMPLE)]
     if np.unique(sample).size <= _LEVELS:
         return Quality(tuple(findings))

@@ -21,6 +21,7 @@ from vdyn_cli.reading.csv_layout import Layout, ReadOptions, find_layout
 from vdyn_cli.reading.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.reading.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.reading.csv_source import open_source
+from vdyn_cli.vocabulary import TREMBLING
 
 __all__ = ["Column", "ReadOptions", "read_csv"]
 
@@ -64,7 +65,7 @@ def read_csv(path: Path, columns: Mapping[str, Column], options: ReadOptions | N
     channels = {}
     for channel in [c for c in raw if c != "time"]:
         values = raw.pop(channel)
-        quality = check_channel(values, columns[channel].unit, place[channel], line_of)
+        quality = check_channel(values, columns[channel].unit, place[channel], line_of, channel in TREMBLING)
         findings += quality.findings
         if quality.problems and columns[channel].optional:
             findings += [replace(p, remedy=f"channel '{channel}' is left out") for p in quality.problems]

@@ -49,6 +49,6 @@ def _foreign(s: Stretch, miss: float) -> Finding:
     speed = s.outputs["speed"]
     there = np.isfinite(speed)
     rate = np.gradient(np.interp(s.time, s.time[there], speed[there]), s.time)
-    if np.corrcoef(torque, rate)[0, 1] < -0.2:
+    if np.ptp(torque) > 0 and np.corrcoef(torque, rate)[0, 1] < -0.2:
         remedy = "positive torque slows the car here: add 'sign: -1' to the channel drive_torque"
     return Finding(f"{s.name}, channel 'drive_torque'", what, "", remedy)
