@@ -9,7 +9,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.estimation.manoeuvre import Manoeuvre
 from vdyn_cli.fit import Regression, Unknown
 
-BEYOND = 1.5  # times the plausible range: a cause that needs more is not the cause
+REACH = 1.5  # times the plausible range: a cause that needs more is not the cause
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def unknowns_of(effect: Effect, prior: bool = False) -> tuple[Unknown, ...]:
             found.append(Unknown(name, nominal, quantity.lower, quantity.upper, quantity.unit, believed))
             continue
         reach = max(abs(quantity.lower), abs(quantity.upper))
-        low, high = BEYOND * quantity.lower, BEYOND * quantity.upper
+        low, high = REACH * quantity.lower, REACH * quantity.upper
         known = (0.0, reach / 2) if prior else None
         found.append(Unknown(name, 0.0, low, high, quantity.unit, known))
     return tuple(found)

@@ -16,7 +16,8 @@ from vdyn_cli.estimation.coastdown import words as coast_words
 from vdyn_cli.estimation.coastdown.campaign import Prepared
 from vdyn_cli.estimation.coastdown.lasting_force import lasting_force, resists
 from vdyn_cli.estimation.coastdown.reference_conditions import Conditions, RoadLoad, corrected, of_parameters
-from vdyn_cli.estimation.coastdown.residuals import held_out_rms
+from vdyn_cli.estimation.coastdown.odd_run import odd_run
+from vdyn_cli.estimation.coastdown.residuals import held_out_rms, run_forces
 from vdyn_cli.estimation.coastdown.road_load_fit import RoadLoadFit
 from vdyn_cli.estimation.coastdown.road_runs import noise_of
 from vdyn_cli.estimation.coastdown.separation import TOLD_APART, Expected, expected, wider
@@ -266,8 +267,21 @@ def findings(answer: Answer) -> tuple[Finding, ...]:
     if answer.ready.zeros and not any(z.by_elevation for z in answer.ready.zeros.values()):
         what = "the accelerometer's zero rests on the assumption that the roads lead up as often as down"
         found.append(Finding("channels", what, remedy="map 'elevation' if the logs have it, or add more logs"))
-    found += _moved_givens(answer)
+    found += [*_odd(answer), *_moved_givens(answer)]
     return tuple(found)
+
+
+def _odd(answer: Answer) -> list[Finding]:
+    """A coast that is not like the others; stretches of an open road never are."""
+    if not answer.coasting:
+        return []
+    runs = answer.fit.campaign.runs
+    odd = odd_run(run_forces(answer.fit)[0], np.array([r.heading for r in runs]))
+    if odd is None:
+        return []
+    way = "more" if odd.force > 0 else "less"
+    what = f"resisted {abs(odd.force):.0f} N {way} than the other runs let expect (by chance p = {odd.chance:.1g})"
+    return [Finding(runs[odd.run].name, what, remedy="look at this run; leave it out if something was the matter")]
 
 
 def _moved_givens(answer: Answer) -> list[Finding]:
