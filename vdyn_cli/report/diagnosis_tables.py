@@ -128,7 +128,7 @@ def next_tests(entries: Entries, answered: bool = False) -> Cells | None:
     rows = [
         (
             words.prose(e.get("manoeuvre") or ""),
-            " from ".join(causes.combined(n) for n in listed(e.get("separates"))),
+            _told_apart([causes.combined(n) for n in listed(e.get("separates"))]),
             words.plain(e.get("runs")) if e.get("runs") is not None else "",
             words.plain(e.get("expected_t")) if e.get("expected_t") is not None else "",
         )
@@ -138,7 +138,8 @@ def next_tests(entries: Entries, answered: bool = False) -> Cells | None:
     keep = [i for i in range(4) if i < 1 or any(row[i] for row in rows)]
     caption = "These would show the causes that the data here can't." if answered else ""
     if 3 in keep:
-        caption += " Expected t is how many standard errors apart the causes would then be: 6 is safe, 2 is a guess."
+        apart = "a cause of the size below would stand out by" if answered else "apart the causes would then be"
+        caption += f" Expected t is how many standard errors {apart}: 6 is safe, 2 is a guess."
     return _table(
         "What to test next" if answered else "The next test to drive",
         caption.strip(),
@@ -146,6 +147,13 @@ def next_tests(entries: Entries, answered: bool = False) -> Cells | None:
         [tuple(row[i] for i in keep) for row in rows],
         tuple(i > 1 for i in keep),
     )
+
+
+def _told_apart(named: Sequence[str]) -> str:
+    """One cause from another, or from several others."""
+    if len(named) < 3:
+        return " from ".join(named)
+    return f"{named[0]} from {', '.join(named[1:-1])} or {named[-1]}"
 
 
 _PLACE = re.compile(

@@ -15,8 +15,8 @@ from vdyn_cli.errors import Finding
 from vdyn_cli.estimation.coastdown import words as coast_words
 from vdyn_cli.estimation.coastdown.campaign import Prepared
 from vdyn_cli.estimation.coastdown.lasting_force import lasting_force, resists
-from vdyn_cli.estimation.coastdown.reference_conditions import Conditions, RoadLoad, corrected, of_parameters
 from vdyn_cli.estimation.coastdown.odd_run import odd_run
+from vdyn_cli.estimation.coastdown.reference_conditions import Conditions, RoadLoad, corrected, of_parameters
 from vdyn_cli.estimation.coastdown.residuals import held_out_rms, run_forces
 from vdyn_cli.estimation.coastdown.road_load_fit import RoadLoadFit
 from vdyn_cli.estimation.coastdown.road_runs import noise_of
