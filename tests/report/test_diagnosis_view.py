@@ -125,6 +125,9 @@ def test_empty_columns_of_next_tests_are_left_out() -> None:
     entry = {"manoeuvre": "Weigh the car.", "separates": ["mass_error"], "expected_t": None, "runs": None}
     shown = table(told(next_test=[entry], verdict="ambiguous"), "The next test to drive")
     assert shown.rows == (("Weigh the car.", "a wrong mass"),)
+    entry = {**entry, "separates": ["mass_error", "torque_gain", "wheel_radius"]}
+    shown = table(told(next_test=[entry], verdict="ambiguous"), "The next test to drive")
+    assert shown.rows[0][1] == "a wrong mass from a drive torque that reads too high or a wrong wheel radius"
 
 
 @pytest.mark.parametrize(

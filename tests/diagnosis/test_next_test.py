@@ -1,0 +1,217 @@
+"""Manoeuvres that nobody has driven yet: what they promise is what they give when the independent car drives them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+
+from tests.bench import cases
+from tests.diagnosis.linear import Campaign, cause
+from tests.plant import coast
+from tests.plant.coast_information import information
+from tests.plant.information import total
+from tests.plant.vehicle import Vehicle, random_vehicle
+from vdyn_cli.diagnosis.design import SAFE, Asked, Designer, Plan
+from vdyn_cli.diagnosis.extend import _case
+from vdyn_cli.diagnosis.next_test import NextTest, next_tests
+from vdyn_cli.diagnosis.verdict import Verdict, judge
+from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
+from vdyn_cli.estimation.manoeuvre import Manoeuvre
+from vdyn_cli.fit import Regression, Rows
+from vdyn_cli.inputs import gather
+from vdyn_cli.steps import load_step
+
+Driven = Sequence[tuple[int, coast.Day]]  # seed of each day's logs, and how it was driven
+CHANNELS = {name: cases.COAST_CHANNELS[name] for name in ("time", "speed")}
+BASE = ("rolling_resistance", "drag_area")
+SHORT = coast.DAY.but(rate=5.0)
+SEEDS = (1, 2, 3)
+
+
+def bench(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], folder: Path, fixed: bool = False) -> Workbench:
+    """The workbench of logs on disk, one day's runs after the other's."""
+    runs: list[coast.Run] = []
+    for seed, day in days:
+        after = runs[-1].start + 300.0 if runs else 0.0
+        runs += [replace(r, start=r.start + after) for r in coast.campaign(vehicle, seed, day, hidden)]
+    notes = [{"direction": r.direction, "start": r.start} for r in runs]
+    settings = {"fix": {"drag_coefficient": vehicle.drag_coefficient}} if fixed else {}
+    known = coast.known(vehicle, days[0][1])
+    path = cases.write(folder, "coastdown", known, CHANNELS, [r.record for r in runs], notes, settings=settings)
+    step = load_step("coastdown")
+    inputs = gather(step, path)
+    return open_workbench(_case(step, inputs.spec, inputs.data, inputs.known))
+
+
+def beside(of: Workbench, hidden: Mapping[str, float], rival: str) -> tuple[Asked, ...]:
+    return (Asked(hidden, (*of.base, *of.unknowns(rival))),)
+
+
+def least(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], *names: str) -> dict[str, float]:
+    """The plant's own Cramer-Rao bounds of causes beside each other, of all days together."""
+    parts = [information(vehicle, seed, day, hidden, names) for seed, day in days]
+    return total([p.reduced([*BASE, *names]) for p in parts]).bound()
+
+
+HIDDEN = {"headwind": 1.0, "speed_dependent_rolling": 2e-4}
+
+
+@cache
+def promised(seed: int, name: str, rival: str) -> Plan:
+    """What is designed to tell a hidden cause from a rival, after a short day's coasts."""
+    with TemporaryDirectory() as folder:
+        made = bench(random_vehicle(seed), [(seed, SHORT)], {name: HIDDEN[name]}, Path(folder))
+    plan = Designer(made).best(beside(made, {name: HIDDEN[name]}, rival))
+    assert plan is not None
+    assert plan.t >= SAFE
+    assert "to 7 km/h" in plan.manoeuvre.words(plan.runs)
+    return plan
+
+
+def with_it(seed: int, plan: Plan) -> Driven:
+    """The short day, and the manoeuvre really driven."""
+    wide = SHORT.but(start_speed=1.3 * SHORT.start_speed, end_speed=2.0, runs=plan.runs)
+    return [(seed, SHORT), (seed + 500, wide)]
+
+
+@pytest.mark.parametrize(
+    ("name", "rival"),
+    [("headwind", "road_grade"), ("speed_dependent_rolling", "brake_drag_fading")],
+    ids=["wind against slope", "tires against brakes"],
+)
+def test_what_is_promised_is_what_the_plant_says_of_driving_it(name: str, rival: str) -> None:
+    """The noise has to be sized from few runs: a single promise may be off by more than the median of some."""
+    ratios = []
+    for seed in SEEDS:
+        plan, size = promised(seed, name, rival), HIDDEN[name]
+        bound = least(random_vehicle(seed), with_it(seed, plan), {name: size}, name, rival)[name]
+        ratios.append(plan.t * bound / size)
+    assert median(ratios) == pytest.approx(1.0, abs=0.25)
+    assert all(0.5 < ratio < 2.0 for ratio in ratios)
+
+
+def test_the_logs_of_the_manoeuvre_tell_as_much(tmp_path: Path) -> None:
+    """Driven by the plant, logged, read and fitted together with the first runs."""
+    ratios = []
+    for seed in SEEDS:
+        plan, hidden = promised(seed, "headwind", "road_grade"), {"headwind": HIDDEN["headwind"]}
+        later = bench(random_vehicle(seed), with_it(seed, plan), hidden, tmp_path)
+        ratios.append(plan.t / Designer(later).now(beside(later, hidden, "road_grade")))
+    assert median(ratios) == pytest.approx(1.0, abs=0.25)
+
+
+def told(of: Workbench) -> tuple[Verdict, tuple[NextTest, ...]]:
+    verdict = judge(of)
+    return verdict, next_tests(of, verdict)
+
+
+def test_drag_that_the_baseline_calls_its_own_is_promised_to_nobody(tmp_path: Path) -> None:
+    made = bench(random_vehicle(1), [(1, SHORT)], {}, tmp_path)
+    verdict, tests = told(made)
+    assert "extra_drag_area" in {i.effect for i in verdict.invisible}
+    base = [Asked({"extra_drag_area": 0.3}, made.base)]
+    plan = Designer(made).best(base)
+    assert plan is not None
+    assert plan.t < 0.1
+    hopeless = [t for t in tests if "No coast tells" in t.manoeuvre]
+    assert hopeless
+    assert all(t.expected_t is None and "t would be 0.0 after" in t.manoeuvre for t in hopeless)
+
+
+def test_with_the_drag_known_it_is_promised(tmp_path: Path) -> None:
+    made = bench(random_vehicle(1), [(1, SHORT)], {}, tmp_path, fixed=True)
+    assert "drag_area" not in made.base
+    plan = Designer(made).best([Asked({"extra_drag_area": 0.1}, made.base)])
+    assert plan is not None
+    assert plan.t >= SAFE
+
+
+def test_runs_one_way_are_told_what_two_coasts_would_give(tmp_path: Path) -> None:
+    vehicle, day = random_vehicle(1), SHORT.but(one_way=True)
+    verdict, (first, second) = told(bench(vehicle, [(1, day)], {}, tmp_path))
+    assert verdict.name == "not_testable"
+    assert first.expected_t is None
+    assert second.runs == 2
+    assert second.expected_t is not None
+    bound = least(vehicle, [(1, day), (500, SHORT.but(runs=2))], {}, "headwind", "road_grade")
+    half = {"headwind": 4.0, "road_grade": 0.015}  # of what is plausible
+    assert second.expected_t == pytest.approx(min(half[n] / bound[n] for n in half), rel=0.25)
+
+
+# On straight lines, whose answers are known -------------------------------------------------------------------------
+
+SLOPE, WIND = cause("slope"), cause("wind")
+
+
+def lines(traces: Mapping[str, float], each: int = 2, most: int = 10) -> Manoeuvre:
+    """Runs of one row each, in which every unknown shows by so much."""
+
+    def regression() -> Regression:
+        whole = Campaign(2, runs=4).case(SLOPE, WIND)
+        full = open_workbench(whole).full
+        row = np.array([[traces.get(u.name, 0.0) for u in (*full.shared, *full.own)]])
+        runs = tuple(f"run {k}" for k in range(each))
+        return replace(full, runs=runs, rows=lambda run, theta: Rows(np.zeros(1), row))
+
+    return Manoeuvre(lambda runs: f"{runs} lines showing {'+'.join(traces)}", regression, each, most)
+
+
+def designed(*manoeuvres: Manoeuvre) -> Designer:
+    case = Campaign(2, runs=4, hidden={"slope": 0.2}).case(SLOPE, WIND)
+    return Designer(open_workbench(replace(case, manoeuvres=lambda full, values: manoeuvres)))
+
+
+def test_information_adds_up_over_runs() -> None:
+    designer = designed(lines({"slope": 3.0}))
+    asked = [Asked({"slope": 0.2}, (*designer.bench.base, "wind"))]
+    now, plan = designer.now(asked), designer.best(asked)
+    assert plan is not None
+    assert plan.t == pytest.approx(np.sqrt(now**2 + plan.runs * (3.0 * 0.2) ** 2), rel=1e-6)
+
+
+def test_the_fewest_runs_win_and_then_the_least_effort() -> None:
+    slow, fast, dear = lines({"slope": 8.0}), lines({"slope": 30.0}), lines({"slope": 40.0})
+    asked = [Asked({"slope": 0.2}, ("level", "bend", "wind"))]
+    plan = designed(slow, fast, dear).best(asked)
+    assert plan is not None
+    assert plan.manoeuvre is fast
+    assert plan.runs == 2
+
+
+def test_where_nothing_will_do_the_most_is_told() -> None:
+    asked = [Asked({"slope": 0.2}, ("level", "bend", "wind"))]
+    poor, better = lines({"slope": 0.1}), lines({"slope": 5.0}, most=1)
+    plan = designed(poor, better).best(asked)
+    assert plan is not None
+    assert plan.manoeuvre is better
+    assert plan.t < SAFE
+
+
+def test_what_is_another_on_another_day_tells_nothing_of_this_one() -> None:
+    same, other = lines({"slope": 8.0}), replace(lines({"slope": 8.0}), anew=frozenset({"slope"}))
+    designer = designed(other)
+    asked = [Asked({"slope": 0.2}, ("level", "bend", "wind"))]
+    plan = designer.best(asked)
+    assert plan is not None
+    assert plan.t == pytest.approx(designer.now(asked))
+    settled = designed(same).best(asked)
+    assert settled is not None
+    assert settled.t >= SAFE
+
+
+def test_nothing_is_simulated_for_a_question_that_is_not_asked() -> None:
+    def never() -> Regression:
+        raise AssertionError("simulated in vain")
+
+    case = Campaign(7, runs=2, hidden={"wind": 5.0}).case(SLOPE, WIND, fewest_runs=4)
+    made = open_workbench(replace(case, manoeuvres=lambda full, values: (Manoeuvre(str, never),)))
+    verdict, tests = told(made)
+    assert verdict.name == "not_testable"
+    assert [t.expected_t for t in tests] == [None]
