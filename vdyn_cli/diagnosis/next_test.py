@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations, pairwise
 from math import ceil
 
@@ -48,17 +48,17 @@ def _rivals(designer: Designer, pairs: Sequence[tuple[Trial, Trial]], more: bool
     ``more``: whether more runs of the same kind are worth thinking of.
     """
     found: list[NextTest] = []
-    confirmed: list[NextTest] = []
+    bests: dict[tuple[str, ...], Plan | None] = {}
     for one, other in pairs:
         mine, yours = set(one.causes) - set(other.causes), set(other.causes) - set(one.causes)
-        if len(mine) != 1 or len(yours) != 1 or len(confirmed) == SHOWN:
+        if len(mine) != 1 or len(yours) != 1 or len(bests) == SHOWN:
             continue
         a, b = *mine, *yours
         asked = _apart(designer.bench, (one, a), (other, b))
-        best = designer.best(asked)
-        found += _designed(designer, asked, (a, b), best, more)
-        confirmed.append(_confirmed(designer.bench, (a, b), best))
-    return (*found, *_merged(confirmed))
+        bests[a, b] = designer.best(asked)
+        found += _designed(designer, asked, (a, b), bests[a, b], more)
+    causes = list(dict.fromkeys(c for pair in bests for c in pair))[:SHOWN]
+    return (*found, *(_confirmed(designer.bench, c, bests) for c in causes))
 
 
 def _apart(bench: Workbench, *answers: tuple[Trial, str]) -> tuple[Asked, ...]:
@@ -114,25 +114,19 @@ def _unseen(designer: Designer, verdict: Verdict) -> tuple[NextTest, ...]:
 
     causes = sorted(asked, key=order)[:SHOWN]
     found = [t for c in causes for t in _designed(designer, asked[c], (c,), plans[c], False, AT_TYPICAL)]
-    return (*found, *_merged([_confirmed(bench, (c,), plans[c]) for c in causes]))
+    return (*found, *(_confirmed(bench, c, {(c,): plans[c]}) for c in causes))
 
 
-def _confirmed(bench: Workbench, separates: tuple[str, ...], best: Plan | None) -> NextTest:
-    """What shows the first of these causes, in its own words; and whether anything was designed that helps."""
-    effect = bench.case.causes[separates[0]]
+def _confirmed(bench: Workbench, cause: str, designed: Mapping[tuple[str, ...], Plan | None]) -> NextTest:
+    """What shows the cause, in its own words, and from which rivals; and whether nothing that was designed helps."""
+    own = {names: best for names, best in designed.items() if cause in names}
+    rivals = dict.fromkeys(n for names in own for n in names if n != cause)
+    effect = bench.case.causes[cause]
     words = effect.confirm or f"a test in which {effect.label} alone changes"
+    best = max((plan for plan in own.values() if plan is not None), key=lambda p: p.t, default=None)
     if best is not None and best.t < HELPS:
         words += f" No {bench.case.repeated} tells: t would be {best.t:.1f} after {best.manoeuvre.words(best.runs)}."
-    return NextTest(words, separates, None, None)
-
-
-def _merged(tests: Sequence[NextTest]) -> tuple[NextTest, ...]:
-    """One entry for each manoeuvre, with all that it separates."""
-    found: dict[str, NextTest] = {}
-    for t in tests:
-        before = found[t.manoeuvre].separates if t.manoeuvre in found else ()
-        found[t.manoeuvre] = replace(t, separates=tuple(dict.fromkeys([*before, *t.separates])))
-    return tuple(found.values())
+    return NextTest(words, (cause, *rivals), None, None)
 
 
 def _missing(designer: Designer, verdict: Verdict) -> tuple[NextTest, ...]:
