@@ -112,6 +112,24 @@ def told(of: Workbench) -> tuple[Verdict, tuple[NextTest, ...]]:
     return verdict, next_tests(of, verdict)
 
 
+def test_rivals_are_told_apart_once_it_is_driven(tmp_path: Path) -> None:
+    vehicle, hidden = random_vehicle(1), {"headwind": 2.0}
+    narrow = SHORT.but(runs=4, start_speed=24.0, end_speed=15.0)
+    verdict, (first, *others) = told(bench(vehicle, [(1, narrow)], hidden, tmp_path))
+    assert verdict.name == "ambiguous"
+    assert set(first.separates) == {"headwind", "road_grade"}
+    assert "113 to 7 km/h" in first.manoeuvre
+    assert first.runs is not None
+    assert first.expected_t is not None
+    assert first.expected_t >= SAFE
+    assert [t.expected_t for t in others] == [None, None]  # what confirms the one, and the other
+    wide = narrow.but(start_speed=1.3 * 24.0, end_speed=2.0, runs=first.runs)
+    settled = judge(bench(vehicle, [(1, narrow), (501, wide)], hidden, tmp_path))
+    assert settled.name == "named"
+    assert settled.answer is not None
+    assert settled.answer.causes == ("headwind",)
+
+
 def test_drag_that_the_baseline_calls_its_own_is_promised_to_nobody(tmp_path: Path) -> None:
     made = bench(random_vehicle(1), [(1, SHORT)], {}, tmp_path)
     verdict, tests = told(made)
