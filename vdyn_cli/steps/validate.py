@@ -50,7 +50,7 @@ from vdyn_cli.estimation.validate.plausible import refuse_coarse, refuse_foreign
 from vdyn_cli.estimation.validate.posterior import Posterior, posterior
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
 from vdyn_cli.estimation.validate.swings import swing_views
-from vdyn_cli.estimation.validate.trial import Trial
+from vdyn_cli.estimation.validate.trial import Trial, remembered
 from vdyn_cli.fit import Regression, Solution, Unknown, solve
 from vdyn_cli.fit.straight import frozen
 from vdyn_cli.log import Log
@@ -163,7 +163,8 @@ def trial_of(
     step = s.step.value if s.model == "vehicle" else max(s.step.value, ROLLING_STEP)
     own_air = day if hilly and "temperature" in known and "air_density" not in believed.names else None
     made = Trial(found, model, believed, channels, step, zeros, gains, (*lasting, *effects), tuple(extra), day=own_air)
-    return made, doubts
+    before = made if extra else remembered(made)
+    return before if before.step == made.step else made, doubts
 
 
 def carried(known: Parameters, model: Model) -> tuple[Effect, ...]:

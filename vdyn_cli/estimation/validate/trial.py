@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -121,18 +121,49 @@ class Trial:
         return np.concatenate([np.arange(k), np.arange(k + m, end)]).astype(np.int64)
 
     @cached_property
+    def _plain(self) -> Trial | None:
+        """The same car with nothing added, where what is added is nothing so far: it drives alike.
+
+        Only of the full vehicle, which is dear to simulate.
+        """
+        shapes = {n for e in self.effects for n in e.nominal}
+        nothing = all(u.start == 0.0 for u in self.extra if u.name not in shapes)
+        if not self.extra or not nothing or self.model.name != "vehicle":
+            return None
+        added = {u.name for u in self.extra}
+        return remembered(
+            replace(self, effects=tuple(e for e in self.effects if not added & set(e.unknowns)), extra=())
+        )
+
+    @property
+    def drives_alike(self) -> Hashable:
+        """Everything that it is made of, but for the length of the steps."""
+        b = self.beliefs
+        believed = b.names, tuple(b.values.items()), b.std.tobytes(), b.correlation.tobytes()
+        sensors = self.channels, tuple(self.zeros.items()), tuple(self.gains.items()), self.wind_variance, self.day
+        return self.stretches, self.model, believed, sensors, self.effects, self.extra
+
+    @cached_property
     def _outputs(self) -> tuple[str, ...]:
-        return self._simulator.outputs
+        return self._plain._outputs if self._plain else self._simulator.outputs
 
     @cached_property
     def _simulator(self) -> Simulator:
+        unknowns = (*self.beliefs.names, *(u.name for u in self.extra), START)
+        if self._driving:
+            return self._simulates((*unknowns, TORQUE_ZERO), (*self.effects, drive_torque_zero))
+        return self._simulates(unknowns, self.effects)
+
+    @cached_property
+    def _adding(self) -> Simulator:
+        """Simulates what is added alone."""
+        return self._simulates(tuple(u.name for u in self.extra), self.effects)
+
+    def _simulates(self, unknowns: tuple[str, ...], effects: tuple[Correction, ...]) -> Simulator:
         dense = max(self._substeps(s.time) for s in self.stretches)
         values = {**self.beliefs.values, "wind_variance": self.wind_variance}
         own = {n: values[n] for n in self.model.parameters}
-        unknowns = (*self.beliefs.names, *(u.name for u in self.extra), START)
-        if self._driving:
-            return Simulator(self.model, own, (*unknowns, TORQUE_ZERO), (*self.effects, drive_torque_zero), dense)
-        return Simulator(self.model, own, unknowns, self.effects, dense)
+        return Simulator(self.model, own, unknowns, effects, dense)
 
     def _substeps(self, time: Array) -> int:
         steps = np.diff(time)
@@ -176,11 +207,26 @@ class Trial:
         ------
         ResultError : the simulation is not finite.
         """
-        return self.each(lambda k: self.simulate(k, self.start(k)))
+        if self._plain is None:
+            return self.each(lambda k: self.simulate(k, self.start(k)))
+        before, at = self._plain.first, len(self._plain.shared)
+        assert self._adding.outputs  # made before threads ask for it
+        added = self.each(self._added)
+        return tuple(
+            Outcome(o.values, {n: np.hstack([s[:, :at], new[n], s[:, at:]]) for n, s in o.slopes.items()})
+            for o, new in zip(before, added, strict=True)
+        )
+
+    def _added(self, run: int) -> dict[str, Array]:
+        """The derivatives of one stretch to what is added."""
+        seen = self._adding(self.drives[run], np.array([u.start for u in self.extra]))
+        return self._readings(seen, self.stretches[run])[1]
 
     @cached_property
     def shaken(self) -> tuple[Mapping[str, Array], ...]:
         """What more noise of the torque sensor's own size does to the outputs of every stretch."""
+        if self._plain is not None:
+            return self._plain.shaken
         assert self._shaken_drives  # made before threads ask for them
         seen = self.each(lambda k: self.simulate(k, self.start(k), slopes=False, shaken=True))
         return tuple({n: a.values[n] - b.values[n] for n in b.values} for a, b in zip(seen, self.first, strict=True))
@@ -265,6 +311,20 @@ class Trial:
 
     def with_wind(self, variance: float) -> Trial:
         return replace(self, wind_variance=variance)
+
+
+def remembered(trial: Trial) -> Trial:
+    """The first that was made of the trials that drive as this one does: what it has simulated is at hand.
+
+    Its steps may be of another length.
+    """
+    return _shelf(trial.drives_alike).setdefault("trial", trial)
+
+
+@lru_cache(maxsize=1)
+def _shelf(alike: Hashable) -> dict[str, Trial]:
+    """Where the last one stands."""
+    return {}
 
 
 def _believed(beliefs: Beliefs, i: int) -> Unknown:
