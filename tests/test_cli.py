@@ -101,7 +101,7 @@ def test_wrong_input_is_exit_2_one_message_and_no_file(case: str, vdyn, tmp_path
 def test_an_answer_that_is_not_good_is_exit_1_with_a_report_and_the_old_json(vdyn, tmp_path: Path, root: Path) -> None:  # type: ignore[no-untyped-def]
     text = (root / "configs" / "cg.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
     text = text.replace("vehicle: vehicle.yaml", "vehicle: {mass: 1588 kg, wheelbase: 2.7 m, antenna_height: 0.05 m}")
-    text = text.replace("column: \"Pitch Rate [deg/s]\", unit: deg/s", "column: \"Pitch Rate [deg/s]\", unit: rad/s")
+    text = text.replace('column: "Pitch Rate [deg/s]", unit: deg/s', 'column: "Pitch Rate [deg/s]", unit: rad/s')
     (tmp_path / "cg.yaml").write_text(text)
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "cg.json").write_text("older and good")

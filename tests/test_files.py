@@ -46,9 +46,7 @@ def test_a_failed_write_leaves_the_good_file_and_no_rubbish(tmp_path: Path, monk
 def test_killed_at_any_moment_the_file_is_whole(tmp_path: Path, delay: float, root: Path) -> None:
     path = tmp_path / "a.json"
     environment = {**os.environ, "PYTHONPATH": str(root)}
-    process = subprocess.Popen(
-        [sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, env=environment
-    )
+    process = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, env=environment)
     assert process.stdout is not None
     process.stdout.readline()
     while not path.exists():

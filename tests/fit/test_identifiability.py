@@ -123,9 +123,7 @@ def test_a_prior_determines() -> None:
     data = 3 * x
     known = (Unknown("a", 0.0), Unknown("b", 0.0, prior=(2.0, 0.1)))
     rows = Rows
-    solution = solve(
-        Regression(known, ("run",), lambda k, p: rows(x * (p[0] + p[1]) - data, np.column_stack([x, x])))
-    )
+    solution = solve(Regression(known, ("run",), lambda k, p: rows(x * (p[0] + p[1]) - data, np.column_stack([x, x]))))
     assert list(solution.values.values()) == pytest.approx([1.0, 2.0])
 
 

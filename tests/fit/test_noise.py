@@ -19,7 +19,7 @@ def test_white_noise_on_a_smooth_signal() -> None:
 
 def test_a_tenth_of_outliers_changes_little() -> None:
     trace = SMOOTH + NOISE
-    trace[:: 40] += 5.0
+    trace[::40] += 5.0
     assert white_level(trace) == pytest.approx(0.05, rel=0.15)
 
 

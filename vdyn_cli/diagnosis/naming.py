@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from math import inf
 
 from vdyn_cli.diagnosis.detect import Detection, chance, is_testable
 from vdyn_cli.diagnosis.scores import equivalent, scores
@@ -15,6 +16,7 @@ from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 
 REST = 0.02  # level at which something else still adds
 BEYOND = 3.0  # standard errors that each of two causes must reach
+LITTLE = 0.01  # of what was explained: no law is exact to more where an effect is a hundred standard errors large
 LEAST = 1.5  # normal equivalent: what shows less by itself is not tried as the whole answer
 FEWEST_SHARE = 0.25  # of the strongest evidence: what explains less is not tried alone
 MOST = 5  # causes of one answer
@@ -30,17 +32,23 @@ class Trial:
     ----------
     causes : in it.
     rest : chance that what is left of the others, and of free profiles, is noise.
-    strongest : what is left most.
+    strongest : what is left most, and ``left``: how much that would explain further, as a share of what was explained.
     """
 
     causes: tuple[str, ...]
     fitted: Fitted
     rest: float
     strongest: str | None
+    left: float
 
     @property
     def sufficient(self) -> bool:
         return self.rest > REST
+
+    @property
+    def nearly(self) -> bool:
+        """Is next to nothing left, be it noise or not?"""
+        return self.left < LITTLE
 
 
 def singles(bench: Workbench, detection: Detection) -> tuple[Trial, ...]:
@@ -65,11 +73,15 @@ def attempt(bench: Workbench, causes: Sequence[str]) -> Trial | None:
     found = bench.scores(fitted, [*bench.case.causes, *bench.case.families])
     others = [n for n in bench.case.causes if n not in causes and is_testable(bench, found, n)]
     p = chance(bench, fitted, found, others)
-    return Trial(tuple(causes), fitted, p, found.strongest([*others, *bench.case.families]))
+    strongest = found.strongest([*others, *bench.case.families])
+    base = bench.fitted(())
+    explained = 2 * (base.solution.cost - fitted.solution.cost) if base else 0.0
+    left = found.statistic[strongest] / explained if strongest and explained > 0 else inf
+    return Trial(tuple(causes), fitted, p, strongest, left)
 
 
 def pairs(bench: Workbench, tried: Sequence[Trial], detection: Detection) -> tuple[Trial, ...]:
-    """Two causes together that suffice, each of them beyond three standard errors beside the other."""
+    """Two causes together, each of them beyond three standard errors beside the other."""
     evidence = dict(detection.scores.evidence)
     for one in tried:
         beside = bench.scores(one.fitted, list(bench.case.causes)).evidence
@@ -79,7 +91,7 @@ def pairs(bench: Workbench, tried: Sequence[Trial], detection: Detection) -> tup
     found = []
     for pair in _likeliest(bench, list(combinations(names, 2))):
         trial = attempt(bench, pair)
-        if trial is not None and trial.sufficient and all(_beyond(bench, trial, c) for c in pair):
+        if trial is not None and (trial.sufficient or trial.nearly) and all(_beyond(bench, trial, c) for c in pair):
             found.append(trial)
     return tuple(found)
 

@@ -104,7 +104,8 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     tried = singles(bench, seen)
     answers = _simplest(bench, _not_outdone(bench, tried))
     if not answers and not _one_shape(bench):
-        answers = _simplest(bench, _not_outdone(bench, pairs(bench, tried, seen)))
+        two = pairs(bench, tried, seen)
+        answers = _simplest(bench, _not_outdone(bench, two)) or _nearly(tried) or _nearly(two)
         chain = None if answers else one_after_another(bench, seen)
         answers = answers if chain is None else (chain, *as_good(bench, chain, seen))
     if not answers:
@@ -142,6 +143,13 @@ def _not_outdone(bench: Workbench, tried: tuple[Trial, ...]) -> tuple[Trial, ...
         return min(t.fitted.solution.cost for t in tried if size(t) <= most)
 
     return tuple(t for t in tried if t.sufficient and 2 * (t.fitted.solution.cost - least(size(t))) <= BEYOND**2)
+
+
+def _nearly(tried: Sequence[Trial]) -> tuple[Trial, ...]:
+    """The answers that leave next to nothing of a large error, though more than noise; none that another outdoes."""
+    near = [t for t in tried if t.nearly]
+    least = min((t.fitted.solution.cost for t in tried), default=0.0)
+    return tuple(t for t in near if 2 * (t.fitted.solution.cost - least) <= BEYOND**2)
 
 
 def _simplest(bench: Workbench, answers: tuple[Trial, ...]) -> tuple[Trial, ...]:

@@ -52,7 +52,8 @@ def _said(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Es
     explain = "explain" if len(answer.causes) > 1 else "explains"
     if verdict.name == "data_fault":
         return f"The data are at fault: {cause} {explain} {share}what the simulation got wrong."
-    return f"{cause[0].upper()}{cause[1:]} {explain} {share}what the simulation got wrong."
+    rest = "" if answer.sufficient else "; what little is left is more than noise"
+    return f"{cause[0].upper()}{cause[1:]} {explain} {share}what the simulation got wrong{rest}."
 
 
 def _undecided(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Estimate]) -> str:

@@ -166,9 +166,7 @@ def _silhouette(spec: AreaSpec, pictures: Pictures) -> Silhouette:
         raise ResultError(Finding(spec.image, str(error), remedy=remedy)) from None
 
 
-def area_budget(
-    pixels: float, edge_std: float, spec: AreaSpec, edges: tuple[float, float, float, float]
-) -> Budget:
+def area_budget(pixels: float, edge_std: float, spec: AreaSpec, edges: tuple[float, float, float, float]) -> Budget:
     """The area with what each input contributes to its uncertainty, m^2."""
     left, top, right, bottom = edges
     corner = CORNER * 2**0.5 if spec.box.left is not None or spec.box.top is not None else 0.0
