@@ -208,3 +208,15 @@ def test_one_pass_over_the_logs_does_for_straight_lines(runs: int) -> None:
     assert folded.gain.before == pytest.approx(whole.gain.before, rel=1e-3)
     assert folded.gain.after == pytest.approx(whole.gain.after, rel=1e-3)
     assert folded.gain.share == pytest.approx(whole.gain.share, abs=0.02)
+
+
+@pytest.mark.parametrize(("unlisted", "name"), [(1.5, "named"), (30.0, "unknown")])
+def test_a_large_cause_is_named_though_its_law_is_not_exact_to_a_hundredth(unlisted: float, name: str) -> None:
+    large = cause("wave", reach=200.0)
+    case, verdict = judged(Campaign(4, hidden={"wave": 60.0, "bump": unlisted}), SLOPE, WIND, large, STEP)
+    assert verdict.name == name
+    if name == "named":
+        assert verdict.answer is not None
+        assert verdict.answer.causes == ("wave",)
+        assert not verdict.answer.sufficient
+        assert told(case, verdict).endswith("what little is left is more than noise.")
