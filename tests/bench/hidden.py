@@ -2,15 +2,15 @@
 
     python -m tests.bench.hidden [--seeds 30] [--step NAME] [--cell TEXT] [--jobs 2] [--out FILE] [--print]
 
-writes tests/bench/hidden.md, one section a step; only the sections of the steps that ran are replaced. It goes the
-command's way, from files to the JSON document. Set OPENBLAS_NUM_THREADS=1.
+writes tests/bench/hidden.md, one section a step; only the sections of the steps that ran are replaced, anew after every
+vehicle. It goes the command's way, from files to the JSON document. Set OPENBLAS_NUM_THREADS=1.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import groupby
 from pathlib import Path
@@ -56,18 +56,27 @@ def main() -> None:
         for cell in group
     ]
     trials: dict[Cell, list[Trial]] = {cell: [] for cell in cells}
+    kept = not (options.print or options.cell)
     for (cell, *_), trial in zip(tasks, _outcomes(tasks, options.jobs, len(cells)), strict=True):
         trials[cell].append(trial)
         print(f"{cell.name} [{trial.seed}]: {judged(cell, trial)} ({_said(trial)})", file=sys.stderr, flush=True)
-    sections = {
+        if kept and len({len(trials[c]) for c in cells if c.step == cell.step}) == 1:  # a vehicle is through
+            _write(options.out, _sections(trials))
+    if not kept:
+        print("\n".join(_sections(trials).values()))
+
+
+def _sections(trials: Mapping[Cell, Sequence[Trial]]) -> dict[str, str]:
+    return {
         step: section(step, [(cell, trials[cell]) for cell in group])
-        for step, group in groupby(cells, key=lambda c: c.step)
+        for step, group in groupby(trials, key=lambda c: c.step)
+        if all(trials[cell] for cell in trials if cell.step == step)
     }
-    if options.print or options.cell:
-        print("\n".join(sections.values()))
-        return
-    page = options.out.read_text(encoding="utf-8") if options.out.exists() else ""
-    options.out.write_text(merged(page, sections), encoding="utf-8")
+
+
+def _write(page: Path, sections: Mapping[str, str]) -> None:
+    text = page.read_text(encoding="utf-8") if page.exists() else ""
+    page.write_text(merged(text, sections), encoding="utf-8")
 
 
 def _outcomes(tasks: Sequence[Task], jobs: int, vehicle: int) -> Iterator[Trial]:
