@@ -24,7 +24,7 @@ ROWS = (
     ("inputs", "document", "execute"),
     ("pipeline",),
     ("report", "export"),
-    ("commands", "cli"),
+    ("commands", "cli", "__main__"),
 )
 RANK = {room: row for row, rooms in enumerate(ROWS) for room in rooms}
 

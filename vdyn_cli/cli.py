@@ -13,7 +13,7 @@ import typer
 
 from vdyn_cli import steps
 from vdyn_cli.diagnosis.level import LEVEL
-from vdyn_cli.errors import InputError, VdynError
+from vdyn_cli.errors import InputError, VdynError, alike
 
 app = typer.Typer(
     help="From a test day's logs to a vehicle model that can be trusted.",
@@ -22,6 +22,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+MANY = 4  # errors alike, from which on they are told as one
 
 
 class Exit(IntEnum):
@@ -160,7 +163,7 @@ def _run() -> int:
         code = app(standalone_mode=False)
         return code if isinstance(code, int) else Exit.GOOD
     except VdynError as error:
-        _say(str(error))
+        _say("\n".join(str(f) for f in alike(error.findings, least=MANY)))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
         _say("interrupted; nothing half-written is left behind")

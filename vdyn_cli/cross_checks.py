@@ -34,7 +34,7 @@ def with_cross_checks(log: Log) -> Log:
         if off <= NOTICED:
             continue
         what = f"{first} and {second} contradict each other: by {second} it would be {ratio:.3g} times as large"
-        finding = Finding(log.name, what, remedy="check units and scale of both channels")
+        finding = Finding(log.name, what, remedy="check units and scale of both channels", doubt=True)
         if off > REFUSED:
             raise InputError(finding)
         findings.append(finding)

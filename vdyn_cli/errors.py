@@ -20,6 +20,7 @@ class Finding:
     remedy : what the user can do, empty when nothing can be done.
     minor : worth knowing, but no reason to doubt the result.
     fault : a sensor did not measure, so that nothing should be concluded from what looks odd beside it.
+    doubt : a reason to doubt the result, told before anything else.
     """
 
     where: str
@@ -28,6 +29,7 @@ class Finding:
     remedy: str = ""
     minor: bool = False
     fault: bool = False
+    doubt: bool = False
 
     def __str__(self) -> str:
         text = f"{self.where}: {self.what}"
@@ -70,8 +72,20 @@ def raise_all(findings: Iterable[Finding], error: type[VdynError] = InputError) 
         raise error(*found)
 
 
-def alike(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Findings that say the same of several logs, but for numbers, told once: of the first, and how many more."""
+def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
+    """The closest of the known names, whatever their case, as a remedy; ``otherwise`` where none is close."""
+    from difflib import get_close_matches
+
+    plain = {k.lower(): k for k in reversed(tuple(known))}
+    near = [plain[k] for k in get_close_matches(name.lower(), plain, 3, 0.6)]
+    return f"did you mean {' or '.join(near)}?" if near else otherwise
+
+
+def alike(findings: Sequence[Finding], least: int = 2) -> tuple[Finding, ...]:
+    """Findings that say the same of several logs, but for numbers, told once: of the first, and how many more.
+
+    ``least`` : so many are told as one.
+    """
     groups: dict[tuple[str, str, str], list[Finding]] = {}
     for found in findings:
         place = found.where.partition(", ")[2]
@@ -79,6 +93,9 @@ def alike(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     told = []
     for (place, _, _), same in groups.items():
         first = same[0]
+        if len(same) < least:
+            told += same
+            continue
         if len(same) > 1:
             log = first.where.partition(", ")[0]
             where = f"{log} and {len(same) - 1} more" + (f", {place}" if place else "")

@@ -10,7 +10,7 @@ from typing import Any
 from vdyn_cli.diagnosis.extend import diagnosed
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.document import step_command, step_document
-from vdyn_cli.errors import ResultError
+from vdyn_cli.errors import ResultError, alike
 from vdyn_cli.inputs import gather
 from vdyn_cli.result import Result
 from vdyn_cli.steps import load_step
@@ -55,12 +55,12 @@ MISFIT = 2.5  # residual over what noise explains, beyond which the law itself i
 
 
 def _doubted(result: Result) -> Result:
-    """The result, with a warning where the simulation misses the data by far more than noise explains."""
+    """The result, with a warning of what its findings doubt, and of data missed by far more than noise explains."""
     fit = result.fit
-    if not fit.rms > MISFIT * fit.noise_floor > 0:
-        return result
-    warning = (
-        f"the simulation misses the data by {fit.rms / fit.noise_floor:.0f} times what noise explains: something that "
-        "it does not know of is in the logs, and the values may be off by more than their intervals say"
-    )
-    return replace(result, fit=replace(fit, warnings=(*fit.warnings, warning)))
+    warnings = [f"{f.where}: {f.what}" for f in alike(result.findings) if f.doubt]
+    if fit.rms > MISFIT * fit.noise_floor > 0:
+        warnings.append(
+            f"the simulation misses the data by {fit.rms / fit.noise_floor:.0f} times what noise explains: something "
+            "that it does not know of is in the logs, and the values may be off by more than their intervals say"
+        )
+    return replace(result, fit=replace(fit, warnings=(*fit.warnings, *warnings))) if warnings else result

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -13,7 +12,7 @@ import numpy as np
 from vdyn_cli.cross_checks import with_cross_checks
 from vdyn_cli.effects import candidates
 from vdyn_cli.elements.atmosphere import air_density
-from vdyn_cli.errors import Finding, InputError, raise_all
+from vdyn_cli.errors import Finding, InputError, did_you_mean, raise_all
 from vdyn_cli.log import Log
 from vdyn_cli.parameters import Estimate, Parameters, read_parameters
 from vdyn_cli.quantity import Quantity
@@ -118,10 +117,11 @@ def _wrong_effects(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
         known = [e.name for e in candidates(step.name)] if isinstance(names, list) else []
         for i, name in enumerate(names if isinstance(names, list) else ()):
             if name not in known:
-                close = get_close_matches(name, known, 3)
-                remedy = f"did you mean {' or '.join(close)}?" if close else f"there are {', '.join(known)}"
+                remedy = did_you_mean(name, known, f"there are {', '.join(known)}")
                 place = source.where(("diagnose", key, i))
-                findings.append(Finding(place, f"is no effect that '{step.name}' knows of", name, remedy))
+                findings.append(
+                    Finding(place, f"'diagnose.{key}': no effect that '{step.name}' knows of", name, remedy)
+                )
     return findings
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import typing
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError, create_model, model_validator
 from pydantic_core import ErrorDetails, PydanticCustomError, core_schema
 
-from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantity import Given, Quantity, UnitError, parse
 from vdyn_cli.vocabulary import PARAMETERS
 from vdyn_cli.yaml_source import Location, Source, load_yaml
@@ -238,10 +237,8 @@ def _is_branch(part: str | int) -> bool:
 
 
 def _closest(name: str, known: list[str]) -> str:
-    close = difflib.get_close_matches(name, known, 3, 0.6)
-    if close:
-        return f"did you mean {' or '.join(close)}?"
-    return f"known keys: {', '.join(known)}" if 0 < len(known) <= 12 else "remove it, or see 'vdyn explain'"
+    few = 0 < len(known) <= 12
+    return did_you_mean(name, known, f"known keys: {', '.join(known)}" if few else "remove it, or see 'vdyn explain'")
 
 
 def fields_at(model: Any, location: Location) -> list[str]:

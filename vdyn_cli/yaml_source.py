@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.errors import Finding, InputError, did_you_mean
 
 Location = tuple[str | int, ...]
 
@@ -82,14 +82,11 @@ def _read_text(path: Path) -> str:
 
 
 def _neighbours(path: Path) -> str:
-    import difflib
-
     try:
         names = [p.name for p in path.parent.iterdir()]
     except OSError:
         return f"there is no folder {path.parent}"
-    close = difflib.get_close_matches(path.name, names, 3, 0.6)
-    return f"did you mean {' or '.join(close)}?" if close else "check the path"
+    return did_you_mean(path.name, names, "check the path")
 
 
 def _refuse_bombs(text: str, path: Path) -> None:

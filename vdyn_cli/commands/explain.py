@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
 from collections.abc import Sequence
 
 from vdyn_cli import steps
 from vdyn_cli.effects import Effect, catalogue
-from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.errors import Finding, InputError, did_you_mean
 from vdyn_cli.parameters import GIVERS
 from vdyn_cli.quantity import Quantity
 from vdyn_cli.vocabulary import CHANNELS, PARAMETERS
@@ -25,9 +24,7 @@ def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
     """
     if name in known:
         return name
-    close = difflib.get_close_matches(name, known, 3, 0.5)
-    remedy = f"did you mean {' or '.join(close)}?" if close else "see 'vdyn list'"
-    raise InputError(Finding(name, f"is no {kind}", remedy=remedy))
+    raise InputError(Finding(name, f"is no {kind}", remedy=did_you_mean(name, known, "see 'vdyn list'")))
 
 
 def explanation(topic: str) -> str:

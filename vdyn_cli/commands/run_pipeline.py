@@ -117,7 +117,7 @@ def _to_read(document: Mapping[str, Any]) -> tuple[Finding, ...]:
     """What a good result still warns of."""
     warnings = [Finding(document["step"], text) for text in document["fit"]["warnings"]]
     findings = [Finding(**f) for f in document["findings"]]
-    return (*warnings, *(f for f in alike(findings) if not f.minor))
+    return (*warnings, *(f for f in alike(findings) if not (f.minor or f.doubt)))
 
 
 def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> Mapping[str, Any] | None:

@@ -31,7 +31,7 @@ def run_step(
         outcome = write_step(name, path, known_files, Path(output), level)
         tell(f"{Path(output) / name}.json and .html")
     result = outcome.result
-    for finding in alike(result.findings):
+    for finding in alike([f for f in result.findings if not f.doubt]):
         tell(f"note: {finding}", detail=finding.minor)
     for warning in result.fit.warnings:
         tell(f"warning: {warning}")

@@ -24,19 +24,19 @@ def sentence(
     sizes : of the unknowns of the causes that were named or taken into the model.
     narrowed : whether only ``causes`` were looked for, and not the whole catalogue.
     """
-    text = _said(verdict, causes, sizes)
-    if narrowed and verdict.name != "not_testable":
+    text = _said(verdict, causes, sizes, narrowed)
+    if narrowed:
         looked = ", ".join(causes)
         text = f"{text[:-1]}. Only {looked} {'was' if len(causes) == 1 else 'were'} looked for."
     return text
 
 
-def _said(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Estimate]) -> str:
+def _said(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Estimate], narrowed: bool) -> str:
     p = chance(verdict.detection.p_value)
     if verdict.name == "adequate":
         return f"The simulation misses nothing that these data could show ({p})."
     if verdict.name == "not_testable":
-        why = verdict.why or "no cause of the catalogue would show in them"
+        why = verdict.why or f"no cause {'that was looked for' if narrowed else 'of the catalogue'} would show in them"
         return f"These data can't tell what the simulation gets wrong: {why}."
     if verdict.name == "unknown":
         best = max(verdict.tried, key=lambda t: t.rest, default=None)
@@ -103,11 +103,12 @@ def _size(effect: Effect, sizes: Mapping[str, Estimate]) -> str:
     if name not in sizes or len([n for n in effect.unknowns if n not in effect.nominal]) > 1:
         return ""
     e = sizes[name]
-    half = 0.5 * (e.interval95[1] - e.interval95[0])
+    share = 100.0 if not e.unit and effect.unknowns[name].meaning.startswith("share") else 1.0
+    half = share * 0.5 * (e.interval95[1] - e.interval95[0])
     places = max(0, _digits(half))
-    unit = f" {e.unit}" if e.unit else ""
+    unit = f" {e.unit}" if e.unit else " %" if share > 1.0 else ""
     sense = f" {effect.sense}" if effect.sense else ""
-    return f" of {e.value:.{places}f} +- {half:.{places}f}{unit}{sense}"
+    return f" of {share * e.value:.{places}f} +- {half:.{places}f}{unit}{sense}"
 
 
 def _digits(spread: float) -> int:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from importlib import import_module
 from typing import Literal
 
-from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.errors import Finding, InputError, did_you_mean
 from vdyn_cli.export.given import Given
 
 Driven = Literal["front", "rear", "both"]
@@ -47,8 +46,7 @@ def make(given: Given, form: str, options: Options) -> Made:
     InputError : no such format; parameters that it needs and nobody gave.
     """
     if form not in FORMATS:
-        near = get_close_matches(form, FORMATS, n=1)
-        remedy = f"did you mean {near[0]}?" if near else f"there are {', '.join(FORMATS)}"
+        remedy = did_you_mean(form, FORMATS, f"there are {', '.join(FORMATS)}")
         raise InputError(Finding("--to", "is no format of vdyn export", repr(form), remedy))
     made: Callable[[Given, Options], Made] = import_module(f"vdyn_cli.export.{form}").made
     return made(given, options)

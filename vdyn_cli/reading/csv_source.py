@@ -8,11 +8,10 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import BinaryIO, cast
 
-from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.errors import Finding, InputError, did_you_mean
 
 BLOCK = 1 << 20  # bytes; a few blocks in memory are small beside the channels, and larger ones are not faster
 _LONGEST_LINE = 64 << 20
@@ -97,10 +96,9 @@ def _open(path: Path) -> Iterator[BinaryIO]:
 
 def _similar(path: Path) -> str:
     try:
-        near = get_close_matches(path.name, [p.name for p in path.parent.iterdir()], n=3, cutoff=0.7)
+        return did_you_mean(path.name, [p.name for p in path.parent.iterdir()])
     except (OSError, ValueError):
         return f"there is no folder {path.parent}"
-    return f"did you mean {' or '.join(near)}?" if near else ""
 
 
 def _chunks(path: Path, stream: BinaryIO, size: int) -> Iterator[bytes]:

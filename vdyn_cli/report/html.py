@@ -62,7 +62,7 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
     grouped = channels(result.comparisons, result.fit.noise_floor, result.fit.unit)
     rows = views.parameter_rows(result.parameters)
     findings = alike(result.findings)
-    to_read = sum(not f.minor for f in findings)
+    to_read = sum(not (f.minor or f.doubt) for f in findings)
     told = diagnosis(document.get("diagnosis") or result.diagnosis, result.parameters)
     return {
         "slug": name,
@@ -75,7 +75,7 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
             to_read,
             name,
             gained=bool(told and told.gain and told.gain.held_out),
-            doubted=bool(told and told.doubted),
+            doubted=bool(told and told.doubted) or bool(result.fit.warnings),
         ),
         "parameters": rows,
         "widths": views.widths(rows),

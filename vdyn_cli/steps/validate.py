@@ -46,7 +46,7 @@ from vdyn_cli.estimation.validate.felt import FELT, felt, with_slope
 from vdyn_cli.estimation.validate.given import beliefs, with_causes
 from vdyn_cli.estimation.validate.hills import hills
 from vdyn_cli.estimation.validate.joined import Varies, joined
-from vdyn_cli.estimation.validate.plausible import refuse_coarse, refuse_foreign
+from vdyn_cli.estimation.validate.plausible import refuse_coarse, refuse_foreign, refuse_sparse
 from vdyn_cli.estimation.validate.posterior import Posterior, posterior
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
 from vdyn_cli.estimation.validate.swings import swing_views
@@ -136,6 +136,7 @@ def trial_of(
     """
     s = spec.settings
     refuse_coarse(s.model, s.step.value)
+    refuse_sparse(logs)
     w = s.windows
     cut = Cut(s.model, w.length.value, w.powered, max(w.slowest.value, SLOWEST)) if w else Cut(s.model)
     day = known.value("temperature", 293.15)

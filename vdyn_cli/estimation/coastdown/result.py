@@ -126,11 +126,12 @@ def sentence(answer: Answer) -> str:
             parts.append(f"{words} {coast_words.number(e.value, half)}{unit} (95 %: {coast_words.span(e.interval95)})")
     speed = answer.quoted
     force, half = float(answer.load.force(speed)), float(answer.load.half_width(speed)[0])
-    kind = "runs" if answer.fit.campaign.speed_fitted else "logs"
+    runs = len(answer.fit.campaign.runs)
+    kind = "run" if answer.fit.campaign.speed_fitted else "log"
     return (
         f"{parts[0][0].upper()}{parts[0][1:]} and {parts[1]}: the road load is {coast_words.number(force, half)} N at "
         f"{3.6 * speed:.0f} km/h (95 %: {coast_words.span((force - half, force + half))}), "
-        f"from {len(answer.fit.campaign.runs)} {kind}."
+        f"from {runs} {kind}{'s' if runs > 1 else ''}."
     )
 
 
@@ -281,7 +282,8 @@ def _odd(answer: Answer) -> list[Finding]:
         return []
     way = "more" if odd.force > 0 else "less"
     what = f"resisted {abs(odd.force):.0f} N {way} than the other runs let expect (by chance p = {odd.chance:.1g})"
-    return [Finding(runs[odd.run].name, what, remedy="look at this run; leave it out if something was the matter")]
+    remedy = "look at this run; leave it out if something was the matter"
+    return [Finding(runs[odd.run].name, what, remedy=remedy, doubt=True)]
 
 
 def _moved_givens(answer: Answer) -> list[Finding]:

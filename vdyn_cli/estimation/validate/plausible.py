@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vdyn_cli.errors import Finding, InputError, raise_all
@@ -10,6 +12,8 @@ from vdyn_cli.estimation.validate.trial import Trial
 from vdyn_cli.log import Log
 
 LONGEST_STEP = 0.002  # s: the vehicle's half-shafts and wheels turn at up to 540 rad/s; 4 % of error in their torque
+SPARSE = 2.0  # s between samples
+UNIT = "check the unit of time: milliseconds?"
 FOREIGN = 0.12  # rms error of the speed over its largest value: no car misses its own torque so far
 
 
@@ -23,6 +27,21 @@ def refuse_coarse(model: str, step: float) -> None:
     if model == "vehicle" and step > LONGEST_STEP:
         what = f"is longer than the {1e3 * LONGEST_STEP:g} ms at which the vehicle's half-shafts can be followed"
         raise InputError(Finding("settings.step", what, f"{1e3 * step:g} ms", "leave it out: 1 ms is taken"))
+
+
+def refuse_sparse(logs: Sequence[Log]) -> None:
+    """Refuse logs whose samples are so far apart that no drive can be followed from one to the next.
+
+    Raises
+    ------
+    InputError : all of them.
+    """
+    usual = [float(np.median(np.diff(log.time))) if log.time.size > 1 else 0.0 for log in logs]
+    raise_all(
+        Finding(f"{log.name}, channel 'time'", "has samples too far apart to simulate a drive", f"{step:.3g} s", UNIT)
+        for log, step in zip(logs, usual, strict=True)
+        if step > SPARSE
+    )
 
 
 def refuse_foreign(trial: Trial) -> None:

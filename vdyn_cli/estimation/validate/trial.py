@@ -33,6 +33,7 @@ WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr"
 GAINS = ("speed", "shaft_torque", "acceleration")
 REST = 0.3  # m/s, below which a drive begins at rest
 AT_REST = 1e-3  # m/s, how well a car at rest is known to be
+FARTHEST_GAIN = 0.5  # of an instrument, likewise
 FARTHEST = 200.0  # standard deviations by which drives may contradict what was believed
 UNEVEN = 3.0  # spacings of the clock that one step size must still bear
 
@@ -305,7 +306,8 @@ class Trial:
             ),
         ]
         instruments = [
-            Unknown(n, 0.0, -20 * std, 20 * std, "", (0.0, std), nuisance=True) for n, std in self.instruments.items()
+            Unknown(n, 0.0, -FARTHEST_GAIN, FARTHEST_GAIN, "", (0.0, std), nuisance=True)
+            for n, std in self.instruments.items()
         ]
         return (*found, *instruments, *self.extra, *own), {START: begun[:, 0]}
 

@@ -13,6 +13,7 @@ from vdyn_cli.estimation.validate.posterior import Posterior
 from vdyn_cli.estimation.validate.regression import Weighed
 from vdyn_cli.estimation.validate.views import shares, word
 from vdyn_cli.estimation.validate.windows import Ends
+from vdyn_cli.vocabulary import PARAMETERS
 
 STRAINED = 2.5  # standard deviations of a parameter's move, beyond which it is told
 RARE = 0.01  # chance of one output's time outside, below which it is named
@@ -105,6 +106,9 @@ def warnings(w: Weighed, told: Mapping[str, Verdict], chance: float, after: Post
     chance_of_one = _by_chance(w, after)
     for name in strained(w, after):
         i = b.names.index(name)
+        if (q := PARAMETERS.get(name)) and not q.lower <= after.values[i] <= q.upper:
+            made.append(f"the drives ask for more of {word(name)} than is physical: something else is wrong")
+            continue
         made.append(
             f"the drives ask for {word(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
             f"{b.std[i]:.2g} ({after.strain[i]:+.1f} standard deviations of such a move; {chance_of_one:.0%} of right "
