@@ -11,6 +11,7 @@ from vdyn_cli.estimation.validate.defaults import UNFELT
 from vdyn_cli.estimation.validate.jerk import JERK
 from vdyn_cli.estimation.validate.posterior import Posterior
 from vdyn_cli.estimation.validate.regression import Weighed
+from vdyn_cli.estimation.validate.trial import FARTHEST
 from vdyn_cli.estimation.validate.views import shares, word
 from vdyn_cli.estimation.validate.windows import Ends
 from vdyn_cli.vocabulary import PARAMETERS
@@ -106,8 +107,9 @@ def warnings(w: Weighed, told: Mapping[str, Verdict], chance: float, after: Post
     chance_of_one = _by_chance(w, after)
     for name in strained(w, after):
         i = b.names.index(name)
-        if (q := PARAMETERS.get(name)) and not q.lower <= after.values[i] <= q.upper:
-            made.append(f"the drives ask for more of {word(name)} than is physical: something else is wrong")
+        q = PARAMETERS.get(name)
+        if abs(after.strain[i]) > FARTHEST or (q and not q.lower <= after.values[i] <= q.upper):
+            made.append(f"the drives ask for a {word(name)} that is out of the question: something else is wrong")
             continue
         made.append(
             f"the drives ask for {word(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
