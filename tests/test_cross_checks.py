@@ -9,6 +9,7 @@ import pytest
 
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.cross_checks import with_cross_checks
+from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.errors import InputError
 from vdyn_cli.log import Log
 
@@ -75,3 +76,19 @@ def test_loads_that_are_not_the_weight_are_refused(tmp_path: Path, root: Path) -
     path.write_text(path.read_text().replace(str(root / "configs" / "vehicle.yaml"), "vehicle.yaml"))
     with pytest.raises(InputError, match=r"the axles carry \+13"):
         write_step("cg", path, (), tmp_path / "out", None)
+
+
+def test_a_doubt_is_told_before_anything_else(root: Path, tmp_path: Path) -> None:
+    """A scale some per cent off is absorbed by the fit, and nothing is missed; that is no all-clear."""
+    text = (root / "configs" / "coastdown.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
+    text = text.replace("vehicle: vehicle.yaml", f"vehicle: {root / 'configs' / 'vehicle.yaml'}")
+    text = text.replace('{column: "Position [m]", unit: m}', '{column: "Position [m]", unit: yd}')
+    assert "unit: yd" in text
+    description = tmp_path / "scaled.yaml"
+    description.write_text(text)
+    outcome = write_step("coastdown", description, (), tmp_path, LEVEL)
+    (warning,) = [w for w in outcome.result.fit.warnings if "contradict" in w]
+    assert "coast_1.csv and 7 more" in warning
+    assert outcome.document["diagnosis"]["doubt"]
+    page = (tmp_path / "coastdown.html").read_text(encoding="utf-8")
+    assert 'class="verdict good"' not in page

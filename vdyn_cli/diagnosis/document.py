@@ -78,6 +78,7 @@ def not_diagnosed(why: str, fault: str = "") -> dict[str, Any]:
         "p_value": None,
         "evidence": None,
         "gain": None,
+        "doubt": "",
         **{k: [] for k in ("causes", "extended", "ambiguous", "not_testable", "where", "ranking", "next_test")},
     }
 

@@ -60,8 +60,12 @@ def diagnosed(
     sizes = _sizes(extended, [case.causes[c] for c in accepted]) if extended else _fitted(verdict, case)
     biased = {} if extended is None else _biased(result, extended)
     text = sentence(verdict, case.causes, sizes, isinstance(spec.diagnose.effects, list))
+    doubt = next((f"{f.where} {f.what}" for f in result.findings if f.doubt), "")
+    if doubt and verdict.name == "adequate":
+        text += f" But {doubt}."
     wrong = where(result) if verdict.detection.p_value <= level else []
     diagnosis = document(bench, verdict, text, accepted, sizes, biased, wrong, next_tests(bench, verdict), lent.metric)
+    diagnosis["doubt"] = doubt
     if extended is None:
         return replace(result, diagnosis=diagnosis, findings=(*result.findings, *_not_extended(wanted)))
     return _merged(result, extended, diagnosis, [case.causes[c] for c in accepted], sizes)

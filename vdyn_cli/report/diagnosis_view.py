@@ -74,6 +74,7 @@ def diagnosis(source: Mapping[str, Any] | None, parameters: Mapping[str, Estimat
         return None
     verdict = str(source.get("verdict", ""))
     label, mood = VERDICTS.get(verdict, (words.name(verdict) or "diagnosed", ""))
+    mood = "fair" if mood == "good" and source.get("doubt") else mood
     known = {n: e.value for n, e in (parameters or {}).items()}
     shown = (
         tables.found(maps(source.get("causes")), known),
