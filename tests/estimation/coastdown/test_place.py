@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.estimation.coastdown.place import first_place, stretch_of_road
+from vdyn_cli.estimation.coastdown.place import against_position, first_place, stretch_of_road
 
 TIME = np.linspace(0.0, 60.0, 601)
 SPEED = 20.0 - TIME / 6.0
@@ -34,3 +34,12 @@ def test_a_car_at_rest_has_no_place():
 
 def test_the_road_is_as_long_as_its_runs_together():
     assert stretch_of_road([(10.0, 1.0, 900.0), (950.0, -1.0, 960.0)]) == (-10.0, 950.0)
+
+
+def test_a_direction_that_the_position_contradicts_is_found() -> None:
+    assert against_position([900.0, -900.0, 880.0, -870.0], [1, -1, 1, -1]) == ()
+    assert against_position([-900.0, 900.0, -880.0, 870.0], [1, -1, 1, -1]) == ()  # the road is counted backwards
+    assert against_position([900.0, -900.0, 880.0, -870.0], [-1, -1, 1, -1]) == (0,)
+    assert against_position([900.0, -900.0, 880.0, -870.0], [1, 1, 1, 1]) == (1, 3)
+    assert against_position([900.0, 910.0, 880.0, 870.0], [1, -1, 1, -1]) == ()  # a trip meter
+    assert against_position([900.0, -900.0], [0, 0]) == ()

@@ -15,7 +15,7 @@ from vdyn_cli.estimation.coastdown import braking as coast_braking
 from vdyn_cli.estimation.coastdown import selection
 from vdyn_cli.estimation.coastdown.accelerometer import Zero, zero_of
 from vdyn_cli.estimation.coastdown.conventions import conventions
-from vdyn_cli.estimation.coastdown.place import first_place
+from vdyn_cli.estimation.coastdown.place import against_position, first_place
 from vdyn_cli.estimation.coastdown.road_runs import Campaign, RoadRun, Use
 from vdyn_cli.estimation.coastdown.selection import Rejected, Stretch
 from vdyn_cli.fit import Unknown
@@ -104,7 +104,8 @@ def prepare(logs: Sequence[Log], notes: Sequence[RunNote], known: Mapping[str, G
     both_ways = {"out", "back"} <= {notes[s.run].direction for s in stretches}
     unknowns = _unknowns(known, choices, use, driven, both_ways)
     campaign = Campaign(runs, driven, _values(known, use, driven), unknowns, use, choices.white)
-    return Prepared(campaign, tuple(stretches), tuple(rejected), _remarks(notes, stretches, use), zeros)
+    remarks = (*_remarks(notes, stretches, use), *_misdirected(logs, notes))
+    return Prepared(campaign, tuple(stretches), tuple(rejected), remarks, zeros)
 
 
 def _driven(logs: Sequence[Log], choices: Choices) -> Driven:
@@ -296,6 +297,27 @@ def _unknowns(
     if use != "none":
         found.append(Unknown("accelerometer_scale", 0.0, -0.3, 0.3, "", (0.0, SCALE_ERROR), nuisance=True))
     return tuple(found)
+
+
+def _misdirected(logs: Sequence[Log], notes: Sequence[RunNote]) -> tuple[Finding, ...]:
+    """Runs that went the other way than stated."""
+    if not all("position" in log for log in logs):
+        return ()
+    moved = [_moved(log["position"]) for log in logs]
+    return tuple(
+        Finding(
+            logs[k].name,
+            f"position {'rises' if moved[k] > 0 else 'falls'}, although the direction is '{notes[k].direction}'",
+            remedy="check 'direction' of every run, and the sign of position",
+            doubt=True,
+        )
+        for k in against_position(moved, [HEADING[n.direction] for n in notes])
+    )
+
+
+def _moved(position: Array) -> float:
+    there = position[np.isfinite(position)]
+    return float(there[-1] - there[0]) if there.size else 0.0
 
 
 def _remarks(notes: Sequence[RunNote], stretches: Sequence[Stretch], use: Use) -> tuple[Finding, ...]:

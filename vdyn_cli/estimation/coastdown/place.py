@@ -39,3 +39,21 @@ def stretch_of_road(places: Sequence[tuple[float, float, float]]) -> tuple[float
     ends = [x + h * s for x, h, s in places]
     every = [*(x for x, _, _ in places), *ends]
     return min(every), max(every)
+
+
+def against_position(travelled: Sequence[float], headings: Sequence[float]) -> tuple[int, ...]:
+    """Runs whose stated direction the logged position contradicts.
+
+    A position that rises in some runs and falls in others is a coordinate of the road, and falls in all runs back or in
+    all runs out: whichever most runs say, and rising out where they are undecided. One that only rises is a trip meter.
+
+    Parameters
+    ----------
+    travelled : m, by which the position rose in each run. headings : +1 out, -1 back, 0 unknown.
+    """
+    ways = np.sign(travelled)
+    if not (np.any(ways > 0) and np.any(ways < 0)):
+        return ()
+    agreed = ways * np.asarray(headings, dtype=float)
+    usual = -1.0 if agreed.sum() < 0 else 1.0
+    return tuple(int(i) for i in np.flatnonzero(agreed == -usual))
