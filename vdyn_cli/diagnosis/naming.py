@@ -16,7 +16,7 @@ from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 
 REST = 0.02  # level at which something else still adds
 BEYOND = 3.0  # standard errors that each of two causes must reach
-LITTLE = 0.01  # of what was explained: no law is exact to more where an effect is a hundred standard errors large
+LITTLE = 0.001  # of what was explained: no law is exact to more, where an effect is hundreds of standard errors large
 LEAST = 1.5  # normal equivalent: what shows less by itself is not tried as the whole answer
 FEWEST_SHARE = 0.25  # of the strongest evidence: what explains less is not tried alone
 MOST = 5  # causes of one answer
