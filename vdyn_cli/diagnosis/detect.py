@@ -26,6 +26,7 @@ class Detection:
     testable : causes that these data could show.
     p_value : adjusted over the three families: compare with the level.
     smallest : the smallest p that the units could have given.
+    stated : how many of the units are values known beforehand.
     """
 
     scores: Scores
@@ -35,6 +36,7 @@ class Detection:
     units: int
     worth: float
     unit: str
+    stated: int
 
 
 def detect(bench: Workbench, at: Fitted) -> Detection:
@@ -44,7 +46,7 @@ def detect(bench: Workbench, at: Fitted) -> Detection:
     testable = tuple(n for n in causes if is_testable(bench, found, n))
     worth = at.sheet.evidence()
     p = chance(bench, at, found, testable)
-    return Detection(found, testable, p, found.smallest_p(), at.sheet.units, worth, at.sheet.kind)
+    return Detection(found, testable, p, found.smallest_p(), at.sheet.units, worth, at.sheet.kind, at.sheet.stated)
 
 
 def chance(bench: Workbench, at: Fitted, found: Scores, causes: Sequence[str]) -> float:

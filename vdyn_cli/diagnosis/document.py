@@ -42,6 +42,7 @@ def document(
         "evidence": {
             "unit": found.unit,
             "units": found.units,
+            "stated": found.stated,
             "worth": found.worth,
             "smallest_p": found.smallest,
         },

@@ -117,6 +117,11 @@ class Sheet:
     kind: Literal["run", "block"]
 
     @property
+    def stated(self) -> int:
+        """How many units are what is known beforehand."""
+        return int(np.count_nonzero(self.run < 0))
+
+    @property
     def units(self) -> int:
         return len(self.run)
 

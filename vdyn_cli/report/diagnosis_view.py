@@ -135,7 +135,10 @@ def _evidence(source: Mapping[str, Any]) -> str:
     if not math.isfinite(units):
         return ""
     kind = "pieces of runs" if told.get("unit") == "block" else "whole runs"
-    text = f"Judged by {words.fixed(units, 0)} {kind} as independent evidence"
+    stated = number(told.get("stated", 0))
+    text = f"Judged by {words.fixed(units - stated, 0)} {kind}"
+    text += f" and {words.count(int(stated), 'stated value')}" if stated > 0 else ""
+    text += " as independent evidence"
     text += f", worth {words.fixed(worth, 0)} equal ones" if math.isfinite(worth) else ""
     p = tables.p_value(source.get("p_value"))
     text += f". Were nothing wrong, chance alone would show as much with p = {p}" if p != words.DASH else ""
