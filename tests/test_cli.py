@@ -136,3 +136,11 @@ def test_a_known_file_that_is_none_is_refused(vdyn, tmp_path: Path) -> None:  # 
     (tmp_path / "k.json").write_text(entry)
     done = vdyn("tire", "configs/tire.yaml", "--known", tmp_path / "k.json", "-o", tmp_path / "out")
     assert (done.returncode, "wheel_radius" in done.stderr) == (2, True)
+
+
+def test_many_errors_of_one_kind_keep_their_lines(vdyn, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    runs = "".join(f"  - {{log: a{k}.csv, start: {k} kg}}\n" for k in range(6))
+    (tmp_path / "t.yaml").write_text(f"test: tire\nruns:\n{runs}")
+    done = vdyn("tire", tmp_path / "t.yaml", "-o", tmp_path / "out")
+    assert done.returncode == 2
+    assert all(f"t.yaml:{line}: " in done.stderr for line in range(3, 9)), done.stderr

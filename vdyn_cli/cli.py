@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable
 from enum import IntEnum
@@ -163,7 +164,9 @@ def _run() -> int:
         code = app(standalone_mode=False)
         return code if isinstance(code, int) else Exit.GOOD
     except VdynError as error:
-        _say("\n".join(str(f) for f in alike(error.findings, least=MANY)))
+        # What stands in a line of its own is told line by line; what whole logs share, once.
+        in_lines = any(re.search(r":\d+$", f.where) for f in error.findings)
+        _say("\n".join(str(f) for f in (error.findings if in_lines else alike(error.findings, least=MANY))))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
         _say("interrupted; nothing half-written is left behind")
