@@ -287,7 +287,8 @@ def _gentle(run: Twisting) -> list[Finding]:
 
 
 def _upside_down(run: Twisting, read: bool) -> list[Finding]:
-    if np.corrcoef(run.torque, run.twist)[0, 1] > 0:
+    still = np.ptp(run.torque) == 0 or np.ptp(run.twist) == 0
+    if still or np.corrcoef(run.torque, run.twist)[0, 1] > 0:
         return []
     line = "twist" if read else "motor_speed and wheel_speed (or exchange them)"
     what = "the twist falls where the torque rises"
