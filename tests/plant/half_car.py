@@ -96,9 +96,8 @@ def ride(cars: HalfCars, road: Array, slope: Array, step: float) -> Ride:
     halves = cars.tire_stiffness[:, None, None] * road + cars.tire_damping[:, None, None] * slope
     start, middle, end = halves[:, :-1:2], halves[:, 1::2], halves[:, 2::2]
     parabola = (start, 4 * middle - 3 * start - end, 2 * (start + end - 2 * middle))
-    drive = sum(
-        np.einsum("nij,nkj->kni", hold[:, :, 2:], part) for hold, part in zip((level, ramp, bow), parabola, strict=True)
-    )
+    shares = (part @ hold.transpose(0, 2, 1)[:, 2:] for hold, part in zip((level, ramp, bow), parabola, strict=True))
+    drive = np.swapaxes(sum(shares), 0, 1)
     forced = halves[:, ::2]
     n, points, _ = forced.shape
     blend = np.zeros((n, points, 4))  # s and t, lift included, at the grid points
@@ -121,7 +120,7 @@ def ride(cars: HalfCars, road: Array, slope: Array, step: float) -> Ride:
             blend[:, k + 1, 2:] += more[:, 2:]
         state[k + 1] = x[:, :, 0]
     states = np.ascontiguousarray(np.swapaxes(state, 0, 1))
-    rate = np.einsum("nij,nkj->nki", A, states) + np.einsum("nij,nkj->nki", B, blend)
+    rate = states @ A.transpose(0, 2, 1) + blend @ B.transpose(0, 2, 1)
     return Ride(step, states, rate, blend[:, :, :2])
 
 
