@@ -29,7 +29,7 @@ def gained(campaign: Campaign, causes: Sequence[str] = ("slope",)) -> Gain:
     bench, base = opened(campaign)
     extended = bench.fitted(causes)
     assert extended is not None
-    found = gain(bench, base, extended, NAMES)
+    found = gain(bench, base, extended, NAMES, base)
     assert found is not None
     return found
 
@@ -128,7 +128,7 @@ def test_too_little_to_leave_out_gives_no_gain() -> None:
     bench, base = opened(Campaign(5, runs=2, rows=18, hidden={"slope": 2.0}))
     extended = bench.fitted(("slope",))
     assert extended is not None
-    assert gain(bench, base, extended, NAMES) is None
+    assert gain(bench, base, extended, NAMES, base) is None
 
 
 def test_nothing_hidden_gains_nothing() -> None:
@@ -152,7 +152,7 @@ def test_the_interval_holds_on_new_logs_of_the_same_car() -> None:
         bench, base = opened(campaign)
         extended = bench.fitted(("slope",))
         assert extended is not None
-        found = gain(bench, base, extended, NAMES)
+        found = gain(bench, base, extended, NAMES, base)
         assert found is not None
         fresh = replace(campaign, seed=5000 + seed)
         errors = []

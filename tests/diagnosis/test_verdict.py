@@ -220,3 +220,17 @@ def test_a_large_cause_is_named_though_its_law_is_not_exact(unlisted: float, nam
         assert verdict.answer.causes == ("wave",)
         assert not verdict.answer.sufficient
         assert told(case, verdict).endswith("what little is left is more than noise.")
+
+
+def test_two_errors_that_hid_each_other_are_told() -> None:
+    """A level stated too high hides half of a step: with the step in, predictions with that level are worse."""
+    stated = {"level": (4.0, 0.3), "bend": (-2.0, 0.3)}
+    campaign = Campaign(18, runs=12, hidden={"step": 1.0}, priors=stated)
+    case, verdict = judged(campaign, SLOPE, WIND, STEP, straight=True)
+    assert verdict.name == "named"
+    assert verdict.answer is not None
+    assert verdict.answer.causes == ("step",)
+    assert verdict.gain is not None
+    assert verdict.gain.interval[1] < 0
+    assert not verdict.gain.worse
+    assert told(case, verdict).endswith("one of them is off, which this had hidden.")

@@ -8,6 +8,7 @@ import pytest
 from tests.engine.plants import ROAD, ROAD_LOAD
 from vdyn_cli.effects import effect
 from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.engine.lead import read_ahead
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.quantity import Quantity
@@ -57,6 +58,16 @@ def test_a_lead_may_be_a_fixed_parameter_and_pieces_join():
     assert whole == pytest.approx(simulator("late")(drive(0.1), [0.1]).outputs["speed"], rel=1e-14)
     pieces = [piece.outputs["speed"] for piece in fixed.chunks(drive(0.1), samples=64)]
     assert np.array_equal(np.concatenate(pieces), whole)
+
+
+def test_what_swings_is_not_damped_by_reading_between_samples():
+    """At half a sample of 10 ms a straight line would take 7 % from 12 Hz; a step must not swing."""
+    time = np.arange(0.0, 2.0, 0.01)
+    swing, step = np.sin(2 * np.pi * 12 * time), 1.0 * (time > 1.0)
+    ahead = read_ahead(Drive(time, {"swing": swing, "step": step}, {}, {}, {}), {"swing": 0.005, "step": 0.005}).inputs
+    inner = slice(3, -3)
+    assert ahead["swing"][inner] == pytest.approx(np.sin(2 * np.pi * 12 * (time + 0.005))[inner], abs=0.02)
+    assert 0.0 <= ahead["step"].min() <= ahead["step"].max() <= 1.0
 
 
 def test_a_missing_input_is_named():

@@ -41,6 +41,7 @@ EFFECTS = (
 BRAKE_FRONT = 0.65
 TOLERANCE = 1e-7
 REST = 0.02  # m/s over which brakes and rolling resistance change their sense
+TOUCH = 5e-5  # rad beyond the play over which flanks that touch begin to damp
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,7 @@ class Drive:
             if beyond <= 0.0:
                 return 0.0
             sense = copysign(1.0, twist)
-            damping = self.damping[side] * tanh(beyond / 1e-3) * rate
+            damping = self.damping[side] * tanh(beyond / TOUCH) * rate
             return sense * max(self.stiffness[side] * beyond + sense * damping, 0.0)
         return self.stiffness[side] * twist + self.damping[side] * rate
 

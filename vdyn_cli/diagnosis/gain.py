@@ -39,6 +39,7 @@ class Gain:
     plain : in the unit of the main channel; else in standard deviations of its noise.
     interval : 95 % of before - after on new logs of the same kind and number.
     share : of the explainable error (above the noise) that is gone.
+    worse : do refitted models predict all channels together worse for sure?
     """
 
     before: float
@@ -47,6 +48,7 @@ class Gain:
     interval: tuple[float, float]
     share: float
     folds: int
+    worse: bool
 
 
 @dataclass(frozen=True)
@@ -59,31 +61,32 @@ class Missed:
     plain_rows: int
 
 
-def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]) -> Gain | None:
+def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str], seen: Fitted) -> Gain | None:
     """Held-out gain of the extension, None where there are too few pieces to leave out.
 
     Parameters
     ----------
     choose : the causes among which every fold chooses again.
+    seen : where it does: no cause in, on the lines on which the answer was found.
     """
     fewest = FEWEST_DRIVES if bench.believed else FEWEST_RUNS
     folds = _folds(base.sheet, fewest)
     if folds[0][0] < 0 and len(folds) < FEWEST_BLOCKS:
         return None
-    near = bench.near(extended)
-    again = _folds(near.sheet, fewest)
-    if len(again) != len(folds):
-        near, again = extended, folds
-    before, after = [], []
-    for first, second in zip(folds, again, strict=True):
+    near, there = (f if len(_folds(f.sheet, fewest)) == len(folds) else base for f in (bench.near(extended), seen))
+    near = extended if near is base else near
+    without = bench.without(extended)
+    before, after, fitted = [], [], []
+    for first, mine, other in zip(*(_folds(f.sheet, fewest) for f in (without, near, there)), strict=True):
         chosen = extended.causes  # what has no slope at nothing cannot be chosen there
         if set(chosen) <= set(choose):
-            chosen = _chosen(bench, base.sheet, first[1], choose, len(chosen))
+            chosen = _chosen(bench, there.sheet, other[1], choose, len(chosen))
         unknowns = [*bench.base, *(n for c in chosen for n in bench.freed(c))]
-        at, fold = (near, second) if chosen == extended.causes else (base, first)
-        before.append(_missed(base, first, bench.base, bench.believed))
+        at, fold = (near, mine) if chosen == extended.causes else (there, other)
+        before.append(_missed(without, first, bench.base, bench.believed))
         after.append(_missed(at, fold, unknowns, bench.believed))
-    return _summary(before, after)
+        fitted.append((_missed(without, first, bench.base, {}), _missed(at, fold, unknowns, {})))
+    return _summary(before, after, _worse(fitted))
 
 
 def _folds(sheet: Sheet, fewest: int) -> list[Fold]:
@@ -129,7 +132,8 @@ def _missed(at: Fitted, fold: Fold, fitted: Sequence[str], believed: Mapping[str
     kept = ~rows
     own = [n for n in sheet.names if "#" in n]
     step = dict(zip(fitted, _fitted(sheet.of([*fitted, *own]), sheet.y, kept), strict=False))
-    step |= {n: value - at.values[n] for n, value in believed.items()}
+    here = {u.name: x for u, x in zip(at.linear.regression.shared, at.linear.shared.tolist(), strict=True)}
+    step |= {n: value - here[n] for n, value in believed.items()}
     begun = _begun(at.linear) if believed else None
     if run < 0:
         left = sheet.y - sheet.of(list(step)) @ np.array(list(step.values()))
@@ -171,18 +175,36 @@ def _left_of_run(linear: Linear, run: int, step: Array, own: Array | None) -> Mi
     return Missed(float(left @ left), float(count), float(plain @ plain), plain.size)
 
 
-def _summary(before: Sequence[Missed], after: Sequence[Missed]) -> Gain:
+def _summary(before: Sequence[Missed], after: Sequence[Missed], worse: bool) -> Gain:
     """Means over folds, the interval from their scatter; it holds for as many new runs, which scatter as well."""
     plain = all(m.plain_rows for m in (*before, *after))
-    b = np.array([m.plain if plain else m.squares for m in before])
-    a = np.array([m.plain if plain else m.squares for m in after])
-    counts = np.array([m.plain_rows if plain else m.rows for m in before])
+    rms_b, rms_a, half = _fall(*(_sums(them, plain) for them in (before, after)))
+    was, is_ = sum(m.squares for m in before), sum(m.squares for m in after)
+    explainable = max(was - sum(m.rows for m in before), 1e-12)
+    share = float(np.clip((was - is_) / explainable, 0.0, 1.0))
+    interval = rms_b - rms_a - half, rms_b - rms_a + half
+    return Gain(rms_b, rms_a, plain, interval, share, len(before), worse)
+
+
+def _worse(fitted: Sequence[tuple[Missed, Missed]]) -> bool:
+    """Do all channels together fare worse for sure, both models with their parameters as fitted?
+
+    With parameters as believed they may, and the cause be true: two errors that hid each other are one no longer.
+    """
+    before, after, half = _fall(*(_sums([pair[k] for pair in fitted], False) for k in (0, 1)))
+    return before - after + half < 0
+
+
+def _sums(missed: Sequence[Missed], plain: bool) -> Array:
+    """(folds, 2), sums of squares and their numbers."""
+    return np.array([(m.plain, m.plain_rows) if plain else (m.squares, m.rows) for m in missed])
+
+
+def _fall(before: Array, after: Array) -> tuple[float, float, float]:
+    """Root mean squares before and after, and half the interval of their difference, of sums and their numbers."""
+    b, counts, a = before[:, 0], before[:, 1], after[:, 0]
     n, mean = len(b), float(counts.mean())
     rms_b, rms_a = float(np.sqrt(b.sum() / counts.sum())), float(np.sqrt(a.sum() / counts.sum()))
     # Influence of each fold on the difference of the roots.
     pull = (b - counts * rms_b**2) / (2 * rms_b * mean) - (a - counts * rms_a**2) / (2 * rms_a * mean)
-    half = t_quantile(n - 1) * float(np.sqrt(2.0 / n) * np.std(pull, ddof=1))
-    was, is_ = sum(m.squares for m in before), sum(m.squares for m in after)
-    explainable = max(was - sum(m.rows for m in before), 1e-12)
-    share = float(np.clip((was - is_) / explainable, 0.0, 1.0))
-    return Gain(rms_b, rms_a, plain, (rms_b - rms_a - half, rms_b - rms_a + half), share, n)
+    return rms_b, rms_a, t_quantile(n - 1) * float(np.sqrt(2.0 / n) * np.std(pull, ddof=1))

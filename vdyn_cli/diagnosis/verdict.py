@@ -28,6 +28,7 @@ Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "dat
 NOTICEABLE = 0.01  # standard deviations: a bias below is not worth a word
 FEW = 3  # unknowns of a cause that has one shape
 LARGE = 6.0  # standard errors of a cause, from which a straight line's bend may count
+NEARER = 5  # causes that are looked at each on its own lines
 TYPICAL = 0.5  # of the plausible range, for what a cause that cannot be seen would bias
 
 
@@ -90,7 +91,7 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     def verdict(name: Name, answers: tuple[Trial, ...] = (), tried: tuple[Trial, ...] = ()) -> Verdict:
         gained = None
         if answers and (len(answers) == 1 or len(answers[0].causes) > 1):  # causes that all answers share gain too
-            gained = gain(first, base, answers[0].fitted, found.testable)
+            gained = gain(first, base, answers[0].fitted, found.testable, bench.fitted(()) or base)
         return Verdict(name, why, base, found, answers, tried, unseen, gained)
 
     if why:
@@ -115,19 +116,29 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     fault = all(bench.case.causes[c].sensor for c in answers[0].causes)
     named = verdict("data_fault" if fault else "named", answers, tried)
     # What makes predictions worse for sure is not the cause, however much of the fitted runs it explains.
-    worse = named.gain is not None and named.gain.interval[1] < 0
-    return verdict("unknown", (), tried) if worse else named
+    return verdict("unknown", (), tried) if named.gain is not None and named.gain.worse else named
 
 
 def _nearer(bench: Workbench, found: Detection) -> tuple[Workbench, Detection]:
     """Where straight lines have to do, those through the car as it drove, and what is seen on them."""
-    strongest = found.scores.strongest(found.testable)
-    if strongest is None or not bench.case.straight:
+    likeliest = _likeliest(bench, found)
+    if likeliest is None or not bench.case.straight:
         return bench, found
-    about = bench.about(strongest) if found.scores.evidence[strongest] > LARGE else bench
-    beyond = bench.beyond(strongest, about)
+    about = bench.about(likeliest) if found.scores.evidence[likeliest] > LARGE else bench
+    beyond = bench.beyond(likeliest, about)
     base = beyond.fitted(())
     return (about, found) if beyond is about or base is None else (beyond, detect(beyond, base))
+
+
+def _likeliest(bench: Workbench, found: Detection) -> str | None:
+    """The cause that explains most, of large ones each on lines through itself: from afar a wrong one may seem more."""
+    evidence = found.scores.evidence
+    large = sorted((n for n in found.testable if evidence[n] > LARGE), key=lambda n: -evidence[n])[:NEARER]
+    if not bench.case.straight or len(large) < 2:
+        return found.scores.strongest(found.testable)
+    far = {n: bench.fitted((n,)) for n in large}
+    near = {n: bench.near(fitted).solution.cost for n, fitted in far.items() if fitted is not None}
+    return min(near, key=lambda n: near[n], default=found.scores.strongest(large))
 
 
 def _not_outdone(bench: Workbench, tried: tuple[Trial, ...]) -> tuple[Trial, ...]:

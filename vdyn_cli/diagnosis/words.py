@@ -12,6 +12,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.parameters import Estimate
 
 SHOWN = 4  # causes named in one sentence
+WORTH_A_WORD = 1.05  # by how much predictions must be worse
 
 
 def sentence(
@@ -50,10 +51,11 @@ def _said(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Es
     cause = " and ".join(f"{causes[c].label}{_size(causes[c], sizes)}" for c in answer.causes)
     share = _share(verdict.gain)
     explain = "explain" if len(answer.causes) > 1 else "explains"
+    hidden = _hidden(verdict.gain)
     if verdict.name == "data_fault":
-        return f"The data are at fault: {cause} {explain} {share}what the simulation got wrong."
+        return f"The data are at fault: {cause} {explain} {share}what the simulation got wrong.{hidden}"
     rest = "" if answer.sufficient else "; what little is left is more than noise"
-    return f"{cause[0].upper()}{cause[1:]} {explain} {share}what the simulation got wrong{rest}."
+    return f"{cause[0].upper()}{cause[1:]} {explain} {share}what the simulation got wrong{rest}.{hidden}"
 
 
 def _undecided(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Estimate]) -> str:
@@ -96,6 +98,13 @@ def _share(gain: Gain | None) -> str:
     if gain is None or gain.interval[0] <= 0:
         return "some of "
     return f"{100 * gain.share:.0f} % of "
+
+
+def _hidden(gain: Gain | None) -> str:
+    """Two errors that hid each other are one no longer: parameters that are off as stated then show."""
+    if gain is None or gain.interval[1] >= 0 or gain.after < WORTH_A_WORD * gain.before:
+        return ""
+    return " With it in, the parameters as stated predict worse: one of them is off, which this had hidden."
 
 
 def _size(effect: Effect, sizes: Mapping[str, Estimate]) -> str:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from math import inf
 from types import MappingProxyType
 
+import numpy as np
+
 from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, linearise, sheet
@@ -172,12 +174,33 @@ class Workbench:
         return self._near[fitted.causes]
 
     def _again(self, fitted: Fitted) -> Fitted:
-        causes = [self.case.causes[c] for c in fitted.causes]
-        extra = [begun_at(u, fitted.values) for e in causes for u in unknowns_of(e)]
-        lines = frozen(self.case.regression(causes, extra))
+        lines = frozen(self._alone(fitted))
         solution = solve(lines, units="run", tolerance=LEAST_STEP)
         linear = linearise(lines, solution.values, solution.per_run)
         return Fitted(fitted.causes, solution, linear, sheet(linear))
+
+    def _alone(self, fitted: Fitted) -> Regression:
+        """The step's regression with these causes alone in the model, begun at their sizes."""
+        causes = [self.case.causes[c] for c in fitted.causes]
+        return self.case.regression(causes, [begun_at(u, fitted.values) for e in causes for u in unknowns_of(e)])
+
+    def without(self, fitted: Fitted) -> Fitted:
+        """The baseline as believed, in the rows of ``near(fitted)``: weighed by the noise that is found with causes in.
+
+        Sums of squares can be compared only where they are weighed alike; what a cause leaves out passes for noise.
+        """
+        base = self.fitted(())
+        assert base is not None
+        if not self.case.straight or not fitted.causes:
+            return base
+        try:
+            alone, runs = self._alone(fitted), len(self.full.runs)
+            nothing = {n: 0.0 for c in fitted.causes for n in self.unknowns(c)}
+            begun = {u.name: alone.run_starts.get(u.name, np.full(runs, u.start)) for u in alone.own}
+            linear = linearise(alone, nothing, begun)
+        except (ResultError, ArithmeticError):
+            return base
+        return Fitted((), base.solution, linear, sheet(linear))
 
     @property
     def believed(self) -> Mapping[str, float]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from scipy.interpolate import Akima1DInterpolator
 
 from vdyn_cli.engine.bench import Bench, Number
 from vdyn_cli.engine.drive import Drive
@@ -58,14 +59,18 @@ def leads_of(bench: Bench, inputs: tuple[str, ...]) -> Leads:
 
 
 def read_ahead(drive: Drive, leads: Mapping[str, float]) -> Drive:
-    """The drive with inputs shifted by their leads (s), with their slopes; beyond the log they stay as they are."""
+    """The drive with inputs shifted by their leads (s), with their slopes; beyond the log they stay as they are.
+
+    Between samples they follow cubics: straight lines would take away 7 % of what swings at 12 Hz at half a sample of
+    10 ms, which is then missed in the half-shafts. (Akima's slopes, modified, do not swing beside steps.)
+    """
     inputs = dict(drive.inputs)
     for name, lead in leads.items():
         values = np.broadcast_to(drive.inputs[name], drive.time.shape)
         at = drive.time + lead
-        chord = np.append(np.diff(values) / np.diff(drive.time), 0.0)
-        slope = chord[np.clip(np.searchsorted(drive.time, at, side="right") - 1, 0, None)]
-        inputs[name] = np.interp(at, drive.time, values)
-        inputs[slope_of(name)] = np.where((at < drive.time[0]) | (at > drive.time[-1]), 0.0, slope)
+        inside = np.clip(at, drive.time[0], drive.time[-1])
+        curve = Akima1DInterpolator(drive.time, values, method="makima")
+        inputs[name] = curve(inside)
+        inputs[slope_of(name)] = np.where(inside == at, curve(inside, 1), 0.0)
     now = {now_of(name): lead for name, lead in leads.items()}
     return Drive(drive.time, inputs, drive.start, {**drive.parameters, **now}, drive.context)

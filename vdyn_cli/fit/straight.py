@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.fit.intervals import equal_information_blocks
-from vdyn_cli.fit.regression import Regression, Rows
+from vdyn_cli.fit.regression import Regression, Rows, Unknown
 from vdyn_cli.fit.triangles import Array, fold
 
 BLOCKS = 24  # of all runs together where runs are few
@@ -19,7 +19,8 @@ def frozen(regression: Regression) -> Regression:
     """The regression as straight lines through its start, each run folded to a triangle for each of its blocks.
 
     For models that are dear to simulate and whose unknowns are known well beforehand: one pass over the logs, and every
-    later fit costs next to nothing. Errors grow with the square of the steps.
+    later fit costs next to nothing. Errors grow with the square of the steps. Known quantities range as far down as up:
+    on a straight line nothing ends at zero, and how far off they are then is what a diagnosis is to see.
     """
     x = regression.start()
     runs = len(regression.runs)
@@ -43,7 +44,11 @@ def frozen(regression: Regression) -> Regression:
             plain = plain[0] + plain[1] @ step, plain[1]
         return replace(rows, residual=rows.residual + rows.jacobian @ step, plain=plain)
 
-    return replace(regression, rows=straight, narrow=None)
+    return replace(regression, unknowns=tuple(map(_as_far_down, regression.unknowns)), rows=straight, narrow=None)
+
+
+def _as_far_down(u: Unknown) -> Unknown:
+    return replace(u, lower=min(u.lower, 2.0 * u.start - u.upper)) if u.prior and u.nuisance else u
 
 
 def blocks_within(rows: Rows, wanted: int) -> int:
