@@ -41,6 +41,7 @@ TRACES: dict[str, Trace] = {
     "warming": lambda x, h, k: (k - 3.5) / 5 + 0 * x,
     "copy_of_bend": lambda x, h, k: 3 * x**2,
     "nothing": lambda x, h, k: 0 * x,
+    "hat": _hat(3),
     "bump": lambda x, h, k: np.exp(-0.5 * ((x - 0.45) / 0.07) ** 2),
     **{f"shape_{k + 1}": _hat(k) for k in range(PROFILE)},
 }

@@ -91,7 +91,7 @@ def pairs(bench: Workbench, tried: Sequence[Trial], detection: Detection) -> tup
     found = []
     for pair in _likeliest(bench, list(combinations(names, 2))):
         trial = attempt(bench, pair)
-        if trial is not None and (trial.sufficient or trial.nearly) and all(_beyond(bench, trial, c) for c in pair):
+        if trial is not None and all(_beyond(bench, trial, c) for c in pair):
             found.append(trial)
     return tuple(found)
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 from math import ceil
 
+from vdyn_cli.diagnosis.choice import FEW
 from vdyn_cli.diagnosis.design import SAFE, Asked, Designer, Plan
 from vdyn_cli.diagnosis.naming import Trial
-from vdyn_cli.diagnosis.verdict import FEW, TYPICAL, Verdict
+from vdyn_cli.diagnosis.verdict import TYPICAL, Verdict
 from vdyn_cli.diagnosis.workbench import Workbench
 
 MOST = 200  # runs: beyond, another manoeuvre is needed

@@ -16,17 +16,17 @@ from typing import Literal
 
 import numpy as np
 
+from vdyn_cli.diagnosis.choice import nearly, not_outdone, simplest, unlisted
 from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, detect
 from vdyn_cli.diagnosis.gain import Gain, gain
 from vdyn_cli.diagnosis.level import LEVEL
-from vdyn_cli.diagnosis.naming import BEYOND, REST, Trial, as_good, one_after_another, pairs, singles
+from vdyn_cli.diagnosis.naming import REST, Trial, as_good, one_after_another, pairs, singles
 from vdyn_cli.diagnosis.scores import absorbed
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 from vdyn_cli.errors import Finding
 
 Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
 NOTICEABLE = 0.01  # standard deviations: a bias below is not worth a word
-FEW = 3  # unknowns of a cause that has one shape
 LARGE = 6.0  # standard errors of a cause, from which a straight line's bend may count
 NEARER = 5  # causes that are looked at each on its own lines
 TYPICAL = 0.5  # of the plausible range, for what a cause that cannot be seen would bias
@@ -103,13 +103,13 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
         return verdict("data_fault")
     bench, seen = _nearer(bench, found)
     tried = singles(bench, seen)
-    answers = _simplest(bench, _not_outdone(bench, tried))
+    answers = simplest(bench, not_outdone(bench, tried), tried)
     if not answers and not _one_shape(bench):
         two = pairs(bench, tried, seen)
-        answers = _simplest(bench, _not_outdone(bench, two)) or _nearly(tried) or _nearly(two)
+        answers = simplest(bench, not_outdone(bench, two), two) or nearly(tried) or nearly(two)
         chain = None if answers else one_after_another(bench, seen)
         answers = answers if chain is None else (chain, *as_good(bench, chain, seen))
-    if not answers:
+    if not answers or any(unlisted(bench, trial, seen) for trial in answers):
         return verdict("unknown", (), tried)
     if len(answers) > 1:
         return verdict("ambiguous", answers, tried)
@@ -139,34 +139,6 @@ def _likeliest(bench: Workbench, found: Detection) -> str | None:
     far = {n: bench.fitted((n,)) for n in large}
     near = {n: bench.near(fitted).solution.cost for n, fitted in far.items() if fitted is not None}
     return min(near, key=lambda n: near[n], default=found.scores.strongest(large))
-
-
-def _not_outdone(bench: Workbench, tried: tuple[Trial, ...]) -> tuple[Trial, ...]:
-    """The answers that suffice and that none of as few unknowns outdoes; what they leave need not be enough to show it.
-
-    Twice the difference of the costs exceeds 9 by chance in at most 0.13 % of the cases in which an answer is true.
-    """
-
-    def size(trial: Trial) -> int:
-        return max(FEW, *(len(bench.unknowns(c)) for c in trial.causes))
-
-    def least(most: int) -> float:
-        return min(t.fitted.solution.cost for t in tried if size(t) <= most)
-
-    return tuple(t for t in tried if t.sufficient and 2 * (t.fitted.solution.cost - least(size(t))) <= BEYOND**2)
-
-
-def _nearly(tried: Sequence[Trial]) -> tuple[Trial, ...]:
-    """The answers that leave next to nothing of a large error, though more than noise; none that another outdoes."""
-    near = [t for t in tried if t.nearly]
-    least = min((t.fitted.solution.cost for t in tried), default=0.0)
-    return tuple(t for t in near if 2 * (t.fitted.solution.cost - least) <= BEYOND**2)
-
-
-def _simplest(bench: Workbench, answers: tuple[Trial, ...]) -> tuple[Trial, ...]:
-    """Without causes of many unknowns where one of few will do: a profile can imitate whatever is simpler."""
-    few = tuple(t for t in answers if all(len(bench.unknowns(c)) <= FEW for c in t.causes))
-    return few or answers
 
 
 def _missing(bench: Workbench, found: Detection, level: float) -> str:

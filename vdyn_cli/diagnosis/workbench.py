@@ -12,6 +12,7 @@ import numpy as np
 from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, linearise, sheet
+from vdyn_cli.effects import Effect
 from vdyn_cli.errors import ResultError
 from vdyn_cli.fit import Regression, Solution, solve
 from vdyn_cli.fit.restrict import restricted, without_priors
@@ -141,22 +142,39 @@ class Workbench:
         return nearer
 
     def beyond(self, cause: str, other: Workbench) -> Workbench:
-        """The lines, of those through the sizes of causes that have no slope at nothing, that explain clearly more.
+        """The lines through a size of a cause that has no slope at nothing, where they explain clearly more.
 
         Only of causes that look like ``cause``, which explains most on the lines of ``other``; else those.
         """
-        fitted, best = other.fitted((cause,)), other
-        least = inf if fitted is None else fitted.solution.cost - CLEARLY
+        fitted = other.fitted((cause,))
+        least = inf if fitted is None else other.near(fitted).solution.cost - CLEARLY
+        best: Fitted | None = None
         for effect in self.case.effects if self.case.straight else ():
-            for size in _some(effect.probes) if cause in effect.alike else ():
-                try:
-                    bench = open_workbench(self.case, {self.unknowns(effect.name)[0]: size})
-                    found = bench.fitted((effect.name,)) if bench.fitted(()) else None
-                except (ResultError, ArithmeticError):
-                    continue
-                if found is not None and found.solution.cost < least:
-                    best, least = bench, found.solution.cost
-        return best
+            if cause not in effect.alike or not effect.probes:
+                continue
+            found = self._probed_lines(effect, _some(effect.probes))
+            if found is not None and found.solution.cost < least:
+                finer = self._probed_lines(effect, _around(effect.probes, found.values[scanned(effect)[0]]))
+                best = min((f for f in (found, finer) if f is not None), key=lambda f: f.solution.cost)
+                least = best.solution.cost
+        if best is None:
+            return other
+        try:
+            bench = open_workbench(self.case, {n: best.values[n] for n in self.unknowns(best.causes[0])})
+            bench.fitted(())
+        except (ResultError, ArithmeticError):
+            return other
+        return bench
+
+    def _probed_lines(self, effect: Effect, sizes: Sequence[float]) -> Fitted | None:
+        """The best of the fits on lines through these sizes of a cause, alone in the model."""
+        found = []
+        for size in sizes:
+            try:
+                found.append(self._lines((effect.name,), {scanned(effect)[0]: size}))
+            except (ResultError, ArithmeticError):
+                continue
+        return min(found, key=lambda f: f.solution.cost, default=None)
 
     def near(self, fitted: Fitted) -> Fitted:
         """The same fit on straight lines through itself, with its own causes alone in the model.
@@ -168,21 +186,21 @@ class Workbench:
             return fitted
         if fitted.causes not in self._near:
             try:
-                self._near[fitted.causes] = self._again(fitted)
+                self._near[fitted.causes] = self._lines(fitted.causes, fitted.values)
             except (ResultError, ArithmeticError):
                 self._near[fitted.causes] = fitted
         return self._near[fitted.causes]
 
-    def _again(self, fitted: Fitted) -> Fitted:
-        lines = frozen(self._alone(fitted))
+    def _lines(self, causes: tuple[str, ...], through: Mapping[str, float]) -> Fitted:
+        lines = frozen(self._alone(causes, through))
         solution = solve(lines, units="run", tolerance=LEAST_STEP)
         linear = linearise(lines, solution.values, solution.per_run)
-        return Fitted(fitted.causes, solution, linear, sheet(linear))
+        return Fitted(causes, solution, linear, sheet(linear))
 
-    def _alone(self, fitted: Fitted) -> Regression:
-        """The step's regression with these causes alone in the model, begun at their sizes."""
-        causes = [self.case.causes[c] for c in fitted.causes]
-        return self.case.regression(causes, [begun_at(u, fitted.values) for e in causes for u in unknowns_of(e)])
+    def _alone(self, causes: tuple[str, ...], through: Mapping[str, float]) -> Regression:
+        """The step's regression with these causes alone in the model, begun at these sizes."""
+        effects = [self.case.causes[c] for c in causes]
+        return self.case.regression(effects, [begun_at(u, through) for e in effects for u in unknowns_of(e)])
 
     def without(self, fitted: Fitted) -> Fitted:
         """The baseline as believed, in the rows of ``near(fitted)``: weighed by the noise that is found with causes in.
@@ -194,7 +212,7 @@ class Workbench:
         if not self.case.straight or not fitted.causes:
             return base
         try:
-            alone, runs = self._alone(fitted), len(self.full.runs)
+            alone, runs = self._alone(fitted.causes, fitted.values), len(self.full.runs)
             nothing = {n: 0.0 for c in fitted.causes for n in self.unknowns(c)}
             begun = {u.name: alone.run_starts.get(u.name, np.full(runs, u.start)) for u in alone.own}
             linear = linearise(alone, nothing, begun)
@@ -254,6 +272,12 @@ class Workbench:
 
 def _some(probes: tuple[float, ...]) -> tuple[float, ...]:
     return probes[:: max(1, len(probes) // MOST_PROBES)]
+
+
+def _around(probes: tuple[float, ...], size: float) -> tuple[float, ...]:
+    """The nearest probe and its neighbours."""
+    at = min(range(len(probes)), key=lambda k: abs(probes[k] - size))
+    return probes[max(0, at - 1) : at + 2]
 
 
 def open_workbench(case: Case, begun: Mapping[str, float] = NOTHING) -> Workbench:
