@@ -1,9 +1,10 @@
 """Hide an effect in the logs of random vehicles and ask the program: a matrix of steps, effects and controls.
 
-    python -m tests.bench.hidden [--seeds 30] [--step NAME] [--cell TEXT] [--jobs 2] [--out FILE] [--print]
+    python -m tests.bench.hidden [--seeds 30] [--step NAME] [--cell TEXT] [--jobs 2] [--out FILE] [--print] [--log FILE]
 
 writes tests/bench/hidden.md, one section a step; only the sections of the steps that ran are replaced, anew after every
-vehicle. It goes the command's way, from files to the JSON document. Set OPENBLAS_NUM_THREADS=1.
+vehicle. It goes the command's way, from files to the JSON document. Set OPENBLAS_NUM_THREADS=1. It takes hours: with
+--log it may be stopped at any time, and goes on from there (with another program, start another log).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from itertools import groupby
 from pathlib import Path
 
 from tests.bench.hidden_cases import CASES, Cell
+from tests.bench.hidden_log import recalled, remember
 from tests.bench.hidden_table import merged, section
 from tests.bench.hidden_trial import Trial, judged, run
 
@@ -42,6 +44,7 @@ def main() -> None:
     parser.add_argument("--no-strength", action="store_true", help="leave the Cramer-Rao t out: quicker, not scored")
     parser.add_argument("--out", type=Path, default=PAGE)
     parser.add_argument("--print", action="store_true", help="only print, leave the page as it is")
+    parser.add_argument("--log", type=Path, help="what has been tried, to go on from: appended to after every trial")
     options = parser.parse_args()
     cells = [c for c in CASES if options.step in (None, c.step) and options.cell in c.name]
     if not cells:
@@ -57,8 +60,11 @@ def main() -> None:
     ]
     trials: dict[Cell, list[Trial]] = {cell: [] for cell in cells}
     kept = not (options.print or options.cell)
-    for (cell, *_), trial in zip(tasks, _outcomes(tasks, options.jobs, len(cells)), strict=True):
+    known = recalled(options.log) if options.log else {}
+    for (cell, *_), trial in zip(tasks, _outcomes(tasks, known, options.jobs, len(cells)), strict=True):
         trials[cell].append(trial)
+        if options.log and (cell.name, trial.seed) not in known:
+            remember(options.log, cell, trial)
         print(f"{cell.name} [{trial.seed}]: {judged(cell, trial)} ({_said(trial)})", file=sys.stderr, flush=True)
         if kept and len({len(trials[c]) for c in cells if c.step == cell.step}) == 1:  # a vehicle is through
             _write(options.out, _sections(trials))
@@ -79,13 +85,15 @@ def _write(page: Path, sections: Mapping[str, str]) -> None:
     page.write_text(merged(text, sections), encoding="utf-8")
 
 
-def _outcomes(tasks: Sequence[Task], jobs: int, vehicle: int) -> Iterator[Trial]:
-    """In the order of the tasks, of which each ``vehicle`` in a row are about one vehicle."""
-    if jobs == 1:
-        yield from map(_one, tasks)
-        return
+def _outcomes(
+    tasks: Sequence[Task], known: Mapping[tuple[str, int], Trial], jobs: int, vehicle: int
+) -> Iterator[Trial]:
+    """In the order of the tasks, of which each ``vehicle`` in a row are about one vehicle; tried is what is new."""
+    new = [task for task in tasks if (task[0].name, task[1]) not in known]
     with ProcessPoolExecutor(jobs) as pool:
-        yield from pool.map(_one, tasks, chunksize=vehicle)
+        tried = map(_one, new) if jobs == 1 else pool.map(_one, new, chunksize=vehicle)
+        for cell, seed, *_ in tasks:
+            yield known.get((cell.name, seed)) or next(tried)
 
 
 def _said(trial: Trial) -> str:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from tests.bench.hidden_cases import CASES, Cell
+from tests.bench.hidden_log import recalled, remember
 from tests.bench.hidden_table import alone, covered, found, gained, merged, not_wrong, quiet, section
 from tests.bench.hidden_trial import Size, Trial, judged, run
 
@@ -106,3 +109,12 @@ def test_the_table_lists_what_falls_short_and_keeps_the_other_sections() -> None
     page = merged(merged("", {"coastdown": text, "cg": good}), {"cg": good})
     assert page.index("## coastdown") < page.index("## cg")
     assert page.count("## cg") == 1
+
+
+def test_a_long_run_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
+    log = tmp_path / "trials.jsonl"
+    assert recalled(log) == {}
+    trials = {HEADWIND: _trial("named", "headwind"), PAIR: _trial("ambiguous", among=("headwind+road_grade", "wind"))}
+    for cell, trial in trials.items():
+        remember(log, cell, trial)
+    assert recalled(log) == {(cell.name, 1): trial for cell, trial in trials.items()}

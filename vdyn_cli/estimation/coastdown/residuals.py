@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 SPEED_STEP = 5 / 3.6  # m/s, of a class of speeds
 FEWEST, MOST = 3, 20  # runs, of which each is left out in turn
+LITTLE = 1e-3  # of one residual's variance that a further step of such a fit may still promise
 RUN_SOURCES = ("run_wind", "run_force", "run_drive", "road_mean")
 
 
@@ -102,12 +103,13 @@ def held_out_rms(fit: RoadLoadFit) -> float | None:
 
 
 def _predicted(fit: RoadLoadFit, run: int) -> Array:
-    """The run's speed with what the other runs say."""
+    """The run's speed with what the other runs say; their fit begins where that of all runs ended."""
     full, others = fit.regression, [k for k in range(len(fit.campaign.runs)) if k != run]
-    starts = {name: values[others] for name, values in full.run_starts.items()}
+    starts = {name: values[others] for name, values in fit.solution.per_run.items()}
     names = tuple(full.runs[k] for k in others)
-    rest = Regression(full.unknowns, names, lambda k, theta: full.rows(others[k], theta), starts)
-    values = solve(rest, units="run").values
+    unknowns = tuple(replace(u, start=fit.solution.values.get(u.name, u.start)) for u in full.unknowns)
+    rest = Regression(unknowns, names, lambda k, theta: full.rows(others[k], theta), starts)
+    values = solve(rest, units="run", tolerance=LITTLE).values
     theta = np.array([*(values[u.name] for u in full.shared), fit.solution.per_run[START][run]])
     for _ in range(2):
         rows = full.rows(run, theta)
