@@ -73,9 +73,8 @@ def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]
     folds = _folds(base.sheet, fewest)
     if folds[0][0] < 0 and len(folds) < FEWEST_BLOCKS:
         return None
-    near, there = (f if len(_folds(f.sheet, fewest)) == len(folds) else base for f in (bench.near(extended), seen))
-    near = extended if near is base else near
-    without = bench.without(extended)
+    asked = ((bench.without(extended), base), (bench.near(extended), extended), (seen, base))
+    without, near, there = (a if len(_folds(a.sheet, fewest)) == len(folds) else b for a, b in asked)
     before, after, fitted = [], [], []
     for first, mine, other in zip(*(_folds(f.sheet, fewest) for f in (without, near, there)), strict=True):
         chosen = extended.causes  # what has no slope at nothing cannot be chosen there
