@@ -130,6 +130,8 @@ class Workbench:
             fitted = nearer.fitted((cause,)) if cause else None
             if fitted is None or cause is None:
                 break
+            if nearer is self:
+                fitted = self.near(fitted)
             sizes = {n: fitted.values[n] for n in self.unknowns(cause)}
             if before and all(abs(v - before[n]) < CLOSE * fitted.solution.std[n] for n, v in sizes.items()):
                 break
