@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,10 @@ from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.cross_checks import with_cross_checks
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.errors import InputError
+from vdyn_cli.inputs import gather
 from vdyn_cli.log import Log
+from vdyn_cli.parameters import FORMAT
+from vdyn_cli.steps import load_step
 
 TIME = np.arange(0.0, 30.0, 0.02)
 SPEED = 15.0 + 5.0 * np.sin(0.6 * TIME)
@@ -39,6 +43,41 @@ def test_a_scale_a_tenth_off_is_noticed_and_another_unit_refused(channel: str) -
     assert with_cross_checks(log(**{channel: 1.1})).findings
     with pytest.raises(InputError, match="contradict each other"):
         with_cross_checks(log(**{channel: 1.609}))
+
+
+def test_distance_is_compared_up_to_the_last_sample() -> None:
+    assert not with_cross_checks(log(speed=0.975)).findings
+    assert with_cross_checks(log(speed=0.965)).findings
+
+
+def test_an_accelerometer_that_was_mounted_backwards_is_told_its_sign() -> None:
+    with pytest.raises(InputError, match="add 'sign: -1' to the channel acceleration"):
+        with_cross_checks(log(acceleration=-1.0))
+
+
+def wheels(**readings: np.ndarray) -> Log:
+    turning = SPEED / 0.31
+    every = {f"wheel_speed_{w}": readings.get(w, turning) for w in ("fl", "fr", "rl", "rr")}
+    return Log("a.csv", TIME, every)
+
+
+def test_wheels_of_an_axle_that_turn_alike_say_nothing() -> None:
+    bend = np.where((TIME > 5) & (TIME < 6), 1.3, 1.0)
+    assert not with_cross_checks(wheels(fr=SPEED / 0.31 * 1.004 * bend)).findings
+
+
+@pytest.mark.parametrize(
+    ("reading", "says"),
+    [
+        (1.02 * SPEED / 0.31, "wheel_speed_rl reads 0.980 times what wheel_speed_rr reads"),
+        (np.where(TIME < 20, SPEED / 0.31, 70.0), "wheel_speed_rl and wheel_speed_rr differ by more than 20%"),
+    ],
+)
+def test_a_wheel_speed_that_is_wrong_is_a_fault_of_the_data(reading: np.ndarray, says: str) -> None:
+    (finding,) = with_cross_checks(wheels(rr=reading)).findings
+    assert finding.what.startswith(says)
+    assert finding.fault
+    assert finding.doubt
 
 
 def described(folder: Path, root: Path, step: str, *changes: tuple[str, str]) -> Path:
@@ -92,3 +131,23 @@ def test_a_doubt_is_told_before_anything_else(root: Path, tmp_path: Path) -> Non
     assert outcome.document["diagnosis"]["doubt"]
     page = (tmp_path / "coastdown.html").read_text(encoding="utf-8")
     assert 'class="verdict good"' not in page
+
+
+def known_mass(value: float) -> str:
+    entry = {"value": value, "std": 2.0, "interval95": [value - 4.0, value + 4.0], "unit": "kg", "source": "cg"}
+    entry["meaning"] = "mass"
+    return json.dumps({"format": FORMAT, "parameters": {"mass": entry}})
+
+
+def test_a_value_that_a_parameter_file_contradicts_is_told(tmp_path: Path, root: Path) -> None:
+    """A parameter file goes before the description; where the two contradict each other the user is told."""
+    described(tmp_path, root, "coastdown")
+    text = (tmp_path / "coastdown.yaml").read_text()
+    (tmp_path / "parameters.json").write_text(known_mass(1636.0))
+    (tmp_path / "coastdown.yaml").write_text(text)
+    found = gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings
+    assert [f.what for f in found] == [
+        "mass = 1588 is not used: a parameter file says 1636, 17 standard deviations off"
+    ]
+    (tmp_path / "parameters.json").write_text(known_mass(1589.0))
+    assert not gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings

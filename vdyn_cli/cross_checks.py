@@ -15,6 +15,11 @@ Array = NDArray[np.float64]
 NOTICED, REFUSED = 0.03, 0.25  # relative difference of two scales
 LONG = 20.0  # m, distance below which position says nothing
 STRETCH = 1.0  # s over which accelerations are compared
+AXLES = (("wheel_speed_fl", "wheel_speed_fr"), ("wheel_speed_rl", "wheel_speed_rr"))
+TURNING = 5.0  # rad/s, above which wheel speeds are compared
+FEWEST = 100  # samples
+UNEQUAL = 0.01  # of one wheel's speed that another of the axle may differ by throughout: tires are not that unlike
+BEND, BENT = 0.2, 0.05  # a tight bend parts them by so much, for so much of the time
 LIVELY = 0.8  # m/s^2, standard deviation of the acceleration above which its scale can be checked: slopes are less
 
 
@@ -34,11 +39,35 @@ def with_cross_checks(log: Log) -> Log:
         if off <= NOTICED:
             continue
         what = f"{first} and {second} contradict each other: by {second} it would be {ratio:.3g} times as large"
-        finding = Finding(log.name, what, remedy="check units and scale of both channels", doubt=True)
+        turned = f"add 'sign: -1' to the channel {first}"
+        finding = Finding(
+            log.name, what, "", "check units and scale of both channels" if ratio > 0 else turned, doubt=True
+        )
         if off > REFUSED:
             raise InputError(finding)
         findings.append(finding)
+    findings += [f for left, right in AXLES if left in log and right in log for f in _apart(log, left, right)]
     return replace(log, findings=(*log.findings, *findings)) if findings else log
+
+
+def _apart(log: Log, left: str, right: str) -> list[Finding]:
+    """The wheels of an axle turn alike, but for bends."""
+    a, b = log[left], log[right]
+    moving = np.isfinite(a) & np.isfinite(b) & (np.maximum(np.abs(a), np.abs(b)) > TURNING)
+    if np.count_nonzero(moving) < FEWEST:
+        return []
+    a, b = np.abs(a[moving]), np.abs(b[moving])
+    differ = np.abs(a - b) > BEND * np.maximum(a, b)
+    ratio = float(np.median(a[~differ] / b[~differ])) if np.any(~differ) else float(np.median(a) / np.median(b))
+    if differ.mean() > BENT:
+        first, share = log.time[moving][np.argmax(differ)], differ.mean()
+        what = f"{left} and {right} differ by more than {BEND:.0%} for {share:.0%} of the time, from {first:.1f} s on"
+    elif abs(ratio - 1.0) > UNEQUAL:
+        what = f"{left} reads {ratio:.3f} times what {right} reads, all through"
+    else:
+        return []
+    remedy = "check scale and sensor of both, or leave the one that is wrong unmapped"
+    return [Finding(log.name, what, remedy=remedy, fault=True, doubt=True)]
 
 
 def _ratios(log: Log) -> list[tuple[str, str, float]]:
@@ -65,12 +94,13 @@ def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
     if np.count_nonzero(good) < 10:
         return None
     distance = float(np.ptp(_integral(time[good], np.abs(speed[good]))))
-    moved = float(np.sum(np.abs(np.diff(position[good][:: max(1, good.sum() // 50)]))))
+    coarse = np.linspace(0, good.sum() - 1, min(51, good.sum())).astype(int)
+    moved = float(np.sum(np.abs(np.diff(position[good][coarse]))))
     return moved / distance if distance > LONG else None
 
 
 def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:
-    """Slope of the change of speed on the integral of acceleration, over stretches of a second."""
+    """Size of the change of speed over that of the integral of acceleration, over stretches of a second; its sign."""
     good = np.isfinite(speed) & np.isfinite(acceleration)
     if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < LIVELY:
         return None
@@ -78,6 +108,7 @@ def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | Non
     ends = np.searchsorted(time, np.arange(time[0], time[-1], STRETCH))
     by_speed, by_force = np.diff(speed[ends]), np.diff(change[ends])
     by_speed, by_force = by_speed - by_speed.mean(), by_force - by_force.mean()
-    if by_force @ by_speed < 0.9 * np.sqrt((by_force @ by_force) * (by_speed @ by_speed)):
+    alike = float(by_force @ by_speed)
+    if abs(alike) < 0.9 * np.sqrt((by_force @ by_force) * (by_speed @ by_speed)):
         return None
-    return float(np.sqrt((by_speed @ by_speed) / (by_force @ by_force)))
+    return float(np.copysign(np.sqrt((by_speed @ by_speed) / (by_force @ by_force)), alike))

@@ -43,9 +43,11 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
         result = step.estimate(inputs.spec, inputs.data, inputs.known)
     except ResultError as error:
         raise ResultError(*error.findings, *faults) from None
+    result = replace(result, findings=(*inputs.findings, *result.findings))
     if level is not None:
         result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level, faults)
-    result = _doubted(result)
+    more = [f for f in inputs.findings if f not in result.findings]  # an extended result has findings of its own
+    result = _doubted(replace(result, findings=(*more, *result.findings)))
     return Outcome(
         result, step_document(result, inputs, step_command(step_name, path, known_files, level), known_files)
     )

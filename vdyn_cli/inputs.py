@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -23,6 +23,8 @@ from vdyn_cli.steps import Step
 from vdyn_cli.vocabulary import PARAMETERS
 from vdyn_cli.yaml_source import Location, Source
 
+CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
+SAME = 1e-3  # share by which such values may differ however well they are known
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -37,6 +39,7 @@ class Inputs:
     logs: tuple[Log, ...]
     known: Parameters
     files: tuple[Path, ...]
+    findings: tuple[Finding, ...] = ()
 
 
 def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
@@ -54,7 +57,8 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
         *_wrong_effects(step, spec, source),
         *_repeated(spec, source),
     ]
-    known = given_parameters(spec.vehicle).updated(given_air(spec.environment))
+    stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
+    known = stated
     for file in known_files:
         later = _attempt(problems, read_parameters, file)
         known = known.updated(later) if later else known
@@ -71,7 +75,19 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
         own_files = ()
     run_files = (path.parent / name for run in spec.runs for name in _log_names(run))
     files = (path, *source.included, *run_files, *own_files, *known_files)
-    return Inputs(spec, source, data, logs, known, tuple(dict.fromkeys(files)))
+    overruled = tuple(_overruled(stated, known, source))
+    return Inputs(spec, source, data, logs, known, tuple(dict.fromkeys(files)), overruled)
+
+
+def _overruled(stated: Parameters, known: Parameters, source: Source) -> Iterator[Finding]:
+    """Values of the description that a parameter file contradicts, and that are not used."""
+    for name, given in stated.estimates.items():
+        used = known[name]
+        apart, spread = abs(given.value - used.value), float(np.hypot(given.std, used.std))
+        if apart > max(CONTRADICTS * spread, SAME * abs(given.value)):
+            what = f"{name} = {given.value:.5g} is not used: a parameter file says {used.value:.5g}"
+            told = f", {apart / spread:.0f} standard deviations off" if spread > 0 else ""
+            yield Finding(source.where(("vehicle", name)), what + told, "", "take it out of one of them", doubt=True)
 
 
 def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R | None:

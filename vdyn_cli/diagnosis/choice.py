@@ -8,9 +8,10 @@ from scipy.stats import chi2
 
 from vdyn_cli.diagnosis.detect import Detection
 from vdyn_cli.diagnosis.naming import BEYOND, Trial
-from vdyn_cli.diagnosis.workbench import Workbench
+from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 
 FEW = 3  # unknowns of a cause that has one shape
+SOME = 2.0  # standard errors of a cause that is named
 BARELY = 0.002  # chance below which a simple cause misses too much, or a profile is better by more than luck
 
 
@@ -54,10 +55,18 @@ def simplest(bench: Workbench, answers: tuple[Trial, ...], tried: Sequence[Trial
         t
         for t in simple
         if t.rest > BARELY
+        and unknowns(t) < unknowns(best)
         and chi2.sf(2 * (t.fitted.solution.cost - best.fitted.solution.cost), unknowns(best) - unknowns(t)) > BARELY
     ]
     least = min((t.fitted.solution.cost for t in close), default=0.0)
     return tuple(t for t in close if 2 * (t.fitted.solution.cost - least) <= BEYOND**2) or answers
+
+
+def nothing(bench: Workbench, fitted: Fitted) -> bool:
+    """Could a cause of the answer as well be of no size, by how much the runs differ? Then it is not certain enough."""
+    solution = fitted.solution
+    one = [bench.unknowns(c)[0] for c in fitted.causes if len(bench.unknowns(c)) == 1]
+    return any(abs(solution.values[n]) < SOME * solution.std[n] for n in one)
 
 
 def unlisted(bench: Workbench, trial: Trial, found: Detection) -> bool:

@@ -52,7 +52,8 @@ def diagnosed(
         bench = open_workbench(case)
         verdict = judge(bench, level, faults)
     except (ResultError, ArithmeticError) as error:
-        return _undiagnosed(result, str(error)[:200], faults)
+        first = error.findings[0] if isinstance(error, ResultError) else None
+        return _undiagnosed(result, f"{first.where}: {first.what}" if first else str(error), faults)
     wanted = _wanted(spec, case, verdict)
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)

@@ -39,7 +39,8 @@ class Gain:
     plain : in the unit of the main channel; else in standard deviations of its noise.
     interval : 95 % of before - after on new logs of the same kind and number.
     share : of the explainable error (above the noise) that is gone.
-    worse : do refitted models predict all channels together worse for sure?
+    better : are all channels together predicted better for sure?
+    worse : do refitted models predict them worse for sure?
     """
 
     before: float
@@ -48,6 +49,7 @@ class Gain:
     interval: tuple[float, float]
     share: float
     folds: int
+    better: bool
     worse: bool
 
 
@@ -182,7 +184,8 @@ def _summary(before: Sequence[Missed], after: Sequence[Missed], worse: bool) -> 
     explainable = max(was - sum(m.rows for m in before), 1e-12)
     share = float(np.clip((was - is_) / explainable, 0.0, 1.0))
     interval = rms_b - rms_a - half, rms_b - rms_a + half
-    return Gain(rms_b, rms_a, plain, interval, share, len(before), worse)
+    was_all, is_all, half_all = _fall(*(_sums(them, False) for them in (before, after)))
+    return Gain(rms_b, rms_a, plain, interval, share, len(before), was_all - is_all > half_all, worse)
 
 
 def _worse(fitted: Sequence[tuple[Missed, Missed]]) -> bool:

@@ -82,12 +82,12 @@ def attempt(bench: Workbench, causes: Sequence[str]) -> Trial | None:
 
 def pairs(bench: Workbench, tried: Sequence[Trial], detection: Detection) -> tuple[Trial, ...]:
     """Two causes together, each of them beyond three standard errors beside the other."""
-    evidence = dict(detection.scores.evidence)
+    evidence = {n: detection.scores.evidence[n] for n in detection.testable}
     for one in tried:
-        beside = bench.scores(one.fitted, list(bench.case.causes)).evidence
-        for name, value in beside.items():
-            evidence[name] = max(evidence[name], value)
-    names = sorted((n for n in bench.case.causes if evidence[n] > 2.0), key=lambda n: -evidence[n])[:PAIRED]
+        beside = bench.scores(one.fitted, list(bench.case.causes))
+        for name in (n for n in beside.names if is_testable(bench, beside, n)):
+            evidence[name] = max(evidence.get(name, 0.0), beside.evidence[name])
+    names = sorted((n for n in evidence if evidence[n] > 2.0), key=lambda n: -evidence[n])[:PAIRED]
     found = []
     for pair in _likeliest(bench, list(combinations(names, 2))):
         trial = attempt(bench, pair)
@@ -143,7 +143,7 @@ def as_good(bench: Workbench, answer: Trial, start: Detection) -> tuple[Trial, .
         without = bench.fitted(others)
         if without is None:
             continue
-        beside = bench.scores(without, start.testable).statistic
+        beside = bench.scores(without, [*start.testable, cause]).statistic
         for rival in start.testable:
             if rival in answer.causes or beside[cause] - beside[rival] > BEYOND**2:
                 continue

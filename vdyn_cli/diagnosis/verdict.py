@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from vdyn_cli.diagnosis.choice import nearly, not_outdone, simplest, unlisted
+from vdyn_cli.diagnosis.choice import nearly, not_outdone, nothing, simplest, unlisted
 from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, detect
 from vdyn_cli.diagnosis.gain import Gain, gain
 from vdyn_cli.diagnosis.level import LEVEL
@@ -114,6 +114,8 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     if len(answers) > 1:
         return verdict("ambiguous", answers, tried)
     fault = all(bench.case.causes[c].sensor for c in answers[0].causes)
+    if nothing(bench, first.near(answers[0].fitted)):
+        return verdict("unknown", (), tried)
     named = verdict("data_fault" if fault else "named", answers, tried)
     # What makes predictions worse for sure is not the cause, however much of the fitted runs it explains.
     return verdict("unknown", (), tried) if named.gain is not None and named.gain.worse else named

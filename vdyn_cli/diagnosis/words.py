@@ -95,7 +95,7 @@ def chance(p: float) -> str:
 
 
 def _share(gain: Gain | None) -> str:
-    if gain is None or gain.interval[0] <= 0:
+    if gain is None or not gain.better:
         return "some of "
     return f"{100 * gain.share:.0f} % of "
 

@@ -121,12 +121,12 @@ def _rows(
         at, rows = swing.white(p, both)
         flat = np.vstack([flat, rows.reshape(-1, rows.shape[-1]) / CAUTION])
         times = np.concatenate([times, np.repeat(at, rows.shape[1])])
-    bins = p.bins.time.size
+    speed = p.bins.mean(both["speed"][p.keep]) if "speed" in both else slow[: p.bins.time.size]
     return Rows(
         np.concatenate([residual, flat[:, -1]]),
         np.vstack([jacobian, flat[:, :-1]]),
         time=np.concatenate([slow_times, times]),
-        plain=(slow[:bins, -1], slow[:bins, :-1]),
+        plain=(speed[:, -1], speed[:, :-1]),
     )
 
 

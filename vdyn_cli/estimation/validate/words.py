@@ -35,7 +35,7 @@ def strained(w: Weighed, after: Posterior) -> list[str]:
 
 
 def _by_chance(w: Weighed, after: Posterior) -> float:
-    """How often a right model shows one such parameter among those that the drives see."""
+    """How often a right model shows one strained parameter among those that the drives see."""
     from scipy.special import ndtr
 
     seen = [n for n, s in zip(w.trial.beliefs.names, after.strain, strict=True) if np.isfinite(s) and n not in UNFELT]
@@ -114,7 +114,7 @@ def warnings(w: Weighed, told: Mapping[str, Verdict], chance: float, after: Post
         made.append(
             f"the drives ask for {word(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
             f"{b.std[i]:.2g} ({after.strain[i]:+.1f} standard deviations of such a move; {chance_of_one:.0%} of right "
-            "models show one such): it, or something that acts like it, may be wrong"
+            f"models show one beyond {STRAINED:g}): it, or something that acts like it, may be wrong"
         )
     return tuple(made)
 
