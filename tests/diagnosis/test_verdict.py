@@ -62,8 +62,12 @@ def test_a_cause_that_differs_between_runs_is_named() -> None:
 
 
 def test_a_cause_between_too_few_runs_is_not_certified_by_itself() -> None:
-    _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), cause("warming", between=True), profiles=())
-    assert verdict.name != "named"
+    warming = cause("warming", between=True)
+    _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), warming, profiles=())
+    assert verdict.name == "not_testable"
+    assert [i.effect for i in verdict.invisible] == ["warming"]
+    _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), warming, *CATALOGUE)
+    assert verdict.answer is None or "warming" not in verdict.answer.causes
 
 
 def test_two_causes_with_one_trace_are_ambiguous() -> None:

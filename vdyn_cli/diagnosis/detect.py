@@ -56,9 +56,8 @@ def chance(bench: Workbench, at: Fitted, found: Scores, causes: Sequence[str]) -
     sheet's own.
     """
     kind = {n: bench.case.causes[n].kind for n in causes}
-    enough = len(bench.full.runs) >= FEWEST_RUNS
     within = [n for n in causes if kind[n] == "within_run"]
-    between = [n for n in causes if kind[n] == "between_run" and enough]
+    between = [n for n in causes if kind[n] == "between_run" and _many(bench)]
     profiles = [n for n in bench.case.families if found.rank[n]]
     shares = {"within": WITHIN if within else 0.0, "between": BETWEEN if between else 0.0}
     shares["profiles"] = OMNIBUS if profiles else 0.0
@@ -78,9 +77,16 @@ def is_testable(bench: Workbench, found: Scores, name: str) -> bool:
 
     A trace that the baseline imitates all but exactly is not believed for the little that is left of it, unless that
     stands against what is known beforehand: a zero that drifts reads as a force, yet is larger than its data sheet.
+    What differs from run to run needs runs enough to tell it from how runs differ anyway.
     """
+    if bench.case.causes[name].kind == "between_run" and not _many(bench):
+        return False
     seen = found.visibility[name] > VISIBLE or found.stated[name] > STATED
     return found.rank[name] > 0 and seen and reachable(bench, found, name) > ENOUGH
+
+
+def _many(bench: Workbench) -> bool:
+    return len(bench.full.runs) >= FEWEST_RUNS
 
 
 def reachable(bench: Workbench, found: Scores, name: str) -> float:
