@@ -50,7 +50,7 @@ def _said(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Es
     answer = verdict.answer
     cause = " and ".join(f"{causes[c].label}{_size(causes[c], sizes)}" for c in answer.causes)
     share = _share(verdict.gain)
-    explain = "explain" if len(answer.causes) > 1 else "explains"
+    explain = "explain" if len(answer.causes) > 1 or _plural(causes[answer.causes[0]].label) else "explains"
     hidden = _hidden(verdict.gain)
     if verdict.name == "data_fault":
         return f"The data are at fault: {cause} {explain} {share}what the simulation got wrong.{hidden}"
@@ -98,6 +98,11 @@ def _share(gain: Gain | None) -> str:
     if gain is None or not gain.better:
         return "some of "
     return f"{100 * gain.share:.0f} % of "
+
+
+def _plural(label: str) -> bool:
+    """Is a label such as "brakes that drag" or "wheel loads with a wrong gain" about several?"""
+    return any(word.endswith("s") for word in label.split()[:2])
 
 
 def _hidden(gain: Gain | None) -> str:

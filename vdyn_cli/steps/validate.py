@@ -1,4 +1,4 @@
-"""Drives against the model: does it predict them as well as its parameters' uncertainty allows?
+"""Drives against the model: whether it predicts them as well as its parameters' uncertainty allows.
 
 The model is simulated open loop with the measured torque from the measured start and held against every output that was
 measured. The parameters' covariance C and the exact sensitivities S of an output give the band in which it may lie,
