@@ -200,7 +200,7 @@ def _merged(
     comparisons = tuple(_beside(c, before.get((c.run, c.channel))) for c in extended.comparisons)
     return replace(
         extended,
-        sentence=f"With {' and '.join(e.label for e in causes)} in the model: {extended.sentence}",
+        sentence=f"Extended by {' and '.join(e.label for e in causes)}: {extended.sentence}",
         parameters=Parameters(estimates, extended.parameters.correlation, lasting),
         comparisons=comparisons,
         diagnosis=diagnosis,
