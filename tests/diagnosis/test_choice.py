@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.choice import simplest
+from vdyn_cli.diagnosis.choice import nothing, simplest
 from vdyn_cli.diagnosis.naming import Trial
 from vdyn_cli.diagnosis.verdict import judge
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
@@ -52,3 +52,13 @@ def test_a_free_force_that_does_as_well_makes_it_unknown():
     campaign = Campaign(5, hidden={"hat": 4.0})
     assert judge(open_workbench(campaign.case(WAVE, HILLS, profiles=()))).name == "named"
     assert judge(open_workbench(campaign.case(WAVE, HILLS, profiles=(force,)))).name == "unknown"
+
+
+def test_a_cause_that_could_as_well_be_of_no_size_is_not_certain_enough():
+    def fitted(cause: str, value: float, std: float) -> Any:
+        solution = SimpleNamespace(values={cause: value}, std={cause: std})
+        return SimpleNamespace(causes=(cause,), solution=solution)
+
+    assert nothing(bench(), fitted("wind", -1.0, 0.6))
+    assert not nothing(bench(), fitted("wind", -1.3, 0.6))
+    assert not nothing(bench(), fitted("hills", 0.0, 1.0))  # of many unknowns no one speaks for all

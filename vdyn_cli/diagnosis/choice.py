@@ -63,9 +63,12 @@ def simplest(bench: Workbench, answers: tuple[Trial, ...], tried: Sequence[Trial
 
 
 def nothing(bench: Workbench, fitted: Fitted) -> bool:
-    """Could a cause of the answer as well be of no size, by how much the runs differ? Then it is not certain enough."""
+    """Could a cause of the answer as well be of no size, by how much the runs differ? Then it is not certain enough.
+
+    Of causes of one unknown: beside a shape that is free a size is uncertain however surely there is something.
+    """
     solution = fitted.solution
-    one = [bench.unknowns(c)[0] for c in fitted.causes if len(bench.unknowns(c)) == 1]
+    one = [bench.freed(c)[0] for c in fitted.causes if len(bench.freed(c)) == 1]
     return any(abs(solution.values[n]) < SOME * solution.std[n] for n in one)
 
 
