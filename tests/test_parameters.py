@@ -56,3 +56,14 @@ def test_the_givers_are_the_steps_that_give() -> None:
 
 def test_numbers_that_are_not_finite_become_null() -> None:
     assert json.loads(to_json({"a": float("nan"), "b": [float("inf"), 1.0]})) == {"a": None, "b": [None, 1.0]}
+
+
+def test_what_one_step_gives_together_is_asked_for_together() -> None:
+    with pytest.raises(MissingParameterError) as error:
+        Parameters({}).require("tire_B", "cg_height", "tire_C", "yaw_inertia", where="validate")
+    assert [f.what.split(" (")[0] for f in error.value.findings] == [
+        "tire_B, tire_C are needed and not given",
+        "cg_height",
+        "yaw_inertia",
+    ]
+    assert "'tire_B: <number>', 'tire_C: <number>' under vehicle" in error.value.findings[0].remedy

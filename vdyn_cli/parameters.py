@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -96,7 +96,10 @@ class Parameters(Mapping[str, Estimate]):
         """
         missing = [n for n in names if n not in self.estimates]
         if missing:
-            raise MissingParameterError(*(_missing(name, where) for name in missing))
+            by_giver: dict[str, list[str]] = {}
+            for name in missing:
+                by_giver.setdefault(GIVERS.get(name, name), []).append(name)
+            raise MissingParameterError(*(_missing(names, where) for names in by_giver.values()))
 
 
 _BY_STEP = {
@@ -114,12 +117,16 @@ _BY_STEP = {
 GIVERS: Mapping[str, str] = {name: step for step, names in _BY_STEP.items() for name in names.split()}
 
 
-def _missing(name: str, where: str) -> Finding:
-    quantity, giver = PARAMETERS[name], GIVERS.get(name)
-    remedy = f"add '{name}: <number> {quantity.unit}'".rstrip() + " under vehicle"
+def _missing(names: Sequence[str], where: str) -> Finding:
+    """What is missing, all that one step gives together."""
+    giver = GIVERS.get(names[0])
+    lines = "', '".join(f"{n}: <number> {PARAMETERS[n].unit}".rstrip() for n in names)
+    remedy = f"add '{lines}' under vehicle"
     if giver:
-        remedy += f", or pass the result of 'vdyn {giver}' with --known"
-    return Finding(where, f"{name} ({quantity.meaning}) is needed and not given", remedy=remedy)
+        remedy += f", or pass the result of 'vdyn {giver}' or of the pipeline with --known"
+    if len(names) > 1:
+        return Finding(where, f"{', '.join(names)} are needed and not given", remedy=remedy)
+    return Finding(where, f"{names[0]} ({PARAMETERS[names[0]].meaning}) is needed and not given", remedy=remedy)
 
 
 def to_document(parameters: Parameters) -> dict[str, Any]:
