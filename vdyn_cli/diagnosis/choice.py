@@ -27,14 +27,14 @@ def not_outdone(bench: Workbench, tried: tuple[Trial, ...]) -> tuple[Trial, ...]
     def least(most: int) -> float:
         return min(t.fitted.solution.cost for t in tried if size(t) <= most)
 
-    return tuple(t for t in tried if t.sufficient and 2 * (t.fitted.solution.cost - least(size(t))) <= BEYOND**2)
+    return tuple(t for t in tried if t.sufficient and _excess(t, least(size(t))) <= BEYOND**2)
 
 
 def nearly(tried: Sequence[Trial]) -> tuple[Trial, ...]:
     """The answers that leave next to nothing of a large error, though more than noise; none that another outdoes."""
     near = [t for t in tried if t.nearly]
     least = min((t.fitted.solution.cost for t in tried), default=0.0)
-    return tuple(t for t in near if 2 * (t.fitted.solution.cost - least) <= BEYOND**2)
+    return tuple(t for t in near if _excess(t, least) <= BEYOND**2)
 
 
 def simplest(bench: Workbench, answers: tuple[Trial, ...], tried: Sequence[Trial]) -> tuple[Trial, ...]:
@@ -51,15 +51,17 @@ def simplest(bench: Workbench, answers: tuple[Trial, ...], tried: Sequence[Trial
     if few or not answers:
         return few
     best = min(answers, key=lambda t: t.fitted.solution.cost)
-    close = [
-        t
-        for t in simple
-        if t.rest > BARELY
-        and unknowns(t) < unknowns(best)
-        and chi2.sf(2 * (t.fitted.solution.cost - best.fitted.solution.cost), unknowns(best) - unknowns(t)) > BARELY
-    ]
+    fewer = [t for t in simple if t.rest > BARELY and unknowns(t) < unknowns(best)]
+    excess = [_excess(t, best.fitted.solution.cost) for t in fewer]
+    more = [unknowns(best) - unknowns(t) for t in fewer]
+    close = [t for t, e, df in zip(fewer, excess, more, strict=True) if chi2.sf(e, df) > BARELY]
     least = min((t.fitted.solution.cost for t in close), default=0.0)
-    return tuple(t for t in close if 2 * (t.fitted.solution.cost - least) <= BEYOND**2) or answers
+    return tuple(t for t in close if _excess(t, least) <= BEYOND**2) or answers
+
+
+def _excess(trial: Trial, least: float) -> float:
+    """By how much the sum of squares of what it leaves exceeds that of the least cost."""
+    return float(2 * (trial.fitted.solution.cost - least))
 
 
 def nothing(bench: Workbench, fitted: Fitted) -> bool:
