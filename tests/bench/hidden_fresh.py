@@ -18,25 +18,38 @@ from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
 from vdyn_cli.effects import candidates
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.errors import ResultError
+from vdyn_cli.fit import Regression, approach
+from vdyn_cli.fit.restrict import restricted
 from vdyn_cli.inputs import gather
 from vdyn_cli.steps import load_step
+
+MOST_STEPS = 50
 
 
 def fresh_gain(step: str, description: Path, fresh: Path, causes: Sequence[str]) -> float | None:
     """Root mean square before less after, on the fresh logs; None where a model can't be fitted."""
     try:
         told, asked = _bench(step, description), _bench(step, fresh)
-        fits = told.fitted(()), told.fitted(causes)
-        if told.case.straight and fits[1] is not None:
-            sizes = told.near(fits[1]).values
-            return rms_of(_simulated(asked, {}, ()), False) - rms_of(_simulated(asked, sizes, causes), False)
-        own = asked.fitted(())
-        if fits[0] is None or fits[1] is None or own is None:
+        base, extended = told.fitted(()), told.fitted(causes)
+        if base is None or extended is None:
             return None
-        before, after = (rms_of(linearise(asked.full, fit.values, own.solution.per_run)) for fit in fits)
+        if told.case.straight:
+            sizes = told.near(extended).values
+            return rms_of(_simulated(asked, {}, ()), False) - rms_of(_simulated(asked, sizes, causes), False)
+        before, after = (rms_of(_predicted(asked.full, fit.values)) for fit in (base, extended))
     except (ResultError, ArithmeticError):
         return None
     return before - after
+
+
+def _predicted(full: Regression, values: Mapping[str, float]) -> Linear:
+    """The runs at these values, and each run's own unknowns where they fit that run best.
+
+    Those may be far from where another model has them: a speed that reads wrong moves where the wheels meet a bump.
+    """
+    held = {u.name: values.get(u.name, u.start) for u in full.shared}
+    _, own = approach(restricted(full, held), MOST_STEPS)
+    return linearise(full, held, own)
 
 
 def _simulated(bench: Workbench, sizes: Mapping[str, float], causes: Sequence[str]) -> Linear:
