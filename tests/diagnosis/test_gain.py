@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from tests.diagnosis.linear import BASE, Campaign, cause
 from vdyn_cli.diagnosis.gain import CHOSEN, Gain, gain, rms_of
 from vdyn_cli.diagnosis.scores import equivalent
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench, open_workbench
+from vdyn_cli.fit import Regression, Rows, Unknown
 
 NAMES = ("slope", "wind", "wave")
 CAUSES = tuple(cause(n) for n in NAMES)
@@ -115,6 +116,39 @@ def test_two_causes_are_chosen_one_after_the_other() -> None:
     found = gained(campaign, ("slope", "wave"))
     assert found.before == pytest.approx(before, rel=1e-5)
     assert found.after == pytest.approx(after, rel=1e-5)
+
+
+@dataclass(frozen=True)
+class Bent(Campaign):
+    """A wave that is elsewhere once there is a slope: of its trace without one, nothing is left."""
+
+    def regression(self, extra: Sequence[Unknown] = ()) -> Regression:
+        straight = super().regression(extra)
+        names = [u.name for u in straight.shared]
+        slope, wave = (names.index(n) if n in names else None for n in ("slope", "wave"))
+
+        def rows(run: int, theta: np.ndarray) -> Rows:
+            given = straight.rows(run, theta)
+            if slope is None or wave is None:
+                return given
+            phase, jacobian = 7 * self.x() + theta[slope] / 9, given.jacobian.copy()
+            moved = given.residual + theta[wave] * (np.sin(phase) - jacobian[:, wave])
+            jacobian[:, wave] = np.sin(phase)
+            jacobian[:, slope] += theta[wave] * np.cos(phase) / 9
+            return replace(given, residual=moved, jacobian=jacobian)
+
+        return replace(straight, rows=rows)
+
+    def measured(self, run: int) -> np.ndarray:
+        slope, wave = self.hidden["slope"], self.hidden["wave"]
+        moved = np.sin(7 * self.x() + slope / 9) - self.trace("wave", run)
+        return np.asarray(super().measured(run) + wave * moved)
+
+
+def test_a_further_cause_is_chosen_beside_the_first() -> None:
+    found = gained(Bent(9, runs=6, hidden={"slope": 4.5 * np.pi, "wave": 1.0}), ("slope", "wave"))
+    assert found.before > 10
+    assert found.after == pytest.approx(1.0, abs=0.1)
 
 
 def test_few_runs_are_cut_into_blocks() -> None:

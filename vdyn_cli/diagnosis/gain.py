@@ -78,10 +78,12 @@ def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]
     asked = ((bench.without(extended), base), (bench.near(extended), extended), (seen, base))
     without, near, there = (a if len(_folds(a.sheet, fewest)) == len(folds) else b for a, b in asked)
     before, after, fitted = [], [], []
-    for first, mine, other in zip(*(_folds(f.sheet, fewest) for f in (without, near, there)), strict=True):
+    for k, (first, mine, other) in enumerate(
+        zip(*(_folds(f.sheet, fewest) for f in (without, near, there)), strict=True)
+    ):
         chosen = extended.causes  # what has no slope at nothing cannot be chosen there
         if set(chosen) <= set(choose):
-            chosen = _chosen(bench, there.sheet, other[1], choose, len(chosen))
+            chosen = _chosen(bench, there, k, fewest, choose, extended.causes)
         unknowns = [*bench.base, *(n for c in chosen for n in bench.freed(c))]
         at, fold = (near, mine) if chosen == extended.causes else (there, other)
         before.append(_missed(without, first, bench.base, bench.believed))
@@ -109,22 +111,41 @@ def rms_of(linear: Linear, fitted: bool = True) -> float:
     return float(np.sqrt(squares / sum(m.plain_rows if plain else m.rows for m in every)))
 
 
-def _chosen(bench: Workbench, sheet: Sheet, rows: Mask, choose: Sequence[str], most: int) -> tuple[str, ...]:
-    """The answer that the fold would have given: cause after cause, the one that then explains most."""
-    kept = ~rows
-    units, label = np.unique(sheet.label[kept], return_inverse=True)
-    label = label.astype(np.int64)
-    columns, y = sheet.columns[kept], sheet.y[kept]
-    rest = Sheet(sheet.names, columns, y, label, sheet.run[units], sheet.counts[units], sheet.kind)
-    fitted, found = list(bench.base), []
-    for _ in range(most):
-        seen = scores(rest, fitted, {n: bench.unknowns(n) for n in choose if n not in found})
-        best = seen.strongest()
-        if best is None or seen.evidence[best] < CHOSEN:
+def _chosen(
+    bench: Workbench, seen: Fitted, fold: int, fewest: int, choose: Sequence[str], answer: Sequence[str]
+) -> tuple[str, ...]:
+    """The answer that the fold would have given: cause after cause, the one that then explains most.
+
+    A further one is looked for on lines through the fit with those before it, as it was in the whole: beside a cause
+    that is large, lines through a model without it bend too much to show a small one.
+    """
+    at, found = seen, list[str]()
+    for _ in answer:
+        rest = _kept(at.sheet, ~_folds(at.sheet, fewest)[fold][1])
+        fitted = [*bench.base, *(n for c in found for n in bench.freed(c))]
+        scored = scores(rest, fitted, {n: bench.unknowns(n) for n in choose if n not in found})
+        best = scored.strongest()
+        if best is None or scored.evidence[best] < CHOSEN:
             break
         found.append(best)
-        fitted += bench.unknowns(best)
+        nearer = bench.fitted(found) if set(found) < set(answer) and not bench.case.straight else None
+        if nearer is not None and len(_folds(nearer.sheet, fewest)) == len(_folds(at.sheet, fewest)):
+            at = nearer
     return tuple(sorted(found))
+
+
+def _kept(sheet: Sheet, kept: Mask) -> Sheet:
+    """What is left of a sheet with some of its rows."""
+    units, label = np.unique(sheet.label[kept], return_inverse=True)
+    return Sheet(
+        sheet.names,
+        sheet.columns[kept],
+        sheet.y[kept],
+        label.astype(np.int64),
+        sheet.run[units],
+        sheet.counts[units],
+        sheet.kind,
+    )
 
 
 def _missed(at: Fitted, fold: Fold, fitted: Sequence[str], believed: Mapping[str, float]) -> Missed:
