@@ -24,6 +24,7 @@ CLEARLY = 4.5  # half the square of three standard errors
 CLOSE = 0.5  # standard deviations that the next would hardly move it
 MOST_PROBES = 5  # tried of an effect's
 SOME = 0.1  # of the plausible range
+HARDLY = 0.1  # of the least probe
 LEAST_STEP = 1e-2  # of one residual's variance that a further step may still promise
 
 
@@ -229,13 +230,19 @@ class Workbench:
         return {u.name: u.prior[0] for u in self.full.shared if u.prior and u.name in base}
 
     def _probed(self, regression: Regression, causes: Sequence[str]) -> Iterator[Regression]:
-        """The same fit begun at each probe of a cause whose derivative at zero leads nowhere."""
+        """The same fit begun at each probe of a cause whose derivative at zero leads nowhere.
+
+        It stays above a part of the least: below, a fit that goes back to nothing creeps, and those from nothing find
+        what there is.
+        """
         for name in causes:
             effect = self.case.causes.get(name)
             probes = _some(effect.probes) if effect else ()
             for size in () if self.case.straight else probes:
+                least = HARDLY * min(probes)
                 begun = tuple(
-                    replace(u, start=size) if u.name == self.unknowns(name)[0] else u for u in regression.unknowns
+                    replace(u, start=size, lower=least) if u.name == self.unknowns(name)[0] else u
+                    for u in regression.unknowns
                 )
                 yield replace(regression, unknowns=begun)
 
