@@ -101,8 +101,13 @@ class Workbench:
         return Fitted(causes, solution, linear, sheet(linear))
 
     def _solved(self, causes: tuple[str, ...]) -> Solution:
-        """The best of the fits from every start; with shapes at nominal where the data do not determine them."""
-        before = self._fits.get(()) if causes else None
+        """The best of the fits from every start; with shapes at nominal where the data do not determine them.
+
+        It goes on from the best fit so far of some of these causes, and tries the other starts of the others.
+        """
+        known = [f for k, f in self._fits.items() if f is not None and set(k) < set(causes)]
+        before = min(known, key=lambda f: f.solution.cost, default=None)
+        others = [c for c in causes if before is None or c not in before.causes]
         shapes = {n for c in causes for n in self.freed(c)} - {n for c in causes for n in self.unknowns(c)}
         held = self.held(causes)
         nominal = held | {u.name: u.start for u in self.full.shared if u.name in shapes}
@@ -110,8 +115,8 @@ class Workbench:
         for at in (held, nominal) if shapes else (held,):
             regression = restricted(self.full, at, before.solution if before else None)
             found = []
-            shaped = self._shaped(regression, causes) if at is held else ()
-            for start in (regression, *self._probed(regression, causes), *shaped):
+            shaped = self._shaped(regression, others) if at is held else ()
+            for start in (regression, *self._probed(regression, others), *shaped):
                 try:
                     found.append(solve(start, units="run", tolerance=LEAST_STEP))
                 except ResultError as error:
