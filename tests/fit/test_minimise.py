@@ -91,6 +91,24 @@ def test_a_step_onto_a_plateau_is_not_taken() -> None:
     assert solve(regression).values == pytest.approx({"a": 213.8, "b": 0.547})
 
 
+@pytest.mark.parametrize(("left", "arrives"), [(0.5, True), (5.0, False)])
+def test_at_an_edge_the_fit_ends_where_no_step_keeps_what_it_promises(left: float, arrives: bool) -> None:
+    """What is left over could be had on the other side of x = 0, where something else breaks; a promise that is less
+    than a standard deviation is not worth a refusal, one that is more says that the model does not fit."""
+
+    def rows(run: int, x: np.ndarray) -> Rows:
+        rest = np.ones(100)
+        return Rows(
+            np.concatenate([[left + x[0], 9.0 if x[0] < 0 else 0.0], rest]),
+            np.concatenate([[1.0], np.zeros(101)])[:, None],
+        )
+
+    regression = Regression((Unknown("x", 1.0),), ("only",), rows)
+    found = minimise(lambda x: evaluate(regression, x), regression.start(), *regression.bounds(), 100)
+    assert found.converged is arrives
+    assert found.point.x == pytest.approx([0.0], abs=1e-9)
+
+
 @pytest.mark.parametrize("rows", [0, 1, 3, 4, 100])
 def test_a_fold_keeps_all_products(rows: int) -> None:
     matrix = np.random.default_rng(rows).standard_normal((rows, 4))

@@ -15,6 +15,7 @@ NEGLIGIBLE = 1e-16  # of the cost: a step that promises less has arrived
 HARMLESS = 1e-4  # of one residual's variance: a stalled step that promises less moves nothing that matters
 BLIND = 1e-3  # of an unknown's sensitivity left after one step
 IDLE = 3  # steps in a row that gained less than the tolerance: a further one that fails ends the fit
+PARTS = (1.0, 0.3, 0.1, 0.03)
 LEAST_DAMPING = 1e-13
 MOST_DAMPING = 1e12
 
@@ -57,7 +58,8 @@ def minimise(
     ----------
     evaluate : cost and triangles at x, or None where the model cannot be computed.
     tolerance : what a full step may still promise on arrival, in variances of one residual; where the fit stalls, a
-        hundred times that. At a kink of the model the linearisation promises what no step keeps.
+        hundred times that. At a kink of the model, and where much is left over, the linearisation promises what no
+        step keeps: then what the step and parts of it keep is asked, of a promise of less than one variance.
 
     Raises
     ------
@@ -86,14 +88,23 @@ def minimise(
                 break
             damping, growth = damping * growth, growth * 2
             if damping > MOST_DAMPING or idle > IDLE or not np.any(point.x + step != point.x):
-                harmless = promise <= max(HARMLESS, 100 * tolerance) * variance
-                return Minimum(point, active, harmless, promise, full, iteration)
+                harmless = max(HARMLESS, 100 * tolerance) * variance
+                arrived = promise <= harmless or (
+                    promise <= variance and _kept(evaluate, point, full, lower, upper) <= harmless
+                )
+                return Minimum(point, active, arrived, promise, full, iteration)
         damping = max(damping * (0.3 if gain > 0.75 else 1.0 if gain > 0.25 else 2.0), LEAST_DAMPING)
         growth = 2.0
         idle = idle + 1 if point.cost - trial.cost < tolerance * variance else 0
         point = trial
         scale = np.maximum(scale, point.arrow.column_norms())
     return Minimum(point, _active(point, lower, upper), False, promise, full, most_iterations)
+
+
+def _kept(evaluate: Callable[[Array], Point | None], point: Point, step: Array, lower: Array, upper: Array) -> float:
+    """The most by which a step, or a part of it, lowers the cost."""
+    tried = [evaluate(np.clip(point.x + part * step, lower, upper)) for part in PARTS]
+    return max((point.cost - t.cost for t in tried if t is not None), default=0.0)
 
 
 def _snapped(x: Array, lower: Array, upper: Array) -> Array:
