@@ -142,6 +142,6 @@ class Campaign:
             regression=lambda effects, extra: self.regression(extra),
             effects=causes,
             profiles=tuple(profiles),
-            one_way=self.one_way,
+            one_way="all runs went the same way" if self.one_way else "",
             **more,
         )

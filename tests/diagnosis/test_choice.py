@@ -10,6 +10,7 @@ from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.choice import nothing, simplest
 from vdyn_cli.diagnosis.naming import Trial
 from vdyn_cli.diagnosis.verdict import judge
+from vdyn_cli.diagnosis.words import sentence
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
 
 HILLS = cause("hills", tuple(f"shape_{k}" for k in range(2, 7)))  # not all: all would be a level, too
@@ -51,7 +52,12 @@ def test_a_free_force_that_does_as_well_makes_it_unknown():
     force = cause("hat")
     campaign = Campaign(5, hidden={"hat": 4.0})
     assert judge(open_workbench(campaign.case(WAVE, HILLS, profiles=()))).name == "named"
-    assert judge(open_workbench(campaign.case(WAVE, HILLS, profiles=(force,)))).name == "unknown"
+    free = campaign.case(WAVE, HILLS, profiles=(force,))
+    verdict = judge(open_workbench(free))
+    assert verdict.name == "unknown"
+    assert "a hills comes closest, but a free force of fewer unknowns does as well" in sentence(
+        verdict, free.causes, {}
+    )
 
 
 def test_a_cause_that_could_as_well_be_of_no_size_is_not_certain_enough():

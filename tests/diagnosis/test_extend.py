@@ -220,6 +220,35 @@ def test_runs_one_way_give_no_name() -> None:
     assert result.parameters == base.parameters
 
 
+def test_runs_that_do_not_say_which_way_they_went_are_no_second_way() -> None:
+    spec = spec_of(HIDDEN_WIND)
+    silent = [r.model_copy(update={"direction": None}) if r.direction == "back" else r for r in spec.runs]
+    spec = spec.model_copy(update={"runs": silent})
+    base = STEP.estimate(spec, HIDDEN_WIND, Parameters())
+    told = extend.diagnosed(STEP, spec, HIDDEN_WIND, Parameters(), base).diagnosis
+    assert told is not None
+    assert told["verdict"] == "not_testable"
+    assert "some runs do not say which way they went" in told["sentence"]
+
+
+def test_a_cause_that_was_only_asked_for_is_told_nothing_of_the_one_that_was_found() -> None:
+    _, result = diagnosed(HIDDEN_SLOPE, extend=["wave"])
+    told = result.diagnosis
+    assert told is not None
+    found, asked = told["causes"]
+    assert (found["effect"], found["biased"], asked["effect"], asked["p_value"]) == ("slope", {}, "wave", None)
+    assert found["p_value"] == told["p_value"]
+    assert found["unknowns"]["slope"]["value"] == pytest.approx(0.6, abs=0.2)
+    assert asked["biased"]
+
+
+def test_a_model_that_could_not_be_extended_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(extend, "_extended", lambda *_: None)
+    _, result = diagnosed(HIDDEN_SLOPE)
+    assert result.diagnosis is not None
+    assert "could not be extended by slope" in result.diagnosis["not_extended"]
+
+
 def test_an_ambiguous_set_extends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     twin = cause("wind_twin")
     monkeypatch.setattr(extend, "offered", lambda model, effects: (SLOPE, WIND, twin))

@@ -20,6 +20,7 @@ from tests.plant.information import total
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.diagnosis.design import SAFE, Asked, Designer, Plan
 from vdyn_cli.diagnosis.extend import _case
+from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.diagnosis.next_test import NextTest, next_tests
 from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
@@ -47,7 +48,7 @@ def bench(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], folder: P
     path = cases.write(folder, "coastdown", known, CHANNELS, [r.record for r in runs], notes, settings=settings)
     step = load_step("coastdown")
     inputs = gather(step, path)
-    return open_workbench(_case(step, inputs.spec, inputs.data, inputs.known))
+    return open_workbench(_case(step, inputs.spec, inputs.data, inputs.known, LEVEL))
 
 
 def beside(of: Workbench, hidden: Mapping[str, float], rival: str) -> tuple[Asked, ...]:
@@ -114,7 +115,7 @@ def told(of: Workbench) -> tuple[Verdict, tuple[NextTest, ...]]:
 
 def test_rivals_are_told_apart_once_it_is_driven(tmp_path: Path) -> None:
     vehicle, hidden = random_vehicle(1), {"headwind": 2.0}
-    narrow = SHORT.but(runs=4, start_speed=24.0, end_speed=15.0)
+    narrow = SHORT.but(runs=6, start_speed=24.0, end_speed=15.0)
     verdict, (first, *others) = told(bench(vehicle, [(1, narrow)], hidden, tmp_path))
     assert verdict.name == "ambiguous"
     assert set(first.separates) == {"headwind", "road_grade"}

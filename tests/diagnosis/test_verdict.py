@@ -21,8 +21,8 @@ CATALOGUE = (SLOPE, WIND, WAVE, STEP)
 
 
 def judged(campaign: Campaign, *causes: Effect, level: float = 0.05, **case: Any) -> tuple[Case, Verdict]:
-    made = campaign.case(*(causes or CATALOGUE), **case)
-    return made, judge(open_workbench(made), level)
+    made = campaign.case(*(causes or CATALOGUE), level=level, **case)
+    return made, judge(open_workbench(made))
 
 
 def told(case: Case, verdict: Verdict) -> str:
@@ -103,8 +103,17 @@ def test_a_sensor_is_a_fault_of_the_data() -> None:
 
 
 def test_a_cause_that_needs_more_than_is_plausible_is_not_the_cause() -> None:
-    _, verdict = judged(Campaign(6, hidden={"wind": 2.0}), SLOPE, cause("wind", reach=1.0), WAVE, STEP)
+    case, verdict = judged(Campaign(6, hidden={"wind": 2.0}), SLOPE, cause("wind", reach=1.0), WAVE, STEP)
     assert verdict.name == "unknown"
+    assert "comes closest, but leaves something" in told(case, verdict)
+
+
+def test_what_two_runs_tell_is_not_taken_for_certain() -> None:
+    """Two runs fit two unknowns: by how they differ, nothing would scatter."""
+    bench = open_workbench(Campaign(21, runs=2, rows=400).case(SLOPE))
+    fitted = bench.fitted(("slope",))
+    assert fitted is not None
+    assert fitted.solution.std["slope"] == pytest.approx(fitted.solution.classical_std["slope"], rel=0.5)
 
 
 # What can't be told ----------------------------------------------------------------------------------------------
@@ -129,6 +138,24 @@ def test_short_runs_hold_too_little_evidence() -> None:
     case, verdict = judged(Campaign(9, runs=2, rows=18, hidden={"wind": 20.0}))
     assert verdict.name == "not_testable"
     assert "too few to certify anything" in told(case, verdict)
+
+
+def test_stated_values_are_no_pieces_of_evidence() -> None:
+    """Each short run holds two blocks, and a start that is known beforehand."""
+    case, verdict = judged(Campaign(9, runs=5, rows=12, hidden={"wind": 20.0}))
+    assert verdict.detection.units == 15
+    assert verdict.name == "not_testable"
+    assert "there are 10 independent pieces" in told(case, verdict)
+    (test,) = next_tests(open_workbench(case), verdict)
+    assert test.runs == 10
+
+
+def test_a_cause_that_differs_between_runs_needs_runs_enough_for_the_level() -> None:
+    warming = cause("warming", between=True)
+    for level, runs, name in ((0.05, 8, "named"), (0.005, 8, "adequate"), (0.005, 10, "named")):
+        _, verdict = judged(Campaign(1, runs=runs, hidden={"warming": 3.0}), *CATALOGUE, warming, level=level)
+        assert verdict.name == name
+        assert [i.because for i in verdict.invisible if i.effect == "warming"] == ["runs"] * (name == "adequate")
 
 
 def test_a_level_that_the_units_cannot_reach_is_refused() -> None:

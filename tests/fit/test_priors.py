@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,16 @@ def test_a_shared_prior_that_the_data_cannot_check_stays_in_the_interval() -> No
     unknowns = (Unknown("slope", 2.0), Unknown("gain", 1.0, prior=(1.0, 0.01), nuisance=True))
     solution = solve(Regression(unknowns, ("a",), rows))
     assert solution.std["slope"] == pytest.approx(0.03, rel=0.05)
+
+
+@pytest.mark.parametrize("units", ["run", "block"])
+def test_what_only_a_prior_tells_has_the_priors_interval(units: Literal["run", "block"]) -> None:
+    rng = np.random.default_rng(4)
+    data = [rng.standard_normal(60) for _ in range(8)]
+    jacobian = np.column_stack([np.ones(60), np.zeros(60)])
+    unknowns = (Unknown("level", 0.0), Unknown("stated", 0.0, prior=(3.0, 2.0)))
+    regression = Regression(unknowns, tuple("abcdefgh"), lambda run, x: Rows(jacobian @ x - data[run], jacobian))
+    assert solve(regression, units=units).interval95["stated"] == pytest.approx((3 - 3.92, 3 + 3.92), abs=0.01)
 
 
 def test_priors_that_belong_together_are_weighed_together() -> None:

@@ -135,7 +135,7 @@ def coastdown(runs: int = 8, diagnosed: bool = True) -> Result:
         fit,
         "Output error: the speed of every run is simulated from its own start and compared with the log over"
         " 70 to 25 km/h. Noise is white sensor noise and integrated gusts, both estimated from the data.\n\n"
-        "Intervals come from a jackknife over 34 blocks of equal information, with Student's t.",
+        "Intervals come from the scatter of 34 blocks of equal information, with Student's t.",
         tuple(comparisons),
         figures,
         tables,

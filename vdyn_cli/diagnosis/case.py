@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.effects import Effect
 from vdyn_cli.estimation.manoeuvre import Manoeuvre
 from vdyn_cli.fit import Regression, Unknown
@@ -21,9 +22,10 @@ class Case:
     regression : the step's own, with effects in the model and their unknowns beside the step's.
     effects : the named causes that model and data can take.
     profiles : free profiles, each of one family (speed, time, position ...).
-    one_way : all runs went the same way, so that what turns with the direction can't be told from what does not.
+    one_way : why what turns with the direction can't be told from what does not, as when all runs went the same way.
     repeated : what a run is called (a coast, a drive, a crossing).
     fewest_runs : below which nothing is diagnosed.
+    level : chance of a false alarm.
     straight : one simulation has to do; fits are made on straight lines. The parameters are beliefs with which the step
         simulates: what fits move of them is no gain.
     manoeuvres : (regression with every cause in, its shared unknowns at the baseline's fit) -> what could be driven
@@ -34,9 +36,10 @@ class Case:
     regression: Callable[[Sequence[Effect], Sequence[Unknown]], Regression]
     effects: tuple[Effect, ...]
     profiles: tuple[Effect, ...]
-    one_way: bool = False
+    one_way: str = ""
     repeated: str = "run"
     fewest_runs: int = 1
+    level: float = LEVEL
     straight: bool = False
     manoeuvres: Callable[[Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = lambda regression, values: ()
 

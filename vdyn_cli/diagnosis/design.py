@@ -16,8 +16,7 @@ from math import sqrt
 import numpy as np
 
 from vdyn_cli.diagnosis.detect import STATED, VISIBLE
-from vdyn_cli.diagnosis.scores import orthonormal
-from vdyn_cli.diagnosis.sheet import Sheet, linearise
+from vdyn_cli.diagnosis.sheet import Sheet, linearise, orthonormal
 from vdyn_cli.diagnosis.workbench import Workbench
 from vdyn_cli.errors import ResultError
 from vdyn_cli.estimation.manoeuvre import Manoeuvre

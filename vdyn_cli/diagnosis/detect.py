@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import ceil, log2
+from typing import Literal
 
 from vdyn_cli.diagnosis.scores import Scores
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 
 WITHIN, BETWEEN, OMNIBUS = 0.4, 0.4, 0.2  # of the error budget
-FEWEST_RUNS = 8  # for causes that differ between runs: fewer patterns of signs cannot certify anything
+FEWEST_RUNS = 8  # at least, for causes that differ between runs: fewer patterns of signs cannot certify anything
 FEWEST_UNITS, FEWEST_WORTH = 12, 6.0
 VISIBLE = 0.02  # share of a trace that the baseline must leave
 STATED = 0.5  # of what is left: then it rests on what is known beforehand
 ENOUGH = 3.0  # standard errors that the largest plausible size must reach, or these data can't show the cause
+
+Unseen = Literal["runs", "imitated", "noise"]
 
 
 @dataclass(frozen=True)
@@ -73,20 +77,31 @@ def chance(bench: Workbench, at: Fitted, found: Scores, causes: Sequence[str]) -
 
 
 def is_testable(bench: Workbench, found: Scores, name: str) -> bool:
-    """Could these data show the cause at a plausible size?
+    """Could these data show the cause at a plausible size?"""
+    return unseen(bench, found, name) is None
+
+
+def unseen(bench: Workbench, found: Scores, name: str) -> Unseen | None:
+    """Why these data could not show the cause at a plausible size, None where they could.
 
     A trace that the baseline imitates all but exactly is not believed for the little that is left of it, unless that
     stands against what is known beforehand: a zero that drifts reads as a force, yet is larger than its data sheet.
     What differs from run to run needs runs enough to tell it from how runs differ anyway.
     """
+    if found.rank[name] == 0 or not (found.visibility[name] > VISIBLE or found.stated[name] > STATED):
+        return "imitated"
     if bench.case.causes[name].kind == "between_run" and not _many(bench):
-        return False
-    seen = found.visibility[name] > VISIBLE or found.stated[name] > STATED
-    return found.rank[name] > 0 and seen and reachable(bench, found, name) > ENOUGH
+        return "runs"
+    return None if reachable(bench, found, name) > ENOUGH else "noise"
+
+
+def fewest_runs(level: float) -> int:
+    """Runs from which a cause that differs between them can be certified, all their patterns of signs tried."""
+    return max(FEWEST_RUNS, 1 + ceil(log2(1 / (BETWEEN * level))))
 
 
 def _many(bench: Workbench) -> bool:
-    return len(bench.full.runs) >= FEWEST_RUNS
+    return len(bench.full.runs) >= fewest_runs(bench.case.level)
 
 
 def reachable(bench: Workbench, found: Scores, name: str) -> float:

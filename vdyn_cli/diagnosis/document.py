@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vdyn_cli.diagnosis.detect import fewest_runs
 from vdyn_cli.diagnosis.next_test import NextTest
-from vdyn_cli.diagnosis.verdict import Verdict
+from vdyn_cli.diagnosis.verdict import Invisible, Verdict
 from vdyn_cli.diagnosis.words import interchangeable
 from vdyn_cli.diagnosis.workbench import Workbench
 from vdyn_cli.parameters import Estimate
 
 RANKED = 8  # causes in the ranking
+EXACT = 1e-3  # share of a trace that is left: less is imitated exactly
+MOSTLY = 0.9  # share of a trace that is left: more is not worth a word
 
 
 def document(
@@ -46,13 +49,15 @@ def document(
             "worth": found.worth,
             "smallest_p": found.smallest,
         },
-        "causes": [_cause(bench, verdict, c, sizes, biased) for c in _causes(verdict, accepted)],
+        "causes": [
+            _cause(bench, verdict, c, sizes, biased if c in accepted else {}) for c in _causes(verdict, accepted)
+        ],
         "extended": list(accepted),
         "ambiguous": _ambiguous(verdict),
         "not_testable": [
             {
                 "effect": one.effect,
-                "because": _because(one.visibility),
+                "because": _because(bench, one),
                 "size": one.size,
                 "would_bias": one.would_bias,
             }
@@ -80,13 +85,17 @@ def not_diagnosed(why: str, fault: str = "") -> dict[str, Any]:
         "evidence": None,
         "gain": None,
         "doubt": "",
+        "not_extended": "",
         **{k: [] for k in ("causes", "extended", "ambiguous", "not_testable", "where", "ranking", "next_test")},
     }
 
 
 def _causes(verdict: Verdict, accepted: Sequence[str]) -> list[str]:
-    named = [c for t in verdict.answers for c in t.causes] if len(verdict.answers) == 1 else []
-    return list(dict.fromkeys([*named, *accepted]))
+    return list(dict.fromkeys([*_named(verdict), *accepted]))
+
+
+def _named(verdict: Verdict) -> tuple[str, ...]:
+    return verdict.answer.causes if verdict.answer else ()
 
 
 def _cause(
@@ -102,7 +111,7 @@ def _cause(
         "effect": cause,
         "label": effect.label,
         "unknowns": unknowns,
-        "p_value": verdict.detection.p_value,
+        "p_value": verdict.detection.p_value if cause in _named(verdict) else None,
         "visibility": scores.visibility[cause],
         "sensor": effect.sensor,
         "lasts": effect.lasts,
@@ -119,10 +128,14 @@ def _ambiguous(verdict: Verdict) -> list[list[str]]:
     return [["+".join(t.causes) for t in verdict.answers]]
 
 
-def _because(visibility: float) -> str:
-    if visibility < 1e-3:
-        return "the parameters that are fitted anyway imitate it exactly"
-    return f"only {100 * visibility:.2g} % of its trace is its own, and the noise hides that"
+def _because(bench: Workbench, one: Invisible) -> str:
+    run, own = bench.case.repeated, f"only {100 * one.visibility:.2g} % of its trace is its own"
+    if one.because == "runs":
+        fewest, runs = fewest_runs(bench.case.level), len(bench.full.runs)
+        return f"it differs from {run} to {run}, of which {runs} are too few to certify it (at least {fewest})"
+    if one.because == "imitated":
+        return f"the parameters that are fitted anyway imitate it{f': {own}' if one.visibility > EXACT else ' exactly'}"
+    return f"{own}, and the noise hides that" if one.visibility < MOSTLY else "at any plausible size the noise hides it"
 
 
 def _gain(verdict: Verdict, metric: tuple[str, str]) -> dict[str, Any] | None:

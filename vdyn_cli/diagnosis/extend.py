@@ -47,10 +47,10 @@ def diagnosed(
     lent = step.diagnosable
     if lent is None or spec.diagnose.effects == "none" or not result.comparisons:
         return result  # nothing was simulated, as of a drawing alone
-    case = _case(step, spec, data, known)
+    case = _case(step, spec, data, known, level)
     try:
         bench = open_workbench(case)
-        verdict = judge(bench, level, faults)
+        verdict = judge(bench, faults)
     except (ResultError, ArithmeticError) as error:
         first = error.findings[0] if isinstance(error, ResultError) else None
         return _undiagnosed(result, f"{first.where}: {first.what}" if first else str(error), faults)
@@ -58,7 +58,7 @@ def diagnosed(
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
     accepted = wanted if extended is not None else ()
-    sizes = _sizes(extended, [case.causes[c] for c in accepted]) if extended else _fitted(verdict, case)
+    sizes = _fitted(verdict, case) | (_sizes(extended, [case.causes[c] for c in accepted]) if extended else {})
     biased = {} if extended is None else _biased(result, extended)
     text = sentence(verdict, case.causes, sizes, isinstance(spec.diagnose.effects, list))
     doubt = next((f"{f.where} {f.what}" for f in result.findings if f.doubt), "")
@@ -66,13 +66,15 @@ def diagnosed(
         text += f" But {doubt}."
     wrong = where(result) if verdict.detection.p_value <= level else []
     diagnosis = document(bench, verdict, text, accepted, sizes, biased, wrong, next_tests(bench, verdict), lent.metric)
-    diagnosis["doubt"] = doubt
+    diagnosis |= {"doubt": doubt, "not_extended": ""}
     if extended is None:
-        return replace(result, diagnosis=diagnosis, findings=(*result.findings, *_not_extended(wanted)))
+        failed = _not_extended(wanted)
+        diagnosis["not_extended"] = failed[0].what if failed else ""
+        return replace(result, diagnosis=diagnosis, findings=(*result.findings, *failed))
     return _merged(result, extended, diagnosis, [case.causes[c] for c in accepted], sizes)
 
 
-def _case(step: Step, spec: TestSpec, data: Any, known: Parameters) -> Case:
+def _case(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float) -> Case:
     lent = step.diagnosable
     assert lent is not None
     effects = offered(lent.model(spec, data, known), candidates(step.name))
@@ -83,18 +85,28 @@ def _case(step: Step, spec: TestSpec, data: Any, known: Parameters) -> Case:
         effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
     if isinstance(spec.diagnose.extend, list):
         _refuse_unknown(spec.diagnose.extend, effects, "diagnose.extend")
-    ways = {r.direction for r in spec.runs}
     return Case(
         step=step.name,
         regression=lambda effects, extra: lent.regression(spec, data, known, effects, extra),
         effects=effects,
         profiles=lent.profiles(spec, data, known),
-        one_way=lent.two_way(spec) and len(ways) < 2,
+        one_way=_one_way(spec) if lent.two_way(spec) else "",
         repeated=lent.run,
         fewest_runs=lent.fewest_runs,
+        level=level,
         straight=lent.straight(spec),
         manoeuvres=lambda full, values: lent.manoeuvres(spec, data, known, full, values),
     )
+
+
+def _one_way(spec: TestSpec) -> str:
+    """Why the runs are not there and back; empty where they are."""
+    ways = {r.direction for r in spec.runs}
+    if {"out", "back"} <= ways:
+        return ""
+    if None in ways:
+        return "no run says which way it went" if ways == {None} else "some runs do not say which way they went"
+    return "all runs went the same way"
 
 
 def _refuse_unknown(names: Sequence[str], effects: Sequence[Effect], where: str) -> None:

@@ -9,6 +9,7 @@ from math import ceil
 
 from vdyn_cli.diagnosis.choice import FEW
 from vdyn_cli.diagnosis.design import SAFE, Asked, Designer, Plan
+from vdyn_cli.diagnosis.detect import FEWEST_RUNS
 from vdyn_cli.diagnosis.naming import Trial
 from vdyn_cli.diagnosis.verdict import TYPICAL, Verdict
 from vdyn_cli.diagnosis.workbench import Workbench
@@ -133,7 +134,9 @@ def _confirmed(bench: Workbench, cause: str, designed: Mapping[tuple[str, ...], 
 def _missing(designer: Designer, verdict: Verdict) -> tuple[NextTest, ...]:
     """What was driven too little of; where all went one way, how far that would tell what turns with the direction."""
     case, runs = designer.bench.case, len(designer.bench.full.runs)
-    wanted = max(8, case.fewest_runs)
+    if not verdict.why:  # no cause would show, however often the same is driven
+        return _unseen(designer, verdict)
+    wanted = max(FEWEST_RUNS, case.fewest_runs, runs if case.one_way else 2 * runs)
     if not case.one_way:
         what = f"{wanted} {case.repeated}s instead of {runs}, each as long as the track allows"
         return (NextTest(what, (), None, wanted),)

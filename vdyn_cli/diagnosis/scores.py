@@ -21,13 +21,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.diagnosis.sheet import Sheet
+from vdyn_cli.diagnosis.sheet import Sheet, orthonormal
 from vdyn_cli.fit.triangles import Array
 
 ENUMERATED = 13  # units up to which every pattern of signs is tried
 DRAWS = 1999
 SEED = 20170401
-DEPENDENT = 1e-7  # of a column's length left: it says nothing that the others do not
 
 
 @dataclass(frozen=True)
@@ -158,16 +157,6 @@ def absorbed(sheet: Sheet, fitted: Sequence[str], column: Array) -> Array:
     """What refitting would make of a trace: the change of each fitted unknown, (fitted,)."""
     own = [n for n in sheet.names if "#" in n]
     return np.asarray(np.linalg.lstsq(sheet.of([*fitted, *own]), column, rcond=None)[0][: len(fitted)])
-
-
-def orthonormal(columns: Array) -> Array:
-    """Orthonormal basis of the span of columns of any scale, dependent ones left out."""
-    size = np.sqrt(np.sum(columns**2, axis=0))
-    scaled = columns[:, size > 0] / size[size > 0]
-    if not scaled.shape[1]:
-        return np.zeros((len(columns), 0))
-    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
-    return np.asarray(u[:, s > DEPENDENT * s[0]])
 
 
 def signs(units: int, draws: int) -> Array:

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from vdyn_cli.fit import Regression, Rows
 from vdyn_cli.fit.intervals import effective_number
 from vdyn_cli.fit.regression import prior_rows
-from vdyn_cli.fit.straight import BLOCKS, blocks_of, blocks_within, scaled
+from vdyn_cli.fit.straight import BLOCKS, blocks_of, blocks_within
 from vdyn_cli.fit.triangles import Array, fold
 
 SLOPELESS = 0.05  # of a secant's trace: a slope that is less leads nowhere
+DEPENDENT = 1e-7  # of a column's length left: it says nothing that the others do not
 RUNS_AS_UNITS = 16  # from so many on the run is the unit of evidence
 
 
@@ -140,8 +141,7 @@ class Sheet:
 
     def evidence(self) -> float:
         """How many equal units all of them are worth, by what they tell about all unknowns together."""
-        q = np.linalg.qr(scaled(self.columns))[0]
-        told = np.add.reduceat(np.sum(q**2, axis=1), self.starts)
+        told = np.add.reduceat(np.sum(orthonormal(self.columns) ** 2, axis=1), self.starts)
         return float(effective_number(told[self.run >= 0][:, None])[0]) if np.any(self.run >= 0) else 0.0
 
     def by_run(self) -> Sheet:
@@ -211,3 +211,13 @@ def _counts(linear: Linear) -> NDArray[np.int64]:
     runs = len(linear.rows)
     each = -(-BLOCKS // runs)
     return np.array([blocks_within(r, each) for r in linear.rows], dtype=np.int64)
+
+
+def orthonormal(columns: Array) -> Array:
+    """Orthonormal basis of the span of columns of any scale, dependent ones left out."""
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    scaled = columns[:, size > 0] / size[size > 0]
+    if not scaled.shape[1]:
+        return np.zeros((len(columns), 0))
+    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
+    return np.asarray(u[:, s > DEPENDENT * s[0]])

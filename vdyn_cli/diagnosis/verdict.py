@@ -17,9 +17,8 @@ from typing import Literal
 import numpy as np
 
 from vdyn_cli.diagnosis.choice import nearly, not_outdone, nothing, simplest, unlisted
-from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, detect
+from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, Unseen, detect, unseen
 from vdyn_cli.diagnosis.gain import Gain, gain
-from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.diagnosis.naming import REST, Trial, as_good, one_after_another, pairs, singles
 from vdyn_cli.diagnosis.scores import absorbed
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
@@ -34,9 +33,10 @@ TYPICAL = 0.5  # of the plausible range, for what a cause that cannot be seen wo
 
 @dataclass(frozen=True)
 class Invisible:
-    """A cause that these data cannot show, and what it would do to the parameters if it were there."""
+    """A cause that these data cannot show, why, and what it would do to the parameters if it were there."""
 
     effect: str
+    because: Unseen
     visibility: float
     size: float
     would_bias: dict[str, float]
@@ -48,9 +48,11 @@ class Verdict:
 
     Parameters
     ----------
-    why : for not_testable, what is missing; for a data fault that the reader found, which.
+    why : for not_testable, what is missing; for a data fault that the reader found, which; for unknown, why not the
+        cause that comes ``closest``, where it would suffice.
     answers : the sets of causes that suffice: one if named, several if ambiguous.
     tried : all that was tried as the answer.
+    closest : for unknown, what explains most of it.
     gain : of the answer, on data held out.
     """
 
@@ -62,6 +64,7 @@ class Verdict:
     tried: tuple[Trial, ...]
     invisible: tuple[Invisible, ...]
     gain: Gain | None
+    closest: Trial | None = None
 
     @property
     def answer(self) -> Trial | None:
@@ -69,8 +72,8 @@ class Verdict:
         return self.answers[0] if len(self.answers) == 1 else None
 
 
-def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()) -> Verdict:
-    """Is something wrong, and what? The chance of a false alarm is ``level``.
+def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
+    """Is something wrong, and what? The chance of a false alarm is the case's ``level``.
 
     Parameters
     ----------
@@ -83,8 +86,8 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
     base = bench.fitted(())
     assert base is not None
     found = detect(bench, base)
-    unseen = _invisible(bench, base, found)
-    why = _missing(bench, found, level)
+    unseen_causes = _invisible(bench, base, found)
+    why = _missing(bench, found)
 
     first = bench
 
@@ -92,11 +95,14 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
         gained = None
         if answers and (len(answers) == 1 or len(answers[0].causes) > 1):  # causes that all answers share gain too
             gained = gain(first, base, answers[0].fitted, found.testable, bench.fitted(()) or base)
-        return Verdict(name, why, base, found, answers, tried, unseen, gained)
+        return Verdict(name, why, base, found, answers, tried, unseen_causes, gained)
+
+    def unknown(closest: Trial | None, why: str = "") -> Verdict:
+        return Verdict("unknown", why, base, found, (), tried, unseen_causes, None, closest)
 
     if why:
         return verdict("not_testable")
-    if found.p_value > level:
+    if found.p_value > bench.case.level:
         return verdict("adequate") if found.testable else verdict("not_testable")
     if faults:
         why = f"{faults[0].where} {faults[0].what}"
@@ -109,16 +115,20 @@ def judge(bench: Workbench, level: float = LEVEL, faults: Sequence[Finding] = ()
         answers = simplest(bench, not_outdone(bench, two), two) or nearly(tried) or nearly(two)
         chain = None if answers else one_after_another(bench, seen)
         answers = answers if chain is None else (chain, *as_good(bench, chain, seen))
-    if not answers or any(unlisted(bench, trial, seen) for trial in answers):
-        return verdict("unknown", (), tried)
+    if not answers:
+        return unknown(max(tried, key=lambda t: t.rest, default=None))
+    if any(unlisted(bench, trial, seen) for trial in answers):
+        return unknown(answers[0], "a free force of fewer unknowns does as well")
     if len(answers) > 1:
         return verdict("ambiguous", answers, tried)
     fault = all(bench.case.causes[c].sensor for c in answers[0].causes)
     if nothing(bench, first.near(answers[0].fitted)):
-        return verdict("unknown", (), tried)
+        return unknown(answers[0], "its size differs so much between pieces of the data that it may as well be nothing")
     named = verdict("data_fault" if fault else "named", answers, tried)
+    if named.gain is None or not named.gain.worse:
+        return named
     # What makes predictions worse for sure is not the cause, however much of the fitted runs it explains.
-    return verdict("unknown", (), tried) if named.gain is not None and named.gain.worse else named
+    return unknown(answers[0], "with it in, what it has not seen is predicted worse")
 
 
 def _nearer(bench: Workbench, found: Detection) -> tuple[Workbench, Detection]:
@@ -143,20 +153,20 @@ def _likeliest(bench: Workbench, found: Detection) -> str | None:
     return min(near, key=lambda n: near[n], default=found.scores.strongest(large))
 
 
-def _missing(bench: Workbench, found: Detection, level: float) -> str:
+def _missing(bench: Workbench, found: Detection) -> str:
     """What these data lack to be diagnosed; empty where they will do."""
-    runs = len(bench.full.runs)
+    runs, level, pieces = len(bench.full.runs), bench.case.level, found.units - found.stated
     if runs < bench.case.fewest_runs:
         return f"{runs} {bench.case.repeated}{'s' if runs > 1 else ''} cannot tell a cause from chance"
     if bench.case.one_way:
-        return f"all {bench.case.repeated}s went the same way: wind, slope and resistance look alike"
-    if found.units < FEWEST_UNITS or found.worth < FEWEST_WORTH:
+        return f"{bench.case.one_way}: wind, slope and resistance look alike"
+    if pieces < FEWEST_UNITS or found.worth < FEWEST_WORTH:
         return (
-            f"there are {found.units} independent pieces of evidence, worth {found.worth:.0f} equal ones: too few to "
+            f"there are {pieces} independent pieces of evidence, worth {found.worth:.0f} equal ones: too few to "
             "certify anything"
         )
     if found.smallest * 3 > level:
-        return f"{found.units} pieces of evidence cannot reach the level of {level:.2g}"
+        return f"{pieces} pieces of evidence cannot reach the level of {level:.2g}"
     return ""
 
 
@@ -178,7 +188,8 @@ def _invisible(bench: Workbench, base: Fitted, found: Detection) -> tuple[Invisi
     for name, effect in bench.case.causes.items():
         unknown = bench.unknowns(name)[0]
         trace = base.sheet.of([unknown])[:, 0]
-        if name in found.testable or not np.any(trace):
+        reason = unseen(bench, found.scores, name)
+        if reason is None or not np.any(trace):
             continue
         quantity = effect.unknowns[unknown]
         size = TYPICAL * max(abs(quantity.lower), abs(quantity.upper))
@@ -189,5 +200,5 @@ def _invisible(bench: Workbench, base: Fitted, found: Detection) -> tuple[Invisi
             for n, m in zip(bench.base, moved, strict=True)
             if n not in bench.nuisances and abs(m) > NOTICEABLE * spread[n]
         }
-        result.append(Invisible(name, found.scores.visibility[name], size, bias))
+        result.append(Invisible(name, reason, found.scores.visibility[name], size, bias))
     return tuple(result)

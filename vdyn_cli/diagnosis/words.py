@@ -40,9 +40,10 @@ def _said(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Es
         why = verdict.why or f"no cause {'that was looked for' if narrowed else 'of the catalogue'} would show in them"
         return f"These data can't tell what the simulation gets wrong: {why}."
     if verdict.name == "unknown":
-        best = max(verdict.tried, key=lambda t: t.rest, default=None)
-        closest = f" {causes[best.causes[0]].label} comes closest, but leaves something;" if best else ""
-        return f"Something is wrong ({p}) that no cause of the catalogue explains;{closest} see where it is largest."
+        labels = " with ".join(causes[c].label for c in verdict.closest.causes) if verdict.closest else ""
+        closest = f" {labels} comes closest, but {verdict.why or 'leaves something'};" if labels else ""
+        which = "that was looked for" if narrowed else "of the catalogue"
+        return f"Something is wrong ({p}) that no cause {which} explains;{closest} see where it is largest."
     if verdict.name == "ambiguous":
         return _undecided(verdict, causes, sizes)
     if verdict.answer is None:

@@ -118,7 +118,7 @@ class Workbench:
             shaped = self._shaped(regression, others) if at is held else ()
             for start in (regression, *self._probed(regression, others), *shaped):
                 try:
-                    found.append(solve(start, units="run", tolerance=LEAST_STEP))
+                    found.append(solve(start, tolerance=LEAST_STEP))
                 except ResultError as error:
                     failed.append(error)
             if found:
@@ -201,7 +201,7 @@ class Workbench:
 
     def _lines(self, causes: tuple[str, ...], through: Mapping[str, float]) -> Fitted:
         lines = frozen(self._alone(causes, through))
-        solution = solve(lines, units="run", tolerance=LEAST_STEP)
+        solution = solve(lines, tolerance=LEAST_STEP)
         linear = linearise(lines, solution.values, solution.per_run)
         return Fitted(causes, solution, linear, sheet(linear))
 

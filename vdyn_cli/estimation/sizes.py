@@ -21,8 +21,8 @@ def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
 def sizes_found(solution: Solution, extra: Sequence[Unknown]) -> Mapping[str, Any]:
     """``{"effects": {unknown: value, std, interval95}}``, or nothing where the model was not extended.
 
-    A jackknife over two dozen blocks scatters by a sixth and more; what falls below the noise's own share is luck, and
-    that share takes its place.
+    What two dozen blocks say of a spread scatters by a sixth and more; what falls below the noise's own share is luck,
+    and that share takes its place.
     """
     least = dict(zip(solution.names, np.sqrt(np.diag(solution.classical_covariance)).tolist(), strict=True))
     found = {}

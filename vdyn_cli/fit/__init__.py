@@ -50,8 +50,9 @@ def solve(
     robust : "huber" or "soft_l1" give outliers less weight, and ``downweighted`` names them.
     units : what is independent; "auto" takes runs where they are many, else blocks within runs.
     most_iterations : steps of the fit before it is given up.
-    tolerance : how much of one residual's variance a further step may promise on arrival (1e-3 is 4 % of a standard
-        deviation); 0 goes on to rounding. For models with kinks, such as a wheel that leaves the road.
+    tolerance : by how much of one residual's variance a further step may promise to lower the sum of squares on arrival
+        (1e-3 is 3 % of a standard deviation); 0 goes on to rounding. For models with kinks, such as a wheel that
+        leaves the road.
 
     Raises
     ------

@@ -22,6 +22,7 @@ PER_UNKNOWN = 3  # blocks at least for each shared unknown: fewer would fit them
 FEWEST_BLOCKS = 8
 FEWEST_EFFECTIVE = 4.0  # units worth fewer equal ones than this are too uneven to judge by
 OUTLIER = 0.3  # a row whose weight is less is named
+MOSTLY_STATED = 1e4  # times the data's variance: what the data tell is then next to nothing beside what was stated
 STRAINED = 4.5  # standard deviations from a prior: something else is wrong
 NEIGHBOURS = 3  # rows apart: outliers this near are named together
 
@@ -119,8 +120,10 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
         rows += [follow[i] / std for follow in solved.follow for i, std in own]
     moved = np.array(rows).reshape(-1, solved.s) @ solved.covariance
     covariance = found.covariance + moved.T @ moved
-    growth = np.diag(covariance) / np.maximum(np.diag(found.covariance), 1e-300)
-    return covariance, found.degrees * np.minimum(growth, 1e4) ** 2
+    scatter, total = np.diag(found.covariance), np.diag(covariance)
+    growth = total / np.maximum(scatter, 1e-300)
+    degrees = np.where(growth < MOSTLY_STATED, found.degrees * np.minimum(growth, MOSTLY_STATED) ** 2, np.inf)
+    return covariance, degrees
 
 
 def _evidence(solved: Solved, unit: Unit, kind: Kind) -> Evidence:

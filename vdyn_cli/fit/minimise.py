@@ -57,9 +57,10 @@ def minimise(
     Parameters
     ----------
     evaluate : cost and triangles at x, or None where the model cannot be computed.
-    tolerance : what a full step may still promise on arrival, in variances of one residual; where the fit stalls, a
-        hundred times that. At a kink of the model, and where much is left over, the linearisation promises what no
-        step keeps: then what the step and parts of it keep is asked, of a promise of less than one variance.
+    tolerance : what a full step may still promise on arrival, as the fall of the sum of squares in variances of one
+        residual; where the fit stalls, a hundred times that. At a kink of the model, and where much is left over, the
+        linearisation promises what no step keeps: then what the step and parts of it keep is asked, of a promise of
+        less than one variance.
 
     Raises
     ------
@@ -76,7 +77,7 @@ def minimise(
         active = _active(point, lower, upper)
         full = _step(point, active, scale, LEAST_DAMPING)
         promise = point.arrow.reduction(full)
-        variance = point.cost / max(point.n_rows - len(point.x), 1)
+        variance = point.cost / max(point.n_rows - len(point.x), 1)  # halved as the cost is
         if promise <= max(NEGLIGIBLE * point.cost, tolerance * variance):
             return Minimum(point, active, True, promise, full, iteration)
         while True:

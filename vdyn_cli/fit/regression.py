@@ -125,7 +125,7 @@ class Point:
     arrow : the linearisation.
     squares : sum of rho'(r)^2, priors included: of r^2 where no loss is robust.
     curvature : mean of rho''(r): 1 where no loss is robust.
-    n_rows : of all runs, and one for each prior.
+    n_rows : of all runs, before they were folded, and one for each prior.
     """
 
     x: Array
@@ -166,7 +166,7 @@ def _evaluate(regression: Regression, x: Array, loss: Loss, scale: float) -> Poi
     s, m = len(regression.shared), len(regression.own)
     common = prior_rows(regression.shared, x[:s])
     squares = float(np.sum(common[:, -1] ** 2))
-    cost, runs, curvatures = 0.5 * squares, [], [np.ones(len(common))]
+    cost, runs, curvatures, folded = 0.5 * squares, [], [np.ones(len(common))], 0
     for run in range(len(regression.runs)):
         local = regression.local(x, run)
         try:
@@ -182,12 +182,13 @@ def _evaluate(regression: Regression, x: Array, loss: Loss, scale: float) -> Poi
         cost += float(np.sum(losses(rows.residual, loss, scale))) + 0.5 * priors
         squares += float(np.sum(slope**2)) + priors
         curvatures += [curvature, np.ones(len(own))]
+        folded += 0 if rows.folded is None else int(rows.folded.sum()) - len(rows.residual)
         known = np.column_stack([own[:, :m], np.zeros((len(own), s)), own[:, -1]])
         runs.append(fold(np.vstack([matrix, known])))
     if not np.isfinite(cost):
         return None
     every = np.concatenate(curvatures)
-    return Point(x, cost, Arrow(np.array(runs), common, m), squares, float(np.mean(every)), len(every))
+    return Point(x, cost, Arrow(np.array(runs), common, m), squares, float(np.mean(every)), len(every) + folded)
 
 
 def matrix_of(rows: Rows, n_shared: int, loss: Loss = "none", scale: float = 1.0) -> Array:

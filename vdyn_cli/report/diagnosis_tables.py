@@ -95,7 +95,9 @@ def ranking(entries: Entries) -> Cells | None:
             " says what it looks like."
         )
     columns = ("cause", "explains", "its own trace") + (("left", "what is left looks like") if tried else ())
-    return _table("Every cause that these data could show", caption, columns, rows, (False, True, True, True, False))
+    return _table(
+        "Causes that these data could show, strongest first", caption, columns, rows, (False, True, True, True, False)
+    )
 
 
 def _left(entry: Mapping[str, Any]) -> tuple[str, str]:

@@ -151,7 +151,9 @@ def _extended(source: Mapping[str, Any]) -> str:
     taken = [str(n) for n in listed(source.get("extended"))]
     found = {str(c.get("effect")): c for c in maps(source.get("causes"))}
     if not taken:
-        return "The model was left as it was, as the description asks (extend: never)." if found else ""
+        why = str(source.get("not_extended") or "")
+        asked = "The model was left as it was, as the description asks (extend: never)." if found else ""
+        return f"{_sentence(why)}." if why else asked
     named = {n: causes.told(found.get(n, {"effect": n})) for n in taken}
     text = f"The parameters above are those of the model with {causes.joined(list(named.values()))} in it."
     lasting = [named[n] for n in taken if found.get(n, {}).get("lasts")]

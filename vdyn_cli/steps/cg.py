@@ -382,8 +382,8 @@ METHODS = (
     "Moment balance about the rear contact, integrated over windows of some 20 ms by Simpson's rule, the pitch "
     "acceleration entering as the change of the pitch rate. Loads, acceleration and pitch rate are all taken as noisy, "
     "each with the white level of its third differences, and their true values eliminated (total least squares). Every "
-    "run has its own zero of the load cells within its standard deviation. Intervals by jackknife over blocks of equal "
-    "information; the uncertainty of given numbers is added."
+    "run has its own zero of the load cells within its standard deviation. Intervals from the scatter of blocks of "
+    "equal information (Bell and McCaffrey 2002); the uncertainty of given numbers is added."
 )
 
 STEP = Step(

@@ -360,10 +360,10 @@ def _summary(sides: Sequence[Side]) -> FitSummary:
 METHODS = (
     "Drawing: compliances of the sections in series, with the uncertainty of shear modulus, diameters and lengths "
     "propagated. Bar: torsional pendulum. Log: torque, twist and its rate adjusted within their noise until torque = "
-    "k twist + c rate + zero and the twist is the integral of its rate (functional maximum likelihood); noise of each "
-    "channel from its third differences; zeros of torque and rate free in each run; intervals by jackknife over blocks "
-    "of equal information, with the cost's own second derivative. Ways that agree within two standard deviations are "
-    "weighted by inverse variance; otherwise the log stands."
+    "k twist + c rate + zero and the twist is the integral of its rate (functional maximum likelihood); noise of each"
+    " channel from its third differences; zeros of torque and rate free in each run; intervals from the scatter of "
+    "blocks of equal information (Bell and McCaffrey 2002), with the cost's own second derivative. Ways that agree "
+    "within two standard deviations are weighted by inverse variance; otherwise the log stands."
 )
 
 STEP = Step(

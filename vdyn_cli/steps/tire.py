@@ -333,7 +333,7 @@ METHODS = (
     "Slip from wheel speed, radius and vehicle speed; samples averaged over stretches in which slip moves by at most "
     "1.5 %; magic formula fitted by the distance in slip and force together, the noise of each channel taken from its "
     "third differences and the second-order effect of slip noise removed; wheel radius a nuisance unknown within its "
-    "standard deviation; intervals by jackknife over blocks of equal information."
+    "standard deviation; intervals from the scatter of blocks of equal information (Bell and McCaffrey 2002)."
 )
 
 STEP = Step(

@@ -223,9 +223,9 @@ def profiles(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> tupl
     )
 
 
-def _stated_one_way(spec: ValidateSpec) -> bool:
-    """Do the descriptions say that the drives went one way? Where they say nothing there is no one road."""
-    return any(r.direction for r in spec.runs)
+def _along_one_road(spec: ValidateSpec) -> bool:
+    """Does every drive say which way it went? Where one says nothing it may have gone round."""
+    return all(r.direction for r in spec.runs)
 
 
 def estimate(
@@ -400,7 +400,7 @@ STEP = Step(
         metric=("speed", "m/s"),
         run="drive",
         fewest_runs=2,
-        two_way=_stated_one_way,
+        two_way=_along_one_road,
         straight=lambda spec: True,
         carries=True,
     ),

@@ -267,7 +267,7 @@ class ShaftFit:
     def solve(self) -> tuple[Solution, Array]:
         """The solution, and the covariance of the shared unknowns.
 
-        The jackknife's changes are (J'J)^-1 g_b; with the noise of the adjusted readings in J they are too small, and
+        The blocks' pulls are (J'J)^-1 g_b; with the noise of the adjusted readings in J they are too small, and
         multiplied by H^-1 (J'J), H the cost's second derivative, they are right.
         """
         regression = self.regression()

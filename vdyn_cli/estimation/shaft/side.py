@@ -84,7 +84,7 @@ def tested(
     if stiffness.interval95[0] <= 0:
         got = f"{stiffness.value:.4g} +- {stiffness.std:.2g} {UNIT}"
         raise ResultError(Finding("shaft_stiffness", "the log does not determine it", got, "log a harder tip-in"))
-    # A size is not known better than the noise allows, whatever the jackknife's scatter says.
+    # A size is not known better than the noise allows, whatever the scatter of the blocks says.
     least = np.sqrt(np.diag(solution.classical_covariance))
     found = {u.name: Given(solution.values[u.name], float(max(std[2 + i], least[2 + i]))) for i, u in enumerate(extra)}
     return Tested(tuple(runs), tuple(adjusted), solution, stiffness, damping, correlation, found)
