@@ -297,8 +297,8 @@ METHODS = (
     "speed, neighbours sharing one reading of the speed; each run's torque zero a nuisance unknown within the sensors' "
     "data sheets; intervals from the scatter of blocks of equal information (Bell and McCaffrey 2002); standard "
     "deviations of wheel mass, radius, rolling resistance and gain propagated. Pendulum: the swing's equation of "
-    "motion with its sine, viscous, dry and air friction and the sensor's zero fitted to the recording; a knock splits it; "
-    "period and rig propagated to first order."
+    "motion with its sine, viscous, dry and air friction and the sensor's zero fitted to the recording; a knock splits "
+    "it; period and rig propagated to first order."
 )
 
 STEP = Step(
