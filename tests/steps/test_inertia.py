@@ -13,6 +13,7 @@ from tests.plant import pendulum as hung
 from tests.plant import wheel as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.effects import effect
+from vdyn_cli.effects.wheel_mass import wheel_mass
 from vdyn_cli.engine.bench import Law, Number, Signals
 from vdyn_cli.errors import InputError, ResultError
 from vdyn_cli.estimation.inertia.wheel_windows import cut, regression
@@ -283,3 +284,21 @@ def test_the_sample_logs_give_the_truth(root: Path) -> None:
 def test_an_incomplete_pendulum_is_explained(pendulum: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         InertiaSpec.model_validate({"test": "inertia", "pendulum": pendulum})
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_noisy_wheel_speed_is_not_taken_for_a_heavier_wheel(seed: int) -> None:
+    """Beside the wheel's mass little tells the inertia but the tire's slip, which is no larger than this noise."""
+    vehicle, rng = random_vehicle(seed), np.random.default_rng(seed)
+    values, found = plant.known(vehicle), []
+    for noise in (0.0, 0.1):
+        data = [
+            log.with_channels(wheel_speed=log["wheel_speed"] + noise * rng.standard_normal(log.time.size))
+            for log in logs(vehicle, seed)
+        ]
+        runs = [cut(log, 0.25, values) for log in data]
+        unknown = Unknown("wheel_mass_error", 0.0, -20.0, 20.0)
+        found.append(solve(regression(runs, values, 3.3, vehicle.wheel_inertia, [unknown], [wheel_mass])))
+    quiet, noisy = found
+    for name, value in noisy.values.items():
+        assert value == pytest.approx(quiet.values[name], abs=2.5 * noisy.std[name])

@@ -85,10 +85,10 @@ def road_regression(
     effects: Sequence[Correction] = (),
     extra: Sequence[Unknown] = (),
 ) -> Regression:
-    """The windows of all runs, whitened with the inertia that the plain fit finds, with ``effects`` in the balance."""
+    """The windows of all runs, with ``effects`` in the balance, begun at the inertia that the plain fit finds."""
     runs, start = road_runs(logs, values, window, zero)
-    whitener = solve(regression(runs, values, zero, start)).values["wheel_inertia"]
-    return regression(runs, values, zero, whitener, extra, effects)
+    begun = solve(regression(runs, values, zero, start)).values["wheel_inertia"]
+    return regression(runs, values, zero, begun, extra, effects)
 
 
 def road_inertia(
@@ -115,10 +115,8 @@ def road_inertia(
     """
     values = {name: given.value for name, given in known.items()}
     runs, start = road_runs(logs, values, window, zero)
-    # A second pass whitens with the inertia that the first one found.
-    whitener = solve(regression(runs, values, zero, start, extra, effects)).values["wheel_inertia"]
-    solution = solve(regression(runs, values, zero, whitener, extra, effects))
-    torque = tuple(_torque(r, whitener, solution, white) for r, white in zip(runs, solution.residuals, strict=True))
+    solution = solve(regression(runs, values, zero, start, extra, effects))
+    torque = tuple(_torque(r, solution, white) for r, white in zip(runs, solution.residuals, strict=True))
     shared, zeros = list(solution.values.values()), solution.per_run["hub_torque_zero"]
     slopes = slopes_to(tuple(KNOWN), runs, values, zero, shared, zeros, extra, effects)
     budget = _budget(solution, known, slopes, gain_std)
@@ -126,9 +124,9 @@ def road_inertia(
     return Road(runs, solution, torque, budget, findings)
 
 
-def _torque(run: Windows, whitener: float, solution: Solution, white: Array) -> tuple[Array, Array]:
+def _torque(run: Windows, solution: Solution, white: Array) -> tuple[Array, Array]:
     """Mean torque in each window from the wheel's speed, and from the hub's torque and forces."""
-    factor = run.factor(whitener)
+    factor = run.factor(solution.values["wheel_inertia"])
     excess = factor[0] * white
     excess[1:] += factor[1, :-1] * white[:-1]
     measured = solution.values["wheel_inertia"] * run.gained / run.duration

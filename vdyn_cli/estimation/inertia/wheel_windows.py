@@ -4,7 +4,8 @@
 
 The wheel's speed is never differentiated: noise of the derivative biases Jw low, by half at 1 kHz, and a smoothing
 filter takes from the steps that carry the information. Over a quarter of a second the speed gained is a hundred times
-the noise of its two readings, so least squares on the impulse is unbiased.
+the noise of its two readings. Where something else moves much as the wheel does (its mass with the car), what is left
+to tell them apart may be no larger than that noise: the gains of speed are adjusted within it (total least squares).
 """
 
 from __future__ import annotations
@@ -69,8 +70,20 @@ class Windows:
         shared = (inertia * self.speed_noise) ** 2
         band = np.zeros((2, self.first.size))
         band[0] = (self.torque_noise * self.spread) ** 2 + 2 * shared
-        band[1, :-1] = np.where(self.last[:-1] == self.first[1:], -shared, 0.0)
+        band[1, :-1] = np.where(self._neighbours, -shared, 0.0)
         return np.asarray(cholesky_banded(band, lower=True))
+
+    @property
+    def _neighbours(self) -> NDArray[np.bool_]:
+        return np.asarray(self.last[:-1] == self.first[1:])
+
+    def adjustment(self, weighed: Array) -> Array:
+        """Covariance of the speeds gained, (rad/s)^2, times a vector, both (w,)."""
+        beside = np.where(self._neighbours, 1.0, 0.0)
+        total = 2 * weighed
+        total[:-1] -= beside * weighed[1:]
+        total[1:] -= beside * weighed[:-1]
+        return np.asarray(self.speed_noise**2 * total)
 
 
 def cut(log: Log, width: float, known: Mapping[str, float]) -> Windows:
@@ -146,12 +159,16 @@ def regression(
 ) -> Regression:
     """The wheel's inertia, shared, and each run's zero of the torque, within ``zero`` N m.
 
-    Rows are the windows' impulses Jw (simulated less measured gain of speed), whitened::
+    Rows are the windows' impulses Jw (simulated less measured gain of speed), whitened by their covariance at that Jw::
 
-        r = L^-1 (r0 / r) Jw (simulated - measured)
+        r = L^-1 R,    R = J (simulated - measured),    L L' = S_T + J^2 S_w,    J = (r0 / r) Jw
 
-    with the stated radius r0 over that of the model: where torque, radius and inertia are all in doubt, scaling all
-    three changes nothing that was measured, and must not seem to make the residual smaller.
+    with S_T and S_w those of the torque's impulses and of the gains of speed: total least squares. dr/dJ is taken with
+    the gains adjusted within their noise, measured + J S_w S^-1 R, which gives the cost's own gradient and does not
+    take noise for information. r0 is the stated radius, r the model's: where torque, radius and inertia are all in
+    doubt, scaling all three changes nothing that was measured, and must not seem to make the residual smaller.
+
+    Source: Fuller, Measurement Error Models (Wiley 1987), 1.3.
 
     ``extra`` are further shared unknowns of the model or of ``effects``.
     """
@@ -163,7 +180,6 @@ def regression(
     values = {**known, "wheel_inertia": start, "hub_torque_zero": 0.0}
     simulator = Simulator(WHEEL_SPIN, values, [u.name for u in unknowns], effects)
     drives = [Drive(run.log.time, {name: run.log[name] for name in INPUTS}) for run in runs]
-    factors = [run.factor(start) for run in runs]
 
     def rows(index: int, theta: Array) -> Rows:
         from scipy.linalg import solve_banded
@@ -175,12 +191,25 @@ def regression(
         slopes = theta[0] * (tangents[run.last] - tangents[run.first])
         slopes[:, 0] += excess
         lever = float(simulated.outputs[LEVER][0])
-        slopes -= np.outer(theta[0] * excess, simulated.sensitivities[LEVER][0] / lever)
-        matrix = np.column_stack([slopes, theta[0] * excess]) * (known["wheel_radius"] / lever)
-        white = solve_banded((1, 0), factors[index], matrix)
-        return Rows(white[:, -1], white[:, :-1], time=run.middle)
+        longer = simulated.sensitivities[LEVER][0] / lever
+        slopes -= np.outer(theta[0] * excess, longer)
+        inertia, scale = theta[0] * known["wheel_radius"] / lever, known["wheel_radius"] / lever
+        factor = run.factor(inertia)
+        residual = solve_banded((1, 0), factor, theta[0] * excess * scale)
+        weighed = solve_banded((0, 1), _transposed(factor), residual)
+        larger = -inertia * longer  # d J / d unknown
+        larger[0] += scale
+        slopes = slopes * scale - np.outer(inertia * run.adjustment(weighed), larger)
+        return Rows(residual, solve_banded((1, 0), factor, slopes), time=run.middle)
 
     return Regression(unknowns, tuple(run.log.name for run in runs), rows)
+
+
+def _transposed(lower: Array) -> Array:
+    """A banded lower factor, (2, w), as the banded upper one that is its transpose."""
+    upper = np.zeros_like(lower)
+    upper[1], upper[0, 1:] = lower[0], lower[1, :-1]
+    return upper
 
 
 def slopes_to(
