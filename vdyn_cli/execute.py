@@ -53,17 +53,14 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
     )
 
 
-MISFIT = 2.5  # residual over what noise explains, beyond which the law itself is in doubt
-
-
 def _doubted(result: Result) -> Result:
     """The result, with a warning of what its findings doubt, and of data missed by far more than noise explains."""
     fit = result.fit
     doubts = [f"{f.where}: {f.what}" for f in alike(result.findings) if f.doubt]
     warnings = [*doubts, *fit.warnings]
-    if fit.rms > MISFIT * fit.noise_floor > 0:
+    if fit.misfit:
         warnings.append(
-            f"the simulation misses the data by {fit.rms / fit.noise_floor:.0f} times what noise explains: something "
-            "that it does not know of is in the logs, and the values may be off by more than their intervals say"
+            f"{fit.misfit}: something that it does not know of is in the logs, and the values may be off by more than "
+            "their intervals say"
         )
     return replace(result, fit=replace(fit, warnings=tuple(warnings)))

@@ -80,6 +80,9 @@ class Table:
     caption: str = ""
 
 
+MISFIT = 2.5  # residual over what noise explains, beyond which the law itself is in doubt
+
+
 @dataclass(frozen=True)
 class FitSummary:
     """How the fit went: ``rms`` and ``noise_floor`` in ``unit`` of the fitted channel."""
@@ -93,6 +96,13 @@ class FitSummary:
     interval_units: int = 0
     held_out_rms: float | None = None
     warnings: tuple[str, ...] = ()
+
+    @property
+    def misfit(self) -> str:
+        """That data are missed by far more than noise explains, in words; empty where they are not."""
+        if not self.rms > MISFIT * self.noise_floor > 0:
+            return ""
+        return f"the simulation misses the data by {self.rms / self.noise_floor:.0f} times what noise explains"
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.diagnosis.next_test import next_tests
 from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.where import where
-from vdyn_cli.diagnosis.words import sentence
+from vdyn_cli.diagnosis.words import chance, sentence
 from vdyn_cli.diagnosis.workbench import open_workbench
 from vdyn_cli.effects import Effect, candidates
 from vdyn_cli.engine.offer import offered
@@ -61,8 +61,10 @@ def diagnosed(
     sizes = _fitted(verdict, case) | (_sizes(extended, [case.causes[c] for c in accepted]) if extended else {})
     biased = {} if extended is None else _biased(result, extended)
     text = sentence(verdict, case.causes, sizes, isinstance(spec.diagnose.effects, list))
-    doubt = next((f"{f.where} {f.what}" for f in result.findings if f.doubt), "")
-    if doubt and verdict.name == "adequate":
+    doubt = next((f"{f.where} {f.what}" for f in result.findings if f.doubt), result.fit.misfit)
+    if verdict.name == "adequate" and doubt == result.fit.misfit != "":
+        text = f"No cause shows for certain ({chance(verdict.detection.p_value)}), but {doubt}."
+    elif verdict.name == "adequate" and doubt:
         text += f" But {doubt}."
     wrong = where(result) if verdict.detection.p_value <= level else []
     diagnosis = document(bench, verdict, text, accepted, sizes, biased, wrong, next_tests(bench, verdict), lent.metric)

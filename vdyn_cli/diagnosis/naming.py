@@ -20,6 +20,7 @@ LITTLE = 0.001  # of what was explained: no law is exact to more, where an effec
 LEAST = 1.5  # normal equivalent: what shows less by itself is not tried as the whole answer
 FEWEST_SHARE = 0.25  # of the strongest evidence: what explains less is not tried alone
 MOST = 5  # causes of one answer
+ONE_SIDED = 0.15  # of a range that lies beyond zero: that much is there for noise alone
 REFITTED = 6  # pairs
 PAIRED = 8  # strongest causes of which pairs are tried
 
@@ -66,9 +67,12 @@ def singles(bench: Workbench, detection: Detection) -> tuple[Trial, ...]:
 
 
 def attempt(bench: Workbench, causes: Sequence[str]) -> Trial | None:
-    """Refit with these causes and see what is left; None where the refit fails or a cause leaves its range."""
+    """Refit with these causes and see what is left; None where the refit fails or a cause leaves its range.
+
+    So does one that can only have one sign and for sure has the other.
+    """
     fitted = bench.fitted(causes)
-    if fitted is None:
+    if fitted is None or any(_upside_down(bench, fitted, c) for c in causes):
         return None
     found = bench.scores(fitted, [*bench.case.causes, *bench.case.families])
     others = [n for n in bench.case.causes if n not in causes and is_testable(bench, found, n)]
@@ -78,6 +82,18 @@ def attempt(bench: Workbench, causes: Sequence[str]) -> Trial | None:
     explained = 2 * (base.solution.cost - fitted.solution.cost) if base else 0.0
     left = found.statistic[strongest] / explained if strongest and explained > 0 else inf
     return Trial(tuple(causes), fitted, p, strongest, left)
+
+
+def _upside_down(bench: Workbench, fitted: Fitted, cause: str) -> bool:
+    """Is a cause, whose range goes beyond zero only as far as noise may carry it, there for sure?"""
+    effect = bench.case.causes.get(cause)
+    if effect is None or len(bench.unknowns(cause)) > 1:
+        return False
+    name = bench.unknowns(cause)[0]
+    range_, sizes = effect.unknowns[name], fitted.solution
+    thin = range_.lower if abs(range_.lower) < abs(range_.upper) else range_.upper
+    one_sided = range_.lower < 0 < range_.upper and abs(thin) < ONE_SIDED * max(-range_.lower, range_.upper)
+    return one_sided and sizes.values[name] * thin > 0 and abs(sizes.values[name]) > BEYOND * sizes.std[name]
 
 
 def pairs(bench: Workbench, tried: Sequence[Trial], detection: Detection) -> tuple[Trial, ...]:

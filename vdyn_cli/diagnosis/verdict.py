@@ -125,7 +125,9 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
     if nothing(bench, first.near(answers[0].fitted)):
         return unknown(answers[0], "its size differs so much between pieces of the data that it may as well be nothing")
     named = verdict("data_fault" if fault else "named", answers, tried)
-    if named.gain is None or not named.gain.worse:
+    gained = named.gain
+    # With parameters as believed they may get worse and the cause be true: two errors that hid each other are one left.
+    if gained is None or not (gained.worse or (not bench.believed and gained.interval[1] < 0)):
         return named
     # What makes predictions worse for sure is not the cause, however much of the fitted runs it explains.
     return unknown(answers[0], "with it in, what it has not seen is predicted worse")

@@ -29,6 +29,8 @@ PRESSED = 0.02  # of the largest brake torque: the brake is on
 MARGIN = 0.5  # s left out beside brakes
 SHORTEST = 5.0  # s of a stretch
 START = 1.0  # s over which start and end speeds are read
+FEWEST_BENT = 8  # samples of a parabola
+BENDS = 4.0  # standard errors by which a parabola differs from a straight line for sure
 INPUTS: Mapping[str, bool] = {"brake_torque": True, "grade": True, "wind_speed": True}  # zero where not recorded
 OUTPUTS = (
     "speed",
@@ -263,7 +265,11 @@ def _stretch(run: int, log: Log, note: Note, a: int, b: int, timed: bool) -> Str
 
 
 def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:
-    """Speed at the first or last sample from a straight line through the second beside it, and its standard error."""
+    """Speed at the first or last sample from a straight line through the second beside it, and its standard error.
+
+    Where a parabola says otherwise for sure, as in a log that begins with a tip-in, it is the parabola's, in doubt by
+    half of how far the two are apart.
+    """
     good = np.isfinite(speed)
     t, v = time[good], speed[good]
     edge = time[0] if first else time[-1]
@@ -271,9 +277,18 @@ def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:
     if near.sum() < 5:
         near = np.argsort(np.abs(t - edge))[:5]
     x, y = t[near] - edge, v[near]
-    design = np.column_stack([np.ones_like(x), x])
-    (value, _), *_ = np.linalg.lstsq(design, y, rcond=None)
-    left = y - design @ np.linalg.lstsq(design, y, rcond=None)[0]
-    freedom = max(x.size - 2, 1)
-    variance = float(left @ left) / freedom * float(np.linalg.pinv(design.T @ design)[0, 0])
-    return float(value), float(np.sqrt(variance))
+    straight, std = _at_zero(x, y, 1)
+    if x.size < FEWEST_BENT:
+        return straight, std
+    bent, wider = _at_zero(x, y, 2)
+    sure = abs(bent - straight) > BENDS * wider
+    return (bent, float(np.hypot(wider, (bent - straight) / 2))) if sure else (straight, std)
+
+
+def _at_zero(x: Array, y: Array, order: int) -> tuple[float, float]:
+    """A polynomial's value at zero, and its standard error."""
+    design = np.vander(x, order + 1, increasing=True)
+    fitted = np.linalg.lstsq(design, y, rcond=None)[0]
+    left = y - design @ fitted
+    variance = float(left @ left) / max(x.size - order - 1, 1) * float(np.linalg.pinv(design.T @ design)[0, 0])
+    return float(fitted[0]), float(np.sqrt(variance))
