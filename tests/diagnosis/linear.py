@@ -51,6 +51,7 @@ def cause(
     name: str,
     unknowns: Sequence[str] = (),
     reach: float = 20.0,
+    least: float | None = None,
     between: bool = False,
     sensor: bool = False,
     lasts: bool = True,
@@ -63,9 +64,10 @@ def cause(
         return element(s)
 
     law.__name__ = name
+    low = -reach if least is None else least
     return effect(
         on="line",
-        unknowns=tuple(Quantity(n, "m", n, n, -reach, reach) for n in (unknowns or (name,))),
+        unknowns=tuple(Quantity(n, "m", n, n, low, reach) for n in (unknowns or (name,))),
         reference="made up",
         kind="between_run" if between else "within_run",
         label=f"a {name}",

@@ -242,6 +242,17 @@ def test_a_cause_that_was_only_asked_for_is_told_nothing_of_the_one_that_was_fou
     assert asked["biased"]
 
 
+def test_a_misfit_that_no_cause_explains_is_not_called_adequate_in_words() -> None:
+    spec = spec_of(Campaign(4))
+    base = STEP.estimate(spec, Campaign(4), Parameters())
+    base = replace(base, fit=replace(base.fit, rms=11.0, noise_floor=1.0))
+    told = extend.diagnosed(STEP, spec, Campaign(4), Parameters(), base).diagnosis
+    assert told is not None
+    assert told["sentence"].startswith("No cause shows for certain (p = ")
+    assert "misses the data by 11 times what noise explains" in told["sentence"]
+    assert told["doubt"]
+
+
 def test_a_model_that_could_not_be_extended_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(extend, "_extended", lambda *_: None)
     _, result = diagnosed(HIDDEN_SLOPE)

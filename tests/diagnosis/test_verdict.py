@@ -108,6 +108,13 @@ def test_a_cause_that_needs_more_than_is_plausible_is_not_the_cause() -> None:
     assert "comes closest, but leaves something" in told(case, verdict)
 
 
+def test_a_cause_of_the_wrong_sign_is_not_the_cause() -> None:
+    """Beyond zero its range goes only as far as noise may carry it."""
+    friction = cause("wind", least=-2.9)
+    for size, name in ((2.0, "named"), (-2.0, "unknown")):
+        assert judged(Campaign(6, hidden={"wind": size}), SLOPE, friction, WAVE, STEP)[1].name == name
+
+
 def test_what_two_runs_tell_is_not_taken_for_certain() -> None:
     """Two runs fit two unknowns: by how they differ, nothing would scatter."""
     bench = open_workbench(Campaign(21, runs=2, rows=400).case(SLOPE))

@@ -130,3 +130,15 @@ def test_left_out_drag_and_spin_are_said() -> None:
     assert "air drag is left out" in said
     assert "spin of the wheels is left out" in said
     assert result.parameters["cg_height"].value > 1.005 * vehicle.cg_height
+
+
+def test_loads_that_contradict_a_weighed_mass_are_doubted() -> None:
+    """One percent of the weight is eight times what a mass of 2 kg and zeros of 10 N leave open."""
+    vehicle = random_vehicle(3)
+    wrong = [
+        log.with_channels(front_load=1.01 * log["front_load"], rear_load=1.01 * log["rear_load"])
+        for log in logs(vehicle, 3)
+    ]
+    for data, doubted in ((list(logs(vehicle, 3)), False), (wrong, True)):
+        result = STEP.estimate(SPEC, data, known(vehicle, mass=2.0))
+        assert any(f.doubt and "1.0% more than mass x g" in f.what for f in result.findings) is doubted

@@ -80,7 +80,8 @@ class Workbench:
         return frozenset(u.name for u in self.full.shared if u.nuisance)
 
     def held(self, causes: Sequence[str]) -> dict[str, float]:
-        free = {n for c in causes for n in self.freed(c)} | set(self.base)
+        covered = {n for c in causes if c in self.case.causes for n in self.case.causes[c].covers}
+        free = {n for c in causes for n in self.freed(c)} | set(self.base) - covered
         return {u.name: u.start for u in self.full.shared if u.name not in free}
 
     def fitted(self, causes: Sequence[str] = ()) -> Fitted | None:

@@ -45,6 +45,7 @@ class Effect:
     lasts : it belongs to the vehicle, so that later steps and exports keep it; a wind or a slope stays with its day.
     sense : words that follow a value and its unit, such as "along the out direction".
     steps : the steps in which it is looked for; none: wherever the model has its laws.
+    covers : unknowns of a step that lie within its own: with it in, they stay where they start.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Effect:
     lasts: bool
     sense: str
     steps: tuple[str, ...]
+    covers: tuple[str, ...]
 
     @property
     def law(self) -> EffectLaw:
@@ -90,6 +92,7 @@ def effect(
     lasts: bool = True,
     sense: str = "",
     steps: tuple[str, ...] = (),
+    covers: tuple[str, ...] = (),
 ) -> Callable[[EffectLaw], Effect]:
     """Make a function ``law(element, s, q)`` an effect; it takes the name, and the docstring gives the summary.
 
@@ -118,6 +121,7 @@ def effect(
             lasts=lasts and not sensor,
             sense=sense,
             steps=steps,
+            covers=covers,
         )
 
     return make

@@ -27,6 +27,7 @@ def _slope(name: str, knot: int) -> Quantity:
     sense="uphill on the way out",
     lasts=False,
     steps=("coastdown", "validate"),
+    covers=("road_slope",),
 )
 def grade_profile(grade: Law, s: Signals, q: Signals) -> Number:
     """A slope that changes along the road, and is met again, mirrored, on the way back.

@@ -53,6 +53,7 @@ SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 SHORTEST = 2.0  # s
 LEAST_PULL = 0.5  # m/s^2, standard deviation of the acceleration below which no height can be had
 WEIGHED, REFUSED = 0.015, 0.08  # of the weight, by which the loads may differ from it; more is refused
+SLOW, FEWEST_SLOW = 10.0, 100  # m/s, and samples: below, the air carries next to nothing
 LEAST_ALIKE = 0.3  # correlation that makes a sign certain
 TIRES_GIVE = 0.0195  # m under the weight of a car, where their stiffness is not known
 NEAR = 1e-2  # of one residual's variance that a further step of that fit may still promise
@@ -174,25 +175,37 @@ def setting(spec: CgSpec, known: Parameters) -> Setting:
     return Setting(values, std, tuple(notes))
 
 
-def _weighed(logs: Sequence[Log], mass: float) -> list[Finding]:
-    """The loads of both axles against the weight.
+def _weighed(logs: Sequence[Log], given: Setting, zero: float) -> list[Finding]:
+    """The loads of both axles against the weight, at speeds at which the air carries nothing.
+
+    Where the mass was weighed to a stated uncertainty, they may differ by three of it and of the zeros together.
 
     Raises
     ------
     InputError : they differ by more than the wheels outside hub sensors could weigh.
     """
-    sums = [float(np.nanmean(log["front_load"] + log["rear_load"])) for log in logs if "rear_load" in log]
+    mass, std = given.values["mass"], given.std.get("mass", 0.0)
+    sums = [_carried(log) for log in logs if "rear_load" in log]
     if not sums:
         return []
     share = float(np.median(sums)) / (mass * GRAVITY) - 1.0
-    if abs(share) < WEIGHED:
+    stated = 3 * float(np.hypot(std * GRAVITY, zero * 2**0.5)) / (mass * GRAVITY)
+    if abs(share) < (min(stated, WEIGHED) if std > 0 else WEIGHED):
         return []
     got = f"{np.median(sums):.0f} N against {mass * GRAVITY:.0f} N"
     remedy = "check the mass, the unit of the loads, and whether the sensors carry the wheels' own weight"
-    finding = Finding("front_load, rear_load", f"the axles carry {share:+.1%} of what mass x g says", got, remedy)
+    what = f"the axles carry {abs(share):.1%} {'more' if share > 0 else 'less'} than mass x g says"
+    finding = Finding("front_load, rear_load", what, got, remedy, doubt=True)
     if abs(share) > REFUSED:
         raise InputError(finding)
     return [finding]
+
+
+def _carried(log: Log) -> float:
+    """Mean of what both axles carry, N: while the car is slow, if it ever is."""
+    total = log["front_load"] + log["rear_load"]
+    slow = log["speed"] < SLOW if "speed" in log else np.zeros(total.size, dtype=np.bool_)
+    return float(np.nanmean(total[slow] if np.count_nonzero(slow) > FEWEST_SLOW else total))
 
 
 def fit_of(
@@ -275,7 +288,7 @@ def estimate(
 ) -> Result:
     """Fit height, position and pitch inertia to all runs at once, and the unknowns of ``effects`` if there are any."""
     given, windows = setting(spec, known), _windows(spec, logs)
-    weighed = _weighed(logs, given.values["mass"])
+    weighed = _weighed(logs, given, spec.settings.load_zero.value)
 
     def fitted(values: Mapping[str, float]) -> tuple[LoadFit, Solution]:
         fit = fit_of(windows, values, spec.settings.load_zero.value, effects, extra)

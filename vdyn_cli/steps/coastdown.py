@@ -31,6 +31,7 @@ Biometrika 58 (1971) 545 for the noise.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -219,7 +220,9 @@ def estimate(
 ) -> Result:
     """Fit the road load, with accepted effects in the model, and say what it is worth."""
     ready = prepared(spec, logs, known)
-    fit = fit_road_load(ready.campaign, effects, extra)
+    covered = {n for e in effects for n in e.covers}
+    unknowns = tuple(u for u in ready.campaign.unknowns if u.name not in covered)
+    fit = fit_road_load(replace(ready.campaign, unknowns=unknowns), effects, extra)
     test, reference = _test_conditions(spec, fit), _reference(spec, fit)
     answer = Answer(ready, fit, _fixed(spec.settings.fix), test, reference, tuple(effects))
     laps = timed(ready.stretches, [r.direction for r in spec.runs]) if answer.coasting else []

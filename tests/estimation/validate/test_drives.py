@@ -72,3 +72,12 @@ def test_an_output_that_is_mostly_empty_is_left_out_and_told() -> None:
     (s,), told = stretches([log(acceleration=empty)], [Note()], Cut("vehicle"))
     assert "acceleration" not in s.outputs
     assert any("is empty in 92% of the rows" in f.what for f in told)
+
+
+def test_a_log_that_begins_in_a_tip_in_begins_at_its_own_speed() -> None:
+    """v = 10 + 3 t^2 / 2 over the first second: a straight line would begin at 9.75 m/s."""
+    time = np.linspace(0.0, 4.0, 401)
+    noisy = 10.0 + 1.5 * time**2 + np.random.default_rng(3).normal(0.0, 0.02, time.size)
+    value, std = end_speed(time, noisy, first=True)
+    assert abs(value - 10.0) < std < 0.2
+    assert abs(value - 10.0) < 0.03

@@ -155,6 +155,7 @@ def uneven_zeros(zeros: Mapping[str, Sequence[float]], std: Mapping[str, float])
     for name in LOADS:
         mean = float(np.mean(zeros[name]))
         if abs(mean) > 4 * std[name]:
-            what = f"reads {mean:+.0f} N at rest beyond what mass and cg_to_front give; taken as the sensor's zero"
-            findings.append(Finding(name, what, "", "weigh the car as it was driven"))
+            what = f"is fitted with {mean:+.0f} N at rest beyond what mass and cg_to_front give, as the sensor's zero"
+            remedy = "weigh the car as it was driven; where the simulation misses the crossings, that may be it instead"
+            findings.append(Finding(name, what, "", remedy))
     return findings

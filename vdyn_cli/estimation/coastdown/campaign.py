@@ -104,7 +104,7 @@ def prepare(logs: Sequence[Log], notes: Sequence[RunNote], known: Mapping[str, G
     both_ways = {"out", "back"} <= {notes[s.run].direction for s in stretches}
     unknowns = _unknowns(known, choices, use, driven, both_ways)
     campaign = Campaign(runs, driven, _values(known, use, driven), unknowns, use, choices.white)
-    remarks = (*_remarks(notes, stretches, use), *_misdirected(logs, notes))
+    remarks = (*_remarks(notes, stretches, use), *_misdirected(logs, notes), *_unused(logs, use))
     return Prepared(campaign, tuple(stretches), tuple(rejected), remarks, zeros)
 
 
@@ -297,6 +297,14 @@ def _unknowns(
     if use != "none":
         found.append(Unknown("accelerometer_scale", 0.0, -0.3, 0.3, "", (0.0, SCALE_ERROR), nuisance=True))
     return tuple(found)
+
+
+def _unused(logs: Sequence[Log], use: Use) -> tuple[Finding, ...]:
+    """A road's height that is there and does not help."""
+    if use == "alone" or not any("elevation" in log for log in logs):
+        return ()
+    what = "is mapped and not used: a road's height only helps the accelerometer of a car that is driven throughout"
+    return (Finding("channels.elevation", what, remedy="map 'grade' if the slope is known, and 'position' for hills"),)
 
 
 def _misdirected(logs: Sequence[Log], notes: Sequence[RunNote]) -> tuple[Finding, ...]:
