@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.effects import effect
 from vdyn_cli.engine.bench import Law, Number, Signals
-from vdyn_cli.engine.maths import soft_abs
+from vdyn_cli.engine.maths import tanh
 from vdyn_cli.quantity import Quantity
 
 CORNER = 2e-3  # m/s, over which the two slopes meet; far below the stroke rates of a bump
@@ -25,4 +25,4 @@ def asymmetric_damping(damper: Law, s: Signals, q: Signals) -> Number:
 
     F = C (v + a |v|): slope C (1 + a) in rebound, C (1 - a) in compression.
     """
-    return damper(s) + q.damping_asymmetry * s.damping * soft_abs(s.stroke_rate, CORNER)
+    return damper(s) + q.damping_asymmetry * s.damping * s.stroke_rate * tanh(s.stroke_rate / CORNER)

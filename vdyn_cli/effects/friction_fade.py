@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.effects import effect
 from vdyn_cli.engine.bench import Law, Number, Signals
-from vdyn_cli.engine.maths import soft_abs
+from vdyn_cli.engine.maths import tanh
 from vdyn_cli.quantity import Quantity
 
 CORNER = 0.05  # m/s
@@ -25,4 +25,4 @@ def friction_fade(friction: Law, s: Signals, q: Signals) -> Number:
 
     D (1 - kv |vs|), vs = s V.
     """
-    return friction(s) * (1 - q.friction_fade * soft_abs(s.sliding, CORNER))
+    return friction(s) * (1 - q.friction_fade * s.sliding * tanh(s.sliding / CORNER))
