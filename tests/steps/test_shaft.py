@@ -128,6 +128,18 @@ def test_a_slow_twist_leaves_the_damping_undetermined() -> None:
     assert [f for f in result.findings if f.where == "shaft_damping_left" and "not determined" in f.what]
 
 
+def test_a_torque_that_is_logged_late_is_not_a_damping() -> None:
+    """15 kN m/rad read 5 ms late over a twist of 1 Hz."""
+    rng, time = np.random.default_rng(1), np.arange(4000) / 200
+    late = Log("twist.csv", time, {
+        "shaft_torque": 300 * np.sin(2 * np.pi * (time - 0.005)) + 0.5 * rng.standard_normal(time.size),
+        "twist": 0.02 * np.sin(2 * np.pi * time) + 1e-6 * rng.standard_normal(time.size),
+    })  # fmt: skip
+    (doubt,) = [f for f in STEP.estimate(spec(runs=RUN), (late,), Parameters()).findings if "damping" in f.where]
+    assert "negative for sure" in doubt.what
+    assert "5.0 ms after the twist" in doubt.remedy
+
+
 def test_what_cannot_serve_is_refused_with_the_line_to_change() -> None:
     data = log(random_vehicle(7), 7)
     still = data.with_channels(shaft_torque=5 + 1.5 * np.random.default_rng(1).standard_normal(data.time.size))

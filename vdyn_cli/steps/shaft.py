@@ -306,8 +306,13 @@ def _estimates(sides: Sequence[Side]) -> tuple[dict[str, Estimate], list[Finding
         damping, name = side.tested.damping, f"shaft_damping_{side.name}"
         if damping.interval95[0] <= 0:
             got = f"{damping.value:.3g} +- {damping.std:.2g} N m s/rad"
+            what = "is not determined by the log and not published"
             remedy = "log a sharper tip-in, so that the shaft rings"
-            doubts.append(Finding(name, "is not determined by the log and not published", got, remedy))
+            if damping.interval95[1] < 0:  # T(t) = k phi(t - d) reads as k phi - k d phi'
+                late = -1e3 * damping.value / side.tested.stiffness.value
+                what = "is negative for sure, which no shaft's is, and not published"
+                remedy = f"the torque seems to be logged {late:.1f} ms after the twist: check the loggers' clocks"
+            doubts.append(Finding(name, what, got, remedy))
         else:
             estimates[name] = Estimate.of(name, damping.value, damping.std, damping.interval95, "shaft")
     return estimates, doubts
