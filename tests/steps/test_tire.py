@@ -8,7 +8,7 @@ from scipy.optimize import curve_fit
 
 from tests.plant import tire as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
-from vdyn_cli.errors import InputError
+from vdyn_cli.errors import InputError, ResultError
 from vdyn_cli.estimation.tire.tire_regression import SHAPE
 from vdyn_cli.log import Log
 from vdyn_cli.models.tire_curve import peak_slip
@@ -126,3 +126,15 @@ def test_the_peak_of_the_formula() -> None:
     assert peak_slip(12.0, 1.6, 0.3) == pytest.approx(slip[np.argmax(friction)], abs=1e-4)
     assert peak_slip(12.0, 0.9, 0.3) == float("inf")
     assert set(SHAPE) < set(STEP.gives)
+
+
+def test_a_sweep_over_a_wet_patch_is_pointed_at() -> None:
+    """Where slip is large the road is wet in one of the sweeps: no curve has such a shape, and the others make one."""
+    vehicle = random_vehicle(2)
+    data = list(logs(vehicle, 2))
+    slip = data[1]["wheel_speed"] * vehicle.wheel_radius / data[1]["vehicle_speed"] - 1
+    data[1] = data[1].with_channels(force_x=np.where(np.abs(slip) > 0.03, 0.3, 1.0) * data[1]["force_x"])
+    with pytest.raises(ResultError) as refused:
+        STEP.estimate(SPEC, tuple(data), known(vehicle))
+    assert refused.value.findings[0].where == data[1].name
+    assert "not like the other sweeps" in refused.value.findings[0].what

@@ -49,6 +49,7 @@ Array = NDArray[np.float64]
 FREE_FORCE = 300.0  # N, of a free profile
 SHAPES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
 SHORTEST = 40  # samples of a sweep
+FEWEST_TO_COMPARE = 3  # sweeps, of which one may be unlike the others
 
 
 class TireSettings(Strict):
@@ -203,10 +204,29 @@ def estimate(
 ) -> Result:
     """Fit the curve, and the unknowns of ``effects`` if there are any; publish what the sweeps determine."""
     data, bins, radius_std = _data(spec, logs, known)
-    found = _fitted(bins, radius_std, effects, extra)
+    try:
+        found = _fitted(bins, radius_std, effects, extra)
+    except ResultError as error:
+        odd = () if effects else _odd(data, bins, radius_std)
+        raise ResultError(*odd, *error.findings) from None
     if found.peak is not None:
         return _whole(found.fit, found.solution, found.peak, data)
     return _slope_only(found.fit, found.solution, data)
+
+
+def _odd(data: Sequence[Log], bins: Sequence[Bins], radius_std: float) -> tuple[Finding, ...]:
+    """The one sweep without which the others make a curve, where there is just one."""
+    found = []
+    for k, log in enumerate(data if len(data) >= FEWEST_TO_COMPARE else ()):
+        try:
+            if _fitted([b for i, b in enumerate(bins) if i != k], radius_std, (), ()).peak is not None:
+                found.append(log.name)
+        except ResultError:
+            continue
+    if len(found) != 1:
+        return ()
+    what = "is not like the other sweeps, which make a curve without it"
+    return (Finding(found[0], what, remedy="look at it: a wet or cold road, another load, a channel that failed"),)
 
 
 def _slope(solution: Solution) -> tuple[float, float, tuple[float, float]]:
