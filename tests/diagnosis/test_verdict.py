@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -15,6 +17,7 @@ from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.words import sentence
 from vdyn_cli.diagnosis.workbench import open_workbench
 from vdyn_cli.effects import Effect
+from vdyn_cli.fit import Regression, Unknown
 
 SLOPE, WIND, WAVE, STEP = cause("slope"), cause("wind"), cause("wave"), cause("step")
 CATALOGUE = (SLOPE, WIND, WAVE, STEP)
@@ -113,6 +116,29 @@ def test_a_cause_of_the_wrong_sign_is_not_the_cause() -> None:
     friction = cause("wind", least=-2.9)
     for size, name in ((2.0, "named"), (-2.0, "unknown")):
         assert judged(Campaign(6, hidden={"wind": size}), SLOPE, friction, WAVE, STEP)[1].name == name
+
+
+class Physical(Campaign):
+    """Its bend cannot be negative."""
+
+    def regression(self, extra: Sequence[Unknown] = ()) -> Regression:
+        full = super().regression(extra)
+        ended = tuple(replace(u, lower=0.0, start=1.0) if u.name == "bend" else u for u in full.unknowns)
+        return replace(full, unknowns=ended)
+
+
+@pytest.mark.parametrize("size", [-20.0, 20.0])
+def test_a_baseline_that_leaves_what_is_physical_is_diagnosed(size: float) -> None:
+    """Without the wave the bend would have to be -16 or so: that is what the wave gets wrong, and no reason to stop."""
+    campaign = Physical(6, hidden={"bend": 0.5, "wave": size})
+    bench = open_workbench(campaign.case(*CATALOGUE))
+    base = bench.fitted(())
+    assert base is not None
+    assert (base.values["bend"] < 0) is (size > 0)
+    verdict = judge(bench)
+    assert verdict.answer is not None
+    assert verdict.answer.causes == ("wave",)
+    assert verdict.answer.fitted.values["bend"] > 0
 
 
 def test_what_two_runs_tell_is_not_taken_for_certain() -> None:

@@ -14,7 +14,7 @@ from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, linearise, sheet
 from vdyn_cli.effects import Effect
 from vdyn_cli.errors import ResultError
-from vdyn_cli.fit import Regression, Solution, solve
+from vdyn_cli.fit import Regression, Solution, Unknown, solve
 from vdyn_cli.fit.restrict import restricted, without_priors
 from vdyn_cli.fit.straight import frozen
 
@@ -115,6 +115,8 @@ class Workbench:
         failed: list[ResultError] = []
         for at in (held, nominal) if shapes else (held,):
             regression = restricted(self.full, at, before.solution if before else None)
+            if not causes:
+                regression = replace(regression, unknowns=tuple(map(_unended, regression.unknowns)))
             found = []
             shaped = self._shaped(regression, others) if at is held else ()
             for start in (regression, *self._probed(regression, others), *shaped):
@@ -317,6 +319,11 @@ def open_workbench(case: Case, begun: Mapping[str, float] = NOTHING) -> Workbenc
     full = without_priors(full, causes)
     full = replace(full, unknowns=tuple(replace(u, start=0.0) if u.name in causes else u for u in full.unknowns))
     return Workbench(case, _ordered(full, base), base)
+
+
+def _unended(u: Unknown) -> Unknown:
+    """Without a physical end at zero: how far a baseline without its cause is driven is what a diagnosis is to see."""
+    return replace(u, lower=-u.upper) if u.lower >= 0 and u.prior is None else u
 
 
 def _ordered(full: Regression, base: Sequence[str]) -> Regression:
