@@ -76,7 +76,7 @@ def diagnosed(
     return _merged(result, extended, diagnosis, [case.causes[c] for c in accepted], sizes)
 
 
-def _case(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float) -> Case:
+def _case(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float = LEVEL) -> Case:
     lent = step.diagnosable
     assert lent is not None
     effects = offered(lent.model(spec, data, known), candidates(step.name))
