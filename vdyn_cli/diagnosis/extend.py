@@ -61,11 +61,12 @@ def diagnosed(
     sizes = _fitted(verdict, case) | (_sizes(extended, [case.causes[c] for c in accepted]) if extended else {})
     biased = {} if extended is None else _biased(result, extended)
     text = sentence(verdict, case.causes, sizes, isinstance(spec.diagnose.effects, list))
-    doubt = next((f"{f.where} {f.what}" for f in result.findings if f.doubt), result.fit.misfit)
-    if verdict.name == "adequate" and doubt == result.fit.misfit != "":
-        text = f"No cause shows for certain ({chance(verdict.detection.p_value)}), but {doubt}."
+    told = next((f"{f.where} {f.what}" for f in result.findings if f.doubt), "")
+    doubt = told or result.fit.misfit
+    if verdict.name == "adequate" and told:
+        text += f" But {told}."
     elif verdict.name == "adequate" and doubt:
-        text += f" But {doubt}."
+        text = f"No cause shows for certain ({chance(verdict.detection.p_value)}), but {doubt}."
     wrong = where(result) if verdict.detection.p_value <= level else []
     diagnosis = document(bench, verdict, text, accepted, sizes, biased, wrong, next_tests(bench, verdict), lent.metric)
     diagnosis |= {"doubt": doubt, "not_extended": ""}

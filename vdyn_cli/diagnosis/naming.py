@@ -67,9 +67,9 @@ def singles(bench: Workbench, detection: Detection) -> tuple[Trial, ...]:
 
 
 def attempt(bench: Workbench, causes: Sequence[str]) -> Trial | None:
-    """Refit with these causes and see what is left; None where the refit fails or a cause leaves its range.
+    """Refit with these causes and see what is left.
 
-    So does one that can only have one sign and for sure has the other.
+    None where the refit fails, or a cause leaves its range or has a sign for sure that it cannot have.
     """
     fitted = bench.fitted(causes)
     if fitted is None or any(_upside_down(bench, fitted, c) for c in causes):
@@ -85,7 +85,7 @@ def attempt(bench: Workbench, causes: Sequence[str]) -> Trial | None:
 
 
 def _upside_down(bench: Workbench, fitted: Fitted, cause: str) -> bool:
-    """Is a cause, whose range goes beyond zero only as far as noise may carry it, there for sure?"""
+    """Is a cause for sure beyond zero, where its range goes only as far as noise may carry it?"""
     effect = bench.case.causes.get(cause)
     if effect is None or len(bench.unknowns(cause)) > 1:
         return False
