@@ -139,6 +139,7 @@ def test_loads_that_contradict_a_weighed_mass_are_doubted() -> None:
         log.with_channels(front_load=1.01 * log["front_load"], rear_load=1.01 * log["rear_load"])
         for log in logs(vehicle, 3)
     ]
-    for data, doubted in ((list(logs(vehicle, 3)), False), (wrong, True)):
-        result = STEP.estimate(SPEC, data, known(vehicle, mass=2.0))
+    right = list(logs(vehicle, 3))
+    for data, std, doubted in ((right, 2.0, False), (wrong, 2.0, True), (wrong, 20.0, False)):
+        result = STEP.estimate(SPEC, data, known(vehicle, mass=std))
         assert any(f.doubt and "1.0% more than mass x g" in f.what for f in result.findings) is doubted

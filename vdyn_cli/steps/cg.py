@@ -52,7 +52,7 @@ FREE_MOMENT = 500.0  # N m, of a free profile
 SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 SHORTEST = 2.0  # s
 LEAST_PULL = 0.5  # m/s^2, standard deviation of the acceleration below which no height can be had
-WEIGHED, REFUSED = 0.015, 0.08  # of the weight, by which the loads may differ from it; more is refused
+WEIGHED, REFUSED = 0.015, 0.08  # of a weight without stated doubts, by which the loads may differ; more is refused
 SLOW, FEWEST_SLOW = 10.0, 100  # m/s, and samples: below, the air carries next to nothing
 LEAST_ALIKE = 0.3  # correlation that makes a sign certain
 TIRES_GIVE = 0.0195  # m under the weight of a car, where their stiffness is not known
@@ -190,7 +190,7 @@ def _weighed(logs: Sequence[Log], given: Setting, zero: float) -> list[Finding]:
         return []
     share = float(np.median(sums)) / (mass * GRAVITY) - 1.0
     stated = 3 * float(np.hypot(std * GRAVITY, zero * 2**0.5)) / (mass * GRAVITY)
-    if abs(share) < (min(stated, WEIGHED) if std > 0 else WEIGHED):
+    if abs(share) < (min(stated, REFUSED) if std > 0 else WEIGHED):
         return []
     got = f"{np.median(sums):.0f} N against {mass * GRAVITY:.0f} N"
     remedy = "check the mass, the unit of the loads, and whether the sensors carry the wheels' own weight"
