@@ -9,7 +9,9 @@ from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.kernel import Kernel, Seeds
 
 Backend = Literal["auto", "llvm", "vm"]
-MOST = 32  # unknowns that one kernel carries; more take several passes
+# Unknowns that one kernel carries; more take several passes. Twice as many would not fit the processor's first cache
+# with the full vehicle's states, and one too many would fill up the other half with nothing.
+MOST = 16
 VARIABLE = "VDYN_BACKEND"
 
 

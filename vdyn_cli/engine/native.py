@@ -18,7 +18,7 @@ from vdyn_cli.engine.kernel import Array, Seeds
 # values alone they find the like work of a vehicle's four corners and do it at once, which gains a sixth.
 _LEVEL = 1
 CACHE = 2**15  # numbers that a call may write and that are at hand when they are read: a quarter of a megabyte
-LANES = (0, 1, 2, 4, 8, 16, 32)  # whole vectors: what is in between would be filled up by the processor anyway
+LANES = (0, 1, 2, 4, 8, 16)  # whole vectors: what is in between would be filled up by the processor anyway
 
 
 class MachineCode:
