@@ -68,7 +68,7 @@ def _bench(name: str, description: Path) -> Workbench:
     assert lent is not None
     case = Case(
         step=name,
-        regression=lambda effects, extra: lent.regression(spec, data, known, effects, extra),
+        regression=lambda effects, extra, **begun: lent.regression(spec, data, known, effects, extra, **begun),
         effects=offered(lent.model(spec, data, known), candidates(name)),
         profiles=lent.profiles(spec, data, known),
         straight=lent.straight(spec),

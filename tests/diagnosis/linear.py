@@ -141,7 +141,7 @@ class Campaign:
     def case(self, *causes: Effect, profiles: Sequence[Effect] = (SHAPE,), **more: Any) -> Case:
         return Case(
             step="line",
-            regression=lambda effects, extra: self.regression(extra),
+            regression=lambda effects, extra, **begun: self.regression(extra),
             effects=causes,
             profiles=tuple(profiles),
             one_way="all runs went the same way" if self.one_way else "",

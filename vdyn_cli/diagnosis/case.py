@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from vdyn_cli.diagnosis.level import LEVEL
@@ -19,7 +19,8 @@ class Case:
 
     Parameters
     ----------
-    regression : the step's own, with effects in the model and their unknowns beside the step's.
+    regression : the step's own, with effects in the model and their unknowns beside the step's; where straight lines
+        have to do also begun at some values of its own unknowns.
     effects : the named causes that model and data can take.
     profiles : free profiles, each of one family (speed, time, position ...).
     one_way : why what turns with the direction can't be told from what does not, as when all runs went the same way.
@@ -33,7 +34,7 @@ class Case:
     """
 
     step: str
-    regression: Callable[[Sequence[Effect], Sequence[Unknown]], Regression]
+    regression: Callable[..., Regression]
     effects: tuple[Effect, ...]
     profiles: tuple[Effect, ...]
     one_way: str = ""

@@ -90,7 +90,7 @@ def _case(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float
         _refuse_unknown(spec.diagnose.extend, effects, "diagnose.extend")
     return Case(
         step=step.name,
-        regression=lambda effects, extra: lent.regression(spec, data, known, effects, extra),
+        regression=lambda effects, extra, **begun: lent.regression(spec, data, known, effects, extra, **begun),
         effects=effects,
         profiles=lent.profiles(spec, data, known),
         one_way=_one_way(spec) if lent.two_way(spec) else "",

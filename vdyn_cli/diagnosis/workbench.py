@@ -142,10 +142,11 @@ class Workbench:
             if nearer is self:
                 fitted = self.near(fitted)
             sizes = {n: fitted.values[n] for n in self.unknowns(cause)}
+            own = {n: fitted.values[n] for n in self.base}
             if before and all(abs(v - before[n]) < CLOSE * fitted.solution.std[n] for n, v in sizes.items()):
                 break
             try:
-                again, before = open_workbench(self.case, sizes), sizes
+                again, before = open_workbench(self.case, own | sizes), sizes
                 again.fitted(())
             except (ResultError, ArithmeticError):
                 break
@@ -171,7 +172,8 @@ class Workbench:
         if best is None:
             return other
         try:
-            bench = open_workbench(self.case, {n: best.values[n] for n in self.unknowns(best.causes[0])})
+            through = (*self.base, *self.unknowns(best.causes[0]))
+            bench = open_workbench(self.case, {n: best.values[n] for n in through})
             bench.fitted(())
         except (ResultError, ArithmeticError):
             return other
@@ -211,7 +213,8 @@ class Workbench:
     def _alone(self, causes: tuple[str, ...], through: Mapping[str, float]) -> Regression:
         """The step's regression with these causes alone in the model, begun at these sizes."""
         effects = [self.case.causes[c] for c in causes]
-        return self.case.regression(effects, [begun_at(u, through) for e in effects for u in unknowns_of(e)])
+        extra = [begun_at(u, through) for e in effects for u in unknowns_of(e)]
+        return self.case.regression(effects, extra, begun={n: v for n, v in through.items() if n in self.base})
 
     def without(self, fitted: Fitted) -> Fitted:
         """The baseline as believed, in the rows of ``near(fitted)``: weighed by the noise that is found with causes in.
@@ -224,7 +227,7 @@ class Workbench:
             return base
         try:
             alone, runs = self._alone(fitted.causes, fitted.values), len(self.full.runs)
-            nothing = {n: 0.0 for c in fitted.causes for n in self.unknowns(c)}
+            nothing = {**self.believed, **{n: 0.0 for c in fitted.causes for n in self.unknowns(c)}}
             begun = {u.name: alone.run_starts.get(u.name, np.full(runs, u.start)) for u in alone.own}
             linear = linearise(alone, nothing, begun)
         except (ResultError, ArithmeticError):
@@ -302,16 +305,20 @@ def open_workbench(case: Case, begun: Mapping[str, float] = NOTHING) -> Workbenc
 
     Parameters
     ----------
-    begun : sizes of causes through which straight lines are laid; the others are nothing there.
+    begun : where straight lines are laid: sizes of causes, the others are nothing there, and the baseline's own
+        unknowns. Where nothing is said they go through the baseline's fit.
 
     Raises
     ------
     ResultError : the baseline itself cannot be fitted.
     """
+    if case.straight and not begun:
+        begun = solve(frozen(case.regression((), ())), tolerance=LEAST_STEP).values
     every = (*case.effects, *case.profiles)
     extra = [begun_at(u, begun) for e in every for u in unknowns_of(e, prior=True)]
-    full = case.regression(every, extra)
     added = {u.name for u in extra}
+    own = {n: v for n, v in begun.items() if n not in added}
+    full = case.regression(every, extra, begun=own) if case.straight else case.regression(every, extra)
     causes = {n for e in every for n in scanned(e)}
     base = tuple(u.name for u in full.shared if u.name not in added)
     if case.straight:

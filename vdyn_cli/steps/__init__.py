@@ -6,7 +6,7 @@ touched to add one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vdyn_cli.effects import Effect
     from vdyn_cli.engine.model import Model
     from vdyn_cli.estimation.manoeuvre import Manoeuvre
-    from vdyn_cli.fit import Regression, Unknown
+    from vdyn_cli.fit import Regression
     from vdyn_cli.log import Log
     from vdyn_cli.parameters import Parameters
     from vdyn_cli.result import Result
@@ -40,12 +40,13 @@ class Diagnosable:
     fewest_runs : below which no cause can be told from chance.
     two_way : (spec) -> whether causes that turn with the direction of driving need runs both ways.
     carries : whether the causes that earlier steps accepted are in its model, and not to be looked for again.
-    straight : (spec) -> whether the model is so dear to simulate that one pass over the logs has to do.
+    straight : (spec) -> whether the model is so dear to simulate that one pass over the logs has to do. Its regression
+        also takes ``begun``, values of its own shared unknowns about which that pass is made.
     manoeuvres : (spec, data, known, regression, values) -> what could be driven next, the least effort first, from the
         regression with every cause in and the values of its shared unknowns at the baseline's fit.
     """
 
-    regression: Callable[[Any, Any, Parameters, Sequence[Effect], Sequence[Unknown]], Regression]
+    regression: Callable[..., Regression]
     model: Callable[[Any, Any, Parameters], Model]
     profiles: Callable[[Any, Any, Parameters], tuple[Effect, ...]]
     metric: tuple[str, str]

@@ -29,6 +29,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -188,10 +189,15 @@ def regression(
     known: Parameters,
     effects: Sequence[Effect] = (),
     extra: Sequence[Unknown] = (),
+    begun: Mapping[str, float] = MappingProxyType({}),
 ) -> Regression:
     """The whitened regression of all outputs, with effects of the model's laws and their unknowns; its noise is found
-    with them in. Shared unknowns are all parameters that have a standard deviation, with it as their prior."""
-    return _regression(trial_of(spec, logs, known, effects, extra)[0], spec.settings, logs)
+    with them in. Shared unknowns are all parameters that have a standard deviation, with it as their prior; those of a
+    vehicle may be begun elsewhere: shafts that swing in other time than the real ones seem to want more damping."""
+    trial = trial_of(spec, logs, known, effects, extra)[0]
+    if begun and trial.model.name == "vehicle":
+        trial = trial.begun_at(begun)
+    return _regression(trial, spec.settings, logs)
 
 
 def _hilly(s: ValidateSettings, logs: Sequence[Log]) -> bool:
@@ -298,10 +304,11 @@ def _sized(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> tuple[Tria
         whole = FELT in trial.model.inputs and len(drives.runs) >= FEWEST_UNITS
         units: Literal["run", "block"] = "run" if whole else "block"
         solution = solve(drives, units=units)
-        trial = replace(trial, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
+        begun = trial.begun_at(solution.values) if s.model == "vehicle" else trial
+        trial = replace(begun, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
         if all(abs(solution.values[n] - at) < SETTLED * solution.std[n] for n, at in before.items()):
             break
-    return trial, solution, drives
+    return replace(trial, at={}), solution, drives
 
 
 def _fitted(trial: Trial, solution: Solution) -> Trial:

@@ -18,6 +18,7 @@ from vdyn_cli.estimation.validate.rows import Plan
 Array = NDArray[np.float64]
 
 SIZING = 1.0  # s of a bin when the sizes are found: in coarser ones a sensor's white noise looks like a rough road
+DEPARTURE = 0.01  # m/s by which a car may leave rest otherwise: brakes let go, tires creep, friction breaks away
 MOST_SIZED = 40  # stretches from which the sizes are found
 
 
@@ -45,6 +46,7 @@ def slow_noise(s: Stretch, plan: Plan, bins: Bins, values: Mapping[str, float], 
     since = np.cumsum(bins.width)
     spacing = float(np.median(np.diff(s.time)))
     walk = driven**2 * spacing * np.minimum(since[:, None], since[None, :]) * together
+    walk += DEPARTURE**2 * together * (plan.section(bins) > 0)  # after a rest
     count = bins.count.astype(float)
     level = plan.common_level
     if not plan.felt:

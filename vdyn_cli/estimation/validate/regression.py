@@ -17,7 +17,7 @@ from vdyn_cli.estimation.validate.plausible import LONGEST_STEP
 from vdyn_cli.estimation.validate.rows import FINEST, Colour, Plan, colour, plan
 from vdyn_cli.estimation.validate.swift import Swift, swift
 from vdyn_cli.estimation.validate.torque import LEAST_TORQUE, TORQUES
-from vdyn_cli.estimation.validate.trial import Outcome, Trial
+from vdyn_cli.estimation.validate.trial import Outcome, Trial, remembered
 from vdyn_cli.fit import Regression, Rows, white_level, whiten
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ class Weighed:
 
     Parameters
     ----------
-    first : outcomes at the beliefs, with slopes.
+    first : outcomes where the unknowns begin, with slopes.
     shaken : (stretches) what noise of the torque sensor's size does to every output.
     sizes : of the slow noise. factors : its Cholesky factors. colours : of the fast rows.
     swifts : rows in which half-shafts swing, where fast rows are averaged over more than that.
@@ -51,7 +51,7 @@ class Weighed:
     swifts: tuple[Swift | None, ...]
 
     def start(self, run: int) -> Array:
-        """Local unknowns of a stretch at the beliefs."""
+        """Local unknowns of a stretch where they begin."""
         return self.trial.start(run)
 
     def error(self, run: int, outcome: Outcome) -> dict[str, Array]:
@@ -140,7 +140,7 @@ def _fast_time(p: Plan, shade: Colour) -> Array:
 
 
 def weigh(trial: Trial, calm: bool = False) -> Weighed:
-    """Simulate at the beliefs and find the noise of every row, the fitted unknowns being reckoned with.
+    """Simulate where the unknowns begin and find the noise of every row, the fitted unknowns being reckoned with.
 
     Parameters
     ----------
@@ -154,7 +154,8 @@ def weigh(trial: Trial, calm: bool = False) -> Weighed:
     """
     finest, lags = (CALM, CALM_LAGS) if calm else (FINEST, LAGS)
     if calm:
-        trial = replace(trial, step=max(trial.step, min(2 * trial.step, LONGEST_STEP)))
+        longer = replace(trial, step=max(trial.step, min(2 * trial.step, LONGEST_STEP)))
+        trial = longer if trial.extra else remembered(longer)
     count = range(len(trial.stretches))
     blank = Weighed(trial, (), (), (), (), {}, (), (), ())
     first = trial.first
@@ -190,6 +191,7 @@ def _sizes(w: Weighed) -> dict[str, float]:
     trial = w.trial
     k = len(trial.beliefs.names)
     shared = len(trial.shared)
+    off = np.array([trial.beliefs.values[n] for n in trial.beliefs.names]) - trial.theta()[:k]
     runs = []
     for run in range(len(trial.stretches)):
         p, outcome = w.plans[run], w.first[run]
@@ -197,9 +199,10 @@ def _sizes(w: Weighed) -> dict[str, float]:
         error = w.error(run, outcome)
         slow = p.slow({n: np.column_stack([outcome.slopes[n], e]) for n, e in error.items()}, bins)
         jacobian, own = slow[:, :shared].copy(), slow[:, shared:-1]
+        believed = slow[:, -1] + jacobian[:, :k] @ off
         jacobian[:, :k] = jacobian[:, :k] @ trial.beliefs.root  # in units in which the beliefs are independent
         covariance = noise.slow_noise(trial.stretches[run], p, bins, trial.beliefs.values, w.torque_levels[run])
-        runs.append(NoisyRun(slow[:, -1], jacobian, own, covariance))
+        runs.append(NoisyRun(believed, jacobian, own, covariance))
     known = np.array(
         [
             *np.ones(k),

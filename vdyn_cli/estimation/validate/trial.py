@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Hashable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import TypeVar
 
@@ -35,6 +35,7 @@ REST = 0.3  # m/s, below which a drive begins at rest
 AT_REST = 1e-3  # m/s, how well a car at rest is known to be
 FARTHEST_GAIN = 0.5  # of an instrument, likewise
 FARTHEST = 200.0  # standard deviations by which drives may contradict what was believed
+NEAR = 5.0  # standard deviations, within which a simulation begins about what was believed
 UNEVEN = 3.0  # spacings of the clock that one step size must still bear
 
 
@@ -72,6 +73,7 @@ class Trial:
     gains : standard deviation of a sensor's gain, by channel; the same in all stretches, and of both shaft torques.
     wind_variance : m^2/s^2, of gusts and mean winds: what they add to the mean drag.
     day : K, temperature at which the air density holds, where each stretch has its own air; None: one air for all.
+    at : values at which believed parameters begin, where that is not where they are believed to be.
     """
 
     stretches: tuple[Stretch, ...]
@@ -85,6 +87,7 @@ class Trial:
     extra: tuple[Unknown, ...] = ()
     wind_variance: float = 0.0
     day: float | None = None
+    at: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def zeroed(self) -> tuple[str, ...]:
@@ -142,7 +145,7 @@ class Trial:
         b = self.beliefs
         believed = b.names, tuple(b.values.items()), b.std.tobytes(), b.correlation.tobytes()
         sensors = self.channels, tuple(self.zeros.items()), tuple(self.gains.items()), self.wind_variance, self.day
-        return self.stretches, self.model, believed, sensors, self.effects, self.extra
+        return self.stretches, self.model, believed, tuple(self.at.items()), sensors, self.effects, self.extra
 
     @cached_property
     def _outputs(self) -> tuple[str, ...]:
@@ -162,7 +165,7 @@ class Trial:
 
     def _simulates(self, unknowns: tuple[str, ...], effects: tuple[Correction, ...]) -> Simulator:
         dense = max(self._substeps(s.time) for s in self.stretches)
-        values = {**self.beliefs.values, "wind_variance": self.wind_variance}
+        values = {**self.beliefs.values, **self.at, "wind_variance": self.wind_variance}
         own = {n: values[n] for n in self.model.parameters}
         return Simulator(self.model, own, unknowns, effects, dense)
 
@@ -197,12 +200,12 @@ class Trial:
         return Drive(s.time, inputs, {}, own, {"heading": s.heading, "temperature": s.temperature})
 
     def start(self, run: int) -> Array:
-        """Local unknowns of a stretch at the beliefs."""
+        """Local unknowns of a stretch where they begin."""
         return np.array([*self.theta(), self.begun(run)[0], *np.zeros(len(self.zeroed))])
 
     @cached_property
     def first(self) -> tuple[Outcome, ...]:
-        """Every stretch at the beliefs, with slopes.
+        """Every stretch where the unknowns begin, with slopes.
 
         Raises
         ------
@@ -245,9 +248,15 @@ class Trial:
         return tuple(done[k] for k in range(count))
 
     def theta(self) -> Array:
-        """(shared,) the unknowns where they are believed to be."""
-        believed = [self.beliefs.values[n] for n in self.beliefs.names]
-        return np.array([*believed, *np.zeros(len(self.instruments)), *(u.start for u in self.extra)])
+        """(shared,) the unknowns where they begin."""
+        begun = [self.at.get(n, self.beliefs.values[n]) for n in self.beliefs.names]
+        return np.array([*begun, *np.zeros(len(self.instruments)), *(u.start for u in self.extra)])
+
+    def begun_at(self, values: Mapping[str, float]) -> Trial:
+        """The trial with its believed parameters begun at these values, as far as they are possible and not absurd."""
+        known = {u.name: u for u in self.unknowns()[0] if u.name in self.beliefs.names and u.name in values}
+        near = {n: NEAR * float(std) for n, std in zip(self.beliefs.names, self.beliefs.std, strict=True)}
+        return replace(self, at={n: _within(values[n], u, near[n]) for n, u in known.items()})
 
     def begun(self, run: int) -> tuple[float, float]:
         """Start speed of a stretch and its standard deviation."""
@@ -296,7 +305,8 @@ class Trial:
 
     def unknowns(self) -> tuple[tuple[Unknown, ...], dict[str, Array]]:
         """Everything sought, with what is known of it; and each stretch's own starts."""
-        found = [_believed(self.beliefs, i) for i in range(len(self.beliefs.names))]
+        believed = [_believed(self.beliefs, i) for i in range(len(self.beliefs.names))]
+        found = [replace(u, start=self.at.get(u.name, u.start)) for u in believed]
         begun = np.array([self.begun(k) for k in range(len(self.stretches))]).reshape(-1, 2)
         own = [
             Unknown(START, 0.0, -10.0, 160.0, "m/s", per_run=True, nuisance=True),
@@ -313,6 +323,11 @@ class Trial:
 
     def with_wind(self, variance: float) -> Trial:
         return replace(self, wind_variance=variance)
+
+
+def _within(value: float, u: Unknown, far: float) -> float:
+    assert u.prior is not None
+    return float(np.clip(value, max(u.lower, u.prior[0] - far), min(u.upper, u.prior[0] + far)))
 
 
 def remembered(trial: Trial) -> Trial:
