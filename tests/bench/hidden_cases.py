@@ -133,7 +133,7 @@ SHAFT = (
 )
 
 VALIDATE = (
-    *_each("validate", "", "named", extra_drag_area=0.13, headwind=2.0, road_grade=3e-4),
+    *_each("validate", "", "named", extra_drag_area=0.13, headwind=2.0, road_grade=5e-4),
     *_each("validate", "", "not_testable", grade_profile=6e-4),  # where on the road a drive begins is not logged
     *_each("validate", "", "named", speed_dependent_rolling=1e-4, tire_warmup=0.3, brake_drag=30.0),
     *_each("validate", "", "named", brake_drag_fading=25.0, driveline_drag=15.0, mass_error=0.03, wheel_radius=0.012),

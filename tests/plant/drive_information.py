@@ -3,7 +3,8 @@
 Nothing is fitted but what the tester doubts: every parameter is known within the spread that ``SPREAD`` gives it, and
 each drive has a mean wind and sensor zeros of its own. The slopes come from one further drive each, about a car with
 nothing hidden, integrated more finely than the logs; they are kept per vehicle and plan, for that is slow. What happens
-below walking pace is left out: where the car stops, readings jump, and no slope tells how.
+below walking pace is left out: where the car stops, readings jump, and no slope tells how. What it is left with is a
+speed of each drive that nobody knows to a few millimetres per second.
 """
 
 from __future__ import annotations
@@ -39,6 +40,9 @@ SPREAD: Mapping[str, float] = {
 }
 TOLERANCE = 1e-9
 SLOWEST = 1.0  # m/s
+DEPARTURE = (
+    3e-3  # m/s by which tires that creep at rest, brakes that let go and friction that breaks away may move a car
+)
 # Sizes of the chords: large beside the integrator's errors, small beside what bends. A parameter's error has the
 # parameter's slope. Play has no slope at nothing, so its chord is a whole one.
 CHORD: Mapping[str, float] = {
@@ -168,7 +172,7 @@ def information(
     rig: Rig = RIG,
     seen: Sequence[str] = SEEN,
 ) -> Information:
-    """About the parameters ("known mass", ...) within their spread, effects, and each drive's own wind and zeros."""
+    """About the parameters ("known mass", ...) within their spread, effects, and drives' own winds, zeros, starts."""
     drives = Drives(vehicle, tuple(plans or drive.pedals(vehicle, seed)))
     shared = [*(parameter_slope(drives, name) for name in spread), *(effect_slope(drives, name) for name in unknowns)]
     gust, pushed = effect_slope(drives, "headwind"), effect_slope(drives, "torque_offset")
@@ -177,6 +181,8 @@ def information(
     parts = [prior({**stated, **gains})]
     for k, (plan, log) in enumerate(zip(drives.plans, _calm(drives), strict=True)):
         own = {f"wind_{k}": plan.uphill * gust[k], f"zero Drive Torque [N m] {k}": pushed[k]}
+        rolls = {"Speed": 1.0, "Wheel": 1.0 / vehicle.wheel_radius}
+        own[f"departure_{k}"] = np.tile([rolls.get(h[:5], 0.0) for h in SEEN], (len(log["Time [s]"]), 1))
         for header in ZEROS:
             if header in seen:
                 own[f"zero {header} {k}"] = np.tile(np.eye(len(SEEN))[SEEN.index(header)], (len(log["Time [s]"]), 1))
@@ -188,6 +194,7 @@ def information(
         white = _whiten(vehicle, log, series[:, kept], rig, seen)
         parts.append(Information((*stated, *unknowns, *gains, *own), white.T @ white))
         parts.append(prior({f"wind_{k}": rig.wind.between_runs} if rig.wind.between_runs else {}))
+        parts.append(prior({f"departure_{k}": DEPARTURE}))
         parts.append(prior({f"zero {header} {k}": sd for header, sd in ZEROS.items() if f"zero {header} {k}" in own}))
     return total(parts)
 

@@ -50,6 +50,10 @@ def find_sizes(runs: Sequence[NoisyRun], start: Mapping[str, float], priors: Arr
     ----------
     start : sizes to begin with; its names are the sources sought.
     priors : (s,), what is known of the shared unknowns beforehand, as information (1/variance); zero where nothing is.
+
+    Raises
+    ------
+    ArithmeticError : no noise fits such residuals and derivatives in floating point.
     """
     from scipy.optimize import minimize
 
@@ -66,7 +70,10 @@ def find_sizes(runs: Sequence[NoisyRun], start: Mapping[str, float], priors: Arr
 
     bounds = [(c - REACH * s, c + REACH * s) for c, s in zip(centre, spread, strict=True)]
     begin = np.log([start[n] for n in names])
-    found = minimize(cost, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": FLAT, "gtol": LEVEL})
+    try:
+        found = minimize(cost, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": FLAT, "gtol": LEVEL})
+    except np.linalg.LinAlgError as error:
+        raise ArithmeticError(f"the noise of the runs can't be weighed: {error}") from error
     return dict(zip(names, np.exp(found.x).tolist(), strict=True))
 
 
@@ -78,7 +85,10 @@ def _likelihood(runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: Arr
     information, pulled, value = np.diag(known), np.zeros(s), 0.0
     solved = []
     for run in runs:
-        covariance = run.noise.covariance(sizes) + WIDE**2 * run.own @ run.own.T
+        own = run.own / np.maximum(
+            1.0, np.max(np.abs(run.own), axis=0, initial=0.0)
+        )  # wide is wide, and not beyond count
+        covariance = run.noise.covariance(sizes) + WIDE**2 * own @ own.T
         factor = cho_factor(covariance, lower=True, overwrite_a=True, check_finite=False)
         weighted = cho_solve(factor, np.column_stack([run.shared, run.residual]), check_finite=False)
         information = information + run.shared.T @ weighted[:, :s]

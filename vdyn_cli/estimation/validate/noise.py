@@ -18,7 +18,7 @@ from vdyn_cli.estimation.validate.rows import Plan
 Array = NDArray[np.float64]
 
 SIZING = 1.0  # s of a bin when the sizes are found: in coarser ones a sensor's white noise looks like a rough road
-DEPARTURE = 0.01  # m/s by which a car may leave rest otherwise: brakes let go, tires creep, friction breaks away
+DEPARTURE = 0.003  # m/s by which a car may leave rest otherwise: brakes let go, tires creep, friction breaks away
 MOST_SIZED = 40  # stretches from which the sizes are found
 
 

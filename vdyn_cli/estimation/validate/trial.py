@@ -139,6 +139,15 @@ class Trial:
             replace(self, effects=tuple(e for e in self.effects if not added & set(e.unknowns)), extra=())
         )
 
+    @cached_property
+    def _bare(self) -> Trial:
+        """The car as it is believed to be, with nothing added; a mass on a road is what it is."""
+        if self.model.name != "vehicle" or not (self.extra or self.at):
+            return self
+        added = {u.name for u in self.extra}
+        effects = tuple(e for e in self.effects if not added & set(e.unknowns))
+        return remembered(replace(self, effects=effects, extra=(), at={}))
+
     @property
     def drives_alike(self) -> Hashable:
         """Everything that it is made of, but for the length of the steps."""
@@ -224,13 +233,38 @@ class Trial:
     def _added(self, run: int) -> dict[str, Array]:
         """The derivatives of one stretch to what is added."""
         seen = self._adding(self.drives[run], np.array([u.start for u in self.extra]))
-        return self._readings(seen, self.stretches[run])[1]
+        slopes = self._readings(seen, self.stretches[run])[1]
+        for i, size in self._secants.items():
+            for n, slope in self._secant(run, i, size).items():
+                slopes[n][:, i] = slope
+        return slopes
+
+    @cached_property
+    def _secants(self) -> Mapping[int, float]:
+        """Of what is added and has no slope at nothing: its place, and the size over which its trace is taken."""
+        places = {u.name: i for i, u in enumerate(self.extra)}
+        probed = [(e, getattr(e, "probes", ())) for e in self.effects]
+        sizes = {next(iter(e.unknowns)): probes[len(probes) // 3] for e, probes in probed if probes}
+        return {places[n]: size for n, size in sizes.items() if n in places}
+
+    def _secant(self, run: int, place: int, size: float) -> dict[str, Array]:
+        start = np.array([u.start for u in self.extra])
+        with_it = start + size * (np.arange(start.size) == place)
+        one, other = (
+            self._readings(self._adding(self.drives[run], x, sensitivities=False), self.stretches[run])[0]
+            for x in (start, with_it)
+        )
+        return {n: (other[n] - one[n]) / size for n in one}
 
     @cached_property
     def shaken(self) -> tuple[Mapping[str, Array], ...]:
-        """What more noise of the torque sensor's own size does to the outputs of every stretch."""
-        if self._plain is not None:
-            return self._plain.shaken
+        """What more noise of the torque sensor's own size does to the outputs of every stretch.
+
+        Of the car as it is believed to be, whatever is added: fits with one cause or another are then weighed alike.
+        """
+        bare = self._bare
+        if bare is not self:
+            return bare.shaken
         assert self._shaken_drives  # made before threads ask for them
         seen = self.each(lambda k: self.simulate(k, self.start(k), slopes=False, shaken=True))
         return tuple({n: a.values[n] - b.values[n] for n in b.values} for a, b in zip(seen, self.first, strict=True))
@@ -338,9 +372,9 @@ def remembered(trial: Trial) -> Trial:
     return _shelf(trial.drives_alike).setdefault("trial", trial)
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _shelf(alike: Hashable) -> dict[str, Trial]:
-    """Where the last one stands."""
+    """Where the last ones stand: as believed, and as the baseline's fit has it."""
     return {}
 
 
