@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,6 +77,7 @@ class Course:
     kernels : one for each block of unknowns (``blocks``).
     rows : for each kernel the row of tangents and states that it moves on.
     constants : of the graph.
+    at_once : whether kernels may run in several threads.
     """
 
     model: str
@@ -85,6 +88,7 @@ class Course:
     kernels: Sequence[Kernel]
     rows: Sequence[Array]
     constants: Array
+    at_once: bool
 
     def along(self, grid: Grid, with_trail: bool = False) -> Seen:
         """Go through a grid.
@@ -100,8 +104,15 @@ class Course:
             np.empty((self.states, n if with_trail else 0)),
             np.empty(self.states),
         )
-        for kernel, z, some in zip(self.kernels, self.rows, blocks(self.unknowns), strict=True):
-            self._run(kernel, z, grid, seen, seen.tangents[:, :, some])
+        work = list(zip(self.kernels, self.rows, blocks(self.unknowns), strict=True))
+        workers = min(len(work), os.cpu_count() or 1) if self.at_once else 1
+        if workers < 2:
+            for kernel, z, some in work:
+                self._run(kernel, z, grid, seen, seen.tangents[:, :, some])
+            return seen
+        with ThreadPoolExecutor(workers) as pool:  # all write the same readings
+            for done in [pool.submit(self._run, k, z, grid, seen, seen.tangents[:, :, some]) for k, z, some in work]:
+                done.result()
         return seen
 
     def _run(self, kernel: Kernel, z: Array, grid: Grid, seen: Seen, tangents: Array) -> None:

@@ -219,7 +219,7 @@ class Simulator:
             rows.append(z)
         names = (*self._graph.states, *self._graph.outputs)
         constants = everything[count:]
-        return Course(self.model.name, names, count, self._graph.readings, k, kernels, rows, constants)
+        return Course(self.model.name, names, count, self._graph.readings, k, kernels, rows, constants, self.at_once)
 
     def _pack(self, drive: Drive) -> _Packed:
         packed = self._packed.get(drive)

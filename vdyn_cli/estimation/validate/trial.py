@@ -232,11 +232,13 @@ class Trial:
 
     def _added(self, run: int) -> dict[str, Array]:
         """The derivatives of one stretch to what is added."""
-        seen = self._adding(self.drives[run], np.array([u.start for u in self.extra]))
-        slopes = self._readings(seen, self.stretches[run])[1]
+        start = np.array([u.start for u in self.extra])
+        without, slopes = self._readings(self._adding(self.drives[run], start), self.stretches[run])
         for i, size in self._secants.items():
-            for n, slope in self._secant(run, i, size).items():
-                slopes[n][:, i] = slope
+            own = start + size * (np.arange(start.size) == i)
+            with_it = self._adding(self.drives[run], own, sensitivities=False)
+            for n, value in self._readings(with_it, self.stretches[run])[0].items():
+                slopes[n][:, i] = (value - without[n]) / size
         return slopes
 
     @cached_property
@@ -246,15 +248,6 @@ class Trial:
         probed = [(e, getattr(e, "probes", ())) for e in self.effects]
         sizes = {next(iter(e.unknowns)): probes[len(probes) // 3] for e, probes in probed if probes}
         return {places[n]: size for n, size in sizes.items() if n in places}
-
-    def _secant(self, run: int, place: int, size: float) -> dict[str, Array]:
-        start = np.array([u.start for u in self.extra])
-        with_it = start + size * (np.arange(start.size) == place)
-        one, other = (
-            self._readings(self._adding(self.drives[run], x, sensitivities=False), self.stretches[run])[0]
-            for x in (start, with_it)
-        )
-        return {n: (other[n] - one[n]) / size for n in one}
 
     @cached_property
     def shaken(self) -> tuple[Mapping[str, Array], ...]:
