@@ -132,3 +132,18 @@ def test_the_noise_is_not_taken_for_smaller_because_unknowns_were_fitted() -> No
     found = find_sizes([run], {"speed_noise": 1.0})["speed_noise"]
     assert found == pytest.approx(np.sqrt(left @ left / (n - s)), rel=0.02)
     assert found > 1.1 * np.sqrt(left @ left / n)
+
+
+def test_a_start_that_counts_for_too_much_is_still_left_open() -> None:
+    """Derivatives of a simulation near a corner may be absurd; sizes are then those of any unknown start."""
+    runs = drawn(2, 3)
+    absurd = [replace(run, own=1e7 * run.own) for run in runs]
+    start = typical_sizes(runs[0].noise)
+    assert find_sizes(absurd, start)["gust"] == pytest.approx(find_sizes(runs, start)["gust"], rel=1e-3)
+
+
+def test_noise_that_cannot_be_weighed_is_no_crash() -> None:
+    run = drawn(2, 1)[0]
+    broken = replace(run, noise=replace(run.noise, known=-np.eye(len(run.residual))))
+    with pytest.raises(ArithmeticError, match="can't be weighed"):
+        find_sizes([broken], typical_sizes(run.noise))

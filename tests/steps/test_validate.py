@@ -13,8 +13,12 @@ import yaml
 from tests.steps.validate_cases import described, inputs, known_file, true_parameters
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.diagnosis.extend import _case
+from vdyn_cli.effects import catalogue
 from vdyn_cli.errors import InputError, ResultError
 from vdyn_cli.estimation.validate.drives import OUTPUTS
+from vdyn_cli.estimation.validate.noise import DEPARTURE
+from vdyn_cli.estimation.validate.regression import weigh
+from vdyn_cli.fit import Unknown
 from vdyn_cli.inputs import Inputs
 from vdyn_cli.log import Log
 from vdyn_cli.parameters import Estimate
@@ -110,6 +114,47 @@ def test_the_regression_is_the_door_for_effects(root: Path, tmp_path: Path) -> N
     moved[shared.index("mass")] += step
     change = (regression.rows(0, regression.local(moved, 0)).residual - rows.residual) / step
     assert change == pytest.approx(rows.jacobian[:, shared.index("mass")], abs=1e-3 * np.abs(change).max())
+
+
+def test_its_lines_may_go_through_parameters_that_are_not_as_believed(root: Path, tmp_path: Path) -> None:
+    """Priors stay where they are; a start beyond what is plausible is taken back to five standard deviations."""
+    found = inputs(root, tmp_path, true_parameters(), (1,))
+    believed = validate.regression(found.spec, found.data, found.known)
+    inertia = next(u for u in believed.shared if u.name == "driveline_inertia")
+    assert inertia.prior is not None
+    mean, std = inertia.prior
+    for asked, taken in ((mean + std, mean + std), (mean + 50 * std, mean + 5 * std)):
+        moved = validate.regression(found.spec, found.data, found.known, begun={"driveline_inertia": asked})
+        there = next(u for u in moved.shared if u.name == "driveline_inertia")
+        assert there.start == pytest.approx(taken)
+        assert there.prior == inertia.prior
+
+
+def test_how_a_car_leaves_rest_is_not_known_to_the_millimetre(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters(), (1,))
+    w = weigh(validate.trial_of(found.spec, found.data, found.known)[0], calm=True)
+    rows = len(w.plans[0].bins.time)
+    covariance = w.factors[0][:rows] @ w.factors[0][:rows].T
+    assert w.plans[0].section(w.plans[0].bins).min() > 0
+    assert np.sqrt(covariance.min()) > 0.9 * DEPARTURE
+
+
+def test_free_play_is_weighed_by_what_some_play_does(root: Path, tmp_path: Path) -> None:
+    """It has no slope at nothing: its trace is that of a size worth finding."""
+    found = inputs(root, tmp_path, true_parameters(), (1,))
+    play = next(e for e in catalogue() if e.name == "backlash")
+    size = play.probes[len(play.probes) // 3]
+    trials = [
+        validate.trial_of(found.spec, found.data, found.known, [play], [Unknown("backlash", start, 0.0, 0.06, "rad")])[
+            0
+        ]
+        for start in (0.0, size)
+    ]
+    without, with_it = (one.first[0] for one in trials)
+    column = without.slopes["shaft_torque_left"][:, len(trials[0].beliefs.names) + len(trials[0].instruments)]
+    apart = with_it.values["shaft_torque_left"] - without.values["shaft_torque_left"]
+    assert np.abs(apart).max() > 1.0
+    assert column * size == pytest.approx(apart, abs=0.05 * np.abs(apart).max())
 
 
 def test_what_earlier_steps_found_beside_the_parameters_is_simulated_and_not_sought_again(
