@@ -85,9 +85,7 @@ def _likelihood(runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: Arr
     information, pulled, value = np.diag(known), np.zeros(s), 0.0
     solved = []
     for run in runs:
-        own = run.own / np.maximum(
-            1.0, np.max(np.abs(run.own), axis=0, initial=0.0)
-        )  # wide is wide, and not beyond count
+        own = run.own / np.maximum(1.0, np.max(np.abs(run.own), axis=0, initial=0.0))  # far is far enough
         covariance = run.noise.covariance(sizes) + WIDE**2 * own @ own.T
         factor = cho_factor(covariance, lower=True, overwrite_a=True, check_finite=False)
         weighted = cho_solve(factor, np.column_stack([run.shared, run.residual]), check_finite=False)
