@@ -75,20 +75,32 @@ def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str]
     folds = _folds(base.sheet, fewest)
     if folds[0][0] < 0 and len(folds) < FEWEST_BLOCKS:
         return None
-    asked = ((bench.without(extended), base), (bench.near(extended), extended), (seen, base))
-    without, near, there = (a if len(_folds(a.sheet, fewest)) == len(folds) else b for a, b in asked)
+
+    def cut_alike(one: Fitted | None, other: Fitted) -> Fitted:
+        return one if one is not None and len(_folds(one.sheet, fewest)) == len(folds) else other
+
+    near, there = cut_alike(bench.near(extended), extended), cut_alike(seen, base)
+    without = cut_alike(bench.simulated(extended), base)
+    simulated: dict[tuple[str, ...], Fitted] = {(): without}
     before, after, fitted = [], [], []
-    for k, (first, mine, other) in enumerate(
-        zip(*(_folds(f.sheet, fewest) for f in (without, near, there)), strict=True)
-    ):
+    for k in range(len(folds)):
         chosen = extended.causes  # what has no slope at nothing cannot be chosen there
         if set(chosen) <= set(choose):
             chosen = _chosen(bench, there, k, fewest, choose, extended.causes)
-        unknowns = [*bench.base, *(n for c in chosen for n in bench.freed(c))]
-        at, fold = (near, mine) if chosen == extended.causes else (there, other)
-        before.append(_missed(without, first, bench.base, bench.believed))
-        after.append(_missed(at, fold, unknowns, bench.believed))
-        fitted.append((_missed(without, first, bench.base, {}), _missed(at, fold, unknowns, {})))
+        at = near if chosen == extended.causes else there
+        first, fold = _folds(without.sheet, fewest)[k], _folds(at.sheet, fewest)[k]
+        values = _values(at, fold, [*bench.base, *(n for c in chosen for n in bench.freed(c))])
+        fitted.append((_missed(without, first, _values(without, first, bench.base)), _missed(at, fold, values)))
+        if not bench.believed:
+            continue
+        values |= bench.believed
+        if chosen not in simulated:
+            simulated[chosen] = cut_alike(bench.simulated(extended, chosen, values), at)
+        drives = simulated[chosen]
+        before.append(_as_begun(without, first, bench.believed))
+        after.append(_as_begun(drives, _folds(drives.sheet, fewest)[k], values))
+    if not bench.believed:
+        before, after = [b for b, _ in fitted], [a for _, a in fitted]
     return _summary(before, after, _worse(fitted))
 
 
@@ -103,9 +115,8 @@ def _folds(sheet: Sheet, fewest: int) -> list[Fold]:
 
 def rms_of(linear: Linear, fitted: bool = True) -> float:
     """Root mean square of the main channel's error as the runs are, their own unknowns fitted to them or not."""
-    zero = np.zeros(len(linear.regression.shared))
     own = None if fitted else np.zeros(len(linear.regression.own))
-    every = [_left_of_run(linear, k, zero, own) for k in range(len(linear.rows))]
+    every = [_left_of_run(linear, k, {}, own) for k in range(len(linear.rows))]
     plain = every[0].plain_rows > 0
     squares = sum(m.plain if plain else m.squares for m in every)
     return float(np.sqrt(squares / sum(m.plain_rows if plain else m.rows for m in every)))
@@ -148,22 +159,42 @@ def _kept(sheet: Sheet, kept: Mask) -> Sheet:
     )
 
 
-def _missed(at: Fitted, fold: Fold, fitted: Sequence[str], believed: Mapping[str, float]) -> Missed:
-    """What a fit to all other rows predicts wrongly in a run, or in a block."""
+def _values(at: Fitted, fold: Fold, names: Sequence[str]) -> dict[str, float]:
+    """Shared unknowns as a fit to all other rows has them."""
+    own = [n for n in at.sheet.names if "#" in n]
+    step = _fitted(at.sheet.of([*names, *own]), at.sheet.y, ~fold[1])
+    here = _here(at.linear)
+    return {n: here[n] + move for n, move in zip(names, step.tolist(), strict=False)}
+
+
+def _here(linear: Linear) -> dict[str, float]:
+    return {u.name: x for u, x in zip(linear.regression.shared, linear.shared.tolist(), strict=True)}
+
+
+def _steps(at: Fitted, values: Mapping[str, float]) -> dict[str, float]:
+    here = _here(at.linear)
+    return {n: value - here[n] for n, value in values.items()}
+
+
+def _missed(at: Fitted, fold: Fold, values: Mapping[str, float]) -> Missed:
+    """What a model with these values predicts wrongly in a run, or in a block, its own unknowns the best for it."""
     sheet, (run, rows) = at.sheet, fold
-    kept = ~rows
-    own = [n for n in sheet.names if "#" in n]
-    step = dict(zip(fitted, _fitted(sheet.of([*fitted, *own]), sheet.y, kept), strict=False))
-    here = {u.name: x for u, x in zip(at.linear.regression.shared, at.linear.shared.tolist(), strict=True)}
-    step |= {n: value - here[n] for n, value in believed.items()}
-    begun = _begun(at.linear) if believed else None
-    if run < 0:
-        left = sheet.y - sheet.of(list(step)) @ np.array(list(step.values()))
-        mine = sheet.of(own)
-        left = left[rows] - mine[rows] @ (_fitted(mine, left, kept) if begun is None else begun.ravel())
-        return Missed(float(left @ left), float(np.sum(sheet.counts[np.unique(sheet.label[rows])])), 0.0, 0)
-    shared = np.array([step.get(u.name, 0.0) for u in at.linear.regression.shared])
-    return _left_of_run(at.linear, run, shared, None if begun is None else begun[run])
+    step = _steps(at, values)
+    if run >= 0:
+        return _left_of_run(at.linear, run, step, None)
+    left = sheet.y - sheet.of(list(step)) @ np.array(list(step.values()))
+    mine = sheet.of([n for n in sheet.names if "#" in n])
+    return _of_block(sheet, rows, left - mine @ _fitted(mine, left, ~rows))
+
+
+def _as_begun(at: Fitted, fold: Fold, values: Mapping[str, float]) -> Missed:
+    """What a model with these values predicts wrongly, every run begun as it was measured."""
+    sheet, (run, rows) = at.sheet, fold
+    step, begun = _steps(at, values), _begun(at.linear)
+    if run >= 0:
+        return _left_of_run(at.linear, run, step, begun[run])
+    left = sheet.y - sheet.of(list(step)) @ np.array(list(step.values()))
+    return _of_block(sheet, rows, left - sheet.of([n for n in sheet.names if "#" in n]) @ begun.ravel())
 
 
 def _begun(linear: Linear) -> Array:
@@ -173,6 +204,10 @@ def _begun(linear: Linear) -> Array:
     return np.array(starts, dtype=float).reshape(len(starts), runs).T - linear.own
 
 
+def _of_block(sheet: Sheet, rows: Mask, left: Array) -> Missed:
+    return Missed(float(left[rows] @ left[rows]), float(np.sum(sheet.counts[np.unique(sheet.label[rows])])), 0.0, 0)
+
+
 def _fitted(columns: Array, y: Array, kept: Mask) -> Array:
     """Least squares on the kept rows for columns of any scale."""
     size = np.sqrt(np.sum(columns**2, axis=0))
@@ -180,9 +215,10 @@ def _fitted(columns: Array, y: Array, kept: Mask) -> Array:
     return np.asarray(np.linalg.lstsq(columns[kept] / size, y[kept], rcond=1e-9)[0] / size)
 
 
-def _left_of_run(linear: Linear, run: int, step: Array, own: Array | None) -> Missed:
+def _left_of_run(linear: Linear, run: int, moved: Mapping[str, float], own: Array | None) -> Missed:
     """What is left of a run after a step of the shared unknowns and one of its own, the best where None is given."""
     rows, s = linear.rows[run], len(linear.regression.shared)
+    step = np.array([moved.get(u.name, 0.0) for u in linear.regression.shared])
     left = rows.residual + rows.jacobian[:, :s] @ step
     mine = rows.jacobian[:, s:]
     if own is None:

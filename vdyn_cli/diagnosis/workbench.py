@@ -216,23 +216,25 @@ class Workbench:
         extra = [begun_at(u, through) for e in effects for u in unknowns_of(e)]
         return self.case.regression(effects, extra, begun={n: v for n, v in through.items() if n in self.base})
 
-    def without(self, fitted: Fitted) -> Fitted:
-        """The baseline as believed, in the rows of ``near(fitted)``: weighed by the noise that is found with causes in.
+    def simulated(
+        self, fitted: Fitted, causes: Sequence[str] = (), sizes: Mapping[str, float] = NOTHING
+    ) -> Fitted | None:
+        """The runs with parameters as believed and causes of these sizes, weighed by the noise with ``fitted`` in.
 
         Sums of squares can be compared only where they are weighed alike; what a cause leaves out passes for noise.
+        None where the model has no finite value there, or where fits simulate at every step: those are near already.
         """
-        base = self.fitted(())
-        assert base is not None
         if not self.case.straight or not fitted.causes:
-            return base
+            return None
+        every = tuple(sorted({*fitted.causes, *causes}))
+        nothing = {n: 0.0 for c in every for n in self.unknowns(c)}
         try:
-            alone, runs = self._alone(fitted.causes, fitted.values), len(self.full.runs)
-            nothing = {**self.believed, **{n: 0.0 for c in fitted.causes for n in self.unknowns(c)}}
+            alone, runs = self._alone(every, fitted.values), len(self.full.runs)
             begun = {u.name: alone.run_starts.get(u.name, np.full(runs, u.start)) for u in alone.own}
-            linear = linearise(alone, nothing, begun)
+            linear = linearise(alone, {**nothing, **sizes, **self.believed}, begun)
         except (ResultError, ArithmeticError):
-            return base
-        return Fitted((), base.solution, linear, sheet(linear))
+            return None
+        return Fitted(tuple(causes), fitted.solution, linear, sheet(linear))
 
     @property
     def believed(self) -> Mapping[str, float]:
