@@ -63,6 +63,7 @@ class Workbench:
     base: tuple[str, ...]
     _fits: dict[tuple[str, ...], Fitted | None] = field(default_factory=dict)
     _near: dict[tuple[str, ...], Fitted] = field(default_factory=dict)
+    _last: dict[tuple[tuple[str, ...], tuple[tuple[str, float], ...]], Regression] = field(default_factory=dict)
 
     def unknowns(self, cause: str) -> tuple[str, ...]:
         """What the scan frees of a cause or a profile."""
@@ -211,10 +212,14 @@ class Workbench:
         return Fitted(causes, solution, linear, sheet(linear))
 
     def _alone(self, causes: tuple[str, ...], through: Mapping[str, float]) -> Regression:
-        """The step's regression with these causes alone in the model, begun at these sizes."""
-        effects = [self.case.causes[c] for c in causes]
-        extra = [begun_at(u, through) for e in effects for u in unknowns_of(e)]
-        return self.case.regression(effects, extra, begun={n: v for n, v in through.items() if n in self.base})
+        """The step's regression with these causes alone in the model, begun at these sizes; the last one is kept."""
+        key = causes, tuple(through.items())
+        if key not in self._last:
+            effects = [self.case.causes[c] for c in causes]
+            extra = [begun_at(u, through) for e in effects for u in unknowns_of(e)]
+            begun = {n: v for n, v in through.items() if n in self.base}
+            self._last = {key: self.case.regression(effects, extra, begun=begun)}
+        return self._last[key]
 
     def simulated(
         self, fitted: Fitted, causes: Sequence[str] = (), sizes: Mapping[str, float] = NOTHING
