@@ -13,6 +13,7 @@ from vdyn_cli.fit.triangles import Array, reduce
 
 NEGLIGIBLE = 1e-16  # of the cost: a step that promises less has arrived
 HARMLESS = 1e-4  # of one residual's variance: a stalled step that promises less moves nothing that matters
+KINKED = 2.0  # of one residual's variance, two standard errors: what a kink may promise and not keep
 BLIND = 1e-3  # of an unknown's sensitivity left after one step
 IDLE = 3  # steps in a row that gained less than the tolerance: a further one that fails ends the fit
 PARTS = (1.0, 0.3, 0.1, 0.03)
@@ -60,7 +61,7 @@ def minimise(
     tolerance : what a full step may still promise on arrival, as the fall of the sum of squares in variances of one
         residual; where the fit stalls, a hundred times that. At a kink of the model, and where much is left over, the
         linearisation promises what no step keeps: then what the step and parts of it keep is asked, of a promise of
-        less than one variance.
+        less than two standard errors.
 
     Raises
     ------
@@ -91,7 +92,7 @@ def minimise(
             if damping > MOST_DAMPING or idle > IDLE or not np.any(point.x + step != point.x):
                 harmless = max(HARMLESS, 100 * tolerance) * variance
                 arrived = promise <= harmless or (
-                    promise <= variance and _kept(evaluate, point, full, lower, upper) <= harmless
+                    promise <= KINKED * variance and _kept(evaluate, point, full, lower, upper) <= harmless
                 )
                 return Minimum(point, active, arrived, promise, full, iteration)
         damping = max(damping * (0.3 if gain > 0.75 else 1.0 if gain > 0.25 else 2.0), LEAST_DAMPING)
