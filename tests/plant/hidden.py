@@ -216,6 +216,13 @@ DRIVES: Mapping[str, float] = {
 
 
 def _drives(vehicle: Vehicle, seed: int, hidden: Mapping[str, float], unknowns: Sequence[str]) -> Information:
+    """Slopes are about a car with nothing hidden: what is told of some effects is a part of what is told of all."""
+    every = tuple(dict.fromkeys([*DRIVES, *unknowns]))
+    return _drives_at_nothing(vehicle, seed, every).known(set(every) - set(unknowns))
+
+
+@lru_cache(16)
+def _drives_at_nothing(vehicle: Vehicle, seed: int, unknowns: tuple[str, ...]) -> Information:
     return drive_information.information(vehicle, seed, unknowns)
 
 

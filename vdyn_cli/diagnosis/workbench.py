@@ -159,12 +159,13 @@ class Workbench:
 
         Only of causes that look like ``cause``, which explains most on the lines of ``other``; else those.
         """
+        alike = [e for e in self.case.effects if self.case.straight and cause in e.alike and e.probes]
+        if not alike:
+            return other
         fitted = other.fitted((cause,))
         least = inf if fitted is None else other.near(fitted).solution.cost - CLEARLY
         best: Fitted | None = None
-        for effect in self.case.effects if self.case.straight else ():
-            if cause not in effect.alike or not effect.probes:
-                continue
+        for effect in alike:
             found = self._probed_lines(effect, _some(effect.probes))
             if found is not None and found.solution.cost < least:
                 finer = self._probed_lines(effect, _around(effect.probes, found.values[scanned(effect)[0]]))
