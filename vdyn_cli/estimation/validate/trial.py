@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from vdyn_cli.effects import effect
 from vdyn_cli.engine.bench import Correction, Law, Number, Signals
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.estimation.validate.drives import OUTPUTS, Stretch
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.estimation.validate.drives import Stretch
 from vdyn_cli.estimation.validate.given import Beliefs
+from vdyn_cli.estimation.validate.sensors import Sensors, true_readings
+from vdyn_cli.estimation.validate.sought import believed, near_belief
 from vdyn_cli.estimation.validate.torque import Fed, fed
 from vdyn_cli.fit import Unknown
 from vdyn_cli.quantity import Quantity
@@ -28,14 +29,9 @@ T = TypeVar("T")
 
 START = "start.speed"
 TORQUE_ZERO = "drive_torque_zero"
-SIGNED = ("hub_swing", "driveline_pitch", "rolling_speed")  # may lie on either side of zero
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
-GAINS = ("speed", "shaft_torque", "acceleration")
 REST = 0.3  # m/s, below which a drive begins at rest
 AT_REST = 1e-3  # m/s, how well a car at rest is known to be
-FARTHEST_GAIN = 0.5  # of an instrument, likewise
-FARTHEST = 200.0  # standard deviations by which drives may contradict what was believed
-NEAR = 5.0  # standard deviations, within which a simulation begins about what was believed
 UNEVEN = 3.0  # spacings of the clock that one step size must still bear
 
 
@@ -90,22 +86,19 @@ class Trial:
     at: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
-    def zeroed(self) -> tuple[str, ...]:
-        """Channels whose zero is a nuisance of every stretch; the drive torque's, which drives the car, first."""
-        return tuple(n for n in ("drive_torque", *self.channels) if self.zeros.get(n, 0.0) > 0)
+    def sensors(self) -> Sensors:
+        """How the outputs are read."""
+        return Sensors(self.channels, self.zeros, self.gains)
 
     @property
-    def _driving(self) -> int:
-        """How many of the zeros are those of an input."""
-        return int("drive_torque" in self.zeroed)
+    def zeroed(self) -> tuple[str, ...]:
+        """Channels whose zero is a nuisance of every stretch; the drive torque's, which drives the car, first."""
+        return self.sensors.zeroed
 
-    @cached_property
+    @property
     def instruments(self) -> dict[str, float]:
         """Unknowns of the readings that all stretches share, with their standard deviations about zero."""
-        return {f"{n}_gain": self.gains[n] for n in GAINS if self.gains.get(n, 0.0) > 0 and self._read(n)}
-
-    def _read(self, group: str) -> tuple[str, ...]:
-        return tuple(n for n in self.channels if n.startswith(group))
+        return self.sensors.instruments
 
     @property
     def own(self) -> tuple[str, ...]:
@@ -121,7 +114,7 @@ class Trial:
     def _moving(self) -> NDArray[np.int64]:
         """Places among a stretch's unknowns of those that the simulator takes."""
         k, m = len(self.beliefs.names), len(self.instruments)
-        end = len(self.shared) + 1 + self._driving
+        end = len(self.shared) + 1 + self.sensors.driving
         return np.concatenate([np.arange(k), np.arange(k + m, end)]).astype(np.int64)
 
     @cached_property
@@ -163,7 +156,7 @@ class Trial:
     @cached_property
     def _simulator(self) -> Simulator:
         unknowns = (*self.beliefs.names, *(u.name for u in self.extra), START)
-        if self._driving:
+        if self.sensors.driving:
             return self._simulates((*unknowns, TORQUE_ZERO), (*self.effects, drive_torque_zero))
         return self._simulates(unknowns, self.effects)
 
@@ -233,11 +226,11 @@ class Trial:
     def _added(self, run: int) -> dict[str, Array]:
         """The derivatives of one stretch to what is added."""
         start = np.array([u.start for u in self.extra])
-        without, slopes = self._readings(self._adding(self.drives[run], start), self.stretches[run])
+        without, slopes = true_readings(self._adding(self.drives[run], start), self.stretches[run])
         for i, size in self._secants.items():
             own = start + size * (np.arange(start.size) == i)
             with_it = self._adding(self.drives[run], own, sensitivities=False)
-            for n, value in self._readings(with_it, self.stretches[run])[0].items():
+            for n, value in true_readings(with_it, self.stretches[run])[0].items():
                 slopes[n][:, i] = (value - without[n]) / size
         return slopes
 
@@ -245,8 +238,7 @@ class Trial:
     def _secants(self) -> Mapping[int, float]:
         """Of what is added and has no slope at nothing: its place, and the size over which its trace is taken."""
         places = {u.name: i for i, u in enumerate(self.extra)}
-        probed = [(e, getattr(e, "probes", ())) for e in self.effects]
-        sizes = {next(iter(e.unknowns)): probes[len(probes) // 3] for e, probes in probed if probes}
+        sizes = {next(iter(e.unknowns)): e.probes[len(e.probes) // 3] for e in self.effects if e.probes}
         return {places[n]: size for n, size in sizes.items() if n in places}
 
     @cached_property
@@ -281,9 +273,7 @@ class Trial:
 
     def begun_at(self, values: Mapping[str, float]) -> Trial:
         """The trial with its believed parameters begun at these values, as far as they are possible and not absurd."""
-        known = {u.name: u for u in self.unknowns()[0] if u.name in self.beliefs.names and u.name in values}
-        near = {n: NEAR * float(std) for n, std in zip(self.beliefs.names, self.beliefs.std, strict=True)}
-        return replace(self, at={n: _within(values[n], u, near[n]) for n, u in known.items()})
+        return replace(self, at=near_belief(self.beliefs, values))
 
     def begun(self, run: int) -> tuple[float, float]:
         """Start speed of a stretch and its standard deviation."""
@@ -300,61 +290,27 @@ class Trial:
         drive = (self._shaken_drives if shaken else self.drives)[run]
         k, m, steady = len(self.beliefs.names), len(self.instruments), len(self.shared)
         seen = self._simulator(drive, theta[self._moving], sensitivities=slopes)
-        values, derivatives = self._readings(seen, self.stretches[run])
+        values, derivatives = true_readings(seen, self.stretches[run])
         for name in values:
-            added, columns = self._reading(name, values[name], theta[k : k + m], theta[steady + 1 + self._driving :])
+            of_gains, of_zeros = theta[k : k + m], theta[steady + 1 + self.sensors.driving :]
+            added, columns = self.sensors.read(name, values[name], of_gains, of_zeros)
             if slopes:
                 moved = derivatives[name]
                 derivatives[name] = np.hstack([moved[:, :k], columns[0], moved[:, k:], columns[1]])
             values[name] = added
         return Outcome(values, derivatives)
 
-    def _reading(self, name: str, true: Array, steady: Array, zeros: Array) -> tuple[Array, tuple[Array, Array]]:
-        """What the sensor of a channel reads, and the derivatives to the instruments' and the zeros' unknowns."""
-        read, shared, own = true, np.zeros((true.size, steady.size)), np.zeros((true.size, zeros.size))
-        for i, instrument in enumerate(self.instruments):
-            if name in self._read(instrument.removesuffix("_gain")):
-                shared[:, i] = true
-        if name in self.zeroed:
-            own[:, self.zeroed.index(name) - self._driving] = 1.0
-        return read + shared @ steady + own @ zeros, (shared, own)
-
-    def _readings(self, seen: Simulated, s: Stretch) -> tuple[dict[str, Array], dict[str, Array]]:
-        names = [n for n in OUTPUTS if n in seen.outputs]
-        values = {n: seen.outputs[n] for n in names}
-        slopes = {n: seen.sensitivities[n] for n in names}
-        if "acceleration" not in self._outputs and s.time.size > 2:
-            # A mass on a road has no acceleration of its own to read: the rate of its speed and gravity along the road.
-            grade = s.inputs["grade"]
-            values["acceleration"] = np.gradient(values["speed"], s.time) + GRAVITY * grade / np.sqrt(1 + grade**2)
-            slopes["acceleration"] = np.gradient(slopes["speed"], s.time, axis=0)
-        return values, slopes
-
     def unknowns(self) -> tuple[tuple[Unknown, ...], dict[str, Array]]:
         """Everything sought, with what is known of it; and each stretch's own starts."""
-        believed = [_believed(self.beliefs, i) for i in range(len(self.beliefs.names))]
-        found = [replace(u, start=self.at.get(u.name, u.start)) for u in believed]
-        begun = np.array([self.begun(k) for k in range(len(self.stretches))]).reshape(-1, 2)
-        own = [
-            Unknown(START, 0.0, -10.0, 160.0, "m/s", per_run=True, nuisance=True),
-            *(
-                Unknown(f"{n}_zero", 0.0, -50 * self.zeros[n], 50 * self.zeros[n], "", (0.0, self.zeros[n]), True, True)
-                for n in self.zeroed
-            ),
-        ]
-        instruments = [
-            Unknown(n, 0.0, -FARTHEST_GAIN, FARTHEST_GAIN, "", (0.0, std), nuisance=True)
-            for n, std in self.instruments.items()
-        ]
-        return (*found, *instruments, *self.extra, *own), {START: begun[:, 0]}
+        found = [replace(u, start=self.at.get(u.name, u.start)) for u in believed(self.beliefs)]
+        start = Unknown(START, 0.0, -10.0, 160.0, "m/s", per_run=True, nuisance=True)
+        begun = np.array([self.begun(k)[0] for k in range(len(self.stretches))])
+        return (*found, *self.sensors.gain_unknowns(), *self.extra, start, *self.sensors.zero_unknowns()), {
+            START: begun
+        }
 
     def with_wind(self, variance: float) -> Trial:
         return replace(self, wind_variance=variance)
-
-
-def _within(value: float, u: Unknown, far: float) -> float:
-    assert u.prior is not None
-    return float(np.clip(value, max(u.lower, u.prior[0] - far), min(u.upper, u.prior[0] + far)))
 
 
 def remembered(trial: Trial) -> Trial:
@@ -369,14 +325,3 @@ def remembered(trial: Trial) -> Trial:
 def _shelf(alike: Hashable) -> dict[str, Trial]:
     """Where the last ones stand: as believed, and as the baseline's fit has it."""
     return {}
-
-
-def _believed(beliefs: Beliefs, i: int) -> Unknown:
-    name, value, std = beliefs.names[i], beliefs.values[beliefs.names[i]], float(beliefs.std[i])
-    row = {b: float(beliefs.correlation[i, j]) for j, b in enumerate(beliefs.names) if j != i}
-    related = {b: r for b, r in row.items() if abs(r) > 1e-12}
-    # Wide: drives may contradict what was believed by any number of standard deviations, which is then a finding.
-    low, high = value - FARTHEST * std, value + FARTHEST * std
-    if value > 0 and name not in SIGNED:
-        low = max(low, 0.02 * value)
-    return Unknown(name, value, low, high, "", (value, std), nuisance=True, prior_correlation=related)

@@ -11,7 +11,7 @@ from vdyn_cli.estimation.validate.defaults import UNFELT
 from vdyn_cli.estimation.validate.jerk import JERK
 from vdyn_cli.estimation.validate.posterior import Posterior
 from vdyn_cli.estimation.validate.regression import Weighed
-from vdyn_cli.estimation.validate.trial import FARTHEST
+from vdyn_cli.estimation.validate.sought import FARTHEST
 from vdyn_cli.estimation.validate.views import shares, word
 from vdyn_cli.estimation.validate.windows import Ends
 from vdyn_cli.vocabulary import PARAMETERS
