@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vdyn_cli.diagnosis.detect import fewest_runs
+from vdyn_cli.diagnosis.invisible import Invisible
 from vdyn_cli.diagnosis.next_test import NextTest
-from vdyn_cli.diagnosis.verdict import Invisible, Verdict
+from vdyn_cli.diagnosis.verdict import Verdict
 from vdyn_cli.diagnosis.words import interchangeable
 from vdyn_cli.diagnosis.workbench import Workbench
 from vdyn_cli.parameters import Estimate

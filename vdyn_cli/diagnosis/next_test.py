@@ -10,8 +10,9 @@ from math import ceil
 from vdyn_cli.diagnosis.choice import FEW
 from vdyn_cli.diagnosis.design import SAFE, Asked, Designer, Plan
 from vdyn_cli.diagnosis.detect import FEWEST_RUNS
+from vdyn_cli.diagnosis.invisible import TYPICAL
 from vdyn_cli.diagnosis.naming import Trial
-from vdyn_cli.diagnosis.verdict import TYPICAL, Verdict
+from vdyn_cli.diagnosis.verdict import Verdict
 from vdyn_cli.diagnosis.workbench import Workbench
 
 MOST = 200  # runs: beyond, another manoeuvre is needed

@@ -14,32 +14,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from vdyn_cli.diagnosis.choice import nearly, not_outdone, nothing, simplest, unlisted
-from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, Unseen, detect, unseen
+from vdyn_cli.diagnosis.detect import FEWEST_UNITS, FEWEST_WORTH, VISIBLE, Detection, detect
 from vdyn_cli.diagnosis.gain import Gain, gain
+from vdyn_cli.diagnosis.invisible import Invisible, invisible
 from vdyn_cli.diagnosis.naming import REST, Trial, as_good, one_after_another, pairs, singles
-from vdyn_cli.diagnosis.scores import absorbed
+from vdyn_cli.diagnosis.nearer import nearer
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 from vdyn_cli.errors import Finding
 
 Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
-NOTICEABLE = 0.01  # standard deviations: a bias below is not worth a word
-LARGE = 6.0  # standard errors of a cause, from which a straight line's bend may count
-NEARER = 5  # causes that are looked at each on its own lines
-TYPICAL = 0.5  # of the plausible range, for what a cause that cannot be seen would bias
-
-
-@dataclass(frozen=True)
-class Invisible:
-    """A cause that these data cannot show, why, and what it would do to the parameters if it were there."""
-
-    effect: str
-    because: Unseen
-    visibility: float
-    size: float
-    would_bias: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -86,7 +70,7 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
     base = bench.fitted(())
     assert base is not None
     found = detect(bench, base)
-    unseen_causes = _invisible(bench, base, found)
+    unseen_causes = invisible(bench, base, found)
     why = _missing(bench, found)
 
     first = bench
@@ -107,7 +91,7 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
     if faults:
         why = f"{faults[0].where} {faults[0].what}"
         return verdict("data_fault")
-    bench, seen = _nearer(bench, found)
+    bench, seen = nearer(bench, found)
     tried = singles(bench, seen)
     answers = simplest(bench, not_outdone(bench, tried), tried)
     if not answers and not _one_shape(bench):
@@ -131,28 +115,6 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
         return named
     # What makes predictions worse for sure is not the cause, however much of the fitted runs it explains.
     return unknown(answers[0], "with it in, what it has not seen is predicted worse")
-
-
-def _nearer(bench: Workbench, found: Detection) -> tuple[Workbench, Detection]:
-    """Where straight lines have to do, those through the car as it drove, and what is seen on them."""
-    likeliest = _likeliest(bench, found)
-    if likeliest is None or not bench.case.straight:
-        return bench, found
-    about = bench.about(likeliest) if found.scores.evidence[likeliest] > LARGE else bench
-    beyond = bench.beyond(likeliest, about)
-    base = beyond.fitted(())
-    return (about, found) if beyond is about or base is None else (beyond, detect(beyond, base))
-
-
-def _likeliest(bench: Workbench, found: Detection) -> str | None:
-    """The cause that explains most, of large ones each on lines through itself: from afar a wrong one may seem more."""
-    evidence = found.scores.evidence
-    large = sorted((n for n in found.testable if evidence[n] > LARGE), key=lambda n: -evidence[n])[:NEARER]
-    if not bench.case.straight or len(large) < 2:
-        return found.scores.strongest(found.testable)
-    far = {n: bench.fitted((n,)) for n in large}
-    near = {n: bench.near(fitted).solution.cost for n, fitted in far.items() if fitted is not None}
-    return min(near, key=lambda n: near[n], default=found.scores.strongest(large))
 
 
 def _missing(bench: Workbench, found: Detection) -> str:
@@ -183,24 +145,3 @@ def _one_shape(bench: Workbench) -> bool:
         if left.p_value(visible) > REST:
             return True
     return False
-
-
-def _invisible(bench: Workbench, base: Fitted, found: Detection) -> tuple[Invisible, ...]:
-    result = []
-    for name, effect in bench.case.causes.items():
-        unknown = bench.unknowns(name)[0]
-        trace = base.sheet.of([unknown])[:, 0]
-        reason = unseen(bench, found.scores, name)
-        if reason is None or not np.any(trace):
-            continue
-        quantity = effect.unknowns[unknown]
-        size = TYPICAL * max(abs(quantity.lower), abs(quantity.upper))
-        moved = absorbed(base.sheet, bench.base, trace) * size
-        spread = base.solution.std
-        bias = {
-            n: float(m)
-            for n, m in zip(bench.base, moved, strict=True)
-            if n not in bench.nuisances and abs(m) > NOTICEABLE * spread[n]
-        }
-        result.append(Invisible(name, reason, found.scores.visibility[name], size, bias))
-    return tuple(result)
