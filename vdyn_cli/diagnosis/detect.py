@@ -49,15 +49,15 @@ def detect(bench: Workbench, at: Fitted) -> Detection:
     found = bench.scores(at, [*causes, *bench.case.families])
     testable = tuple(n for n in causes if is_testable(bench, found, n))
     worth = at.sheet.evidence()
-    p = chance(bench, at, found, testable)
+    p = chance(bench, at, found, testable, evened=True)
     return Detection(found, testable, p, found.smallest_p(), at.sheet.units, worth, at.sheet.kind, at.sheet.stated)
 
 
-def chance(bench: Workbench, at: Fitted, found: Scores, causes: Sequence[str]) -> float:
+def chance(bench: Workbench, at: Fitted, found: Scores, causes: Sequence[str], evened: bool = False) -> float:
     """Chance that causes and profiles would show as much by accident, over the three families together.
 
     Causes that differ between runs are tested with whole runs as units, the others and the free profiles with the
-    sheet's own.
+    sheet's own; ``evened``: see ``Scores.p_value``.
     """
     kind = {n: bench.case.causes[n].kind for n in causes}
     within = [n for n in causes if kind[n] == "within_run"]
@@ -68,11 +68,11 @@ def chance(bench: Workbench, at: Fitted, found: Scores, causes: Sequence[str]) -
     total = sum(shares.values())
     parts = []
     if within:
-        parts.append(found.p_value(within) / shares["within"])
+        parts.append(found.p_value(within, evened=evened) / shares["within"])
     if between:
-        parts.append(bench.scores(at, between, runs=True).p_value() / shares["between"])
+        parts.append(bench.scores(at, between, runs=True).p_value(evened=evened) / shares["between"])
     if profiles:
-        parts.append(found.p_value(profiles) / shares["profiles"])
+        parts.append(found.p_value(profiles, evened=evened) / shares["profiles"])
     return min(1.0, total * min(parts)) if parts else 1.0
 
 

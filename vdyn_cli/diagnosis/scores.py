@@ -27,6 +27,7 @@ from vdyn_cli.fit.triangles import Array
 ENUMERATED = 13  # units up to which every pattern of signs is tried
 DRAWS = 1999
 SEED = 20170401
+EVENED = 0.1  # of the error, for candidates on an even footing
 
 
 @dataclass(frozen=True)
@@ -67,35 +68,55 @@ class Scores:
         named = [n for n in (self.names if among is None else among) if self.rank[n]]
         return max(named, key=lambda n: self.evidence[n], default=None)
 
-    def p_value(self, among: Sequence[str] | None = None, draws: int = DRAWS) -> float:
+    def p_value(self, among: Sequence[str] | None = None, draws: int = DRAWS, evened: bool = False) -> float:
         """Chance that the strongest of these candidates would look as strong if none were there.
 
         The larger of two: by sign flips of the units, which need no noise model, and by the noise model.
+
+        Parameters
+        ----------
+        evened : spend a part of the error on candidates whose statistics are first divided by what flips make of each.
+            Where the baseline misses by many times the noise, flips of one candidate's large and bent trace would else
+            hide another for which every unit votes.
         """
         named = [n for n in (self.names if among is None else among) if self.rank[n]]
         if not named:
             return 1.0
-        seen = max(self.evidence[n] for n in named) - 1e-9
-        return max(self._flipped(named, seen, draws), self._drawn(named, seen, draws))
+        by_flips = self._flipped(named, draws)
+        seen = {n: self.statistic[n] for n in named}
+        flipped = self._as_strong(seen, by_flips)
+        if evened:
+            scale = {n: max(1.0, float(np.mean(np.append(t, seen[n]))) / self.rank[n]) for n, t in by_flips.items()}
+            even = self._as_strong(
+                {n: t / scale[n] for n, t in seen.items()}, {n: t / scale[n] for n, t in by_flips.items()}
+            )
+            flipped = min(flipped / (1.0 - EVENED), even / EVENED, 1.0)
+        return max(flipped, self._drawn(named, max(self.evidence[n] for n in named) - 1e-9, draws))
 
     def smallest_p(self) -> float:
         """The smallest that sign flips can give."""
         return 1.0 / len(signs(self._votes.shape[0], DRAWS))
 
-    def _flipped(self, names: Sequence[str], seen: float, draws: int) -> float:
+    def _as_strong(self, seen: Mapping[str, float], by_flips: Mapping[str, Array]) -> float:
+        """Share of the flips, the data themselves among them, whose strongest candidate is as strong as that seen."""
+        strongest = max(float(equivalent(t, self.rank[n])) for n, t in seen.items()) - 1e-9
+        most = np.max([equivalent(t, self.rank[n]) for n, t in by_flips.items()], axis=0)
+        return float((1 + np.sum(most >= strongest)) / (len(most) + 1))
+
+    def _flipped(self, names: Sequence[str], draws: int) -> dict[str, Array]:
+        """(flips,) statistics of each candidate with the units' signs turned."""
         g = signs(self._votes.shape[0], draws)[1:]
         votes = g @ self._votes
         if len(self._known):
             votes += np.random.default_rng(SEED).standard_normal((len(g), len(self._known))) @ self._known
-        most = np.full(len(g), -np.inf)
+        statistics = {}
         for name in names:
             columns = self.groups[self.names.index(name)]
             turned = np.einsum("fb,bpk->fpk", g, self._turned[:, :, columns])
             least = np.einsum("nk,nl->kl", self._left[:, columns], self._left[:, columns])
             variance = least[None] - np.einsum("fpk,fpl->fkl", turned, turned)
-            statistic = quadratic(votes[:, columns], variance)
-            most = np.maximum(most, equivalent(statistic, self.rank[name]))
-        return float((1 + np.sum(most >= seen)) / (len(g) + 1))
+            statistics[name] = quadratic(votes[:, columns], variance)
+        return statistics
 
     def _drawn(self, names: Sequence[str], seen: float, draws: int) -> float:
         columns = np.concatenate([self.groups[self.names.index(n)] for n in names])

@@ -96,7 +96,7 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
     answers = simplest(bench, not_outdone(bench, tried), tried)
     if not answers and not _one_shape(bench):
         two = pairs(bench, tried, seen)
-        answers = simplest(bench, not_outdone(bench, two), two) or nearly(tried) or nearly(two)
+        answers = simplest(bench, not_outdone(bench, (*tried, *two)), two) or nearly(tried) or nearly(two)
         chain = None if answers else one_after_another(bench, seen)
         answers = answers if chain is None else (chain, *as_good(bench, chain, seen))
     if not answers:
