@@ -221,3 +221,28 @@ def test_a_cause_of_six_standard_errors_is_seen(runs: int, rows: int) -> None:
     found = [seen(Campaign(2000 + k, runs=runs, rows=rows, hidden={"slope": size})) for k in range(40)]
     assert sum(f.p_value(draws=399) <= 0.02 for f in found) >= 39
     assert sum(f.strongest() == "slope" for f in found) >= 38
+
+
+def beside_a_bent_trace(hidden: float, bent: float, seed: int) -> Scores:
+    """24 units of two rows: one shows a cause that each asks for, the other what one unit asks for and the next denies."""
+    rng = np.random.default_rng(seed)
+    units, size = 24, rng.uniform(0.2, 2.0, 24)
+    columns = np.zeros((2 * units, 2))
+    columns[::2, 0], columns[1::2, 1] = 1.0, size
+    y = rng.standard_normal(2 * units)
+    y[::2] += hidden
+    y[1::2] += bent * size * np.where(rng.permutation(units) % 2, 1.0, -0.6)
+    label = np.repeat(np.arange(units), 2)
+    made = Sheet(("asked", "bent"), columns, y, label, np.zeros(units, dtype=np.int64), np.full(units, 2), "block")
+    return scores(made, [], {"asked": ["asked"], "bent": ["bent"]})
+
+
+def test_a_large_bent_trace_hides_no_other_cause() -> None:
+    hiding = [beside_a_bent_trace(2.0, 60.0, k) for k in range(20)]
+    assert sum(s.p_value(draws=399) > 0.05 for s in hiding) >= 15
+    assert sum(s.p_value(draws=399, evened=True) > 0.05 for s in hiding) <= 1
+
+
+def test_an_even_footing_keeps_the_level() -> None:
+    alarms = sum(beside_a_bent_trace(0.0, 0.0, 500 + k).p_value(draws=199, evened=True) <= 0.05 for k in range(300))
+    assert 5 <= alarms <= 25

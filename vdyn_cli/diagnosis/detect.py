@@ -70,7 +70,7 @@ def chance(bench: Workbench, at: Fitted, found: Scores, causes: Sequence[str], e
     if within:
         parts.append(found.p_value(within, evened=evened) / shares["within"])
     if between:
-        parts.append(bench.scores(at, between, runs=True).p_value(evened=evened) / shares["between"])
+        parts.append(bench.scores(at, between, runs=True).p_value() / shares["between"])
     if profiles:
         parts.append(found.p_value(profiles, evened=evened) / shares["profiles"])
     return min(1.0, total * min(parts)) if parts else 1.0

@@ -96,11 +96,11 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
     answers = simplest(bench, not_outdone(bench, tried), tried)
     if not answers and not _one_shape(bench):
         two = pairs(bench, tried, seen)
-        answers = simplest(bench, not_outdone(bench, (*tried, *two)), two) or nearly(tried) or nearly(two)
+        answers = simplest(bench, not_outdone(bench, (*tried, *two)), two) or nearly(tried) or nearly((*tried, *two))
         chain = None if answers else one_after_another(bench, seen)
         answers = answers if chain is None else (chain, *as_good(bench, chain, seen))
     if not answers:
-        return unknown(max(tried, key=lambda t: t.rest, default=None))
+        return unknown(min(tried, key=lambda t: t.fitted.solution.cost, default=None))
     if any(unlisted(bench, trial, seen) for trial in answers):
         return unknown(answers[0], "a free force of fewer unknowns does as well")
     if len(answers) > 1:
