@@ -224,7 +224,7 @@ def test_a_cause_of_six_standard_errors_is_seen(runs: int, rows: int) -> None:
 
 
 def beside_a_bent_trace(hidden: float, bent: float, seed: int) -> Scores:
-    """24 units of two rows: one shows a cause that each asks for, the other what one unit asks for and the next denies."""
+    """24 units of two rows: one of a cause that each asks for, one of what one unit asks for and the next denies."""
     rng = np.random.default_rng(seed)
     units, size = 24, rng.uniform(0.2, 2.0, 24)
     columns = np.zeros((2 * units, 2))

@@ -25,6 +25,9 @@ from vdyn_cli.errors import Finding
 
 Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
 
+SOME = 2  # causes: more, one after another, are no two errors that hid each other
+WORSE = "with it in, what it has not seen is predicted worse"
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -104,17 +107,21 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
     if any(unlisted(bench, trial, seen) for trial in answers):
         return unknown(answers[0], "a free force of fewer unknowns does as well")
     if len(answers) > 1:
-        return verdict("ambiguous", answers, tried)
+        open_ = verdict("ambiguous", answers, tried)
+        if open_.gain is not None and len(answers[0].causes) > SOME and open_.gain.interval[1] < 0:
+            return unknown(answers[0], WORSE)
+        return open_
     fault = all(bench.case.causes[c].sensor for c in answers[0].causes)
     if nothing(bench, first.near(answers[0].fitted)):
         return unknown(answers[0], "its size differs so much between pieces of the data that it may as well be nothing")
     named = verdict("data_fault" if fault else "named", answers, tried)
     gained = named.gain
     # With parameters as believed they may get worse and the cause be true: two errors that hid each other are one left.
-    if gained is None or not (gained.worse or (not bench.believed and gained.interval[1] < 0)):
+    hidden = bench.believed and len(answers[0].causes) <= SOME
+    if gained is None or not (gained.worse or (not hidden and gained.interval[1] < 0)):
         return named
     # What makes predictions worse for sure is not the cause, however much of the fitted runs it explains.
-    return unknown(answers[0], "with it in, what it has not seen is predicted worse")
+    return unknown(answers[0], WORSE)
 
 
 def _missing(bench: Workbench, found: Detection) -> str:

@@ -11,7 +11,7 @@ from vdyn_cli.quantity import Quantity
     on="grade",
     unknowns=(Quantity("road_grade", "", "constant slope, uphill on the way out", "i", -0.03, 0.03),),
     reference="weight along the road; range: SAE J1263 allows 0.5 % on a test road, public roads have more",
-    label="a road that slopes",
+    label="a road slope",
     signature="Runs out and back differ by a force that is the same at every speed.",
     alike=("headwind", "rolling_resistance", "torque_offset", "accelerometer_offset"),
     confirm="Let the car roll slowly, below 20 km/h, both ways over the same stretch, or level the road.",

@@ -121,7 +121,9 @@ def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: 
     where = f" ({column.where})" if column.where else ""
     what = f"channel '{channel}' is read in '{column.unit}' as the description says{where}, but the file states"
     remedy = "correct the unit in the description, or make sure that the file's is wrong"
-    return [Finding(f"{name}, {place}", what, f"'{unit_text(unit)}'", remedy) for place, unit in findings]
+    return [
+        Finding(f"{name}, {place}", f"{what} '{unit_text(unit)}'", "", remedy, doubt=True) for place, unit in findings
+    ]
 
 
 def _contradict(stated: str, column: Column, only_scale: bool) -> bool:

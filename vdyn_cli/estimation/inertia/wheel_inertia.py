@@ -16,6 +16,7 @@ from vdyn_cli.log import Log
 from vdyn_cli.quantity import Given
 
 UNIT = "kg m^2"
+NOTHING = 1e-6  # kg m^2
 AGREE = 2.0  # standard deviations
 
 
@@ -123,9 +124,14 @@ def cure(road: Road, pendulum: Pendulum) -> str:
 
 
 def _leverage(road: Road) -> str:
-    slope = road.slope
-    return (
-        f"On the road only Jw + mw r^2 is observable: 2 kg of wheel mass is {2 * abs(slope['wheel_mass']):.2g}, 1 mm "
-        f"of radius {1e-3 * abs(slope['wheel_radius']):.2g}, 0.5 % between the gains of torque and force "
-        f"{5e-3 * abs(slope['torque_over_force_gain']):.2g} {UNIT}."
+    doubts = (
+        ("2 kg of wheel mass", "wheel_mass", 2.0),
+        ("1 mm of radius", "wheel_radius", 1e-3),
+        ("0.5 % between the gains of torque and force", "torque_over_force_gain", 5e-3),
     )
+    # An extension may have freed one of them: then it moves nothing any more.
+    moved = [(what, abs(size * road.slope[name])) for what, name, size in doubts]
+    told = [f"{what} is {value:.2g}" for what, value in moved if value > NOTHING]
+    if not told:
+        return ""
+    return f"On the road only Jw + mw r^2 is observable: {', '.join(told)} {UNIT}."

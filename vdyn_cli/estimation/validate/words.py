@@ -64,10 +64,8 @@ def sentence(
         names = ", ".join(word(n) for n in off[:3])
         return f"{start}, within the band, but the drives contradict what was known of {names}."
     leading = _leading(w, found)
-    return (
-        f"{start}, and all {len(told)} outputs stay within the prediction band: the model is as good as its parameters"
-        f"{leading}."
-    )
+    outputs = f"all {len(told)} outputs stay" if len(told) > 1 else f"{word(next(iter(told)))} stays"
+    return f"{start}, and {outputs} within the prediction band: the model is as good as its parameters{leading}."
 
 
 def _leading(w: Weighed, found: tuple[dict[str, Band], ...]) -> str:
