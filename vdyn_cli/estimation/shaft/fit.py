@@ -41,6 +41,7 @@ TWIST_ZERO = 2e-3  # rad, standard deviation of the twist's zero, a tenth of a d
 ARRIVED = 1e-3  # of one residual's variance that a further step may still promise, where the law bends
 FIRST_ROUNDS = 2
 MOST_ROUNDS, SETTLED = 12, 0.02  # of adjusting the readings anew, until nothing moves by more standard deviations
+CORNERED = 0.5  # standard deviations by which they may still move then
 BENT = 4  # times that the readings are adjusted about the last adjusted ones, where the law bends
 GAP = 3.0  # of the median time step; longer ones break the chain
 
@@ -289,20 +290,26 @@ class ShaftFit:
         return at, cost
 
     def _settled(self) -> Solution:
-        """The solution at which readings adjusted for it lead to it again.
+        """The solution at which readings adjusted for it lead to it again, or nearly: at a corner two may for ever
+        lead to each other.
 
         Raises
         ------
         ResultError : the fit's own, or there is none.
         """
         at, _ = self.begun()
+        best, least = None, CORNERED
         for _ in range(MOST_ROUNDS):
             solution = solve(self.regression(at), tolerance=ARRIVED)
             later = self.place(solution)
             std = np.array([solution.std[n] for n in solution.names])
-            moved, at = np.max(np.abs(later - at)[: std.size] / std), later
+            moved, at = float(np.max(np.abs(later - at)[: std.size] / std)), later
             if moved < SETTLED:
                 return solution
+            if moved < least:
+                best, least = solution, moved
+        if best is not None:
+            return best
         raise ResultError(Finding("fit", "the adjusted readings do not settle", "", "check units and the clock"))
 
 
