@@ -25,7 +25,7 @@ from vdyn_cli.errors import Finding
 
 Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
 
-SOME = 2  # causes: more, one after another, are no two errors that hid each other
+HIDING = 2  # causes that may hide each other; of more, one after another, nobody believes it
 WORSE = "with it in, what it has not seen is predicted worse"
 
 
@@ -107,18 +107,18 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
     if any(unlisted(bench, trial, seen) for trial in answers):
         return unknown(answers[0], "a free force of fewer unknowns does as well")
     if len(answers) > 1:
-        open_ = verdict("ambiguous", answers, tried)
-        if open_.gain is not None and len(answers[0].causes) > SOME and open_.gain.interval[1] < 0:
+        several = verdict("ambiguous", answers, tried)
+        if several.gain is not None and len(answers[0].causes) > HIDING and several.gain.interval[1] < 0:
             return unknown(answers[0], WORSE)
-        return open_
+        return several
     fault = all(bench.case.causes[c].sensor for c in answers[0].causes)
     if nothing(bench, first.near(answers[0].fitted)):
         return unknown(answers[0], "its size differs so much between pieces of the data that it may as well be nothing")
     named = verdict("data_fault" if fault else "named", answers, tried)
     gained = named.gain
     # With parameters as believed they may get worse and the cause be true: two errors that hid each other are one left.
-    hidden = bench.believed and len(answers[0].causes) <= SOME
-    if gained is None or not (gained.worse or (not hidden and gained.interval[1] < 0)):
+    hiding = bench.believed and len(answers[0].causes) <= HIDING
+    if gained is None or not (gained.worse or (not hiding and gained.interval[1] < 0)):
         return named
     # What makes predictions worse for sure is not the cause, however much of the fitted runs it explains.
     return unknown(answers[0], WORSE)
