@@ -105,7 +105,8 @@ def _unit_problem(column: Column, name: str) -> Finding | None:
     try:
         to_si(1.0, column.unit, column.si_unit)
     except UnitError as error:
-        return Finding(column.where or name, str(error))
+        remedy = f"write the unit in which the file holds '{column.column}'"
+        return Finding(column.where or name, str(error), "", remedy)
     return None
 
 
