@@ -57,6 +57,8 @@ def diagnosed(
     wanted = _wanted(spec, case, verdict)
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
+    if extended is not None and spec.diagnose.extend == "named" and _may_be_nothing(extended, case, wanted):
+        verdict, wanted, extended = verdict.refuted("it may as well be of no size"), (), None
     accepted = wanted if extended is not None else ()
     sizes = _fitted(verdict, case) | (_sizes(extended, [case.causes[c] for c in accepted]) if extended else {})
     biased = {} if extended is None else _biased(result, extended)
@@ -150,6 +152,13 @@ def _extended(
         except ResultError:
             continue
     return None
+
+
+def _may_be_nothing(extended: Result, case: Case, causes: Sequence[str]) -> bool:
+    """Does the interval hold zero that the extended model would publish for a cause of one unknown?"""
+    every = [case.causes[c] for c in causes]
+    sizes = _sizes(extended, [e for e in every if len(e.unknowns) == 1])
+    return any(size.interval95[0] <= 0.0 <= size.interval95[1] for size in sizes.values())
 
 
 def _not_extended(causes: Sequence[str]) -> list[Finding]:

@@ -11,7 +11,7 @@ data_fault    the cause is a sensor's
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from vdyn_cli.diagnosis.choice import nearly, not_outdone, nothing, simplest, unlisted
@@ -57,6 +57,10 @@ class Verdict:
     def answer(self) -> Trial | None:
         """The one answer, where there is one."""
         return self.answers[0] if len(self.answers) == 1 else None
+
+    def refuted(self, why: str) -> Verdict:
+        """Something is wrong, and ``why`` the answer is not what it is."""
+        return replace(self, name="unknown", why=why, answers=(), gain=None, closest=self.answer)
 
 
 def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:

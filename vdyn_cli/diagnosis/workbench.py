@@ -21,6 +21,8 @@ from vdyn_cli.fit.straight import frozen
 NOTHING: Mapping[str, float] = MappingProxyType({})
 LINES = 3  # through a cause's size, each time through the one that the last found
 CLEARLY = 4.5  # half the square of three standard errors
+SETTLING = 5  # times that lines are laid anew through the fit that they gave
+EXPLAINS = 0.5  # less of the cost, half a residual's square, that makes it worth another time
 CLOSE = 0.5  # standard deviations that the next would hardly move it
 MOST_PROBES = 5  # tried of an effect's
 SOME = 0.1  # of the plausible range
@@ -168,11 +170,12 @@ class Workbench:
         for effect in alike:
             found = self._probed_lines(effect, _some(effect.probes))
             if found is not None and found.solution.cost < least:
-                finer = self._probed_lines(effect, _around(effect.probes, found.values[scanned(effect)[0]]))
+                finer = self._probed_lines(effect, _between(effect.probes, found.values[scanned(effect)[0]]))
                 best = min((f for f in (found, finer) if f is not None), key=lambda f: f.solution.cost)
                 least = best.solution.cost
         if best is None:
             return other
+        best = self._settled(best)
         try:
             through = (*self.base, *self.unknowns(best.causes[0]))
             bench = open_workbench(self.case, {n: best.values[n] for n in through})
@@ -191,6 +194,18 @@ class Workbench:
                 continue
         return min(found, key=lambda f: f.solution.cost, default=None)
 
+    def _settled(self, found: Fitted) -> Fitted:
+        """The fit on lines through itself, again and again while it explains more: where flanks knock, lines bend."""
+        for _ in range(SETTLING):
+            try:
+                again = self._lines(found.causes, found.values)
+            except (ResultError, ArithmeticError):
+                break
+            if again.solution.cost > found.solution.cost - EXPLAINS:
+                return min(found, again, key=lambda f: f.solution.cost)
+            found = again
+        return found
+
     def near(self, fitted: Fitted) -> Fitted:
         """The same fit on straight lines through itself, with its own causes alone in the model.
 
@@ -201,7 +216,9 @@ class Workbench:
             return fitted
         if fitted.causes not in self._near:
             try:
-                self._near[fitted.causes] = self._lines(fitted.causes, fitted.values)
+                found = self._lines(fitted.causes, fitted.values)
+                knocks = any(self.case.causes[c].probes for c in fitted.causes if c in self.case.causes)
+                self._near[fitted.causes] = self._settled(found) if knocks else found
             except (ResultError, ArithmeticError):
                 self._near[fitted.causes] = fitted
         return self._near[fitted.causes]
@@ -302,10 +319,12 @@ def _some(probes: tuple[float, ...]) -> tuple[float, ...]:
     return probes[:: max(1, len(probes) // MOST_PROBES)]
 
 
-def _around(probes: tuple[float, ...], size: float) -> tuple[float, ...]:
-    """The nearest probe and its neighbours."""
-    at = min(range(len(probes)), key=lambda k: abs(probes[k] - size))
-    return probes[max(0, at - 1) : at + 2]
+def _between(probes: tuple[float, ...], size: float) -> tuple[float, ...]:
+    """The probes about the tried one that is nearest to a size, up to its neighbours among those tried."""
+    tried = _some(probes)
+    nearest = min(range(len(tried)), key=lambda k: abs(tried[k] - size))
+    low, high = tried[max(0, nearest - 1)], tried[min(nearest + 1, len(tried) - 1)]
+    return tuple(p for p in probes if low < p < high and p not in tried)
 
 
 def open_workbench(case: Case, begun: Mapping[str, float] = NOTHING) -> Workbench:

@@ -34,7 +34,7 @@ class Grid:
 
 
 def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int) -> Grid:
-    """The substeps from sample ``begin`` to ``end``, exclusive; inputs go straight from sample to sample."""
+    """The substeps from sample ``begin`` to ``end``, exclusive; inputs go straight from point to point."""
     sub, last = substeps, end == drive.time.size
     time = drive.time[begin : end + 1]
     coarse = np.empty((time.size, len(names)))
@@ -47,6 +47,10 @@ def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int
     inputs = np.empty((steps.size + 1, coarse.shape[1]))
     for j in range(sub):
         inputs[j:moving:sub] = coarse[:-1] + (coarse[1:] - coarse[:-1]) * (j / sub)
+    begun = (time[:-1, None] + np.diff(time)[:, None] * (np.arange(sub) / sub)).ravel()
+    for i, name in enumerate(names):
+        if name in drive.between:
+            inputs[:moving, i] = np.interp(begun, *drive.line(name))
     inputs[moving:] = coarse[-1]
     return Grid(drive.time[begin:end], sub, inputs, steps)
 

@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 
+Points = tuple[NDArray[np.float64], NDArray[np.float64]]  # times, values
+
+
 @dataclass(frozen=True, eq=False)
 class Drive:
     """One run as the simulator sees it.
@@ -20,6 +23,8 @@ class Drive:
     start : initial states; those neither given nor among the unknowns start as the model declares.
     parameters : values that differ from the simulator's in this run alone, such as air_density; no unknowns.
     context : the model's context in this run, such as heading.
+    between : further points of an input, (times, values), each (c,), after the first sample and before the last: the
+        input goes straight from point to point, so that a corner need not lie at a sample.
 
     Raises
     ------
@@ -31,6 +36,7 @@ class Drive:
     start: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     context: Mapping[str, float] = field(default_factory=dict)
+    between: Mapping[str, Points] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         time = np.array(self.time, dtype=np.float64)
@@ -44,8 +50,18 @@ class Drive:
             if not np.all(np.isfinite(signal)):
                 raise ValueError(f"input {name!r} has values that are not finite")
             inputs[name] = signal
+        for name, (at, values) in self.between.items():
+            if at.shape != values.shape or not np.all((at > time[0]) & (at < time[-1])) or not np.all(np.diff(at) > 0):
+                raise ValueError(f"the points of input {name!r} do not lie between the samples one after the other")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "inputs", inputs)
+
+    def line(self, name: str) -> Points:
+        """An input's samples and the points between them."""
+        values = np.broadcast_to(self.inputs[name], self.time.shape)
+        at, further = self.between.get(name, (np.zeros(0), np.zeros(0)))
+        where = np.searchsorted(self.time, at)
+        return np.insert(self.time, where, at), np.insert(values, where, further)
 
 
 @dataclass(frozen=True, eq=False)

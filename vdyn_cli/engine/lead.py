@@ -64,13 +64,16 @@ def read_ahead(drive: Drive, leads: Mapping[str, float]) -> Drive:
     Between samples they follow cubics: straight lines would take away 7 % of what swings at 12 Hz at half a sample of
     10 ms, which is then missed in the half-shafts. (Akima's slopes, modified, do not swing beside steps.)
     """
-    inputs = dict(drive.inputs)
+    inputs, between = dict(drive.inputs), dict(drive.between)
     for name, lead in leads.items():
-        values = np.broadcast_to(drive.inputs[name], drive.time.shape)
         at = drive.time + lead
         inside = np.clip(at, drive.time[0], drive.time[-1])
-        curve = Akima1DInterpolator(drive.time, values, method="makima")
+        curve = Akima1DInterpolator(*drive.line(name), method="makima")
         inputs[name] = curve(inside)
         inputs[slope_of(name)] = np.where(inside == at, curve(inside, 1), 0.0)
+        if name in between:
+            times, values = between[name]
+            there = (times - lead > drive.time[0]) & (times - lead < drive.time[-1])
+            between[name] = times[there] - lead, values[there]
     now = {now_of(name): lead for name, lead in leads.items()}
-    return Drive(drive.time, inputs, drive.start, {**drive.parameters, **now}, drive.context)
+    return Drive(drive.time, inputs, drive.start, {**drive.parameters, **now}, drive.context, between)

@@ -178,7 +178,7 @@ def weigh(trial: Trial, calm: bool = False) -> Weighed:
 
 
 def _swift(trial: Trial, p: Plan, run: int, level: float) -> Swift | None:
-    return swift(trial.stretches[run], p, trial.torques[run].calm, trial.shaken[run], level)
+    return swift(trial.stretches[run], p, trial.torques[run].calm.values, trial.shaken[run], level)
 
 
 def _torque_level(s: Stretch) -> float:

@@ -4,7 +4,8 @@ Noise in an input is worse than noise in an output: it shakes the simulated shaf
 that sees them shake more than the measured ones makes them stiffer or more damped. So every sample is replaced by the
 end of a straight line through its neighbours, before and after it, as many as lie on one line within the noise: a ramp
 stays a ramp and a corner a corner. (Intersection of confidence intervals: Katkovnik, IEEE Trans. Signal Process. 47
-(1999) 2567.)
+(1999) 2567.) A driver does not wait for a sample: where the lines before and after two samples meet between them,
+there the corner is. Cut off, it would be a knock that the simulated shafts do not feel.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.engine.drive import Points
 from vdyn_cli.estimation.validate.drives import Stretch, driving
 from vdyn_cli.fit import white_level
 from vdyn_cli.log import Log
@@ -30,14 +32,23 @@ SEED = 20170401  # of the noise that is added to the torque
 REACHES = (2, 4, 8, 16, 32, 64, 128)  # samples to one side
 LONGEST = 1.5  # s to one side
 WIDTH = 2.0  # standard deviations of the intervals that must meet
+SHARP = 4.0  # standard deviations by which the slopes of two lines must differ to make a corner
+
+
+@dataclass(frozen=True, eq=False)
+class Torques:
+    """Torques at the samples of a stretch, and corners between samples."""
+
+    values: Mapping[str, Array]
+    corners: Mapping[str, Points]
 
 
 @dataclass(frozen=True, eq=False)
 class Fed:
     """A stretch's torques as the simulated car shall feel them, and with more noise of their sensors' size."""
 
-    calm: Mapping[str, Array]
-    shaken: Mapping[str, Array]
+    calm: Torques
+    shaken: Torques
 
 
 @lru_cache(maxsize=2)
@@ -52,43 +63,81 @@ def _fed(run: int, s: Stretch, inputs: tuple[str, ...], shafts: bool) -> Fed:
         torques["drive_torque"] = driving(Log(s.name, s.time, s.inputs))
     rng = np.random.default_rng([SEED, run])
     noise = rng.standard_normal((len(SHAKING), s.time.size))
-    calm, shaken = {}, {}
-    for k, name in enumerate(n for n in SHAKING if n in inputs):
-        level = max(white_level(torques[name], s.time), LEAST_TORQUE)
-        calm[name] = denoised(s.time, torques[name], level) if shafts else torques[name]
-        more = calm[name] + level * noise[k]
-        shaken[name] = denoised(s.time, more, level) if shafts else more
-    return Fed(calm, shaken)
+    names = [n for n in SHAKING if n in inputs]
+    levels = {n: max(white_level(torques[n], s.time), LEAST_TORQUE) for n in names}
+    if not shafts:
+        more = {n: torques[n] + levels[n] * noise[k] for k, n in enumerate(names)}
+        return Fed(Torques({n: torques[n] for n in names}, {}), Torques(more, {}))
+    calm = {n: denoised(s.time, torques[n], levels[n]) for n in names}
+    shaken = {n: denoised(s.time, calm[n][0] + levels[n] * noise[k], levels[n]) for k, n in enumerate(names)}
+    return Fed(_torques(calm), _torques(shaken))
 
 
-def denoised(time: Array, torque: Array, level: float) -> Array:
-    """The torque (n,), N m, whose samples carry white noise of ``level``."""
-    before, before_variance = _one_sided(time, torque, level)
-    after, after_variance = (a[::-1] for a in _one_sided(-time[::-1], torque[::-1], level))
-    weight = after_variance / (before_variance + after_variance)
-    return np.asarray(weight * before + (1.0 - weight) * after)
+def _torques(found: Mapping[str, tuple[Array, Points]]) -> Torques:
+    return Torques({n: values for n, (values, _) in found.items()}, {n: c for n, (_, c) in found.items() if c[0].size})
 
 
-def _one_sided(time: Array, values: Array, level: float) -> tuple[Array, Array]:
-    """Estimates at every sample from those before it and itself, and their variances."""
+def denoised(time: Array, torque: Array, level: float) -> tuple[Array, Points]:
+    """The torque (n,), N m, whose samples carry white noise of ``level``; and its corners between samples."""
+    before = _one_sided(time, torque, level)
+    after = _one_sided(-time[::-1], torque[::-1], level).turned
+    weight = after.variance / (before.variance + after.variance)
+    values = weight * before.values + (1.0 - weight) * after.values
+    return values, _corners(time, values, before, after)
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """At every sample the line that ends there: its value and slope (infinitely uncertain where there is no line)."""
+
+    values: Array
+    variance: Array
+    slopes: Array
+    slope_variance: Array
+
+    @property
+    def turned(self) -> _Lines:
+        """Seen the other way in time."""
+        return _Lines(self.values[::-1], self.variance[::-1], -self.slopes[::-1], self.slope_variance[::-1])
+
+
+def _corners(time: Array, values: Array, before: _Lines, after: _Lines) -> Points:
+    """Where the line up to a sample and the line from the next one meet between the two."""
+    spacing = np.diff(time)
+    turn = before.slopes[:-1] - after.slopes[1:]
+    sharp = np.abs(turn) / np.sqrt(before.slope_variance[:-1] + after.slope_variance[1:])
+    apart = after.values[1:] - after.slopes[1:] * spacing - before.values[:-1]
+    since = np.divide(apart, turn, out=np.zeros_like(turn), where=turn != 0)
+    beside = np.r_[0.0, sharp, 0.0]
+    there = (sharp > SHARP) & (sharp >= beside[:-2]) & (sharp > beside[2:]) & (since > 0) & (since < spacing)
+    return time[:-1][there] + since[there], (before.values[:-1] + before.slopes[:-1] * since)[there]
+
+
+def _one_sided(time: Array, values: Array, level: float) -> _Lines:
+    """Estimates at every sample from those before it and itself."""
     best, variance = values.copy(), np.full(values.size, level**2)
+    slopes, slope_variance = np.zeros(values.size), np.full(values.size, np.inf)
     low, high = values - WIDTH * level, values + WIDTH * level
     going = np.ones(values.size, dtype=bool)
     spacing = float(np.median(np.diff(time)))
     for reach in REACHES:
         if reach * spacing > LONGEST or reach >= values.size:
             break
-        line, spread = _line_ends(time, values, reach)
+        line, spread, slope, square = _line_ends(time, values, reach)
         sigma = level * np.sqrt(spread)
         lower, upper = np.maximum(low, line - WIDTH * sigma), np.minimum(high, line + WIDTH * sigma)
         going &= (lower <= upper) & (np.arange(values.size) >= reach)
         best, variance = np.where(going, line, best), np.where(going, sigma**2, variance)
+        slopes, slope_variance = np.where(going, slope, slopes), np.where(going, level**2 / square, slope_variance)
         low, high = np.where(going, lower, low), np.where(going, upper, high)
-    return best, variance
+    return _Lines(best, variance, slopes, slope_variance)
 
 
-def _line_ends(time: Array, values: Array, reach: int) -> tuple[Array, Array]:
-    """Ends of straight lines through each sample and ``reach`` before it; variance for noise of one."""
+def _line_ends(time: Array, values: Array, reach: int) -> tuple[Array, Array, Array, Array]:
+    """Ends of straight lines through each sample and ``reach`` before it, with their variance for noise of one.
+
+    And the lines' slopes, with the inverse of theirs.
+    """
     windows = np.lib.stride_tricks.sliding_window_view
     t = windows(time, reach + 1)
     t = t - t[:, -1:]
@@ -99,4 +148,4 @@ def _line_ends(time: Array, values: Array, reach: int) -> tuple[Array, Array]:
     ends = x.mean(axis=1) - slope * middle[:, 0]
     spread = 1.0 / (reach + 1) + middle[:, 0] ** 2 / square
     pad = np.zeros(reach)
-    return np.r_[pad, ends], np.r_[pad + 1.0, spread]
+    return np.r_[pad, ends], np.r_[pad + 1.0, spread], np.r_[pad, slope], np.r_[pad + 1.0, square]

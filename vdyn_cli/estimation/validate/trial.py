@@ -20,7 +20,7 @@ from vdyn_cli.estimation.validate.drives import Stretch
 from vdyn_cli.estimation.validate.given import Beliefs
 from vdyn_cli.estimation.validate.sensors import Sensors, true_readings
 from vdyn_cli.estimation.validate.sought import believed, near_belief
-from vdyn_cli.estimation.validate.torque import Fed, fed
+from vdyn_cli.estimation.validate.torque import Fed, Torques, fed
 from vdyn_cli.fit import Unknown
 from vdyn_cli.quantity import Quantity
 
@@ -188,18 +188,19 @@ class Trial:
     def _shaken_drives(self) -> tuple[Drive, ...]:
         return tuple(self._drive(s, one.shaken) for s, one in zip(self.stretches, self.torques, strict=True))
 
-    def _drive(self, s: Stretch, torques: Mapping[str, Array]) -> Drive:
+    def _drive(self, s: Stretch, torques: Torques) -> Drive:
         everything = {
             **s.inputs,
             "elapsed": s.since + s.time - s.time[0],
             **{f"road_{wheel}": 0.0 for wheel in ("fl", "fr", "rl", "rr")},
-            **torques,
+            **torques.values,
         }
         inputs = {n: everything[n] for n in self.model.inputs}
         own = {}
         if self.day is not None:
             own["air_density"] = self.beliefs.values["air_density"] * self.day / s.temperature
-        return Drive(s.time, inputs, {}, own, {"heading": s.heading, "temperature": s.temperature})
+        context = {"heading": s.heading, "temperature": s.temperature}
+        return Drive(s.time, inputs, {}, own, context, torques.corners)
 
     def start(self, run: int) -> Array:
         """Local unknowns of a stretch where they begin."""
