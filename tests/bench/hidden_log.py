@@ -1,4 +1,7 @@
-"""The trials of a long run, one line of JSON each, so that it can be stopped and gone on with."""
+"""The trials of a long run, one line of JSON each, so that it can be stopped and gone on with.
+
+What the page shows is kept, and to as many digits.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,24 @@ from typing import Any
 from tests.bench.hidden_cases import Cell
 from tests.bench.hidden_trial import Size, Trial
 
+DIGITS = 6
+WORDY = ("refused", "crashed")  # verdicts that mean nothing without their words
+
 
 def remember(log: Path, cell: Cell, trial: Trial) -> None:
+    kept = replace(trial, says=trial.says if trial.verdict in WORDY or cell.expect == "fault" else "")
     with log.open("a", encoding="utf-8") as file:
-        file.write(json.dumps({"cell": cell.name, "trial": asdict(trial)}, default=sorted) + "\n")
+        file.write(json.dumps({"cell": cell.name, "trial": _rounded(asdict(kept))}) + "\n")
+
+
+def _rounded(entry: Any) -> Any:
+    if isinstance(entry, float):
+        return float(f"{entry:.{DIGITS}g}")
+    if isinstance(entry, dict):
+        return {key: _rounded(value) for key, value in entry.items()}
+    if isinstance(entry, frozenset):
+        return sorted(entry)
+    return [_rounded(value) for value in entry] if isinstance(entry, list | tuple) else entry
 
 
 def recalled(log: Path) -> dict[tuple[str, int], Trial]:

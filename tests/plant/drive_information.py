@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -39,6 +39,7 @@ SPREAD: Mapping[str, float] = {
     "shaft_damping_right": 0.05,
 }
 TOLERANCE = 1e-9
+SLOPES = 128  # kept: those of two vehicles
 SLOWEST = 1.0  # m/s
 DEPARTURE = (
     3e-3  # m/s by which tires that creep at rest, brakes that let go and friction that breaks away may move a car
@@ -94,12 +95,12 @@ class Drives:
         return [np.column_stack([(new[h] - old[h]) / by for h in SEEN]) for new, old in pairs]
 
 
-@cache
+@lru_cache(SLOPES)
 def _calm(drives: Drives) -> tuple[Log, ...]:
     return tuple(drives.logs())
 
 
-@cache
+@lru_cache(SLOPES)
 def effect_slope(drives: Drives, name: str) -> list[Array]:
     """d readings / d size of a hidden effect, each drive (samples, channels).
 
@@ -124,7 +125,7 @@ def effect_slope(drives: Drives, name: str) -> list[Array]:
     return drives.chord(drives, CHORD[name], {name: CHORD[name]})
 
 
-@cache
+@lru_cache(SLOPES)
 def parameter_slope(drives: Drives, name: str) -> list[Array]:
     """d readings / d parameter."""
     car = drives.vehicle

@@ -24,6 +24,7 @@ from vdyn_cli.fit.triangles import Array
 FEWEST_RUNS = 4  # that can be left out one by one; fewer are cut into blocks
 FEWEST_DRIVES = 3  # of which nothing is fitted but the size of the cause
 FEWEST_BLOCKS = 8
+WORTH = 4  # folds that a model of the noise is worth
 CHOSEN = 2.0  # normal equivalent of evidence below which a fold chooses no further cause
 
 Mask = NDArray[np.bool_]
@@ -55,12 +56,19 @@ class Gain:
 
 @dataclass(frozen=True)
 class Missed:
-    """Sums of squares of what is predicted wrongly: whitened, and of the main channel where it is known."""
+    """Sums of squares of what is predicted wrongly: whitened, and of the main channel where it is known.
+
+    Parameters
+    ----------
+    felt : half the derivative of ``plain`` to each independent unit of the noise in it, where the step has a model of
+        that noise.
+    """
 
     squares: float
     rows: float
     plain: float
     plain_rows: int
+    felt: Array | None = None
 
 
 def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str], seen: Fitted) -> Gain | None:
@@ -230,18 +238,21 @@ def _left_of_run(linear: Linear, run: int, moved: Mapping[str, float], own: Arra
     if rows.plain is not None:
         plain = rows.plain[0] + rows.plain[1][:, :s] @ step + rows.plain[1][:, s:] @ own
     count = left.size if rows.folded is None else int(rows.folded.sum())
-    return Missed(float(left @ left), float(count), float(plain @ plain), plain.size)
+    felt = None if rows.plain_root is None else plain @ rows.plain_root
+    return Missed(float(left @ left), float(count), float(plain @ plain), plain.size, felt)
 
 
 def _summary(before: Sequence[Missed], after: Sequence[Missed], worse: bool) -> Gain:
     """Means over folds, the interval from their scatter; it holds for as many new runs, which scatter as well."""
     plain = all(m.plain_rows for m in (*before, *after))
-    rms_b, rms_a, half = _fall(*(_sums(them, plain) for them in (before, after)))
+    felt = [(b.felt, a.felt) for b, a in zip(before, after, strict=True) if b.felt is not None and a.felt is not None]
+    known = felt if plain and len(felt) == len(before) else ()
+    rms_b, rms_a, half = _fall(_sums(before, plain), _sums(after, plain), known)
     was, is_ = sum(m.squares for m in before), sum(m.squares for m in after)
     explainable = max(was - sum(m.rows for m in before), 1e-12)
     share = float(np.clip((was - is_) / explainable, 0.0, 1.0))
     interval = rms_b - rms_a - half, rms_b - rms_a + half
-    was_all, is_all, half_all = _fall(*(_sums(them, False) for them in (before, after)))
+    was_all, is_all, half_all = _fall(_sums(before, False), _sums(after, False))
     return Gain(rms_b, rms_a, plain, interval, share, len(before), was_all - is_all > half_all, worse)
 
 
@@ -250,7 +261,8 @@ def _worse(fitted: Sequence[tuple[Missed, Missed]]) -> bool:
 
     With parameters as believed they may, and the cause be true: two errors that hid each other are one no longer.
     """
-    before, after, half = _fall(*(_sums([pair[k] for pair in fitted], False) for k in (0, 1)))
+    first, then = (_sums([pair[k] for pair in fitted], False) for k in (0, 1))
+    before, after, half = _fall(first, then)
     return before - after + half < 0
 
 
@@ -259,11 +271,21 @@ def _sums(missed: Sequence[Missed], plain: bool) -> Array:
     return np.array([(m.plain, m.plain_rows) if plain else (m.squares, m.rows) for m in missed])
 
 
-def _fall(before: Array, after: Array) -> tuple[float, float, float]:
-    """Root mean squares before and after, and half the interval of their difference, of sums and their numbers."""
+def _fall(before: Array, after: Array, felt: Sequence[tuple[Array, Array]] = ()) -> tuple[float, float, float]:
+    """Root mean squares before and after, and half the interval of their difference, of sums and their numbers.
+
+    Parameters
+    ----------
+    felt : of every fold, before and after: see ``Missed``. Few folds may happen to be alike; where the noise is known,
+        its own scatter of the difference counts as much as ``WORTH`` further folds.
+    """
     b, counts, a = before[:, 0], before[:, 1], after[:, 0]
     n, mean = len(b), float(counts.mean())
     rms_b, rms_a = float(np.sqrt(b.sum() / counts.sum())), float(np.sqrt(a.sum() / counts.sum()))
     # Influence of each fold on the difference of the roots.
     pull = (b - counts * rms_b**2) / (2 * rms_b * mean) - (a - counts * rms_a**2) / (2 * rms_a * mean)
-    return rms_b, rms_a, t_quantile(n - 1) * float(np.sqrt(2.0 / n) * np.std(pull, ddof=1))
+    variance, freedom = float(np.var(pull, ddof=1)), n - 1
+    if felt:
+        noise = float(np.mean([np.sum((fb / rms_b - fa / rms_a) ** 2) for fb, fa in felt])) / mean**2
+        variance, freedom = (freedom * variance + WORTH * noise) / (freedom + WORTH), freedom + WORTH
+    return rms_b, rms_a, t_quantile(freedom) * float(np.sqrt(2.0 / n * variance))

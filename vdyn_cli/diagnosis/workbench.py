@@ -185,13 +185,19 @@ class Workbench:
         return bench
 
     def _probed_lines(self, effect: Effect, sizes: Sequence[float]) -> Fitted | None:
-        """The best of the fits on lines through these sizes of a cause, alone in the model."""
-        found = []
+        """The best of the fits on lines through these sizes of a cause, alone in the model.
+
+        From the least size up, until it has become worse twice in turn.
+        """
+        found: list[Fitted] = []
         for size in sizes:
             try:
                 found.append(self._lines((effect.name,), {scanned(effect)[0]: size}))
             except (ResultError, ArithmeticError):
                 continue
+            costs = [f.solution.cost for f in found]
+            if len(costs) > 2 and costs[-1] > costs[-2] > costs[-3]:
+                break
         return min(found, key=lambda f: f.solution.cost, default=None)
 
     def _settled(self, found: Fitted) -> Fitted:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-
 Points = tuple[NDArray[np.float64], NDArray[np.float64]]  # times, values
 
 

@@ -54,6 +54,7 @@ class Rows:
     time : (n,), when each row was taken; give it where the rows of several channels follow one another.
     plain : the main channel's residual (p,) in its own unit, with its derivatives (p, k), before it was whitened.
     folded : (blocks,), how many rows each block had before it was folded to a triangle; None where none was.
+    plain_root : (p, p), a root of the covariance of the noise in ``plain``, where the step has a model of it.
     """
 
     residual: Array
@@ -62,6 +63,7 @@ class Rows:
     time: Array | None = None
     plain: tuple[Array, Array] | None = None
     folded: NDArray[np.int64] | None = None
+    plain_root: Array | None = None
 
 
 @dataclass(frozen=True)

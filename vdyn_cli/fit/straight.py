@@ -34,7 +34,7 @@ def frozen(regression: Regression) -> Regression:
         whole = np.vstack(triangles)
         label = np.repeat(np.arange(len(cut), dtype=np.int64), [len(t) for t in triangles])
         count = np.array([len(b) for b in cut], dtype=np.int64)
-        folded.append((at, Rows(whole[:, -1], whole[:, :-1], label, None, rows.plain, count)))
+        folded.append((at, Rows(whole[:, -1], whole[:, :-1], label, None, rows.plain, count, rows.plain_root)))
 
     def straight(run: int, theta: Array) -> Rows:
         at, rows = folded[run]

@@ -13,7 +13,7 @@ TRUE = np.interp(TIME, [0, 3, 3.15, 8, 8.2, 11, 11.1, 20], [0, 0, 300, 300, 20, 
 
 def test_most_of_the_noise_goes_and_corners_stay() -> None:
     rng = np.random.default_rng(4)
-    found = denoised(TIME, TRUE + rng.standard_normal(TIME.size), 1.0)
+    found, _ = denoised(TIME, TRUE + rng.standard_normal(TIME.size), 1.0)
     error = found - TRUE
     assert np.sqrt(np.mean(error**2)) < 0.4
     assert np.abs(error).max() < 4.0
@@ -22,10 +22,30 @@ def test_most_of_the_noise_goes_and_corners_stay() -> None:
 
 
 def test_without_noise_nothing_is_changed() -> None:
-    assert denoised(TIME, TRUE, 1e-3) == pytest.approx(TRUE, abs=0.02)
+    assert denoised(TIME, TRUE, 1e-3)[0] == pytest.approx(TRUE, abs=0.02)
 
 
 def test_it_works_the_same_backwards_in_time() -> None:
     noisy = TRUE + np.random.default_rng(5).standard_normal(TIME.size)
-    backwards = denoised(-TIME[::-1], noisy[::-1], 1.0)[::-1]
-    assert denoised(TIME, noisy, 1.0) == pytest.approx(backwards, abs=1e-9)
+    backwards, corners = denoised(-TIME[::-1], noisy[::-1], 1.0)
+    forwards, found = denoised(TIME, noisy, 1.0)
+    assert forwards == pytest.approx(backwards[::-1], abs=1e-9)
+    assert -corners[0][::-1] == pytest.approx(found[0], abs=1e-9)
+
+
+KNOTS = [0.0, 3.0037, 3.1521, 8.0049, 8.2064, 11.0011, 11.104, 20.0]
+BETWEEN = np.interp(TIME, KNOTS, [0, 0, 300, 300, 20, 20, 250, 180])
+
+
+def test_corners_are_found_between_samples() -> None:
+    times, values = denoised(TIME, BETWEEN, 0.01)[1]
+    assert times == pytest.approx(KNOTS[1:-1], abs=1e-4)
+    assert values == pytest.approx([0, 300, 300, 20, 20, 250], abs=0.1)
+
+
+def test_noise_makes_no_corners_and_moves_true_ones_little() -> None:
+    rng = np.random.default_rng(7)
+    assert denoised(TIME, 100 + rng.standard_normal(TIME.size), 1.0)[1][0].size == 0
+    times, _ = denoised(TIME, BETWEEN + rng.standard_normal(TIME.size), 1.0)[1]
+    assert len(times) >= 3
+    assert max(min(abs(t - k) for k in KNOTS) for t in times) < 2e-3

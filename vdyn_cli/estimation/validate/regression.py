@@ -83,6 +83,7 @@ class Weighed:
             np.vstack([rows.jacobian, first]),
             time=np.r_[rows.time, self.trial.stretches[run].time[0]],
             plain=rows.plain,
+            plain_root=rows.plain_root,
         )
 
     def __call__(self, run: int, theta: Array) -> Rows:
@@ -127,6 +128,7 @@ def _rows(
         np.vstack([jacobian, flat[:, :-1]]),
         time=np.concatenate([slow_times, times]),
         plain=(speed[:, -1], speed[:, :-1]),
+        plain_root=factor[: len(speed), : len(speed)],  # of the common error, which comes first: the speed's own
     )
 
 

@@ -33,6 +33,7 @@ WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr"
 REST = 0.3  # m/s, below which a drive begins at rest
 AT_REST = 1e-3  # m/s, how well a car at rest is known to be
 UNEVEN = 3.0  # spacings of the clock that one step size must still bear
+EASE = 1.05  # of the step length: what the clock's own trembling may add
 
 
 @effect(
@@ -173,8 +174,8 @@ class Trial:
 
     def _substeps(self, time: Array) -> int:
         steps = np.diff(time)
-        longest = max(1.05 * float(np.median(steps)), float(steps.max()) / UNEVEN)
-        return max(1, int(np.ceil(longest / self.step - 1e-9)))
+        longest = max(float(np.median(steps)), float(steps.max()) / UNEVEN)
+        return max(1, int(np.ceil(longest / self.step / EASE)))
 
     @property
     def torques(self) -> tuple[Fed, ...]:
