@@ -260,6 +260,26 @@ def test_a_model_that_could_not_be_extended_says_so(monkeypatch: pytest.MonkeyPa
     assert "could not be extended by slope" in result.diagnosis["not_extended"]
 
 
+def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
+    """What the extended model publishes must stand by itself, whatever the diagnosis had of it."""
+
+    def unsure(spec: Any, data: Campaign, known: Parameters, **more: Any) -> Result:
+        result = estimate(spec, data, known, **more)
+        sizes = {n: {**e, "interval95": [-0.1, 1.3]} for n, e in result.extra.get("effects", {}).items()}
+        return replace(result, extra={**result.extra, "effects": sizes})
+
+    base, result = diagnosed(HIDDEN_SLOPE, replace(STEP, estimate=unsure))
+    told = result.diagnosis
+    assert told is not None
+    assert told["verdict"] == "unknown"
+    assert "may as well be of no size" in told["sentence"]
+    assert (told["causes"], told["extended"]) == ([], [])
+    assert result.parameters == base.parameters
+    asked = diagnosed(HIDDEN_SLOPE, replace(STEP, estimate=unsure), extend=["slope"])[1].diagnosis
+    assert asked is not None
+    assert asked["extended"] == ["slope"]
+
+
 def test_an_ambiguous_set_extends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     twin = cause("wind_twin")
     monkeypatch.setattr(extend, "offered", lambda model, effects: (SLOPE, WIND, twin))
