@@ -223,6 +223,27 @@ def test_the_regression_takes_effects() -> None:
     assert abs(solution.values["drag_area"] - 0.5475) < 4 * solution.std["drag_area"]
 
 
+def test_a_speed_that_was_joined_by_straight_lines_counts_as_often_as_it_was_measured() -> None:
+    runs = coast.campaign(REFERENCE, 12)
+    logs = [_evenly(log) for log in logs_of(runs)]
+    joined = [_joined(log) for log in logs]
+    plain, found = (estimate(spec_of(runs, settings=WINDOW), some, known(REFERENCE)) for some in (logs, joined))
+    for name in ("rolling_resistance", "drag_area"):
+        assert found.parameters[name].value == pytest.approx(plain.parameters[name].value, rel=1e-3)
+        assert found.parameters[name].std == pytest.approx(plain.parameters[name].std, rel=0.05)
+
+
+def _evenly(log: Log) -> Log:
+    """On an even clock, as loggers write what they have joined."""
+    time = log.time[0] + 0.1 * np.arange(log.time.size)
+    return Log(log.name, time, {"speed": np.round(np.interp(time, log.time, log["speed"]), 4)})
+
+
+def _joined(log: Log) -> Log:
+    time = log.time[0] + 0.01 * np.arange(10 * log.time.size - 9)
+    return Log(log.name, time, {"speed": np.round(np.interp(time, log.time, log["speed"]), 4)})
+
+
 # Runs that are left out ---------------------------------------------------------------------------------------------
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.errors import Finding
+from vdyn_cli.reading.interpolation import own_rows
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -65,6 +66,8 @@ def check_channel(values: Array, unit: str, where: str, line_of: LineOf, tremble
     has rests of every length; and the signal flickers before and after, or jumps at the end.
 
     *Held*: it changes every k-th row only, by more than its resolution, as a slower sensor does on a faster clock.
+
+    *Interpolated*: it bends at every k-th row only: see ``own_rows``.
     """
     missing = np.isnan(values)
     rows: Rows | None = None
@@ -89,7 +92,7 @@ def check_channel(values: Array, unit: str, where: str, line_of: LineOf, tremble
         return Quality(tuple(findings))
     runs = _equal_runs(values)
     held = _held(values, runs, where)
-    findings += held[1]
+    findings += held[1] or _interpolated(values, where)
     for extreme, word in ((float(values.max()), "largest"), (float(values.min()), "smallest")):
         findings += _clipped(values, runs, extreme, word, unit, where, line)
     findings += _frozen(values, runs, held[0], unit, where, line)
@@ -146,6 +149,14 @@ def _held(values: Array, runs: _Runs, where: str) -> tuple[int, list[Finding]]:
         return 1, []
     what = f"changes only once in {usual} rows: a slower sensor whose value is held"
     return usual, [Finding(where, what, remedy="map a faster channel if there is one; its delay is up to one hold")]
+
+
+def _interpolated(values: Array, where: str) -> list[Finding]:
+    own = own_rows(values)
+    if own is None:
+        return []
+    what = f"bends only once in {own[1] - own[0]} rows: a slower sensor whose values were joined by straight lines"
+    return [Finding(where, what, remedy="map it as it was measured; coast-downs take its own rows alone")]
 
 
 def _clipped(

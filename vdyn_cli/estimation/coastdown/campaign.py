@@ -22,6 +22,7 @@ from vdyn_cli.fit import Unknown
 from vdyn_cli.log import Log
 from vdyn_cli.models.road_load import Driven
 from vdyn_cli.quantity import Given
+from vdyn_cli.reading.interpolation import own_rows
 
 Array = NDArray[np.float64]
 Windows = Literal["auto", "coast", "all", "powered"]
@@ -124,7 +125,7 @@ def _chosen(logs: Sequence[Log], driven: Driven, choices: Choices) -> tuple[list
     for k, log in enumerate(logs):
         needed = _usable(log, driven)
         if driven == "coasting":
-            found = selection.coast(k, needed, choices.speeds, choices.shortest)
+            found = selection.coast(k, _own(needed), choices.speeds, choices.shortest)
             if isinstance(found, Rejected):
                 rejected.append(found)
             else:
@@ -150,6 +151,12 @@ def _usable(log: Log, driven: Driven) -> Log:
     dropped = [n for n in ("grade", "wind_speed", "acceleration") if n in log and n not in needed]
     channels = {n: v for n, v in log.channels.items() if n not in dropped}
     return selection.rows(replace(log, channels=channels), keep)
+
+
+def _own(log: Log) -> Log:
+    """The rows that hold a speed of their own: straight lines between them would pass for speeds without noise."""
+    own = own_rows(log["speed"])
+    return log if own is None else selection.rows(log, np.isin(np.arange(log.time.size), own))
 
 
 def _summed(log: Log, left: Sequence[Rejected]) -> list[Rejected]:
