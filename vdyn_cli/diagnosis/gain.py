@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.diagnosis.scatter import Doubted, doubted, scatter
 from vdyn_cli.diagnosis.scores import scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
@@ -60,15 +61,14 @@ class Missed:
 
     Parameters
     ----------
-    felt : half the derivative of ``plain`` to each independent unit of the noise in it, where the step has a model of
-        that noise.
+    doubted : the main channel's errors, where nothing was fitted to the run and the step has a model of its noise.
     """
 
     squares: float
     rows: float
     plain: float
     plain_rows: int
-    felt: Array | None = None
+    doubted: Doubted | None = None
 
 
 def gain(bench: Workbench, base: Fitted, extended: Fitted, choose: Sequence[str], seen: Fitted) -> Gain | None:
@@ -229,6 +229,7 @@ def _left_of_run(linear: Linear, run: int, moved: Mapping[str, float], own: Arra
     step = np.array([moved.get(u.name, 0.0) for u in linear.regression.shared])
     left = rows.residual + rows.jacobian[:, :s] @ step
     mine = rows.jacobian[:, s:]
+    begun = own is not None
     if own is None:
         known = prior_rows(linear.regression.own, linear.own[run])
         stacked, right = np.vstack([mine, known[:, :-1]]), np.concatenate([left, known[:, -1]])
@@ -238,16 +239,16 @@ def _left_of_run(linear: Linear, run: int, moved: Mapping[str, float], own: Arra
     if rows.plain is not None:
         plain = rows.plain[0] + rows.plain[1][:, :s] @ step + rows.plain[1][:, s:] @ own
     count = left.size if rows.folded is None else int(rows.folded.sum())
-    felt = None if rows.plain_root is None else plain @ rows.plain_root
-    return Missed(float(left @ left), float(count), float(plain @ plain), plain.size, felt)
+    how_else = doubted(linear, run, plain) if begun else None
+    return Missed(float(left @ left), float(count), float(plain @ plain), plain.size, how_else)
 
 
 def _summary(before: Sequence[Missed], after: Sequence[Missed], worse: bool) -> Gain:
     """Means over folds, the interval from their scatter; it holds for as many new runs, which scatter as well."""
     plain = all(m.plain_rows for m in (*before, *after))
-    felt = [(b.felt, a.felt) for b, a in zip(before, after, strict=True) if b.felt is not None and a.felt is not None]
-    known = felt if plain and len(felt) == len(before) else ()
-    rms_b, rms_a, half = _fall(_sums(before, plain), _sums(after, plain), known)
+    doubts = [[m.doubted for m in them if m.doubted is not None] for them in (before, after)]
+    modelled = scatter(*doubts) if plain and all(len(d) == len(before) for d in doubts) else None
+    rms_b, rms_a, half = _fall(_sums(before, plain), _sums(after, plain), modelled)
     was, is_ = sum(m.squares for m in before), sum(m.squares for m in after)
     explainable = max(was - sum(m.rows for m in before), 1e-12)
     share = float(np.clip((was - is_) / explainable, 0.0, 1.0))
@@ -271,21 +272,20 @@ def _sums(missed: Sequence[Missed], plain: bool) -> Array:
     return np.array([(m.plain, m.plain_rows) if plain else (m.squares, m.rows) for m in missed])
 
 
-def _fall(before: Array, after: Array, felt: Sequence[tuple[Array, Array]] = ()) -> tuple[float, float, float]:
+def _fall(before: Array, after: Array, modelled: float | None = None) -> tuple[float, float, float]:
     """Root mean squares before and after, and half the interval of their difference, of sums and their numbers.
 
     Parameters
     ----------
-    felt : of every fold, before and after: see ``Missed``. Few folds may happen to be alike; where the noise is known,
-        its own scatter of the difference counts as much as ``WORTH`` further folds.
+    modelled : variance of the difference from day to day by a model of the noise: worth ``WORTH`` folds, for the few
+        that there are may happen to be alike.
     """
     b, counts, a = before[:, 0], before[:, 1], after[:, 0]
     n, mean = len(b), float(counts.mean())
     rms_b, rms_a = float(np.sqrt(b.sum() / counts.sum())), float(np.sqrt(a.sum() / counts.sum()))
     # Influence of each fold on the difference of the roots.
     pull = (b - counts * rms_b**2) / (2 * rms_b * mean) - (a - counts * rms_a**2) / (2 * rms_a * mean)
-    variance, freedom = float(np.var(pull, ddof=1)), n - 1
-    if felt:
-        noise = float(np.mean([np.sum((fb / rms_b - fa / rms_a) ** 2) for fb, fa in felt])) / mean**2
-        variance, freedom = (freedom * variance + WORTH * noise) / (freedom + WORTH), freedom + WORTH
-    return rms_b, rms_a, t_quantile(freedom) * float(np.sqrt(2.0 / n * variance))
+    variance, freedom = float(np.var(pull, ddof=1)) / n, n - 1
+    if modelled is not None:
+        variance, freedom = (freedom * variance + WORTH * modelled) / (freedom + WORTH), freedom + WORTH
+    return rms_b, rms_a, t_quantile(freedom) * float(np.sqrt(2.0 * variance))
