@@ -290,6 +290,11 @@ def test_an_ambiguous_set_extends_nothing(monkeypatch: pytest.MonkeyPatch) -> No
     assert sorted(told["ambiguous"][0]) == ["wind", "wind_twin"]
     assert told["gain"] is None
     assert result.parameters == base.parameters
+    sizes = {r["effect"]: r["unknowns"] for r in told["ranking"]}
+    for name in ("wind", "wind_twin"):
+        low, high = sizes[name][name]["interval95"]
+        assert low < 2.0 < high
+        assert f"a {name} of {sizes[name][name]['value']:.2f} +- " in told["sentence"]
 
 
 def test_where_it_is_wrong_is_where_the_shape_is() -> None:

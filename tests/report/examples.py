@@ -206,6 +206,7 @@ DIAGNOSIS: dict[str, Any] = {
             "visibility": 0.93,
             "left_p": 0.31,
             "left_mostly": "force_over_day",
+            "unknowns": {"headwind": {"value": 1.9, "std": 0.1, "interval95": [1.7, 2.1], "unit": "m/s"}},
         },
         {
             "effect": "brake_drag",

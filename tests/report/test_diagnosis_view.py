@@ -89,9 +89,9 @@ def test_one_reason_for_all_is_told_once() -> None:
 
 def test_the_ranking_says_what_each_cause_leaves() -> None:
     shown = table(told(), "Causes that these data could show")
-    assert [plain(c) for c in shown.rows[0]] == ["headwind", "18.4", "93 %", "0.31", "noise"]
-    assert [plain(c) for c in shown.rows[1]] == ["brakes that drag", "16.9", "31 %", "0.0005", "headwind"]
-    assert [plain(c) for c in shown.rows[2]][2:] == ["< 0.1 %", "not tried", ""]
+    assert [plain(c) for c in shown.rows[0]] == ["headwind", "18.4", "93 %", "0.31", "noise", "1.90 ± 0.20 m/s"]
+    assert [plain(c) for c in shown.rows[1]] == ["brakes that drag", "16.9", "31 %", "0.0005", "headwind", ""]
+    assert [plain(c) for c in shown.rows[2]][2:] == ["< 0.1 %", "not tried", "", ""]
     assert "no proof" in shown.caption
     untried = [{**r, "left_p": None} for r in examples.DIAGNOSIS["ranking"]]
     shown = table(told(ranking=untried), "Causes that these data could show")

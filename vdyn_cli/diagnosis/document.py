@@ -8,6 +8,7 @@ from typing import Any
 from vdyn_cli.diagnosis.detect import fewest_runs
 from vdyn_cli.diagnosis.invisible import Invisible
 from vdyn_cli.diagnosis.next_test import NextTest
+from vdyn_cli.diagnosis.sizes import sizes_of
 from vdyn_cli.diagnosis.verdict import Verdict
 from vdyn_cli.diagnosis.words import interchangeable
 from vdyn_cli.diagnosis.workbench import Workbench
@@ -104,19 +105,21 @@ def _cause(
 ) -> dict[str, Any]:
     scores = verdict.detection.scores
     effect = bench.case.causes[cause]
-    found = {n: sizes[n] for n in effect.unknowns if n in sizes}
-    unknowns = {
-        n: {"value": e.value, "std": e.std, "interval95": list(e.interval95), "unit": e.unit} for n, e in found.items()
-    }
     return {
         "effect": cause,
         "label": effect.label,
-        "unknowns": unknowns,
+        "unknowns": _unknowns({n: sizes[n] for n in effect.unknowns if n in sizes}),
         "p_value": verdict.detection.p_value if cause in _named(verdict) else None,
         "visibility": scores.visibility[cause],
         "sensor": effect.sensor,
         "lasts": effect.lasts,
         "biased": dict(biased),
+    }
+
+
+def _unknowns(sizes: Mapping[str, Estimate]) -> dict[str, Any]:
+    return {
+        n: {"value": e.value, "std": e.std, "interval95": list(e.interval95), "unit": e.unit} for n, e in sizes.items()
     }
 
 
@@ -157,7 +160,8 @@ def _gain(verdict: Verdict, metric: tuple[str, str]) -> dict[str, Any] | None:
 
 
 def _ranking(bench: Workbench, verdict: Verdict) -> list[dict[str, Any]]:
-    """Causes by what they explain alone, as a normal deviate whatever their unknowns, and what each leaves."""
+    """Causes by what they explain alone, as a normal deviate whatever their unknowns, and what each leaves; of those
+    that were tried as the whole answer, the sizes that they then had."""
     scores = verdict.detection.scores
     rest = {t.causes[0]: t for t in verdict.tried if len(t.causes) == 1}
     names = sorted(verdict.detection.testable, key=lambda n: -scores.evidence[n])[:RANKED]
@@ -168,6 +172,7 @@ def _ranking(bench: Workbench, verdict: Verdict) -> list[dict[str, Any]]:
             "visibility": scores.visibility[n],
             "left_p": rest[n].rest if n in rest else None,
             "left_mostly": rest[n].strongest if n in rest else None,
+            "unknowns": _unknowns(sizes_of(rest[n], bench.case)) if n in rest else {},
         }
         for n in names
     ]

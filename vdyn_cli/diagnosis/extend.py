@@ -10,6 +10,7 @@ from vdyn_cli.diagnosis.case import Case, begun_at, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.document import document, not_diagnosed
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.diagnosis.next_test import next_tests
+from vdyn_cli.diagnosis.sizes import estimate_of, sizes_of
 from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.where import where
 from vdyn_cli.diagnosis.words import chance, sentence
@@ -172,7 +173,7 @@ def _sizes(extended: Result, causes: Sequence[Effect]) -> dict[str, Estimate]:
     """As the extended model's fit gives them."""
     entries: Mapping[str, Any] = extended.extra.get("effects", {})
     return {
-        n: _size(effect, n, entries[n]["value"], entries[n]["std"], entries[n]["interval95"])
+        n: estimate_of(effect, n, entries[n]["value"], entries[n]["std"], entries[n]["interval95"])
         for effect in causes
         for n in effect.unknowns
         if n in entries
@@ -180,22 +181,8 @@ def _sizes(extended: Result, causes: Sequence[Effect]) -> dict[str, Estimate]:
 
 
 def _fitted(verdict: Verdict, case: Case) -> dict[str, Estimate]:
-    """As the diagnosis fitted them, of causes that were named and not taken into the model."""
-    if verdict.answer is None:
-        return {}
-    solution = verdict.answer.fitted.solution
-    return {
-        n: _size(case.causes[c], n, solution.values[n], solution.std[n], solution.interval95[n])
-        for c in verdict.answer.causes
-        for n in case.causes[c].unknowns
-        if n in solution.values
-    }
-
-
-def _size(effect: Effect, name: str, value: float, std: float, interval95: Sequence[float]) -> Estimate:
-    quantity = effect.unknowns[name]
-    low, high = interval95
-    return Estimate(float(value), float(std), (float(low), float(high)), quantity.unit, quantity.meaning, effect.name)
+    """As the diagnosis fitted them, of causes that are not taken into the model: of every answer, the first leads."""
+    return {n: e for answer in reversed(verdict.answers) for n, e in sizes_of(answer, case).items()}
 
 
 def _biased(base: Result, extended: Result) -> dict[str, float]:

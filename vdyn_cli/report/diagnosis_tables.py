@@ -83,7 +83,7 @@ def ranking(entries: Entries) -> Cells | None:
     for e in entries:
         t = number(e.get("explains_t"))
         row = (causes.bare(causes.told(e)), words.fixed(t, 1) if math.isfinite(t) else "", _share(e.get("visibility")))
-        rows.append((*row, *(_left(e) if tried else ())))
+        rows.append((*row, *((*_left(e), sizes(items(e.get("unknowns")))) if tried else ())))
     caption = (
         f"Explains: by how many standard errors the cause stands out when it is tried alone. {_TRACE} A large number is"
         " no proof, since causes resemble each other."
@@ -91,13 +91,13 @@ def ranking(entries: Entries) -> Cells | None:
     if tried:
         caption += (
             " What counts is what is left once the cause is in the model. Left: how often pure noise would leave as"
-            f" much. Above {_ENOUGH:g} the cause is enough; below, something else is in the data, and the last column"
-            " says what it looks like."
+            f" much. Above {_ENOUGH:g} the cause is enough; below, something else is in the data, and the column after"
+            " it says what that looks like."
         )
-    columns = ("cause", "explains", "its own trace") + (("left", "what is left looks like") if tried else ())
-    return _table(
-        "Causes that these data could show, strongest first", caption, columns, rows, (False, True, True, True, False)
-    )
+    more = ("left", "what is left looks like", "its size then, 95 %") if tried else ()
+    columns = ("cause", "explains", "its own trace", *more)
+    right = (False, True, True, True, False, False)[: len(columns)]
+    return _table("Causes that these data could show, strongest first", caption, columns, rows, right)
 
 
 def _left(entry: Mapping[str, Any]) -> tuple[str, str]:
