@@ -21,7 +21,7 @@ from vdyn_cli.fit.straight import frozen
 NOTHING: Mapping[str, float] = MappingProxyType({})
 LINES = 3  # through a cause's size, each time through the one that the last found
 CLEARLY = 4.5  # half the square of three standard errors
-SETTLING = 5  # times that lines are laid anew through the fit that they gave
+SETTLING = 8  # times that lines are laid anew through the fit that they gave
 EXPLAINS = 0.5  # less of the cost, half a residual's square, that makes it worth another time
 CLOSE = 0.5  # standard deviations that the next would hardly move it
 MOST_PROBES = 5  # tried of an effect's
