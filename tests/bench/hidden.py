@@ -4,7 +4,8 @@
 
 writes tests/bench/hidden.md, one section a step; only the sections of the steps that ran are replaced, anew after every
 vehicle. It goes the command's way, from files to the JSON document. Set OPENBLAS_NUM_THREADS=1. It takes hours: with
---log it may be stopped at any time, and goes on from there (with another program, start another log).
+--log it may be stopped at any time, and goes on from there (with another program, start another log). The trials of
+validate, which is by far the longest, are kept: --step validate --log tests/bench/hidden_validate.jsonl adds to them.
 """
 
 from __future__ import annotations
