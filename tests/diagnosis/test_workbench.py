@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
+from vdyn_cli.diagnosis.workbench import Workbench, _between, open_workbench
 from vdyn_cli.fit import Regression, Rows, Unknown
 
 SIZE = 2.1
@@ -71,3 +71,10 @@ def test_of_many_sizes_the_best_is_found() -> None:
     found = opened._probed_lines(opened.case.causes["step"], PROBES)
     assert found is not None
     assert found.values["step"] == pytest.approx(SIZE, abs=0.1)
+
+
+def test_every_size_is_tried_that_lies_about_the_nearest() -> None:
+    probes = tuple(float(k) for k in range(1, 19))  # of which every third is tried first
+    assert _between(probes, 7.2) == (5, 6, 8, 9)
+    assert _between(probes, 0.2) == (2, 3)
+    assert _between(probes, 40.0) == (14, 15, 17, 18)

@@ -26,6 +26,40 @@ def test_the_rows_are_found_at_which_it_was_measured(digits: int, late: float) -
     assert np.array_equal(own, np.arange(round(100 * late), FAST.size, 10))
 
 
+@pytest.mark.parametrize("spacing", [2, 10, 100])
+def test_any_rate_is_found(spacing: int) -> None:
+    time = np.arange(0.0, 60.0 * spacing / 10, 0.01)
+    slow = time[::spacing]
+    own = own_rows(np.interp(time, slow, speed(slow) if spacing < 100 else 20 + speed(slow, 0.5) / 50))
+    assert own is not None
+    assert own[1] - own[0] == spacing
+
+
+JOINED = np.interp(FAST, SLOW, speed(SLOW))
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.array([float(f"{v / 3.6:.6g}") for v in JOINED]),  # six digits, through 10 m/s
+        JOINED.astype(np.float32).astype(float),
+        np.r_[np.full(9000, 80.0), JOINED],  # at rest for more than half
+        np.where(np.arange(FAST.size) == 3005, JOINED + 18, JOINED),  # a glitch
+        np.r_[JOINED[:5700], JOINED[5701:]],  # a row lost near the end
+        np.where(np.arange(FAST.size) % 977 == 0, np.nan, JOINED),
+    ],
+)
+def test_what_loggers_do_to_it_hides_nothing(values: np.ndarray) -> None:
+    own = own_rows(values)
+    assert own is not None
+    assert own[1] - own[0] == 10
+
+
+@pytest.mark.parametrize("size", [0, 1, 2, 40])
+def test_too_little_shows_nothing(size: int) -> None:
+    assert own_rows(JOINED[:size]) is None
+
+
 @pytest.mark.parametrize("digits", [1, 2, 8])
 def test_what_was_measured_at_every_row_is_left_alone(digits: int) -> None:
     assert own_rows(np.round(speed(FAST), digits)) is None

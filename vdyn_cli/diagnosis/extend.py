@@ -58,8 +58,9 @@ def diagnosed(
     wanted = _wanted(spec, case, verdict)
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
-    if extended is not None and spec.diagnose.extend == "named" and _may_be_nothing(extended, case, wanted):
-        verdict, wanted, extended = verdict.refuted("it may as well be of no size"), (), None
+    nothing = _may_be_nothing(extended, case, wanted) if extended and spec.diagnose.extend == "named" else ""
+    if nothing:
+        verdict, wanted, extended = verdict.refuted(f"{nothing} may as well be of no size"), (), None
     accepted = wanted if extended is not None else ()
     sizes = _fitted(verdict, case) | (_sizes(extended, [case.causes[c] for c in accepted]) if extended else {})
     biased = {} if extended is None else _biased(result, extended)
@@ -155,11 +156,13 @@ def _extended(
     return None
 
 
-def _may_be_nothing(extended: Result, case: Case, causes: Sequence[str]) -> bool:
-    """Does the interval hold zero that the extended model would publish for a cause of one unknown?"""
-    every = [case.causes[c] for c in causes]
-    sizes = _sizes(extended, [e for e in every if len(e.unknowns) == 1])
-    return any(size.interval95[0] <= 0.0 <= size.interval95[1] for size in sizes.values())
+def _may_be_nothing(extended: Result, case: Case, causes: Sequence[str]) -> str:
+    """The cause of one unknown for which the extended model would publish an interval that holds zero; else nothing."""
+    for effect in (case.causes[c] for c in causes if len(case.causes[c].unknowns) == 1):
+        for size in _sizes(extended, [effect]).values():
+            if size.interval95[0] <= 0.0 <= size.interval95[1]:
+                return effect.label if len(causes) > 1 else "it"
+    return ""
 
 
 def _not_extended(causes: Sequence[str]) -> list[Finding]:
@@ -181,8 +184,13 @@ def _sizes(extended: Result, causes: Sequence[Effect]) -> dict[str, Estimate]:
 
 
 def _fitted(verdict: Verdict, case: Case) -> dict[str, Estimate]:
-    """As the diagnosis fitted them, of causes that are not taken into the model: of every answer, the first leads."""
-    return {n: e for answer in reversed(verdict.answers) for n, e in sizes_of(answer, case).items()}
+    """As the diagnosis fitted them, of causes that are not taken into the model.
+
+    Of several answers only where each is a single cause: beside others, a cause has another size in every answer.
+    """
+    if len(verdict.answers) > 1 and any(len(answer.causes) > 1 for answer in verdict.answers):
+        return {}
+    return {n: e for answer in verdict.answers for n, e in sizes_of(answer, case).items()}
 
 
 def _biased(base: Result, extended: Result) -> dict[str, float]:

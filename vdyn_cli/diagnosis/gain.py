@@ -26,6 +26,7 @@ FEWEST_RUNS = 4  # that can be left out one by one; fewer are cut into blocks
 FEWEST_DRIVES = 3  # of which nothing is fitted but the size of the cause
 FEWEST_BLOCKS = 8
 WORTH = 4  # folds that a model of the noise is worth
+EXACT = 1e-3  # of the error: no simulation, and no law, is exact to less, whatever three drives agree on
 CHOSEN = 2.0  # normal equivalent of evidence below which a fold chooses no further cause
 
 Mask = NDArray[np.bool_]
@@ -249,6 +250,7 @@ def _summary(before: Sequence[Missed], after: Sequence[Missed], worse: bool) -> 
     doubts = [[m.doubted for m in them if m.doubted is not None] for them in (before, after)]
     modelled = scatter(*doubts) if plain and all(len(d) == len(before) for d in doubts) else None
     rms_b, rms_a, half = _fall(_sums(before, plain), _sums(after, plain), modelled)
+    half = float(np.hypot(half, EXACT * rms_b))
     was, is_ = sum(m.squares for m in before), sum(m.squares for m in after)
     explainable = max(was - sum(m.rows for m in before), 1e-12)
     share = float(np.clip((was - is_) / explainable, 0.0, 1.0))

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vdyn_cli.diagnosis.sheet import Linear
+from vdyn_cli.fit import Unknown
+from vdyn_cli.fit.regression import prior_rows
 from vdyn_cli.fit.triangles import Array
 
 DAYS = 400  # that are drawn
@@ -35,11 +37,17 @@ def doubted(linear: Linear, run: int, error: Array) -> Doubted | None:
     rows, shared = linear.rows[run], linear.regression.shared
     if rows.plain is None or rows.plain_root is None:
         return None
-    slopes, own = rows.plain[1], linear.regression.own
-    of_car = [slopes[:, k] * u.prior[1] for k, u in enumerate(shared) if u.prior]
-    of_run = [slopes[:, k] * u.prior[1] for k, u in enumerate(own, start=len(shared)) if u.prior]
-    nothing = np.zeros(error.size)
-    return Doubted(error, np.column_stack([rows.plain_root, *of_run]), np.column_stack([nothing, *of_car]))
+    slopes, count = rows.plain[1], len(shared)
+    of_run = slopes[:, count:] @ _root(linear.regression.own)
+    return Doubted(error, np.hstack([rows.plain_root, of_run]), slopes[:, :count] @ _root(shared))
+
+
+def _root(unknowns: tuple[Unknown, ...]) -> Array:
+    """(unknowns, known), a root of the covariance of what is known of them beforehand, as if exact where nothing is."""
+    known = [k for k, u in enumerate(unknowns) if u.prior]
+    root = np.zeros((len(unknowns), len(known)))
+    root[known] = np.linalg.inv(prior_rows(unknowns, np.zeros(len(unknowns)))[:, known])
+    return root
 
 
 def scatter(before: Sequence[Doubted], after: Sequence[Doubted]) -> float:

@@ -64,10 +64,8 @@ def _undecided(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[st
     sets = interchangeable(verdict.answers)
     if len(verdict.answers[0].causes) == 1 or not sets:
         p = chance(verdict.detection.p_value)
-        alone = len(verdict.answers[0].causes) == 1  # with others beside it, a cause has another size in every answer
         every = [
-            " with ".join(f"{causes[c].label}{_size(causes[c], sizes) if alone else ''}" for c in t.causes)
-            for t in verdict.answers
+            " with ".join(f"{causes[c].label}{_size(causes[c], sizes)}" for c in t.causes) for t in verdict.answers
         ]
         return f"Something is wrong ({p}): {either(every)} would explain it, and these data can't tell which."
     parts = [either([f"{causes[c].label}{_size(causes[c], sizes)}" for c in one]) for one in sets]

@@ -22,7 +22,7 @@ NOTHING: Mapping[str, float] = MappingProxyType({})
 LINES = 3  # through a cause's size, each time through the one that the last found
 CLEARLY = 4.5  # half the square of three standard errors
 SETTLING = 8  # times that lines are laid anew through the fit that they gave
-EXPLAINS = 0.5  # less of the cost, half a residual's square, that makes it worth another time
+RESTING = 0.2  # standard deviations that another time still moves any of its values
 CLOSE = 0.5  # standard deviations that the next would hardly move it
 MOST_PROBES = 5  # tried of an effect's
 SOME = 0.1  # of the plausible range
@@ -201,15 +201,16 @@ class Workbench:
         return min(found, key=lambda f: f.solution.cost, default=None)
 
     def _settled(self, found: Fitted) -> Fitted:
-        """The fit on lines through itself, again and again while it explains more: where flanks knock, lines bend."""
+        """The fit on lines through itself, again and again until it rests: where flanks knock, lines bend."""
         for _ in range(SETTLING):
             try:
                 again = self._lines(found.causes, found.values)
             except (ResultError, ArithmeticError):
                 break
-            if again.solution.cost > found.solution.cost - EXPLAINS:
-                return min(found, again, key=lambda f: f.solution.cost)
+            resting = all(abs(v - found.values[n]) < RESTING * again.solution.std[n] for n, v in again.values.items())
             found = again
+            if resting:
+                break
         return found
 
     def near(self, fitted: Fitted) -> Fitted:
@@ -329,7 +330,7 @@ def _between(probes: tuple[float, ...], size: float) -> tuple[float, ...]:
     """The probes about the tried one that is nearest to a size, up to its neighbours among those tried."""
     tried = _some(probes)
     nearest = min(range(len(tried)), key=lambda k: abs(tried[k] - size))
-    low, high = tried[max(0, nearest - 1)], tried[min(nearest + 1, len(tried) - 1)]
+    low, high = (0.0, *tried, inf)[nearest], (0.0, *tried, inf)[nearest + 2]
     return tuple(p for p in probes if low < p < high and p not in tried)
 
 

@@ -34,7 +34,7 @@ class Grid:
 
 
 def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int) -> Grid:
-    """The substeps from sample ``begin`` to ``end``, exclusive; inputs go straight from point to point."""
+    """The substeps from sample ``begin`` to ``end``, exclusive; inputs are on their lines at each."""
     sub, last = substeps, end == drive.time.size
     time = drive.time[begin : end + 1]
     coarse = np.empty((time.size, len(names)))

@@ -22,8 +22,8 @@ class Drive:
     start : initial states; those neither given nor among the unknowns start as the model declares.
     parameters : values that differ from the simulator's in this run alone, such as air_density; no unknowns.
     context : the model's context in this run, such as heading.
-    between : further points of an input, (times, values), each (c,), after the first sample and before the last: the
-        input goes straight from point to point, so that a corner need not lie at a sample.
+    between : further points of an input, (times, values), each (c,), strictly between samples: the input goes straight
+        from point to point, so that a corner need not lie at a sample. It is read where a step begins and ends.
 
     Raises
     ------
@@ -50,7 +50,8 @@ class Drive:
                 raise ValueError(f"input {name!r} has values that are not finite")
             inputs[name] = signal
         for name, (at, values) in self.between.items():
-            if at.shape != values.shape or not np.all((at > time[0]) & (at < time[-1])) or not np.all(np.diff(at) > 0):
+            inside = np.all((at > time[0]) & (at < time[-1])) and not np.isin(at, time).any()
+            if at.shape != values.shape or not inside or not np.all(np.diff(at) > 0):
                 raise ValueError(f"the points of input {name!r} do not lie between the samples one after the other")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "inputs", inputs)

@@ -73,7 +73,8 @@ def read_ahead(drive: Drive, leads: Mapping[str, float]) -> Drive:
         inputs[slope_of(name)] = np.where(inside == at, curve(inside, 1), 0.0)
         if name in between:
             times, values = between[name]
-            there = (times - lead > drive.time[0]) & (times - lead < drive.time[-1])
-            between[name] = times[there] - lead, values[there]
+            early = times - lead
+            there = (early > drive.time[0]) & (early < drive.time[-1]) & ~np.isin(early, drive.time)
+            between[name] = early[there], values[there]
     now = {now_of(name): lead for name, lead in leads.items()}
     return Drive(drive.time, inputs, drive.start, {**drive.parameters, **now}, drive.context, between)

@@ -54,7 +54,7 @@ class Rows:
     time : (n,), when each row was taken; give it where the rows of several channels follow one another.
     plain : the main channel's residual (p,) in its own unit, with its derivatives (p, k), before it was whitened.
     folded : (blocks,), how many rows each block had before it was folded to a triangle; None where none was.
-    plain_root : (p, p), a root of the covariance of the noise in ``plain``, where the step has a model of it.
+    plain_root : (p, m), a root of the covariance of the noise in ``plain``, where the step has a model of it.
     """
 
     residual: Array

@@ -156,7 +156,7 @@ def _interpolated(values: Array, where: str) -> list[Finding]:
     if own is None:
         return []
     what = f"bends only once in {own[1] - own[0]} rows: a slower sensor whose values were joined by straight lines"
-    return [Finding(where, what, remedy="map it as it was measured; coast-downs take its own rows alone")]
+    return [Finding(where, what, remedy="map it as it was measured: the rows between are no measurements")]
 
 
 def _clipped(

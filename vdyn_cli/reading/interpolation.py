@@ -1,6 +1,6 @@
 """A slower sensor whose values were joined by straight lines on a faster clock: which rows are its own.
 
-Between its own rows it says nothing new: what looks like a hundred quiet samples are ten noisy ones.
+Between its own rows it says nothing new: what looks like a hundred quiet samples is one noisy one.
 """
 
 from __future__ import annotations
@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
-MOST = 100_000  # rows that are looked at
-STAIRS = 0.8  # of the steps that are none: a coarse channel, which bends wherever it rises
+MOST = 50_000  # rows that are looked at
+STAIRS = 0.8  # of the steps of a channel that moves that are none: a coarse one, which bends wherever it rises
 FEWEST = 30  # own rows that show it
-SLOWEST = 60  # rows from one own row to the next, at most
+SLOWEST = 200  # rows from one own row to the next, at most
 SHARPER = 2.5  # most own rows must bend by so much more than any others
-ROUNDED = 1.5  # steps of the resolution that rounding bends a straight line by, on average, at most
+ROUNDED = 1.5  # steps of the resolution that rounding bends a straight line by, mostly
+WRITTEN = 1e-5  # of the largest value, at least: six digits, or single precision
+ODD = 20.0  # times what most own rows bend: a glitch counts as so much
 
 
 def own_rows(values: Array) -> Rows | None:
@@ -25,23 +27,31 @@ def own_rows(values: Array) -> Rows | None:
     Its second difference vanishes, but for rounding, everywhere except at every k-th row, k >= 2.
     """
     steps = np.diff(values[:MOST])
-    if np.mean(steps == 0.0) > STAIRS:
-        return None
     bends = np.abs(np.diff(steps))
     bends = np.where(np.isfinite(bends), bends, 0.0)
-    best, own, resolution = SHARPER, None, _resolution(values)
-    for k in range(2, min(SLOWEST, bends.size // FEWEST) + 1):
+    moves = np.flatnonzero(bends)
+    if moves.size < FEWEST:
+        return None
+    first, last = int(moves[0]), int(moves[-1]) + 1
+    if np.mean(steps[first:last] == 0.0) > STAIRS:
+        return None
+    resolution = _resolution(values)
+    for k in range(min(SLOWEST, bends.size // FEWEST), 1, -1):  # every divisor of the true one would do
         turns = bends[: bends.size // k * k].reshape(-1, k)
-        means = turns.mean(axis=0)
-        first = int(np.argmax(means))
-        others, most = float(np.delete(means, first).max()), float(np.median(turns[:, first]))
-        if most > best * others and others < ROUNDED * resolution:
-            best, own = most / max(others, 1e-300), np.arange((first + 1) % k, values.size, k, dtype=np.intp)
-    return own
+        turns = turns[turns.any(axis=1)]
+        if len(turns) < FEWEST:
+            continue
+        own = int(np.argmax(np.sum(turns > ROUNDED * resolution, axis=0)))
+        most = float(np.median(turns[:, own]))
+        others = np.minimum(np.delete(turns, own, axis=1), ODD * most)
+        straight = float(np.median(others)) < ROUNDED * resolution
+        if straight and most > SHARPER * float(others.mean(axis=0).max()):
+            return np.arange((own + 1) % k, values.size, k, dtype=np.intp)
+    return None
 
 
 def _resolution(values: Array) -> float:
-    """The smallest step between neighbours, at least what floating point leaves of a straight line."""
+    """The smallest step between neighbours, at least what six digits leave."""
     known = values[np.isfinite(values)]
-    steps, least = np.abs(np.diff(known)), 1e-11 * float(np.abs(known).max(initial=0.0))
-    return float(steps[steps > least].min(initial=np.inf)) if np.any(steps > least) else 0.0
+    steps, least = np.abs(np.diff(known)), WRITTEN * float(np.abs(known).max(initial=0.0))
+    return float(max(steps[steps > 1e-6 * least].min(initial=np.inf), least)) if np.any(steps > 1e-6 * least) else least

@@ -68,7 +68,6 @@ ROLLING_STEP = 0.05  # s: a mass on a road has nothing that is quicker
 FREE_FORCE = 100.0  # N, of a free profile
 PASSES = 4  # of simulation and straight line, to the size of an effect
 KNOCKING = 12  # passes where half-shafts knock: the size may rest while stiffness and damping still move
-EXPLAINS = 0.5  # less of the cost that makes it worth another pass
 FEWEST_UNITS = 8  # drives cut into windows that are units of evidence by themselves
 SETTLED = 0.1  # standard deviations that a further pass may move it
 
@@ -300,19 +299,18 @@ def _sized(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> tuple[Tria
     ------
     ResultError : the drives do not determine them.
     """
-    knocks, cost = any(e.probes for e in trial.effects), np.inf
+    knocks = any(e.probes for e in trial.effects)
     for _ in range(KNOCKING if knocks else PASSES):
-        before = {u.name: u.start for u in trial.extra}
+        begun_at = dict(zip(trial.shared, trial.theta().tolist(), strict=True))
+        before = begun_at if knocks else {u.name: u.start for u in trial.extra}
         drives = frozen(_regression(trial, s, logs))
         whole = FELT in trial.model.inputs and len(drives.runs) >= FEWEST_UNITS
         units: Literal["run", "block"] = "run" if whole else "block"
         solution = solve(drives, units=units)
         begun = trial.begun_at(solution.values) if s.model == "vehicle" else trial
         trial = replace(begun, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
-        still = all(abs(solution.values[n] - at) < SETTLED * solution.std[n] for n, at in before.items())
-        if still and not (knocks and solution.cost < cost - EXPLAINS):
+        if all(abs(solution.values[n] - at) < SETTLED * solution.std[n] for n, at in before.items()):
             break
-        cost = solution.cost
     return replace(trial, at={}), solution, drives
 
 

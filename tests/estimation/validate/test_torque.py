@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vdyn_cli.engine.lead import read_ahead
+from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.estimation.validate.torque import denoised
 
 TIME = np.arange(0.0, 20.0, 0.01)
@@ -49,3 +51,20 @@ def test_noise_makes_no_corners_and_moves_true_ones_little() -> None:
     times, _ = denoised(TIME, BETWEEN + rng.standard_normal(TIME.size), 1.0)[1]
     assert len(times) >= 3
     assert max(min(abs(t - k) for k in KNOTS) for t in times) < 2e-3
+
+
+@pytest.mark.parametrize("frequency", [2.0, 4.0, 8.0])
+def test_what_swings_has_no_corners(frequency: float) -> None:
+    swing = 200 * np.sin(2 * np.pi * frequency * TIME) + 2 * np.random.default_rng(8).standard_normal(TIME.size)
+    assert denoised(TIME, swing, 2.0)[1][0].size == 0
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.37, 1234.5])
+def test_corners_at_samples_stay_samples(offset: float) -> None:
+    """A recorded demand has its corners where it was written."""
+    time = offset + TIME
+    values, corners = denoised(time, np.round(TRUE, 1), 1e-3)
+    assert not np.isin(corners[0], time).any()
+    drive = Drive(time, {"torque": values}, between={"torque": corners})
+    ahead = read_ahead(drive, {"torque": 0.0}).inputs["torque"]
+    assert ahead == pytest.approx(values, abs=1e-6)

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
@@ -123,9 +124,9 @@ def _chosen(logs: Sequence[Log], driven: Driven, choices: Choices) -> tuple[list
     stretches: list[Stretch] = []
     rejected: list[Rejected] = []
     for k, log in enumerate(logs):
-        needed = _usable(log, driven)
+        needed = _usable(_own(log) if driven == "coasting" else log, driven)
         if driven == "coasting":
-            found = selection.coast(k, _own(needed), choices.speeds, choices.shortest)
+            found = selection.coast(k, needed, choices.speeds, choices.shortest)
             if isinstance(found, Rejected):
                 rejected.append(found)
             else:
@@ -154,9 +155,16 @@ def _usable(log: Log, driven: Driven) -> Log:
 
 
 def _own(log: Log) -> Log:
-    """The rows that hold a speed of their own: straight lines between them would pass for speeds without noise."""
+    """The rows that hold a speed of their own, with the means of all else about them.
+
+    Straight lines between them would pass for speeds without noise.
+    """
     own = own_rows(log["speed"])
-    return log if own is None else selection.rows(log, np.isin(np.arange(log.time.size), own))
+    if own is None:
+        return log
+    width = int(own[1] - own[0])
+    others = {n: uniform_filter1d(v, width, mode="nearest") for n, v in log.channels.items() if n != "speed"}
+    return selection.rows(log.with_channels(**others), np.isin(np.arange(log.time.size), own))
 
 
 def _summed(log: Log, left: Sequence[Rejected]) -> list[Rejected]:

@@ -83,8 +83,14 @@ class Weighed:
             np.vstack([rows.jacobian, first]),
             time=np.r_[rows.time, self.trial.stretches[run].time[0]],
             plain=rows.plain,
-            plain_root=rows.plain_root,
+            plain_root=self._with_start(rows, std),
         )
+
+    def _with_start(self, rows: Rows, std: float) -> Array | None:
+        """The noise of the speed, and what its measured start is uncertain by."""
+        if rows.plain is None or rows.plain_root is None or not rows.plain[1].size:
+            return rows.plain_root
+        return np.column_stack([rows.plain_root, std * rows.plain[1][:, len(self.trial.shared)]])
 
     def __call__(self, run: int, theta: Array) -> Rows:
         start = self.start(run)
@@ -128,7 +134,7 @@ def _rows(
         np.vstack([jacobian, flat[:, :-1]]),
         time=np.concatenate([slow_times, times]),
         plain=(speed[:, -1], speed[:, :-1]),
-        plain_root=factor[: len(speed), : len(speed)],  # of the common error, which comes first: the speed's own
+        plain_root=factor[: len(speed), : len(speed)],  # of the common error of all speeds, which comes first
     )
 
 

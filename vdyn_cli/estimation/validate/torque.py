@@ -33,6 +33,8 @@ REACHES = (2, 4, 8, 16, 32, 64, 128)  # samples to one side
 LONGEST = 1.5  # s to one side
 WIDTH = 2.0  # standard deviations of the intervals that must meet
 SHARP = 4.0  # standard deviations by which the slopes of two lines must differ to make a corner
+STRAIGHT = 8  # samples that such a line has at least: what swings is straight over fewer
+EDGE = 1e-3  # of a spacing: a corner so near a sample is that sample
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +90,7 @@ def denoised(time: Array, torque: Array, level: float) -> tuple[Array, Points]:
 
 @dataclass(frozen=True, eq=False)
 class _Lines:
-    """At every sample the line that ends there: its value and slope (infinitely uncertain where there is no line)."""
+    """At every sample the line that ends there: its value, and its slope where it is long enough."""
 
     values: Array
     variance: Array
@@ -109,7 +111,8 @@ def _corners(time: Array, values: Array, before: _Lines, after: _Lines) -> Point
     apart = after.values[1:] - after.slopes[1:] * spacing - before.values[:-1]
     since = np.divide(apart, turn, out=np.zeros_like(turn), where=turn != 0)
     beside = np.r_[0.0, sharp, 0.0]
-    there = (sharp > SHARP) & (sharp >= beside[:-2]) & (sharp > beside[2:]) & (since > 0) & (since < spacing)
+    inside = (since > EDGE * spacing) & (since < (1 - EDGE) * spacing)
+    there = inside & (sharp > SHARP) & (sharp >= beside[:-2]) & (sharp > beside[2:])
     return time[:-1][there] + since[there], (before.values[:-1] + before.slopes[:-1] * since)[there]
 
 
@@ -128,7 +131,11 @@ def _one_sided(time: Array, values: Array, level: float) -> _Lines:
         lower, upper = np.maximum(low, line - WIDTH * sigma), np.minimum(high, line + WIDTH * sigma)
         going &= (lower <= upper) & (np.arange(values.size) >= reach)
         best, variance = np.where(going, line, best), np.where(going, sigma**2, variance)
-        slopes, slope_variance = np.where(going, slope, slopes), np.where(going, level**2 / square, slope_variance)
+        straight = going & (reach >= STRAIGHT)
+        slopes, slope_variance = (
+            np.where(straight, slope, slopes),
+            np.where(straight, level**2 / square, slope_variance),
+        )
         low, high = np.where(going, lower, low), np.where(going, upper, high)
     return _Lines(best, variance, slopes, slope_variance)
 

@@ -65,7 +65,7 @@ class Trial:
     beliefs : the parameters before the drives.
     channels : outputs that are fitted, of those that the model has and the logs hold.
     effects, extra : corrections of the model's laws, and their unknowns.
-    step : s, the longest step of the integration.
+    step : s, the longest step of the integration, but for a trembling clock (``EASE``) and gaps (``UNEVEN``).
     zeros : standard deviation of a sensor's zero, by channel or drive_torque; each stretch has its own.
     gains : standard deviation of a sensor's gain, by channel; the same in all stretches, and of both shaft torques.
     wind_variance : m^2/s^2, of gusts and mean winds: what they add to the mean drag.
