@@ -118,3 +118,11 @@ def test_a_long_run_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
     for cell, trial in trials.items():
         remember(log, cell, trial)
     assert recalled(log) == {(cell.name, 1): trial for cell, trial in trials.items()}
+
+
+def test_the_page_shows_the_trials_of_validate_that_are_kept() -> None:
+    known = recalled(Path(__file__).with_name("hidden_validate.jsonl"))
+    cells = [cell for cell in CASES if cell.step == "validate"]
+    seeds = sorted({seed for _, seed in known})
+    rows = [(cell, [known[cell.name, seed] for seed in seeds if (cell.name, seed) in known]) for cell in cells]
+    assert section("validate", rows) in Path(__file__).with_name("hidden.md").read_text(encoding="utf-8")
