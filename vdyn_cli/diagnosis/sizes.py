@@ -22,6 +22,7 @@ def sizes_of(answer: Trial, case: Case) -> dict[str, Estimate]:
 
 
 def estimate_of(effect: Effect, name: str, value: float, std: float, interval95: Sequence[float]) -> Estimate:
+    """An unknown of an effect with its unit and meaning; the effect is its source."""
     quantity = effect.unknowns[name]
     low, high = interval95
     return Estimate(float(value), float(std), (float(low), float(high)), quantity.unit, quantity.meaning, effect.name)

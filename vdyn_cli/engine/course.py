@@ -47,10 +47,9 @@ def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int
     inputs = np.empty((steps.size + 1, coarse.shape[1]))
     for j in range(sub):
         inputs[j:moving:sub] = coarse[:-1] + (coarse[1:] - coarse[:-1]) * (j / sub)
-    begun = (time[:-1, None] + np.diff(time)[:, None] * (np.arange(sub) / sub)).ravel()
-    for i, name in enumerate(names):
-        if name in drive.between:
-            inputs[:moving, i] = np.interp(begun, *drive.line(name))
+    for name in drive.between:
+        begun = (time[:-1, None] + np.diff(time)[:, None] * (np.arange(sub) / sub)).ravel()
+        inputs[:moving, names.index(name)] = np.interp(begun, *drive.line(name))
     inputs[moving:] = coarse[-1]
     return Grid(drive.time[begin:end], sub, inputs, steps)
 
