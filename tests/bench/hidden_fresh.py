@@ -9,14 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
-from vdyn_cli.diagnosis.case import Case, begun_at, unknowns_of
+from vdyn_cli.diagnosis.case import begun_at, unknowns_of
+from vdyn_cli.diagnosis.extend import case_of
 from vdyn_cli.diagnosis.gain import rms_of
-from vdyn_cli.diagnosis.sheet import Linear, linearise
+from vdyn_cli.diagnosis.sheet import Linear, as_measured, linearise
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
-from vdyn_cli.effects import candidates
-from vdyn_cli.engine.offer import offered
 from vdyn_cli.errors import ResultError
 from vdyn_cli.fit import Regression, approach
 from vdyn_cli.fit.restrict import restricted
@@ -56,21 +53,10 @@ def _simulated(bench: Workbench, sizes: Mapping[str, float], causes: Sequence[st
     """The drives with parameters as they are believed, and causes of these sizes."""
     effects = [bench.case.causes[c] for c in causes]
     full = bench.case.regression(effects, [begun_at(u, sizes) for e in effects for u in unknowns_of(e)])
-    own = {u.name: full.run_starts.get(u.name, np.full(len(full.runs), u.start)) for u in full.own}
-    return linearise(full, {u.name: u.start for u in full.shared}, own)
+    return linearise(full, {u.name: u.start for u in full.shared}, as_measured(full))
 
 
 def _bench(name: str, description: Path) -> Workbench:
     step = load_step(name)
     inputs = gather(step, description, ())
-    spec, data, known = inputs.spec, inputs.data, inputs.known
-    lent = step.diagnosable
-    assert lent is not None
-    case = Case(
-        step=name,
-        regression=lambda effects, extra, **begun: lent.regression(spec, data, known, effects, extra, **begun),
-        effects=offered(lent.model(spec, data, known), candidates(name)),
-        profiles=lent.profiles(spec, data, known),
-        straight=lent.straight(spec),
-    )
-    return open_workbench(case)
+    return open_workbench(case_of(step, inputs.spec, inputs.data, inputs.known))

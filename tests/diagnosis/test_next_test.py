@@ -19,7 +19,7 @@ from tests.plant.coast_information import information
 from tests.plant.information import total
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.diagnosis.design import SAFE, Asked, Designer, Plan
-from vdyn_cli.diagnosis.extend import _case
+from vdyn_cli.diagnosis.extend import case_of
 from vdyn_cli.diagnosis.next_test import NextTest, next_tests
 from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
@@ -47,7 +47,7 @@ def bench(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], folder: P
     path = cases.write(folder, "coastdown", known, CHANNELS, [r.record for r in runs], notes, settings=settings)
     step = load_step("coastdown")
     inputs = gather(step, path)
-    return open_workbench(_case(step, inputs.spec, inputs.data, inputs.known))
+    return open_workbench(case_of(step, inputs.spec, inputs.data, inputs.known))
 
 
 def beside(of: Workbench, hidden: Mapping[str, float], rival: str) -> tuple[Asked, ...]:

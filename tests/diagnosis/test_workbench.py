@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.workbench import Workbench, _between, open_workbench
+from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
 from vdyn_cli.fit import Regression, Rows, Unknown
 
 SIZE = 2.1
-PROBES = (0.2, 0.5, 1.0, 2.0, 4.0)
+LIKELY = 2.0  # of which a step says that it fits best
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,10 @@ class Knocking(Campaign):
 
 
 def bench(knocks: bool) -> Workbench:
-    play = replace(cause("step"), probes=PROBES if knocks else ())
+    play = replace(cause("step"), probes=(0.5, 1.0) if knocks else (), alike=("wave",))
     campaign = Knocking(3, runs=8)
-    return open_workbench(replace(campaign.case(play), straight=True))
+    case = campaign.case(play, cause("wave"))
+    return open_workbench(replace(case, straight=True, likely=lambda effect, begun: begun(LIKELY)[0].start))
 
 
 def test_lines_are_laid_until_they_lead_to_themselves() -> None:
@@ -66,15 +67,16 @@ def test_what_does_not_knock_has_lines_laid_once() -> None:
     assert once.solution.cost > settled.solution.cost + 1.0
 
 
-def test_of_many_sizes_the_best_is_found() -> None:
+def test_lines_go_through_the_likely_size_where_it_explains_more_than_what_it_looks_like() -> None:
     opened = bench(knocks=True)
-    found = opened._probed_lines(opened.case.causes["step"], PROBES)
-    assert found is not None
-    assert found.values["step"] == pytest.approx(SIZE, abs=0.1)
+    there = opened.beyond("wave", opened)
+    assert there is not opened
+    fitted = there.fitted(("step",))
+    assert fitted is not None
+    assert fitted.values["step"] == pytest.approx(SIZE, abs=0.1)
+    assert there.near(fitted) is opened.near(fitted)
 
 
-def test_every_size_is_tried_that_lies_about_the_nearest() -> None:
-    probes = tuple(float(k) for k in range(1, 19))  # of which every third is tried first
-    assert _between(probes, 7.2) == (5, 6, 8, 9)
-    assert _between(probes, 0.2) == (2, 3)
-    assert _between(probes, 40.0) == (14, 15, 17, 18)
+def test_of_what_it_does_not_look_like_nothing_is_tried() -> None:
+    opened = bench(knocks=True)
+    assert opened.beyond("slope", opened) is opened

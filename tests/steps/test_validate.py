@@ -12,7 +12,7 @@ import yaml
 
 from tests.steps.validate_cases import described, inputs, known_file, true_parameters
 from vdyn_cli.commands.run_step import write_step
-from vdyn_cli.diagnosis.extend import _case
+from vdyn_cli.diagnosis.extend import case_of
 from vdyn_cli.effects import catalogue
 from vdyn_cli.errors import InputError, ResultError
 from vdyn_cli.estimation.validate.drives import OUTPUTS
@@ -169,7 +169,7 @@ def test_what_earlier_steps_found_beside_the_parameters_is_simulated_and_not_sou
     assert trial.beliefs.std[trial.beliefs.names.index("extra_drag_area")] == 0.02
     speeds = [t.first[0].values["speed"][-1] for t in (plain, trial)]
     assert speeds[1] < speeds[0] - 0.5
-    case = _case(load_step("validate"), found.spec, found.data, extended)
+    case = case_of(load_step("validate"), found.spec, found.data, extended)
     assert "extra_drag_area" not in case.causes
     assert "headwind" in case.causes
 

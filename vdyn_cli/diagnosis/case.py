@@ -29,6 +29,8 @@ class Case:
     level : chance of a false alarm.
     straight : one simulation has to do; fits are made on straight lines. The parameters are beliefs with which the step
         simulates: what fits move of them is no gain.
+    likely : (effect, begun) -> the size of an effect without a slope at nothing about which straight lines are laid,
+        ``begun(size)`` being its unknowns. None where such effects are not looked for on straight lines.
     manoeuvres : (regression with every cause in, its shared unknowns at the baseline's fit) -> what could be driven
         next, the least effort first.
     """
@@ -42,6 +44,7 @@ class Case:
     fewest_runs: int = 1
     level: float = LEVEL
     straight: bool = False
+    likely: Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], float] | None = None
     manoeuvres: Callable[[Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = lambda regression, values: ()
 
     @property

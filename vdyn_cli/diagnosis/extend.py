@@ -48,7 +48,7 @@ def diagnosed(
     lent = step.diagnosable
     if lent is None or spec.diagnose.effects == "none" or not result.comparisons:
         return result  # nothing was simulated, as of a drawing alone
-    case = _case(step, spec, data, known, level)
+    case = case_of(step, spec, data, known, level)
     try:
         bench = open_workbench(case)
         verdict = judge(bench, faults)
@@ -81,7 +81,13 @@ def diagnosed(
     return _merged(result, extended, diagnosis, [case.causes[c] for c in accepted], sizes)
 
 
-def _case(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float = LEVEL) -> Case:
+def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float = LEVEL) -> Case:
+    """A diagnosable step's data and model, open to the causes that its description allows.
+
+    Raises
+    ------
+    InputError : the description names an effect that is not known, or that this model does not have.
+    """
     lent = step.diagnosable
     assert lent is not None
     effects = offered(lent.model(spec, data, known), candidates(step.name))
@@ -92,6 +98,7 @@ def _case(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float
         effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
     if isinstance(spec.diagnose.extend, list):
         _refuse_unknown(spec.diagnose.extend, effects, "diagnose.extend")
+    likely = lent.likely
     return Case(
         step=step.name,
         regression=lambda effects, extra, **begun: lent.regression(spec, data, known, effects, extra, **begun),
@@ -102,6 +109,7 @@ def _case(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float
         fewest_runs=lent.fewest_runs,
         level=level,
         straight=lent.straight(spec),
+        likely=None if likely is None else (lambda effect, begun: likely(spec, data, known, effect, begun)),
         manoeuvres=lambda full, values: lent.manoeuvres(spec, data, known, full, values),
     )
 

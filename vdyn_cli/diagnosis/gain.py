@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.scatter import Doubted, doubted, scatter
 from vdyn_cli.diagnosis.scores import scores
-from vdyn_cli.diagnosis.sheet import Linear, Sheet
+from vdyn_cli.diagnosis.sheet import Linear, Sheet, as_measured
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
 from vdyn_cli.fit.intervals import t_quantile
 from vdyn_cli.fit.regression import prior_rows
@@ -207,10 +207,9 @@ def _as_begun(at: Fitted, fold: Fold, values: Mapping[str, float]) -> Missed:
 
 
 def _begun(linear: Linear) -> Array:
-    """(runs, m), the step of every run's own unknowns back to where they begin."""
-    runs = len(linear.rows)
-    starts = [linear.regression.run_starts.get(u.name, np.full(runs, u.start)) for u in linear.regression.own]
-    return np.array(starts, dtype=float).reshape(len(starts), runs).T - linear.own
+    """(runs, m), the step of every run's own unknowns back to where they are known to be without a fit."""
+    starts = list(as_measured(linear.regression).values())
+    return np.array(starts, dtype=float).reshape(len(starts), len(linear.rows)).T - linear.own
 
 
 def _of_block(sheet: Sheet, rows: Mask, left: Array) -> Missed:

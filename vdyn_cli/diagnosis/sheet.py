@@ -70,6 +70,17 @@ def linearise(
     return Linear(regression, values, each, rows)
 
 
+def as_measured(regression: Regression) -> dict[str, Array]:
+    """(runs,) of each run's own unknowns, without a fit: what is believed of them, else where they begin."""
+    runs = len(regression.runs)
+    return {
+        u.name: np.full(runs, u.prior[0])
+        if u.prior
+        else np.asarray(regression.run_starts.get(u.name, np.full(runs, u.start)), dtype=np.float64)
+        for u in regression.own
+    }
+
+
 def _with_secant(
     regression: Regression, values: Array, own: Array, rows: tuple[Rows, ...], place: int, size: float
 ) -> tuple[Rows, ...]:

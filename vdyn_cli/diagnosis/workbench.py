@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import inf
 from types import MappingProxyType
-
-import numpy as np
 
 from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.scores import Scores, scores
-from vdyn_cli.diagnosis.sheet import Linear, Sheet, linearise, sheet
+from vdyn_cli.diagnosis.sheet import Linear, Sheet, as_measured, linearise, sheet
 from vdyn_cli.effects import Effect
 from vdyn_cli.errors import ResultError
 from vdyn_cli.fit import Regression, Solution, Unknown, solve
@@ -21,7 +18,7 @@ from vdyn_cli.fit.straight import frozen
 NOTHING: Mapping[str, float] = MappingProxyType({})
 LINES = 3  # through a cause's size, each time through the one that the last found
 CLEARLY = 4.5  # half the square of three standard errors
-SETTLING = 8  # times that lines are laid anew through the fit that they gave
+SETTLING = 3  # times that lines are laid anew through the fit that they gave
 RESTING = 0.2  # standard deviations that another time still moves any of its values
 CLOSE = 0.5  # standard deviations that the next would hardly move it
 MOST_PROBES = 5  # tried of an effect's
@@ -138,7 +135,8 @@ class Workbench:
         wrong bend too much for causes that are large.
         """
         nearer, before = self, None
-        for _ in range(LINES if self.case.straight and cause is not None else 0):
+        lines = self.case.straight and cause is not None and not self._knock((cause,))
+        for _ in range(LINES if lines else 0):
             fitted = nearer.fitted((cause,)) if cause else None
             if fitted is None or cause is None:
                 break
@@ -157,48 +155,49 @@ class Workbench:
         return nearer
 
     def beyond(self, cause: str, other: Workbench) -> Workbench:
-        """The lines through a size of a cause that has no slope at nothing, where they explain clearly more.
+        """The lines through a cause that has no slope at nothing: ``cause`` itself, or one that explains clearly more.
 
         Only of causes that look like ``cause``, which explains most on the lines of ``other``; else those.
         """
-        alike = [e for e in self.case.effects if self.case.straight and cause in e.alike and e.probes]
-        if not alike:
-            return other
-        fitted = other.fitted((cause,))
-        least = inf if fitted is None else other.near(fitted).solution.cost - CLEARLY
-        best: Fitted | None = None
-        for effect in alike:
-            found = self._probed_lines(effect, _some(effect.probes))
-            if found is not None and found.solution.cost < least:
-                finer = self._probed_lines(effect, _between(effect.probes, found.values[scanned(effect)[0]]))
-                best = min((f for f in (found, finer) if f is not None), key=lambda f: f.solution.cost)
-                least = best.solution.cost
+        alike = [e for e in self.case.effects if self._knock((e.name,)) and cause in (e.name, *e.alike)]
+        found = [f for f in map(self._likely, alike) if f is not None]
+        best = min(found, key=lambda f: f.solution.cost, default=None)
         if best is None:
             return other
-        best = self._settled(best)
+        fitted = None if best.causes == (cause,) else other.fitted((cause,))
+        if fitted is not None and best.solution.cost > other.near(fitted).solution.cost - CLEARLY:
+            return other
         try:
             through = (*self.base, *self.unknowns(best.causes[0]))
             bench = open_workbench(self.case, {n: best.values[n] for n in through})
             bench.fitted(())
         except (ResultError, ArithmeticError):
             return other
+        bench._near[best.causes] = best
         return bench
 
-    def _probed_lines(self, effect: Effect, sizes: Sequence[float]) -> Fitted | None:
-        """The best of the fits on lines through these sizes of a cause, alone in the model.
+    def _knock(self, causes: Sequence[str]) -> bool:
+        """Are any of them looked for by sizes that are tried, where straight lines have to do?"""
+        known = self.case.causes
+        return self.case.likely is not None and any(known[c].probes for c in causes if c in known)
 
-        From the least size up, until it has become worse twice in turn.
+    def _likely(self, effect: Effect) -> Fitted | None:
+        """The fit on lines through the size of a cause that the step finds likely, alone in the model; None: it fails.
+
+        The one that is kept, if it was made before.
         """
-        found: list[Fitted] = []
-        for size in sizes:
+        causes, first = (effect.name,), scanned(effect)[0]
+
+        def begun(size: float) -> tuple[Unknown, ...]:
+            return tuple(begun_at(u, {first: size}) for u in unknowns_of(effect))
+
+        if causes not in self._near and self.case.likely is not None:
             try:
-                found.append(self._lines((effect.name,), {scanned(effect)[0]: size}))
+                size = self.case.likely(effect, begun)
+                self._near[causes] = self._settled(self._lines(causes, {first: size}))
             except (ResultError, ArithmeticError):
-                continue
-            costs = [f.solution.cost for f in found]
-            if len(costs) > 2 and costs[-1] > costs[-2] > costs[-3]:
-                break
-        return min(found, key=lambda f: f.solution.cost, default=None)
+                return None
+        return self._near.get(causes)
 
     def _settled(self, found: Fitted) -> Fitted:
         """The fit on lines through itself, again and again until it rests: where flanks knock, lines bend."""
@@ -222,9 +221,11 @@ class Workbench:
         if not self.case.straight or not fitted.causes:
             return fitted
         if fitted.causes not in self._near:
+            knocks = self._knock(fitted.causes)
+            if knocks and len(fitted.causes) == 1:
+                return self._likely(self.case.causes[fitted.causes[0]]) or fitted
             try:
                 found = self._lines(fitted.causes, fitted.values)
-                knocks = any(self.case.causes[c].probes for c in fitted.causes if c in self.case.causes)
                 self._near[fitted.causes] = self._settled(found) if knocks else found
             except (ResultError, ArithmeticError):
                 self._near[fitted.causes] = fitted
@@ -259,9 +260,8 @@ class Workbench:
         every = tuple(sorted({*fitted.causes, *causes}))
         nothing = {n: 0.0 for c in every for n in self.unknowns(c)}
         try:
-            alone, runs = self._alone(every, fitted.values), len(self.full.runs)
-            begun = {u.name: alone.run_starts.get(u.name, np.full(runs, u.start)) for u in alone.own}
-            linear = linearise(alone, {**nothing, **sizes, **self.believed}, begun)
+            alone = self._alone(every, fitted.values)
+            linear = linearise(alone, {**nothing, **sizes, **self.believed}, as_measured(alone))
         except (ResultError, ArithmeticError):
             return None
         return Fitted(tuple(causes), fitted.solution, linear, sheet(linear))
@@ -324,14 +324,6 @@ class Workbench:
 
 def _some(probes: tuple[float, ...]) -> tuple[float, ...]:
     return probes[:: max(1, len(probes) // MOST_PROBES)]
-
-
-def _between(probes: tuple[float, ...], size: float) -> tuple[float, ...]:
-    """The probes about the tried one that is nearest to a size, up to its neighbours among those tried."""
-    tried = _some(probes)
-    nearest = min(range(len(tried)), key=lambda k: abs(tried[k] - size))
-    low, high = (0.0, *tried, inf)[nearest], (0.0, *tried, inf)[nearest + 2]
-    return tuple(p for p in probes if low < p < high and p not in tried)
 
 
 def open_workbench(case: Case, begun: Mapping[str, float] = NOTHING) -> Workbench:

@@ -26,7 +26,7 @@ Sources: SAE 2017-01-1574 for model and drives; JCGM 100:2008 for the propagatio
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -44,6 +44,7 @@ from vdyn_cli.estimation.validate import hill_views, views, windows, words
 from vdyn_cli.estimation.validate.band import WIDE, Band, Verdict, bands, verdicts
 from vdyn_cli.estimation.validate.drives import OUTPUTS, SLOWEST, Cut, Note, Stretch, stretches
 from vdyn_cli.estimation.validate.felt import FELT, felt, with_slope
+from vdyn_cli.estimation.validate.flanks import likely_size, rested, spreads
 from vdyn_cli.estimation.validate.given import beliefs, with_causes
 from vdyn_cli.estimation.validate.hills import hills
 from vdyn_cli.estimation.validate.joined import Varies, joined
@@ -67,7 +68,6 @@ SOURCE = "validate"
 ROLLING_STEP = 0.05  # s: a mass on a road has nothing that is quicker
 FREE_FORCE = 100.0  # N, of a free profile
 PASSES = 4  # of simulation and straight line, to the size of an effect
-KNOCKING = 12  # passes where half-shafts knock: the size may rest while stiffness and damping still move
 FEWEST_UNITS = 8  # drives cut into windows that are units of evidence by themselves
 SETTLED = 0.1  # standard deviations that a further pass may move it
 
@@ -210,7 +210,7 @@ def _hilly(s: ValidateSettings, logs: Sequence[Log]) -> bool:
 def _regression(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> Regression:
     """Drives, or windows of drives joined where an accelerometer tells the slope."""
     if FELT not in trial.model.inputs:
-        return weigh(trial, calm=True).regression
+        return weigh(rested(trial), calm=True).regression
     zeros = tuple(felt(log).zero for log in logs)
     return joined(trial, Varies(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros))
 
@@ -230,6 +230,17 @@ def profiles(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> tupl
     )
 
 
+def likely(
+    spec: ValidateSpec,
+    logs: Sequence[Log],
+    known: Parameters,
+    effect: Effect,
+    begun: Callable[[float], tuple[Unknown, ...]],
+) -> float:
+    """The size of an effect that has no slope at nothing with which the drives fit best, alone in the model."""
+    return likely_size(lambda size: trial_of(spec, logs, known, (effect,), begun(size))[0], effect.probes)
+
+
 def _along_one_road(spec: ValidateSpec) -> bool:
     """Does every drive say which way it went? Where one says nothing it may have gone round."""
     return all(r.direction for r in spec.runs)
@@ -247,8 +258,10 @@ def estimate(
     if not spec.settings.windows and not extra:  # the plain car has driven these already where it is extended
         refuse_foreign(trial)
     solution, straight = None, None
+    sizes: Mapping[str, Any] = {}
     if extra:
         trial, solution, straight = _sized(trial, spec.settings, logs)
+        sizes = sizes_found(solution, extra, spreads(trial.begun_at(solution.values)))
     w = weigh(trial)
     hilly = solution is not None and FELT in trial.model.inputs
     shown = weigh(_fitted(trial, solution)) if solution is not None and hilly else w
@@ -288,7 +301,7 @@ def estimate(
         tuple(figures),
         tuple(tables),
         (*doubts, *trial.beliefs.assumptions, *_unrecorded(logs, s.model), *(f for log in logs for f in log.findings)),
-        {"validation": numbers, **(sizes_found(solution, extra) if solution else {})},
+        {"validation": numbers, **sizes},
     )
 
 
@@ -300,7 +313,7 @@ def _sized(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> tuple[Tria
     ResultError : the drives do not determine them.
     """
     knocks = any(e.probes for e in trial.effects)
-    for _ in range(KNOCKING if knocks else PASSES):
+    for _ in range(PASSES):
         begun_at = dict(zip(trial.shared, trial.theta().tolist(), strict=True))
         before = begun_at if knocks else {u.name: u.start for u in trial.extra}
         drives = frozen(_regression(trial, s, logs))
@@ -412,6 +425,7 @@ STEP = Step(
         fewest_runs=2,
         two_way=_along_one_road,
         straight=lambda spec: True,
+        likely=likely,
         carries=True,
     ),
 )

@@ -68,3 +68,24 @@ def test_corners_at_samples_stay_samples(offset: float) -> None:
     drive = Drive(time, {"torque": values}, between={"torque": corners})
     ahead = read_ahead(drive, {"torque": 0.0}).inputs["torque"]
     assert ahead == pytest.approx(values, abs=1e-6)
+
+
+def coasting(second: float) -> np.ndarray:
+    """A pedal let go three times, with a sensor whose zero is 0.3 N m; the second time the torque is ``second``."""
+    times = [0, 2, 2.2, 6, 6.2, 7.4, 7.6, 10, 10.2, 20]
+    true = np.interp(TIME, times, [0, 0, 300, 300, second, second, 250, 250, 0, 0])
+    return np.asarray(0.3 + true + np.random.default_rng(9).standard_normal(TIME.size))
+
+
+def test_a_pedal_let_go_gives_the_same_torque_every_time() -> None:
+    found, _ = denoised(TIME, coasting(0.0), 1.0)
+    let_go = [found[(a < TIME) & (b > TIME)] for a, b in ((0.2, 1.9), (6.3, 7.3), (10.3, 19.8))]
+    assert all(np.ptp(level) == 0.0 for level in let_go)
+    assert {level[0] for level in let_go} == {let_go[0][0]}
+    assert let_go[0][0] == pytest.approx(0.3, abs=0.1)
+
+
+def test_a_torque_that_is_another_stays_another() -> None:
+    found, _ = denoised(TIME, coasting(1.0), 1.0)
+    apart = found[(TIME > 6.3) & (TIME < 7.3)].mean() - found[(TIME > 10.3) & (TIME < 19.8)].mean()
+    assert apart == pytest.approx(1.0, abs=0.3)

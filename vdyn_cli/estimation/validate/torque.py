@@ -6,6 +6,9 @@ end of a straight line through its neighbours, before and after it, as many as l
 stays a ramp and a corner a corner. (Intersection of confidence intervals: Katkovnik, IEEE Trans. Signal Process. 47
 (1999) 2567.) A driver does not wait for a sample: where the lines before and after two samples meet between them,
 there the corner is. Cut off, it would be a knock that the simulated shafts do not feel.
+
+Whenever a driver lets go of a pedal the torque comes back to one level, which all those stretches tell together: half a
+newton metre decides on which flank a gearing with play then rests.
 """
 
 from __future__ import annotations
@@ -35,6 +38,10 @@ WIDTH = 2.0  # standard deviations of the intervals that must meet
 SHARP = 4.0  # standard deviations by which the slopes of two lines must differ to make a corner
 STRAIGHT = 8  # samples that such a line has at least: what swings is straight over fewer
 EDGE = 1e-3  # of a spacing: a corner so near a sample is that sample
+
+NEAR = 5.0  # noise levels of no torque, within which the level lies to which it comes back
+FEWEST = 30  # samples of a stretch at that level
+ALIKE = 4.0  # standard deviations by which such a stretch, and a mean over FEWEST of its samples, may differ
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +91,33 @@ def denoised(time: Array, torque: Array, level: float) -> tuple[Array, Points]:
     before = _one_sided(time, torque, level)
     after = _one_sided(-time[::-1], torque[::-1], level).turned
     weight = after.variance / (before.variance + after.variance)
-    values = weight * before.values + (1.0 - weight) * after.values
+    values = _come_back(torque, weight * before.values + (1.0 - weight) * after.values, level)
     return values, _corners(time, values, before, after)
+
+
+def _come_back(torque: Array, values: Array, level: float) -> Array:
+    """The denoised values, of stretches at the level of no torque that all of them have in common."""
+    near = np.abs(values) < NEAR * level
+    if np.count_nonzero(near) < FEWEST:
+        return values
+    common = float(np.median(torque[near]))
+    at = np.flatnonzero(np.abs(values - common) < ALIKE * level)
+    stretches = [s for s in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if s.size >= FEWEST]
+    back = values
+    for _ in range(2):
+        same = [s for s in stretches if _is_level(torque[s], common, level)]
+        if same:
+            every = np.concatenate(same)
+            common = float(torque[every].mean())
+            back = values.copy()
+            back[every] = common
+    return back
+
+
+def _is_level(torque: Array, common: float, level: float) -> bool:
+    """Are the mean of a stretch and those of its pieces what they are about a common level?"""
+    pieces = np.array_split(torque, max(1, torque.size // FEWEST))
+    return all(abs(p.mean() - common) < ALIKE * level / np.sqrt(p.size) for p in (torque, *pieces))
 
 
 @dataclass(frozen=True, eq=False)

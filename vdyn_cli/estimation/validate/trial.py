@@ -71,6 +71,7 @@ class Trial:
     wind_variance : m^2/s^2, of gusts and mean winds: what they add to the mean drag.
     day : K, temperature at which the air density holds, where each stretch has its own air; None: one air for all.
     at : values at which believed parameters begin, where that is not where they are believed to be.
+    torque_zeros : N m, the drive torque's zero at which each stretch begins; none: nothing.
     """
 
     stretches: tuple[Stretch, ...]
@@ -85,6 +86,7 @@ class Trial:
     wind_variance: float = 0.0
     day: float | None = None
     at: Mapping[str, float] = field(default_factory=dict)
+    torque_zeros: tuple[float, ...] = ()
 
     @cached_property
     def sensors(self) -> Sensors:
@@ -134,13 +136,13 @@ class Trial:
         )
 
     @cached_property
-    def _bare(self) -> Trial:
+    def bare(self) -> Trial:
         """The car as it is believed to be, with nothing added; a mass on a road is what it is."""
-        if self.model.name != "vehicle" or not (self.extra or self.at):
+        if self.model.name != "vehicle" or not (self.extra or self.at or self.torque_zeros):
             return self
         added = {u.name for u in self.extra}
         effects = tuple(e for e in self.effects if not added & set(e.unknowns))
-        return remembered(replace(self, effects=effects, extra=(), at={}))
+        return remembered(replace(self, effects=effects, extra=(), at={}, torque_zeros=()))
 
     @property
     def drives_alike(self) -> Hashable:
@@ -148,7 +150,8 @@ class Trial:
         b = self.beliefs
         believed = b.names, tuple(b.values.items()), b.std.tobytes(), b.correlation.tobytes()
         sensors = self.channels, tuple(self.zeros.items()), tuple(self.gains.items()), self.wind_variance, self.day
-        return self.stretches, self.model, believed, tuple(self.at.items()), sensors, self.effects, self.extra
+        begun = tuple(self.at.items()), self.torque_zeros
+        return self.stretches, self.model, believed, begun, sensors, self.effects, self.extra
 
     @cached_property
     def _outputs(self) -> tuple[str, ...]:
@@ -205,7 +208,10 @@ class Trial:
 
     def start(self, run: int) -> Array:
         """Local unknowns of a stretch where they begin."""
-        return np.array([*self.theta(), self.begun(run)[0], *np.zeros(len(self.zeroed))])
+        local = np.array([*self.theta(), self.begun(run)[0], *np.zeros(len(self.zeroed))])
+        if self.torque_zeros:
+            local[len(self.shared) + self.own.index(TORQUE_ZERO)] = self.torque_zeros[run]
+        return local
 
     @cached_property
     def first(self) -> tuple[Outcome, ...]:
@@ -249,7 +255,7 @@ class Trial:
 
         Of the car as it is believed to be, whatever is added: fits with one cause or another are then weighed alike.
         """
-        bare = self._bare
+        bare = self.bare
         if bare is not self:
             return bare.shaken
         assert self._shaken_drives  # made before threads ask for them
@@ -306,10 +312,10 @@ class Trial:
         """Everything sought, with what is known of it; and each stretch's own starts."""
         found = [replace(u, start=self.at.get(u.name, u.start)) for u in believed(self.beliefs)]
         start = Unknown(START, 0.0, -10.0, 160.0, "m/s", per_run=True, nuisance=True)
-        begun = np.array([self.begun(k)[0] for k in range(len(self.stretches))])
-        return (*found, *self.sensors.gain_unknowns(), *self.extra, start, *self.sensors.zero_unknowns()), {
-            START: begun
-        }
+        begun = {START: np.array([self.begun(k)[0] for k in range(len(self.stretches))])}
+        if self.torque_zeros:
+            begun[TORQUE_ZERO] = np.array(self.torque_zeros)
+        return (*found, *self.sensors.gain_unknowns(), *self.extra, start, *self.sensors.zero_unknowns()), begun
 
     def with_wind(self, variance: float) -> Trial:
         return replace(self, wind_variance=variance)
