@@ -24,8 +24,6 @@ Array = NDArray[np.float64]
 
 COARSE = (-4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0)  # standard deviations of a zero that are tried first
 FINE = (-0.5, 0.0, 0.5)  # about the best of those
-WORSE = 3  # sizes in turn that fit worse than the best so far by
-CLEARLY = 20.0  # log likelihood: those that are larger still are not tried
 HALVINGS = 3  # of the distance to the best size's neighbours
 AROUND = (0.8, 0.9, 1.0, 1.1, 1.2)  # of a size: steps over which knocks fit worse evenly, however they fit in between
 
@@ -99,10 +97,8 @@ def likely_size(trials: Callable[[float], Trial], probes: Sequence[float]) -> fl
         trial = trials(size)
         zeros, costs[size] = _zeros(_plain(trial.bare), trial, zeros)
 
-    for size in sorted(probes):
+    for size in sorted(probes):  # all of them: far below the true size another one fits somewhat better than its like
         tried(size)
-        if min(list(costs.values())[-WORSE:]) > min(costs.values()) + CLEARLY:
-            break
     for _ in range(HALVINGS):
         every = sorted(costs)
         best = min(every, key=costs.__getitem__)
