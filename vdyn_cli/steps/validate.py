@@ -238,7 +238,8 @@ def likely(
     begun: Callable[[float], tuple[Unknown, ...]],
 ) -> float:
     """The size of an effect that has no slope at nothing with which the drives fit best, alone in the model."""
-    return likely_size(lambda size: trial_of(spec, logs, known, (effect,), begun(size))[0], effect.probes)
+    least, *_, most = effect.probes
+    return likely_size(lambda size: trial_of(spec, logs, known, (effect,), begun(size))[0], least, most)
 
 
 def _along_one_road(spec: ValidateSpec) -> bool:

@@ -24,7 +24,8 @@ Array = NDArray[np.float64]
 
 COARSE = (-4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0)  # standard deviations of a zero that are tried first
 FINE = (-0.5, 0.0, 0.5)  # about the best of those
-HALVINGS = 3  # of the distance to the best size's neighbours
+SPACING = 5e-3  # sqrt(rad): the time in which a gap is crossed goes with its root, and a knock must fall on a knock
+HALVINGS = 2  # of the distance to the best size's neighbours
 AROUND = (0.8, 0.9, 1.0, 1.1, 1.2)  # of a size: steps over which knocks fit worse evenly, however they fit in between
 
 
@@ -78,8 +79,10 @@ def rested(trial: Trial) -> Trial:
     return replace(trial, torque_zeros=_zeros(_plain(trial.bare), trial)[0])
 
 
-def likely_size(trials: Callable[[float], Trial], probes: Sequence[float]) -> float:
-    """The size, in the range of the probes, with which the drives fit best.
+def likely_size(trials: Callable[[float], Trial], least: float, most: float) -> float:
+    """The size of play, rad, from ``least`` to ``most``, with which the drives fit best.
+
+    All of them are tried: wherever the play is large, a small one fits a little better than its like.
 
     Parameters
     ----------
@@ -97,13 +100,13 @@ def likely_size(trials: Callable[[float], Trial], probes: Sequence[float]) -> fl
         trial = trials(size)
         zeros, costs[size] = _zeros(_plain(trial.bare), trial, zeros)
 
-    for size in sorted(probes):  # all of them: far below the true size another one fits somewhat better than its like
-        tried(size)
+    for root in np.arange(np.sqrt(least), np.sqrt(most), SPACING).tolist():
+        tried(root**2)
     for _ in range(HALVINGS):
         every = sorted(costs)
         best = min(every, key=costs.__getitem__)
         for other in (every[k] for k in (every.index(best) - 1, every.index(best) + 1) if 0 <= k < len(every)):
-            tried(float(np.sqrt(best * other)))
+            tried(0.5 * (best + other))
     return min(costs, key=costs.__getitem__)
 
 
