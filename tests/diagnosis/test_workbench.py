@@ -13,7 +13,7 @@ from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
 from vdyn_cli.fit import Regression, Rows, Unknown
 
 SIZE = 2.1
-LIKELY = 2.0  # of which a step says that it fits best
+LIKELY, RISE = 2.0, 1e5  # of which a step says that it fits best, and by so much
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ class Knocking(Campaign):
 def bench(knocks: bool) -> Workbench:
     play = replace(cause("step"), probes=(0.5, 1.0) if knocks else (), alike=("wave",))
     campaign = Knocking(3, runs=8)
-    case = campaign.case(play, cause("wave"))
-    return open_workbench(replace(case, straight=True, likely=lambda effect, begun: begun(LIKELY)[0].start))
+    case = campaign.case(play, cause("wave"), cause("hat"))
+    return open_workbench(replace(case, straight=True, likely=lambda effect, begun: (begun(LIKELY)[0].start, RISE)))
 
 
 def test_lines_are_laid_until_they_lead_to_themselves() -> None:
@@ -79,4 +79,4 @@ def test_lines_go_through_the_likely_size_where_it_explains_more_than_what_it_lo
 
 def test_of_what_it_does_not_look_like_nothing_is_tried() -> None:
     opened = bench(knocks=True)
-    assert opened.beyond("slope", opened) is opened
+    assert opened.beyond("hat", opened) is opened

@@ -30,7 +30,8 @@ class Case:
     straight : one simulation has to do; fits are made on straight lines. The parameters are beliefs with which the step
         simulates: what fits move of them is no gain.
     likely : (effect, begun) -> the size of an effect without a slope at nothing about which straight lines are laid,
-        ``begun(size)`` being its unknowns. None where such effects are not looked for on straight lines.
+        and by how much the log likelihood rises with it; ``begun(size)`` are its unknowns. None where such effects are
+        not looked for on straight lines.
     manoeuvres : (regression with every cause in, its shared unknowns at the baseline's fit) -> what could be driven
         next, the least effort first.
     """
@@ -44,7 +45,7 @@ class Case:
     fewest_runs: int = 1
     level: float = LEVEL
     straight: bool = False
-    likely: Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], float] | None = None
+    likely: Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], tuple[float, float]] | None = None
     manoeuvres: Callable[[Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = lambda regression, values: ()
 
     @property

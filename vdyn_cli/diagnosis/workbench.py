@@ -9,7 +9,6 @@ from types import MappingProxyType
 from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, as_measured, linearise, sheet
-from vdyn_cli.effects import Effect
 from vdyn_cli.errors import ResultError
 from vdyn_cli.fit import Regression, Solution, Unknown, solve
 from vdyn_cli.fit.restrict import restricted, without_priors
@@ -18,8 +17,6 @@ from vdyn_cli.fit.straight import frozen
 NOTHING: Mapping[str, float] = MappingProxyType({})
 LINES = 3  # through a cause's size, each time through the one that the last found
 CLEARLY = 4.5  # half the square of three standard errors
-SETTLING = 3  # times that lines are laid anew through the fit that they gave
-RESTING = 0.2  # standard deviations that another time still moves any of its values
 CLOSE = 0.5  # standard deviations that the next would hardly move it
 MOST_PROBES = 5  # tried of an effect's
 SOME = 0.1  # of the plausible range
@@ -62,6 +59,7 @@ class Workbench:
     base: tuple[str, ...]
     _fits: dict[tuple[str, ...], Fitted | None] = field(default_factory=dict)
     _near: dict[tuple[str, ...], Fitted] = field(default_factory=dict)
+    _tried: dict[str, tuple[float, float]] = field(default_factory=dict)
     _last: dict[tuple[tuple[str, ...], tuple[tuple[str, float], ...]], Regression] = field(default_factory=dict)
 
     def unknowns(self, cause: str) -> tuple[str, ...]:
@@ -159,21 +157,23 @@ class Workbench:
 
         Only of causes that look like ``cause``, which explains most on the lines of ``other``; else those.
         """
-        alike = [e for e in self.case.effects if self._knock((e.name,)) and cause in (e.name, *e.alike)]
-        found = [f for f in map(self._likely, alike) if f is not None]
-        best = min(found, key=lambda f: f.solution.cost, default=None)
-        if best is None:
-            return other
-        fitted = None if best.causes == (cause,) else other.fitted((cause,))
-        if fitted is not None and best.solution.cost > other.near(fitted).solution.cost - CLEARLY:
+        alike = [e.name for e in self.case.effects if self._knock((e.name,)) and cause in (e.name, *e.alike)]
+        explained = {name: self._likely(name)[1] for name in alike}
+        best = max(explained, key=explained.__getitem__, default=cause)
+        base, fitted = self.fitted(()), other.fitted((cause,))
+        if best != cause and base is not None and fitted is not None:
+            least = min(fitted.solution.cost, other.near(fitted).solution.cost)
+            if explained[best] < base.solution.cost - least + CLEARLY:
+                return other
+        found = self._through_likely(best) if alike else None
+        if found is None:
             return other
         try:
-            through = (*self.base, *self.unknowns(best.causes[0]))
-            bench = open_workbench(self.case, {n: best.values[n] for n in through})
+            bench = open_workbench(self.case, {n: found.values[n] for n in (*self.base, *self.unknowns(best))})
             bench.fitted(())
         except (ResultError, ArithmeticError):
             return other
-        bench._near[best.causes] = best
+        bench._near[(best,)] = found
         return bench
 
     def _knock(self, causes: Sequence[str]) -> bool:
@@ -181,36 +181,32 @@ class Workbench:
         known = self.case.causes
         return self.case.likely is not None and any(known[c].probes for c in causes if c in known)
 
-    def _likely(self, effect: Effect) -> Fitted | None:
-        """The fit on lines through the size of a cause that the step finds likely, alone in the model; None: it fails.
+    def _likely(self, cause: str) -> tuple[float, float]:
+        """The size of a cause that the step finds likely, and by how much it explains the runs better than nothing."""
+        effect = self.case.causes[cause]
+        if cause not in self._tried and self.case.likely is not None:
 
-        The one that is kept, if it was made before.
-        """
-        causes, first = (effect.name,), scanned(effect)[0]
+            def begun(size: float) -> tuple[Unknown, ...]:
+                return tuple(begun_at(u, {scanned(effect)[0]: size}) for u in unknowns_of(effect))
 
-        def begun(size: float) -> tuple[Unknown, ...]:
-            return tuple(begun_at(u, {first: size}) for u in unknowns_of(effect))
-
-        if causes not in self._near and self.case.likely is not None:
             try:
-                size = self.case.likely(effect, begun)
-                self._near[causes] = self._settled(self._lines(causes, {first: size}))
+                self._tried[cause] = self.case.likely(effect, begun)
+            except (ResultError, ArithmeticError):
+                self._tried[cause] = 0.0, 0.0
+        return self._tried[cause]
+
+    def _through_likely(self, cause: str) -> Fitted | None:
+        """The fit on lines through the size that is likely, alone in the model; None: it fails."""
+        if (cause,) not in self._near:
+            try:
+                self._near[(cause,)] = self._knocking((cause,), {self.unknowns(cause)[0]: self._likely(cause)[0]})
             except (ResultError, ArithmeticError):
                 return None
-        return self._near.get(causes)
+        return self._near[(cause,)]
 
-    def _settled(self, found: Fitted) -> Fitted:
-        """The fit on lines through itself, again and again until it rests: where flanks knock, lines bend."""
-        for _ in range(SETTLING):
-            try:
-                again = self._lines(found.causes, found.values)
-            except (ResultError, ArithmeticError):
-                break
-            resting = all(abs(v - found.values[n]) < RESTING * again.solution.std[n] for n, v in again.values.items())
-            found = again
-            if resting:
-                break
-        return found
+    def _knocking(self, causes: tuple[str, ...], through: Mapping[str, float]) -> Fitted:
+        """The fit on lines that are laid once more through what they gave: where flanks knock, lines bend."""
+        return self._lines(causes, self._lines(causes, through).values)
 
     def near(self, fitted: Fitted) -> Fitted:
         """The same fit on straight lines through itself, with its own causes alone in the model.
@@ -221,12 +217,11 @@ class Workbench:
         if not self.case.straight or not fitted.causes:
             return fitted
         if fitted.causes not in self._near:
-            knocks = self._knock(fitted.causes)
-            if knocks and len(fitted.causes) == 1:
-                return self._likely(self.case.causes[fitted.causes[0]]) or fitted
+            if self._knock(fitted.causes) and len(fitted.causes) == 1:
+                return self._through_likely(fitted.causes[0]) or fitted
+            laid = self._knocking if self._knock(fitted.causes) else self._lines
             try:
-                found = self._lines(fitted.causes, fitted.values)
-                self._near[fitted.causes] = self._settled(found) if knocks else found
+                self._near[fitted.causes] = laid(fitted.causes, fitted.values)
             except (ResultError, ArithmeticError):
                 self._near[fitted.causes] = fitted
         return self._near[fitted.causes]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vdyn_cli.effects import Effect
     from vdyn_cli.engine.model import Model
     from vdyn_cli.estimation.manoeuvre import Manoeuvre
-    from vdyn_cli.fit import Regression, Unknown
+    from vdyn_cli.fit import Regression
     from vdyn_cli.log import Log
     from vdyn_cli.parameters import Parameters
     from vdyn_cli.result import Result
@@ -43,7 +43,8 @@ class Diagnosable:
     straight : (spec) -> whether the model is so dear to simulate that one pass over the logs has to do. Its regression
         also takes ``begun``, values of its own shared unknowns about which that pass is made.
     likely : (spec, data, known, effect, begun) -> where one pass has to do, the size of an effect without a slope at
-        nothing about which it is made; ``begun(size)`` are the effect's unknowns. None: such effects are not found.
+        nothing about which it is made, and by how much the log likelihood rises with it; ``begun(size)`` are the
+        effect's unknowns. None: such effects are not found.
     manoeuvres : (spec, data, known, regression, values) -> what could be driven next, the least effort first, from the
         regression with every cause in and the values of its shared unknowns at the baseline's fit.
     """
@@ -56,7 +57,7 @@ class Diagnosable:
     fewest_runs: int = 1
     two_way: Callable[[Any], bool] = lambda spec: False
     straight: Callable[[Any], bool] = lambda spec: False
-    likely: Callable[[Any, Any, Parameters, Effect, Callable[[float], tuple[Unknown, ...]]], float] | None = None
+    likely: Callable[..., tuple[float, float]] | None = None
     carries: bool = False
     manoeuvres: Callable[[Any, Any, Parameters, Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = (
         lambda spec, data, known, regression, values: ()

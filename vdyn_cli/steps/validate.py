@@ -236,8 +236,9 @@ def likely(
     known: Parameters,
     effect: Effect,
     begun: Callable[[float], tuple[Unknown, ...]],
-) -> float:
-    """The size of an effect that has no slope at nothing with which the drives fit best, alone in the model."""
+) -> tuple[float, float]:
+    """The size of an effect that has no slope at nothing with which the drives fit best, alone in the model, and by
+    how much better."""
     least, *_, most = effect.probes
     return likely_size(lambda size: trial_of(spec, logs, known, (effect,), begun(size))[0], least, most)
 

@@ -35,7 +35,9 @@ def trials(tmp_path_factory: pytest.TempPathFactory) -> Callable[[float], Trial]
 
 
 def test_the_size_is_found(trials: Callable[[float], Trial]) -> None:
-    assert likely_size(trials, 3e-4, 4e-3) == pytest.approx(PLAY, rel=0.15)
+    size, rise = likely_size(trials, 3e-4, 4e-3)
+    assert size == pytest.approx(PLAY, rel=0.15)
+    assert rise > 5.0
 
 
 def test_a_drive_begins_at_the_zero_with_which_its_flanks_rest_as_the_real_ones(

@@ -79,10 +79,11 @@ def rested(trial: Trial) -> Trial:
     return replace(trial, torque_zeros=_zeros(_plain(trial.bare), trial)[0])
 
 
-def likely_size(trials: Callable[[float], Trial], least: float, most: float) -> float:
-    """The size of play, rad, from ``least`` to ``most``, with which the drives fit best.
+def likely_size(trials: Callable[[float], Trial], least: float, most: float) -> tuple[float, float]:
+    """The size of play, rad, with which the drives fit best, and by how much their log likelihood rises with it.
 
-    All of them are tried: wherever the play is large, a small one fits a little better than its like.
+    All from ``least`` to ``most`` are tried: wherever the play is large, a small one fits a little better than its
+    like. Zeros stay near those of the car without play: from size to size they would lose their way.
 
     Parameters
     ----------
@@ -92,22 +93,20 @@ def likely_size(trials: Callable[[float], Trial], least: float, most: float) -> 
     ------
     ResultError : the simulation is not finite.
     """
-    costs: dict[float, float] = {}
-    zeros: tuple[float, ...] = ()
+    plain = _plain(trials(0.0).bare)
+    zeros, without = _zeros(plain, trials(0.0))
 
-    def tried(size: float) -> None:
-        nonlocal zeros
-        trial = trials(size)
-        zeros, costs[size] = _zeros(_plain(trial.bare), trial, zeros)
+    def cost(size: float) -> float:
+        return _zeros(plain, trials(size), zeros)[1]
 
-    for root in np.arange(np.sqrt(least), np.sqrt(most), SPACING).tolist():
-        tried(root**2)
+    costs = {size: cost(size) for size in (np.arange(np.sqrt(least), np.sqrt(most), SPACING) ** 2).tolist()}
     for _ in range(HALVINGS):
         every = sorted(costs)
         best = min(every, key=costs.__getitem__)
-        for other in (every[k] for k in (every.index(best) - 1, every.index(best) + 1) if 0 <= k < len(every)):
-            tried(0.5 * (best + other))
-    return min(costs, key=costs.__getitem__)
+        beside = (every[k] for k in (every.index(best) - 1, every.index(best) + 1) if 0 <= k < len(every))
+        costs |= {size: cost(size) for size in [0.5 * (best + other) for other in beside]}
+    best = min(costs, key=costs.__getitem__)
+    return best, without - costs[best]
 
 
 def spreads(trial: Trial) -> dict[str, float]:
