@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -59,3 +60,14 @@ def test_a_size_is_known_no_better_than_drives_tell_it_from_sizes_about_it(trial
     (spread,) = spreads(trials(PLAY)).values()
     assert 0.005 * PLAY < spread <= 0.2 * PLAY
     assert spreads(trials(0.0)) == {}
+
+
+def test_a_torque_whose_zero_is_known_has_none_to_try(trials: Callable[[float], Trial]) -> None:
+    def exact(size: float) -> Trial:
+        trial = trials(size)
+        return replace(trial, zeros={**trial.zeros, "drive_torque": 0.0})
+
+    assert not rested(exact(PLAY)).torque_zeros
+    size, _ = likely_size(exact, 1e-3, 2e-3)
+    assert 1e-3 <= size <= 2e-3
+    assert spreads(exact(PLAY))

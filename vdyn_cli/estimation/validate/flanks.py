@@ -47,17 +47,19 @@ class Plain:
 
     def cost(self, trial: Trial, run: int, zero: float) -> float:
         """Log likelihood, negative, of a drive with this zero of its drive torque."""
-        theta = trial.start(run)
-        theta[len(trial.shared) + trial.own.index(TORQUE_ZERO)] = zero
+        theta, std = trial.start(run), trial.zeros.get("drive_torque", 0.0)
+        if trial.sensors.driving:
+            theta[len(trial.shared) + trial.own.index(TORQUE_ZERO)] = zero
         seen = trial.simulate(run, theta, slopes=False)
         basis, known = self._explained[run]
         left = self.weighed.white(run, Outcome(seen.values, {}), trial.begun(run)[0], slopes=False).residual
         left = np.concatenate([left, np.zeros(known)])
-        return 0.5 * float(left @ left - np.sum((basis.T @ left) ** 2) + (zero / trial.zeros["drive_torque"]) ** 2)
+        unlikely = (zero / std) ** 2 if zero else 0.0
+        return 0.5 * float(left @ left - np.sum((basis.T @ left) ** 2) + unlikely)
 
     def best(self, trial: Trial, run: int, zeros: Iterable[float]) -> tuple[float, float]:
         """The least cost among some zeros, and which."""
-        return min((self.cost(trial, run, zero), zero) for zero in zeros)
+        return min((self.cost(trial, run, zero), zero) for zero in set(zeros))
 
 
 @lru_cache(maxsize=1)
@@ -117,7 +119,7 @@ def spreads(trial: Trial) -> dict[str, float]:
     found = {}
     for name in (next(iter(e.unknowns)) for e in trial.effects if e.probes):
         size = {u.name: u.start for u in trial.extra}.get(name, 0.0)
-        if size > 0.0 and trial.sensors.driving:
+        if size > 0.0:
             plain, costs = _plain(trial.bare), []
             zeros, _ = _zeros(plain, trial)
             for factor in AROUND:
@@ -131,7 +133,7 @@ def spreads(trial: Trial) -> dict[str, float]:
 
 def _zeros(plain: Plain, trial: Trial, about: Sequence[float] = ()) -> tuple[tuple[float, ...], float]:
     """The best zero of every drive, and the cost of all: near some that are known, or anywhere."""
-    std = trial.zeros["drive_torque"]
+    std = trial.zeros.get("drive_torque", 0.0)
     tried = replace(trial, step=plain.weighed.trial.step, torque_zeros=())
 
     def best(run: int) -> tuple[float, float]:
