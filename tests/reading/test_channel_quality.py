@@ -93,6 +93,13 @@ def test_one_clipped_bump_is_enough() -> None:
     assert f"lines {lines[0]} to {lines[-1]}" in text
 
 
+def test_what_stands_long_at_its_largest_value_may_be_frozen() -> None:
+    values = 20.0 + np.minimum(T, 10.0) + np.random.default_rng(4).normal(0, 0.02, N)
+    top = int(np.argmax(values[1500:2500])) + 1500
+    values[top : top + 1200] = values.max() + 0.01
+    assert "frozen, or clipped" in said(np.round(values, 2))
+
+
 def test_rest_at_zero_is_not_clipping() -> None:
     assert said(np.maximum(load() - 4200.0, 0.0)) == ""
 

@@ -177,9 +177,12 @@ def _clipped(
         return []
     length = runs.length[cut]
     worst = cut[np.argmax(length)]
+    others = np.delete(runs.length, worst)
+    alone = cut.size == 1 and length[0] >= _APART * max(int(others.max(initial=0)), _FROZEN)
+    why = "frozen, or clipped" if alone else "clipped"
     what = (
         f"stands at its {word} value, {extreme:.6g} {unit}, {_times(cut.size)}, {int(length.sum())} samples in all,"
-        f" the longest in {_span((int(runs.start[worst]), int(runs.length[worst])), line)}: clipped"
+        f" the longest in {_span((int(runs.start[worst]), int(runs.length[worst])), line)}: {why}"
     )
     remedy = "the true values lie beyond: check the sensor's range, or leave those runs out"
     return [Finding(where, what, remedy=remedy)]
