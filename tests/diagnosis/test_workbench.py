@@ -1,4 +1,4 @@
-"""Lines that are laid anew through the fit that they gave, for causes about which every line bends."""
+"""Lines through a size that a step finds likely, for causes about which every line bends."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def bench(knocks: bool) -> Workbench:
     return open_workbench(replace(case, straight=True, likely=lambda effect, begun: (begun(LIKELY)[0].start, RISE)))
 
 
-def test_lines_are_laid_until_they_lead_to_themselves() -> None:
+def test_lines_through_a_likely_size_find_the_true_one() -> None:
     opened = bench(knocks=True)
     fitted = opened.fitted(("step",))
     assert fitted is not None
