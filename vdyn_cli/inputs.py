@@ -61,7 +61,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     known = stated
     for file in known_files:
         later = _attempt(problems, read_parameters, file)
-        known = known.updated(later) if later else known
+        known = known.updated(later) if later is not None else known
     # A wrong channel map would only repeat itself for every log.
     read = [] if problems else [_attempt(problems, _read_run, step, spec, source, i) for i in range(len(spec.runs))]
     logs = tuple(log for log in read if log is not None)

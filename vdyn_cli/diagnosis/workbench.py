@@ -59,7 +59,7 @@ class Workbench:
     base: tuple[str, ...]
     _fits: dict[tuple[str, ...], Fitted | None] = field(default_factory=dict)
     _near: dict[tuple[str, ...], Fitted] = field(default_factory=dict)
-    _tried: dict[str, tuple[float, float]] = field(default_factory=dict)
+    _tried: dict[str, tuple[float, float] | None] = field(default_factory=dict)
     _last: dict[tuple[tuple[str, ...], tuple[tuple[str, float], ...]], Regression] = field(default_factory=dict)
 
     def unknowns(self, cause: str) -> tuple[str, ...]:
@@ -158,14 +158,14 @@ class Workbench:
         Only of causes that look like ``cause``, which explains most on the lines of ``other``; else those.
         """
         alike = [e.name for e in self.case.effects if self._knock((e.name,)) and cause in (e.name, *e.alike)]
-        explained = {name: self._likely(name)[1] for name in alike}
+        explained = {name: tried[1] for name in alike if (tried := self._likely(name)) is not None}
         best = max(explained, key=explained.__getitem__, default=cause)
         base, fitted = self.fitted(()), other.fitted((cause,))
         if best != cause and base is not None and fitted is not None:
             least = min(fitted.solution.cost, other.near(fitted).solution.cost)
             if explained[best] < base.solution.cost - least + CLEARLY:
                 return other
-        found = self._through_likely(best) if alike else None
+        found = self._through_likely(best) if explained else None
         if found is None:
             return other
         try:
@@ -181,8 +181,11 @@ class Workbench:
         known = self.case.causes
         return self.case.likely is not None and any(known[c].probes for c in causes if c in known)
 
-    def _likely(self, cause: str) -> tuple[float, float]:
-        """The size of a cause that the step finds likely, and by how much it explains the runs better than nothing."""
+    def _likely(self, cause: str) -> tuple[float, float] | None:
+        """The size of a cause that the step finds likely, and by how much it explains the runs better than nothing.
+
+        None where no size can be simulated.
+        """
         effect = self.case.causes[cause]
         if cause not in self._tried and self.case.likely is not None:
 
@@ -192,14 +195,17 @@ class Workbench:
             try:
                 self._tried[cause] = self.case.likely(effect, begun)
             except (ResultError, ArithmeticError):
-                self._tried[cause] = 0.0, 0.0
-        return self._tried[cause]
+                self._tried[cause] = None
+        return self._tried.get(cause)
 
     def _through_likely(self, cause: str) -> Fitted | None:
         """The fit on lines through the size that is likely, alone in the model; None: it fails."""
+        likely = self._likely(cause)
+        if likely is None:
+            return None
         if (cause,) not in self._near:
             try:
-                self._near[(cause,)] = self._knocking((cause,), {self.unknowns(cause)[0]: self._likely(cause)[0]})
+                self._near[(cause,)] = self._knocking((cause,), {self.unknowns(cause)[0]: likely[0]})
             except (ResultError, ArithmeticError):
                 return None
         return self._near[(cause,)]
@@ -210,6 +216,8 @@ class Workbench:
 
     def near(self, fitted: Fitted) -> Fitted:
         """The same fit on straight lines through itself, with its own causes alone in the model.
+
+        Of a cause that has no slope at nothing, through the size that is likely: a fit on other lines tells none.
 
         Where straight lines have to do, those through a car with nothing wrong are too far off for the size of a cause
         that is large. Fits that simulate at every step are near already.

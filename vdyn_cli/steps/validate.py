@@ -27,7 +27,6 @@ Sources: SAE 2017-01-1574 for model and drives; JCGM 100:2008 for the propagatio
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
@@ -43,8 +42,9 @@ from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.estimation.validate import hill_views, views, windows, words
 from vdyn_cli.estimation.validate.band import WIDE, Band, Verdict, bands, verdicts
 from vdyn_cli.estimation.validate.drives import OUTPUTS, SLOWEST, Cut, Note, Stretch, stretches
+from vdyn_cli.estimation.validate.extended import fitted, sized
 from vdyn_cli.estimation.validate.felt import FELT, felt, with_slope
-from vdyn_cli.estimation.validate.flanks import likely_size, rested, spreads
+from vdyn_cli.estimation.validate.flanks import likely_size, rested
 from vdyn_cli.estimation.validate.given import beliefs, with_causes
 from vdyn_cli.estimation.validate.hills import hills
 from vdyn_cli.estimation.validate.joined import Varies, joined
@@ -53,8 +53,7 @@ from vdyn_cli.estimation.validate.posterior import Posterior, posterior
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
 from vdyn_cli.estimation.validate.swings import swing_views
 from vdyn_cli.estimation.validate.trial import Trial, remembered
-from vdyn_cli.fit import Regression, Solution, Unknown, solve
-from vdyn_cli.fit.straight import frozen
+from vdyn_cli.fit import Regression, Unknown
 from vdyn_cli.log import Log
 from vdyn_cli.models.road_load import road_load
 from vdyn_cli.models.vehicle import vehicle
@@ -67,9 +66,6 @@ from vdyn_cli.steps import Diagnosable, Step
 SOURCE = "validate"
 ROLLING_STEP = 0.05  # s: a mass on a road has nothing that is quicker
 FREE_FORCE = 100.0  # N, of a free profile
-PASSES = 4  # of simulation and straight line, to the size of an effect
-FEWEST_UNITS = 8  # drives cut into windows that are units of evidence by themselves
-SETTLED = 0.1  # standard deviations that a further pass may move it
 
 
 class Windows(Strict):
@@ -262,11 +258,12 @@ def estimate(
     solution, straight = None, None
     sizes: Mapping[str, Any] = {}
     if extra:
-        trial, solution, straight = _sized(trial, spec.settings, logs)
-        sizes = sizes_found(solution, extra, spreads(trial.begun_at(solution.values)))
-    w = weigh(trial)
+        found_there = sized(trial, lambda begun: _regression(begun, spec.settings, logs))
+        trial, solution, straight = found_there.trial, found_there.solution, found_there.straight
+        sizes = sizes_found(solution, extra, found_there.spreads)
+    w = weigh(rested(trial))
     hilly = solution is not None and FELT in trial.model.inputs
-    shown = weigh(_fitted(trial, solution)) if solution is not None and hilly else w
+    shown = weigh(fitted(trial, solution)) if solution is not None and hilly else w
     found = bands(shown)
     told, chance = verdicts(shown, found)
     after = posterior(w)
@@ -305,34 +302,6 @@ def estimate(
         (*doubts, *trial.beliefs.assumptions, *_unrecorded(logs, s.model), *(f for log in logs for f in log.findings)),
         {"validation": numbers, **sizes},
     )
-
-
-def _sized(trial: Trial, s: ValidateSettings, logs: Sequence[Log]) -> tuple[Trial, Solution, Regression]:
-    """The trial with its effects at the sizes that the drives give them, the fit that found those, and its regression.
-
-    Raises
-    ------
-    ResultError : the drives do not determine them.
-    """
-    knocks = any(e.probes for e in trial.effects)
-    for _ in range(PASSES):
-        begun_at = dict(zip(trial.shared, trial.theta().tolist(), strict=True))
-        before = begun_at if knocks else {u.name: u.start for u in trial.extra}
-        drives = frozen(_regression(trial, s, logs))
-        whole = FELT in trial.model.inputs and len(drives.runs) >= FEWEST_UNITS
-        units: Literal["run", "block"] = "run" if whole else "block"
-        solution = solve(drives, units=units)
-        begun = trial.begun_at(solution.values) if s.model == "vehicle" else trial
-        trial = replace(begun, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
-        if all(abs(solution.values[n] - at) < SETTLED * solution.std[n] for n, at in before.items()):
-            break
-    return replace(trial, at={}), solution, drives
-
-
-def _fitted(trial: Trial, solution: Solution) -> Trial:
-    """The extended trial with its parameters where the drives put them."""
-    moved = {n: solution.values[n] for n in trial.beliefs.names}
-    return replace(trial, beliefs=replace(trial.beliefs, values={**trial.beliefs.values, **moved}))
 
 
 def _swings(trial: Trial, driven: Literal["front", "rear", "both"]) -> tuple[list[tuple[Table, Figure]], list[Finding]]:

@@ -11,7 +11,7 @@ import pytest
 from tests.bench.hidden_logs import make
 from tests.plant.hidden import Scenario
 from vdyn_cli.effects import catalogue
-from vdyn_cli.estimation.validate.flanks import likely_size, rested, spreads
+from vdyn_cli.estimation.validate.flanks import evenly, likely_size, rested
 from vdyn_cli.estimation.validate.trial import TORQUE_ZERO, Trial
 from vdyn_cli.fit import Unknown
 from vdyn_cli.inputs import gather
@@ -57,9 +57,10 @@ def test_without_play_nothing_is_tried(trials: Callable[[float], Trial]) -> None
 
 
 def test_a_size_is_known_no_better_than_drives_tell_it_from_sizes_about_it(trials: Callable[[float], Trial]) -> None:
-    (spread,) = spreads(trials(PLAY)).values()
+    ((size, spread),) = evenly(trials(PLAY)).values()
+    assert size == pytest.approx(PLAY, abs=3 * spread)
     assert 0.005 * PLAY < spread <= 0.2 * PLAY
-    assert spreads(trials(0.0)) == {}
+    assert evenly(trials(0.0)) == {}
 
 
 def test_a_torque_whose_zero_is_known_has_none_to_try(trials: Callable[[float], Trial]) -> None:
@@ -70,4 +71,4 @@ def test_a_torque_whose_zero_is_known_has_none_to_try(trials: Callable[[float], 
     assert not rested(exact(PLAY)).torque_zeros
     size, _ = likely_size(exact, 1e-3, 2e-3)
     assert 1e-3 <= size <= 2e-3
-    assert spreads(exact(PLAY))
+    assert evenly(exact(PLAY))

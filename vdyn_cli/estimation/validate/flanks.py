@@ -9,24 +9,48 @@ away what it can by its own unknowns.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.errors import ResultError
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
-from vdyn_cli.estimation.validate.trial import TORQUE_ZERO, Outcome, Trial
+from vdyn_cli.estimation.validate.trial import TORQUE_ZERO, Outcome, Trial, remembered
+from vdyn_cli.fit import Rows, Unknown
 from vdyn_cli.fit.regression import prior_rows
 
 Array = NDArray[np.float64]
 
-COARSE = (-4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0)  # standard deviations of a zero that are tried first
-FINE = (-0.5, 0.0, 0.5)  # about the best of those
-SPACING = 5e-3  # sqrt(rad): the time in which a gap is crossed goes with its root, and a knock must fall on a knock
-HALVINGS = 2  # of the distance to the best size's neighbours
-AROUND = (0.8, 0.9, 1.0, 1.1, 1.2)  # of a size: steps over which knocks fit worse evenly, however they fit in between
+WIDEST = 3.0  # standard deviations of a zero within which zeros are tried
+FEWEST, MOST = 4, 25  # zeros that are tried of a drive
+FINEST = 0.5  # N m between them, if they need not be more
+SPACING = 0.01  # sqrt(rad): the time in which a gap is crossed goes with its root, and a knock must fall on a knock
+HALVINGS = 3  # of the distance to the best size's neighbours
+AROUND = (0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)  # of a size: knocks fit worse evenly over such steps
+
+
+@dataclass(frozen=True, eq=False)
+class _Explained:
+    """What the car without play explains of a drive.
+
+    Parameters
+    ----------
+    basis : (n, k), orthonormal, of what all unknowns do to the whitened rows and to what is known of them.
+    zero, std : N m, of the drive torque's zero as the drive then tells it.
+    """
+
+    basis: Array
+    zero: float
+    std: float
+
+    @property
+    def zeros(self) -> Array:
+        """Zeros that are likely, N m."""
+        count = int(np.clip(2 * WIDEST * self.std / FINEST + 1, FEWEST, MOST))
+        return self.zero + self.std * np.linspace(-WIDEST, WIDEST, count) if self.std > 0 else np.zeros(1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,35 +60,66 @@ class Plain:
     weighed: Weighed
 
     @cached_property
-    def _explained(self) -> tuple[tuple[Array, int], ...]:
-        """Of every drive an orthonormal basis of what all unknowns but the torque's zero do, and how many are known."""
+    def _unknowns(self) -> tuple[Unknown, ...]:
+        return (*self.weighed.regression.shared, *self.weighed.regression.own)
+
+    @cached_property
+    def explained(self) -> tuple[_Explained, ...]:
+        """Of every drive."""
         w = self.weighed
-        unknowns = (*w.regression.shared, *w.regression.own)
-        known = prior_rows(unknowns, np.zeros(len(unknowns)))[:, :-1]
-        others = [i for i, u in enumerate(unknowns) if u.name != TORQUE_ZERO]
-        jacobians = (w.white(k, o, w.trial.begun(k)[0]).jacobian for k, o in enumerate(w.first))
-        return tuple((np.linalg.qr(np.vstack([j, known])[:, others])[0], len(known)) for j in jacobians)
+        return tuple(self._drive(w.white(k, o, w.trial.begun(k)[0]), w.start(k)) for k, o in enumerate(w.first))
+
+    def _drive(self, rows: Rows, start: Array) -> _Explained:
+        known = prior_rows(self._unknowns, start)
+        matrix = np.vstack([rows.jacobian, known[:, :-1]])
+        scale = np.linalg.norm(matrix, axis=0)
+        scale[scale == 0.0] = 1.0
+        basis, triangle = np.linalg.qr(matrix / scale)
+        at = [i for i, u in enumerate(self._unknowns) if u.name == TORQUE_ZERO]
+        if not at:
+            return _Explained(basis, 0.0, 0.0)
+        back = np.linalg.pinv(triangle)[at[0]] / scale[at[0]]
+        zero = start[at[0]] - back @ (basis.T @ np.concatenate([rows.residual, known[:, -1]]))
+        return _Explained(basis, float(zero), float(np.linalg.norm(back)))
 
     def cost(self, trial: Trial, run: int, zero: float) -> float:
-        """Log likelihood, negative, of a drive with this zero of its drive torque."""
-        theta, std = trial.start(run), trial.zeros.get("drive_torque", 0.0)
+        """Log likelihood, negative, of a drive whose torque's zero is near this one: on which flank it lets gears rest.
+
+        From there the zero moves as a straight line has it, like everything else.
+        """
+        theta, own = trial.start(run), self.weighed.trial
+        at = self.weighed.start(run)
+        believed = [trial.beliefs.values[n] for n in trial.beliefs.names]
+        at[: len(believed)] += theta[: len(believed)] - believed
         if trial.sensors.driving:
             theta[len(trial.shared) + trial.own.index(TORQUE_ZERO)] = zero
+            at[len(own.shared) + own.own.index(TORQUE_ZERO)] = zero
         seen = trial.simulate(run, theta, slopes=False)
-        basis, known = self._explained[run]
-        left = self.weighed.white(run, Outcome(seen.values, {}), trial.begun(run)[0], slopes=False).residual
-        left = np.concatenate([left, np.zeros(known)])
-        unlikely = (zero / std) ** 2 if zero else 0.0
-        return 0.5 * float(left @ left - np.sum((basis.T @ left) ** 2) + unlikely)
-
-    def best(self, trial: Trial, run: int, zeros: Iterable[float]) -> tuple[float, float]:
-        """The least cost among some zeros, and which."""
-        return min((self.cost(trial, run, zero), zero) for zero in set(zeros))
+        rows = self.weighed.white(run, Outcome(seen.values, {}), trial.begun(run)[0], slopes=False)
+        left = np.concatenate([rows.residual, prior_rows(self._unknowns, at)[:, -1]])
+        return 0.5 * float(left @ left - np.sum((self.explained[run].basis.T @ left) ** 2))
 
 
 @lru_cache(maxsize=1)
-def _plain(bare: Trial) -> Plain:
-    return Plain(weigh(bare, calm=True))
+def _weighed(bare: Trial) -> Plain:
+    plain = Plain(weigh(bare, calm=True))
+    assert plain.explained  # made before threads ask for it
+    return plain
+
+
+def _plain(trial: Trial) -> Plain:
+    """Of the car without play, whether that is to be found or was found before."""
+    bare = trial.bare
+    carried = [n for n in _plays(bare) if bare.beliefs.values.get(n)]
+    if carried:
+        values = {**bare.beliefs.values, **dict.fromkeys(carried, 0.0)}
+        bare = remembered(replace(bare, beliefs=replace(bare.beliefs, values=values)))
+    return _weighed(bare)
+
+
+def _plays(trial: Trial) -> tuple[str, ...]:
+    """Sizes of effects that have no slope at nothing."""
+    return tuple(next(iter(e.unknowns)) for e in trial.effects if e.probes)
 
 
 def rested(trial: Trial) -> Trial:
@@ -74,18 +129,16 @@ def rested(trial: Trial) -> Trial:
     ------
     ResultError : the simulation is not finite.
     """
-    sizes = dict(zip(trial.shared, trial.theta().tolist(), strict=True))
-    plays = any(e.probes and sizes.get(next(iter(e.unknowns))) for e in trial.effects)
-    if not plays or not trial.sensors.driving:
+    sizes = {**trial.beliefs.values, **dict(zip(trial.shared, trial.theta().tolist(), strict=True))}
+    if not any(sizes.get(n) for n in _plays(trial)) or not trial.sensors.driving:
         return trial
-    return replace(trial, torque_zeros=_zeros(_plain(trial.bare), trial)[0])
+    return replace(trial, torque_zeros=_zeros(_plain(trial), trial)[0])
 
 
 def likely_size(trials: Callable[[float], Trial], least: float, most: float) -> tuple[float, float]:
     """The size of play, rad, with which the drives fit best, and by how much their log likelihood rises with it.
 
-    All from ``least`` to ``most`` are tried: wherever the play is large, a small one fits a little better than its
-    like. Zeros stay near those of the car without play: from size to size they would lose their way.
+    Sizes from ``least`` to ``most`` are tried, then closer and closer ones about the best.
 
     Parameters
     ----------
@@ -95,50 +148,59 @@ def likely_size(trials: Callable[[float], Trial], least: float, most: float) -> 
     ------
     ResultError : the simulation is not finite.
     """
-    plain = _plain(trials(0.0).bare)
-    zeros, without = _zeros(plain, trials(0.0))
+    plain = _plain(trials(0.0))
+    without = _zeros(plain, trials(0.0))[1]
 
-    def cost(size: float) -> float:
-        return _zeros(plain, trials(size), zeros)[1]
+    def cost(size: float, few: bool = False) -> float:
+        try:
+            return _zeros(plain, trials(size), few)[1]
+        except ResultError:
+            return np.inf
 
-    costs = {size: cost(size) for size in (np.arange(np.sqrt(least), np.sqrt(most), SPACING) ** 2).tolist()}
+    count = max(3, round((np.sqrt(most) - np.sqrt(least)) / SPACING) + 1)
+    sizes = np.linspace(np.sqrt(least), np.sqrt(most), count) ** 2
+    costs = {size: cost(size, few=True) for size in sizes.tolist()}
+    costs |= {size: cost(size) for size in [min(costs, key=costs.__getitem__)]}
     for _ in range(HALVINGS):
         every = sorted(costs)
         best = min(every, key=costs.__getitem__)
         beside = (every[k] for k in (every.index(best) - 1, every.index(best) + 1) if 0 <= k < len(every))
         costs |= {size: cost(size) for size in [0.5 * (best + other) for other in beside]}
     best = min(costs, key=costs.__getitem__)
+    if not np.isfinite(costs[best]):
+        _zeros(plain, trials(best))  # raises what is the matter
     return best, without - costs[best]
 
 
-def spreads(trial: Trial) -> dict[str, float]:
-    """Standard deviations of the sizes of play that a trial begins at, by how evenly the drives fit worse about them.
+def evenly(trial: Trial) -> dict[str, tuple[float, float]]:
+    """Sizes of play about those that a trial begins at, and their standard deviations, by how evenly the drives fit
+    worse to either side.
 
     A straight line through one knock promises more: a little farther on another knock fits better again.
     """
     found = {}
-    for name in (next(iter(e.unknowns)) for e in trial.effects if e.probes):
+    for name in _plays(trial):
         size = {u.name: u.start for u in trial.extra}.get(name, 0.0)
         if size > 0.0:
-            plain, costs = _plain(trial.bare), []
-            zeros, _ = _zeros(plain, trial)
+            plain, costs = _plain(trial), []
             for factor in AROUND:
                 extra = tuple(replace(u, start=factor * size) if u.name == name else u for u in trial.extra)
-                costs.append(_zeros(plain, replace(trial, extra=extra), zeros)[1])
-            curvature = 2.0 * float(np.polyfit(size * np.array(AROUND), costs, 2)[0])
-            widest = size * (max(AROUND) - 1.0)
-            found[name] = min(widest, curvature**-0.5) if curvature > 0 else widest
+                costs.append(_zeros(plain, replace(trial, extra=extra))[1])
+            bend, slope, _ = np.polyfit(np.array(AROUND) - 1.0, costs, 2)
+            widest = max(AROUND) - 1.0
+            least = float(np.clip(-0.5 * slope / bend, -widest, widest)) if bend > 0 else 0.0
+            std = min(widest, (2.0 * bend) ** -0.5) if bend > 0 else widest
+            found[name] = size * (1.0 + least), size * float(std)
     return found
 
 
-def _zeros(plain: Plain, trial: Trial, about: Sequence[float] = ()) -> tuple[tuple[float, ...], float]:
-    """The best zero of every drive, and the cost of all: near some that are known, or anywhere."""
-    std = trial.zeros.get("drive_torque", 0.0)
+def _zeros(plain: Plain, trial: Trial, few: bool = False) -> tuple[tuple[float, ...], float]:
+    """The best zero of every drive, of all that are likely or of the two farthest apart, and the cost of all drives."""
     tried = replace(trial, step=plain.weighed.trial.step, torque_zeros=())
 
     def best(run: int) -> tuple[float, float]:
-        first = about[run] if about else plain.best(tried, run, (std * z for z in COARSE))[1]
-        return plain.best(tried, run, (first + std * z for z in FINE))
+        zeros = plain.explained[run].zeros.tolist()
+        return min((plain.cost(tried, run, zero), zero) for zero in ({zeros[0], zeros[-1]} if few else zeros))
 
     found = tried.each(best)
     return tuple(zero for _, zero in found), sum(cost for cost, _ in found)

@@ -329,7 +329,7 @@ def remembered(trial: Trial) -> Trial:
     return _shelf(trial.drives_alike).setdefault("trial", trial)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=3)
 def _shelf(alike: Hashable) -> dict[str, Trial]:
-    """Where the last ones stand: as believed, and as the baseline's fit has it."""
+    """Where the last ones stand: as believed, as the baseline's fit has it, and without the play that is believed."""
     return {}
