@@ -28,6 +28,7 @@ WIDEST = 3.0  # standard deviations of a zero within which zeros are tried
 FEWEST, MOST = 4, 25  # zeros that are tried of a drive
 FINEST = 0.5  # N m between them, if they need not be more
 SPACING = 0.01  # sqrt(rad): the time in which a gap is crossed goes with its root, and a knock must fall on a knock
+TELLING = 0.2  # of the largest size: where play is large, some that is smaller than this fits better than none
 HALVINGS = 3  # of the distance to the best size's neighbours
 AROUND = (0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)  # of a size: knocks fit worse evenly over such steps
 
@@ -159,9 +160,13 @@ def likely_size(trials: Callable[[float], Trial], least: float, most: float) -> 
 
     count = max(3, round((np.sqrt(most) - np.sqrt(least)) / SPACING) + 1)
     sizes = np.linspace(np.sqrt(least), np.sqrt(most), count) ** 2
-    costs = {size: cost(size, few=True) for size in sizes.tolist()}
+    costs: dict[float, float] = {}
+    for size in sizes.tolist():
+        if size < TELLING * most or min(costs.values(), default=0.0) < without:
+            costs[size] = cost(size, few=True)
+    better = min(costs.values()) < without
     costs |= {size: cost(size) for size in [min(costs, key=costs.__getitem__)]}
-    for _ in range(HALVINGS):
+    for _ in range(HALVINGS if better else 0):
         every = sorted(costs)
         best = min(every, key=costs.__getitem__)
         beside = (every[k] for k in (every.index(best) - 1, every.index(best) + 1) if 0 <= k < len(every))
