@@ -11,10 +11,11 @@ import pytest
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.cross_checks import with_cross_checks
 from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.document import to_json
 from vdyn_cli.errors import InputError
 from vdyn_cli.inputs import gather
 from vdyn_cli.log import Log
-from vdyn_cli.parameters import FORMAT
+from vdyn_cli.parameters import FORMAT, Estimate, Parameters, to_document
 from vdyn_cli.steps import load_step
 
 TIME = np.arange(0.0, 30.0, 0.02)
@@ -151,3 +152,15 @@ def test_a_value_that_a_parameter_file_contradicts_is_told(tmp_path: Path, root:
     ]
     (tmp_path / "parameters.json").write_text(known_mass(1589.0))
     assert not gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings
+
+
+def test_a_file_that_knows_causes_alone_is_taken(tmp_path: Path, root: Path) -> None:
+    """A validation publishes no parameters, but the cause that it found."""
+    described(tmp_path, root, "coastdown")
+    play = Estimate(1e-3, 2e-5, (9.6e-4, 1.04e-3), "rad", "free play", "backlash")
+    found = Parameters(extensions={"backlash": {"backlash": play}})
+    path = tmp_path / "validate.json"
+    path.write_text(to_json({"format": FORMAT, **to_document(found)}), encoding="utf-8")
+    known = gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [path]).known
+    assert known.extensions == found.extensions
+    assert "mass" in known

@@ -11,10 +11,12 @@ import pytest
 from tests.bench.hidden_logs import make
 from tests.plant.hidden import Scenario
 from vdyn_cli.effects import catalogue
+from vdyn_cli.errors import Finding, ResultError
 from vdyn_cli.estimation.validate.flanks import evenly, likely_size, rested
 from vdyn_cli.estimation.validate.trial import TORQUE_ZERO, Trial
 from vdyn_cli.fit import Unknown
-from vdyn_cli.inputs import gather
+from vdyn_cli.inputs import Inputs, gather
+from vdyn_cli.parameters import Estimate
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.validate import trial_of
 
@@ -22,17 +24,23 @@ PLAY = 1.5e-3
 
 
 @pytest.fixture(scope="module")
-def trials(tmp_path_factory: pytest.TempPathFactory) -> Callable[[float], Trial]:
-    """One drive of a car with play, simulated with play of any size."""
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Inputs:
+    """One drive of a car with play."""
     made = make(Scenario("validate", {"backlash": PLAY}, 41), tmp_path_factory.mktemp("play"))
-    inputs = gather(load_step("validate"), made.description, ())
-    spec = inputs.spec.model_copy(update={"runs": inputs.spec.runs[:1]})
+    found = gather(load_step("validate"), made.description, ())
+    spec = found.spec.model_copy(update={"runs": found.spec.runs[:1]})
+    return replace(found, spec=spec, data=found.data[:1])
+
+
+@pytest.fixture(scope="module")
+def trials(drive: Inputs) -> Callable[[float], Trial]:
+    """It, simulated with play of any size."""
+    return lambda size: simulated(drive, size)
+
+
+def simulated(drive: Inputs, size: float) -> Trial:
     play = next(e for e in catalogue() if e.name == "backlash")
-
-    def trial(size: float) -> Trial:
-        return trial_of(spec, inputs.data[:1], inputs.known, [play], [Unknown("backlash", size, 0.0, 0.06, "rad")])[0]
-
-    return trial
+    return trial_of(drive.spec, drive.data, drive.known, [play], [Unknown("backlash", size, 0.0, 0.06, "rad")])[0]
 
 
 def test_the_size_is_found(trials: Callable[[float], Trial]) -> None:
@@ -72,3 +80,39 @@ def test_a_torque_whose_zero_is_known_has_none_to_try(trials: Callable[[float], 
     size, _ = likely_size(exact, 1e-3, 2e-3)
     assert 1e-3 <= size <= 2e-3
     assert evenly(exact(PLAY))
+
+
+def test_a_zero_that_is_hardly_known_is_found_where_the_drive_has_it(drive: Inputs) -> None:
+    """Half a newton metre decides on which flank gears rest, whatever a data sheet allows."""
+    log = drive.data[0]
+    off = {n: v + 1.1 if n == "drive_torque" else v for n, v in log.channels.items()}
+    shifted = replace(drive, data=(replace(log, channels=off),))
+
+    def wide(size: float) -> Trial:
+        trial = simulated(shifted, size)
+        return replace(trial, zeros={**trial.zeros, "drive_torque": 5.0})
+
+    (zero,) = rested(wide(PLAY)).torque_zeros
+    assert zero == pytest.approx(1.1, abs=0.8)
+    size, rise = likely_size(wide, 1e-3, 2.2e-3)
+    assert size == pytest.approx(PLAY, rel=0.15)
+    assert rise > 5.0
+
+
+def test_play_that_was_found_before_is_weighed_by_the_car_without_it(drive: Inputs) -> None:
+    before = Estimate(PLAY, 2e-5, (PLAY - 4e-5, PLAY + 4e-5), "rad", "free play", "shaft")
+    known = replace(drive.known, extensions={"backlash": {"backlash": before}})
+    trial = rested(trial_of(drive.spec, drive.data, known)[0])
+    (asked,) = rested(simulated(drive, PLAY)).torque_zeros
+    assert trial.torque_zeros == pytest.approx((asked,), abs=0.2)
+
+
+def test_a_size_that_cannot_be_simulated_is_left_out(trials: Callable[[float], Trial]) -> None:
+    class Failing:
+        def __call__(self, size: float) -> Trial:
+            if size > 1.7e-3:
+                raise ResultError(Finding("simulation", "is not finite"))
+            return trials(size)
+
+    size, _ = likely_size(Failing(), 1e-3, 2.2e-3)
+    assert 1e-3 <= size <= 1.7e-3
