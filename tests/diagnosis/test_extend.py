@@ -13,6 +13,8 @@ import pytest
 
 from tests.diagnosis.linear import BASE, SHAPE, Campaign, cause
 from vdyn_cli.diagnosis import extend
+from vdyn_cli.diagnosis.case import Case
+from vdyn_cli.diagnosis.sizes import sizes_of
 from vdyn_cli.document import to_json
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
@@ -278,6 +280,22 @@ def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
     asked = diagnosed(HIDDEN_SLOPE, replace(STEP, estimate=unsure), extend=["slope"])[1].diagnosis
     assert asked is not None
     assert asked["extended"] == ["slope"]
+
+
+@pytest.mark.parametrize(("twins", "who"), [(True, "each of them"), (False, "it")])
+def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyPatch, twins: bool, who: str) -> None:
+    def unsure(answer: Any, case: Case) -> dict[str, Estimate]:
+        return {n: replace(e, interval95=(-0.1, 1.3)) for n, e in sizes_of(answer, case).items()}
+
+    monkeypatch.setattr(extend, "sizes_of", unsure)
+    monkeypatch.setattr(
+        extend, "offered", lambda model, effects: (SLOPE, WIND, *([cause("wind_twin")] if twins else []))
+    )
+    _, result = diagnosed(HIDDEN_WIND, extend="never")
+    told = result.diagnosis
+    assert told is not None
+    assert told["verdict"] == "unknown"
+    assert f"{who} may as well be of no size" in told["sentence"]
 
 
 def test_an_ambiguous_set_extends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

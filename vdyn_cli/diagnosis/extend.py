@@ -59,6 +59,8 @@ def diagnosed(
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
     nothing = _may_be_nothing(extended, case, wanted) if extended and spec.diagnose.extend == "named" else ""
+    if not extended and _none_of_any_size(verdict, case):
+        nothing = "each of them" if len(verdict.answers) > 1 else "it"
     if nothing:
         verdict, wanted, extended = verdict.refuted(f"{nothing} may as well be of no size"), (), None
     accepted = wanted if extended is not None else ()
@@ -171,6 +173,14 @@ def _may_be_nothing(extended: Result, case: Case, causes: Sequence[str]) -> str:
             if size.interval95[0] <= 0.0 <= size.interval95[1]:
                 return effect.label if len(causes) > 1 else "it"
     return ""
+
+
+def _none_of_any_size(verdict: Verdict, case: Case) -> bool:
+    """Does every answer rest on one cause of one unknown whose interval, as the diagnosis fitted it, holds zero?"""
+    alone = [sizes_of(answer, case) for answer in verdict.answers if len(answer.causes) == 1]
+    sizes = [size for of in alone if len(of) == 1 for size in of.values()]
+    everyone = len(sizes) == len(verdict.answers) > 0
+    return everyone and all(size.interval95[0] <= 0.0 <= size.interval95[1] for size in sizes)
 
 
 def _not_extended(causes: Sequence[str]) -> list[Finding]:

@@ -59,8 +59,8 @@ class Verdict:
         return self.answers[0] if len(self.answers) == 1 else None
 
     def refuted(self, why: str) -> Verdict:
-        """Something is wrong, and ``why`` the answer is not what it is."""
-        return replace(self, name="unknown", why=why, answers=(), gain=None, closest=self.answer)
+        """Something is wrong, and ``why`` no answer is what it is."""
+        return replace(self, name="unknown", why=why, answers=(), gain=None, closest=next(iter(self.answers), None))
 
 
 def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
