@@ -282,7 +282,7 @@ def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
     assert asked["extended"] == ["slope"]
 
 
-@pytest.mark.parametrize(("twins", "who"), [(True, "each of them"), (False, "it")])
+@pytest.mark.parametrize(("twins", "who"), [(True, "it, like what it cannot be told from,"), (False, "it")])
 def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyPatch, twins: bool, who: str) -> None:
     def unsure(answer: Any, case: Case) -> dict[str, Estimate]:
         return {n: replace(e, interval95=(-0.1, 1.3)) for n, e in sizes_of(answer, case).items()}

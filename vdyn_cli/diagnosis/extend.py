@@ -60,7 +60,7 @@ def diagnosed(
     extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
     nothing = _may_be_nothing(extended, case, wanted) if extended and spec.diagnose.extend == "named" else ""
     if not extended and _none_of_any_size(verdict, case):
-        nothing = "each of them" if len(verdict.answers) > 1 else "it"
+        nothing = "it, like what it cannot be told from," if len(verdict.answers) > 1 else "it"
     if nothing:
         verdict, wanted, extended = verdict.refuted(f"{nothing} may as well be of no size"), (), None
     accepted = wanted if extended is not None else ()
