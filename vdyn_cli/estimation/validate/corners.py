@@ -29,7 +29,7 @@ SHARP = 4.0  # standard deviations by which the slopes of two lines must differ 
 WITHIN = 1.0  # noise levels by which they must differ in one spacing: a corner must be known that well
 NONE_INSIDE = 0.85  # share of a line's reach in which there is no other corner: it may go a little beyond one
 NEXT = 64  # spacings from one corner to the next of the same broken line
-MOST = 30  # corners of one broken line
+MOST = 10  # corners of one broken line
 STEPS = 8  # of a fit
 FARTHEST = 3.0  # spacings from where it was seen
 LIKELY = 4.0  # standard deviations of a sum of squares that a broken line may have
@@ -71,7 +71,7 @@ def with_corners(
         return values, (np.zeros(0), np.zeros(0))
     at, height = np.concatenate(times), np.concatenate(heights)
     nearest = np.abs(at - time[np.clip(np.searchsorted(time, at) - [[1], [0]], 0, time.size - 1)]).min(axis=0)
-    between = (nearest > EDGE * spacing) & np.r_[True, np.diff(at) > 0]
+    between = (nearest > EDGE * spacing) & (at > np.r_[-np.inf, np.maximum.accumulate(at)[:-1]])
     return values, (at[between], height[between])
 
 
@@ -82,7 +82,8 @@ def _seen(lines: tuple[Lines, Lines], spacing: float, level: float) -> Index:
     sharp = turn / np.sqrt(before.slope_variance[:-1] + after.slope_variance[1:])
     sharp[turn * spacing < WITHIN * level] = 0.0
     found = []
-    for i in np.argsort(-sharp, kind="stable"):
+    clear = np.flatnonzero(sharp >= SHARP)
+    for i in clear[np.argsort(-sharp[clear], kind="stable")]:
         if sharp[i] >= SHARP:
             found.append(i)
             back, on = (int(NONE_INSIDE * reach) for reach in (before.reach[i], after.reach[i + 1]))
@@ -95,9 +96,9 @@ def _groups(found: Index, lines: tuple[Lines, Lines], count: int) -> list[tuple[
     before, after = lines
     gap = np.diff(found)
     apart = (after.reach[found[:-1] + 1] + before.reach[found[1:]] < gap - 1) | (gap > NEXT)
-    groups = [g for g in np.split(found, np.flatnonzero(apart) + 1) if 0 < g.size <= MOST]
+    linked = [g for g in np.split(found, np.flatnonzero(apart) + 1) if g.size]
     spans = []
-    for g in groups:
+    for g in (part for whole in linked for part in np.array_split(whole, -(-whole.size // MOST))):
         beside = found[(found < g[0]) | (found > g[-1])]
         least = max(int(g[0] - before.reach[g[0]]), int(np.max(beside[beside < g[0]], initial=-2)) + 2)
         most = min(int(g[-1] + 2 + after.reach[g[-1] + 1]), int(np.min(beside[beside > g[-1]], initial=count)))
@@ -124,8 +125,11 @@ def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _B
         if np.abs(moved).max() < EDGE * spacing:
             break
     shape = np.linalg.lstsq(columns(t, corners), torque[first:end], rcond=None)[0]
-    misses = torque[first:end] - columns(t, corners) @ shape
-    return _Broken(first, end, corners, lambda at: np.asarray(columns(at, corners) @ shape), misses)
+
+    def line(at: Array) -> Array:
+        return np.asarray(columns(at, corners) @ shape)
+
+    return _Broken(first, end, corners, line, torque[first:end] - line(t))
 
 
 def _holds(broken: _Broken, seen: Array, spacing: float, level: float) -> bool:
