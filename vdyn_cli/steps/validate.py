@@ -261,12 +261,13 @@ def estimate(
         found_there = sized(trial, lambda begun: _regression(begun, spec.settings, logs))
         trial, solution, straight = found_there.trial, found_there.solution, found_there.straight
         sizes = sizes_found(solution, extra, found_there.spreads)
-    w = weigh(rested(trial))
+    w = weigh(trial)
     hilly = solution is not None and FELT in trial.model.inputs
     shown = weigh(fitted(trial, solution)) if solution is not None and hilly else w
     found = bands(shown)
     told, chance = verdicts(shown, found)
-    after = posterior(w)
+    on_flanks = rested(trial)  # a drive's zero that was fitted has no part in what is shown: the baseline has none
+    after = posterior(w if on_flanks is trial else weigh(on_flanks))
     s = spec.settings
     names = tuple(log.name for log in logs)
     tables = [views.output_table(found, told), views.regime_table(w, found, told)]
