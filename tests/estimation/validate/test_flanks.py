@@ -94,9 +94,6 @@ def test_a_zero_that_is_hardly_known_is_found_where_the_drive_has_it(drive: Inpu
 
     (zero,) = rested(wide(PLAY)).torque_zeros
     assert zero == pytest.approx(1.1, abs=0.8)
-    size, rise = likely_size(wide, 1e-3, 2.2e-3)
-    assert size == pytest.approx(PLAY, rel=0.15)
-    assert rise > 5.0
 
 
 def test_play_that_was_found_before_is_weighed_by_the_car_without_it(drive: Inputs) -> None:
