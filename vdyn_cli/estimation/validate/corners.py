@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +27,15 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SHARP = 4.0  # standard deviations by which the slopes of two lines must differ to make a corner
-WITHIN = 1.0  # noise levels by which they must differ in one spacing: a corner must be known that well
+KNOWN = 0.05  # share of the shorter line within which it must be known where they meet
 NONE_INSIDE = 0.85  # share of a line's reach in which there is no other corner: it may go a little beyond one
 NEXT = 64  # spacings from one corner to the next of the same broken line
 MOST = 10  # corners of one broken line
 STEPS = 8  # of a fit
 FARTHEST = 3.0  # spacings from where it was seen
 LIKELY = 4.0  # standard deviations of a sum of squares that a broken line may have
+SIDE = 8  # samples in a row that show where a line leaves them
+ASIDE = 4.5  # standard deviations by which their mean may miss it
 EDGE = 1e-3  # of a spacing: a corner so near a sample is that sample
 
 
@@ -58,7 +61,7 @@ def with_corners(
     lines : before and after each sample.
     """
     spacing = float(np.median(np.diff(time)))
-    found = _seen(lines, spacing, level)
+    found = _seen(lines, spacing)
     values, times, heights = values.copy(), [], []
     for group, least, most in _groups(found, lines, time.size):
         middle = 0.5 * (time[group] + time[group + 1])
@@ -71,16 +74,18 @@ def with_corners(
         return values, (np.zeros(0), np.zeros(0))
     at, height = np.concatenate(times), np.concatenate(heights)
     nearest = np.abs(at - time[np.clip(np.searchsorted(time, at) - [[1], [0]], 0, time.size - 1)]).min(axis=0)
-    between = (nearest > EDGE * spacing) & (at > np.r_[-np.inf, np.maximum.accumulate(at)[:-1]])
+    between = (nearest > EDGE * spacing) & (np.diff(at, prepend=-np.inf) > 0.0)
     return values, (at[between], height[between])
 
 
-def _seen(lines: tuple[Lines, Lines], spacing: float, level: float) -> Index:
+def _seen(lines: tuple[Lines, Lines], spacing: float) -> Index:
     """The samples after which the line before and the line after differ most, one for each corner."""
     before, after = lines
     turn = np.abs(after.slopes[1:] - before.slopes[:-1])
     sharp = turn / np.sqrt(before.slope_variance[:-1] + after.slope_variance[1:])
-    sharp[turn * spacing < WITHIN * level] = 0.0
+    shorter = np.minimum(before.reach[:-1], after.reach[1:]) * spacing
+    unsure = np.sqrt(before.variance[:-1] + after.variance[1:]) > KNOWN * turn * shorter
+    sharp[unsure] = 0.0
     found = []
     clear = np.flatnonzero(sharp >= SHARP)
     for i in clear[np.argsort(-sharp[clear], kind="stable")]:
@@ -103,7 +108,9 @@ def _groups(found: Index, lines: tuple[Lines, Lines], count: int) -> list[tuple[
         least = max(int(g[0] - before.reach[g[0]]), int(np.max(beside[beside < g[0]], initial=-2)) + 2)
         most = min(int(g[-1] + 2 + after.reach[g[-1] + 1]), int(np.min(beside[beside > g[-1]], initial=count)))
         spans.append((g, least, most))
-    return spans
+    between = [int(a[-1] + b[0]) for (a, _, _), (b, _, _) in pairwise(spans)]  # twice halfway to the next
+    starts, ends = [0, *((k + 1) // 2 + 1 for k in between)], [*(k // 2 + 1 for k in between), count]
+    return [(g, max(a, low), min(b, high)) for (g, a, b), low, high in zip(spans, starts, ends, strict=False)]
 
 
 def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _Broken:
@@ -135,6 +142,9 @@ def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _B
 def _holds(broken: _Broken, seen: Array, spacing: float, level: float) -> bool:
     """Do the samples lie about the broken line as their noise lets them, and its corners where they were seen?"""
     free = broken.misses.size - 2 - 2 * seen.size
-    square = float(np.sum(broken.misses**2)) / level**2
+    misses = broken.misses / level
+    likely = np.sum(misses**2) < free + LIKELY * np.sqrt(2.0 * max(free, 1))
     near = np.abs(broken.corners - seen).max() < FARTHEST * spacing
-    return bool(near and square < free + LIKELY * np.sqrt(2.0 * max(free, 1)))
+    row = min(SIDE, misses.size)
+    aside = np.abs(np.convolve(misses, np.ones(row), "valid")).max() / np.sqrt(row)
+    return bool(near and likely and aside < ASIDE)

@@ -34,9 +34,9 @@ LEAST_TORQUE = 1e-3  # N m of noise in a torque
 SEED = 20170401  # of the noise that is added to the torque
 
 NEAR = 5.0  # noise levels of no torque, within which the level lies to which it comes back
+FAR = 3.0  # standard deviations of the sensor's zero, within which it lies too
 FEWEST = 30  # samples of a stretch at that level
 ALIKE = 4.0  # standard deviations by which such a stretch, and a mean over a part of it, may differ
-FOOT = 2.5  # standard deviations that the mean over its ends may be off
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +56,15 @@ class Fed:
 
 
 @lru_cache(maxsize=2)
-def fed(stretches: tuple[Stretch, ...], inputs: tuple[str, ...], shafts: bool) -> tuple[Fed, ...]:
-    """Torques of every stretch, of those that a model takes: without noise where ``shafts`` are there to be shaken."""
-    return tuple(_fed(k, s, inputs, shafts) for k, s in enumerate(stretches))
+def fed(stretches: tuple[Stretch, ...], inputs: tuple[str, ...], shafts: bool, zero: float) -> tuple[Fed, ...]:
+    """Torques of every stretch, of those that a model takes: without noise where ``shafts`` are there to be shaken.
+
+    ``zero``: N m, standard deviation of what the drive torque reads at no torque.
+    """
+    return tuple(_fed(k, s, inputs, shafts, zero) for k, s in enumerate(stretches))
 
 
-def _fed(run: int, s: Stretch, inputs: tuple[str, ...], shafts: bool) -> Fed:
+def _fed(run: int, s: Stretch, inputs: tuple[str, ...], shafts: bool, zero: float) -> Fed:
     torques = dict(s.inputs)
     if "drive_torque" in inputs and "drive_torque" not in torques:
         torques["drive_torque"] = driving(Log(s.name, s.time, s.inputs))
@@ -72,8 +75,8 @@ def _fed(run: int, s: Stretch, inputs: tuple[str, ...], shafts: bool) -> Fed:
     if not shafts:
         more = {n: torques[n] + levels[n] * noise[k] for k, n in enumerate(names)}
         return Fed(Torques({n: torques[n] for n in names}, {}), Torques(more, {}))
-    calm = {n: denoised(s.time, torques[n], levels[n]) for n in names}
-    shaken = {n: denoised(s.time, calm[n][0] + levels[n] * noise[k], levels[n]) for k, n in enumerate(names)}
+    calm = {n: denoised(s.time, torques[n], levels[n], zero) for n in names}
+    shaken = {n: denoised(s.time, calm[n][0] + levels[n] * noise[k], levels[n], zero) for k, n in enumerate(names)}
     return Fed(_torques(calm), _torques(shaken))
 
 
@@ -81,47 +84,40 @@ def _torques(found: Mapping[str, tuple[Array, Points]]) -> Torques:
     return Torques({n: values for n, (values, _) in found.items()}, {n: c for n, (_, c) in found.items() if c[0].size})
 
 
-def denoised(time: Array, torque: Array, level: float) -> tuple[Array, Points]:
-    """The torque (n,), N m, whose samples carry white noise of ``level``; and its corners between samples."""
+def denoised(time: Array, torque: Array, level: float, zero: float = 0.0) -> tuple[Array, Points]:
+    """The torque (n,), N m, whose samples carry white noise of ``level``; and its corners between samples.
+
+    ``zero``: N m, standard deviation of what the sensor reads at no torque.
+    """
     before, after = lines_before(time, torque, level), lines_after(time, torque, level)
     weight = after.variance / (before.variance + after.variance)
     values = weight * before.values + (1.0 - weight) * after.values
     values, corners = with_corners(time, torque, values, (before, after), level)
-    return _come_back(torque, values, np.searchsorted(corners[0], time), level), corners
+    return _come_back(torque, values, np.searchsorted(corners[0], time), level, zero), corners
 
 
-def _come_back(torque: Array, values: Array, piece: NDArray[np.int64], level: float) -> Array:
+def _come_back(torque: Array, values: Array, piece: NDArray[np.int64], level: float, zero: float) -> Array:
     """The denoised values, of stretches at the level of no torque that all of them have in common.
 
     ``piece`` (n,) counts the corners before each sample: a ramp that begins at that level has no part in the stretch.
     """
-    near = np.abs(values) < NEAR * level
-    if np.count_nonzero(near) < FEWEST:
+    near = np.sort(values[np.abs(values) < max(NEAR * level, FAR * zero)])
+    if near.size < FEWEST:
         return values
-    common = float(np.median(torque[near]))
+    crowd = np.searchsorted(near, near + level) - np.searchsorted(near, near - level)
+    common = float(np.median(torque[np.abs(values - near[np.argmax(crowd)]) < level]))
     at = np.flatnonzero(np.abs(values - common) < ALIKE * level)
     apart = (np.diff(at) > 1) | (np.diff(piece[at]) > 0)
     stretches = np.split(at, np.flatnonzero(apart) + 1)
     back = values
     for _ in range(2):
-        cut = [_without_feet(s, torque, common, level) for s in stretches]
-        same = [s for s in cut if s.size >= FEWEST and _is_level(torque[s], common, level)]
+        same = [s for s in stretches if s.size >= FEWEST and _is_level(torque[s], common, level)]
         if same:
             every = np.concatenate(same)
             common = float(torque[every].mean())
             back = values.copy()
             back[every] = common
     return back
-
-
-def _without_feet(stretch: NDArray[np.int64], torque: Array, common: float, level: float) -> NDArray[np.int64]:
-    """A stretch without what leaves its level at either end, as a slow ramp does before it shows."""
-    for _ in range(2):
-        off = torque[stretch] - common
-        mean = np.abs(np.cumsum(off[:FEWEST])) / np.sqrt(np.arange(1, min(off.size, FEWEST) + 1)) / level
-        foot = np.flatnonzero(mean > FOOT)
-        stretch = stretch[foot[-1] + 1 if foot.size else 0 :][::-1]
-    return stretch
 
 
 def _is_level(torque: Array, common: float, level: float) -> bool:

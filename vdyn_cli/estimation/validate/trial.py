@@ -182,7 +182,8 @@ class Trial:
 
     @property
     def torques(self) -> tuple[Fed, ...]:
-        return fed(self.stretches, self.model.inputs, "shaft_torque_left" in self._outputs)
+        zero = self.zeros.get("drive_torque", 0.0)
+        return fed(self.stretches, self.model.inputs, "shaft_torque_left" in self._outputs, zero)
 
     @cached_property
     def drives(self) -> tuple[Drive, ...]:
