@@ -70,8 +70,8 @@ def test_the_steps_give_the_json_on_stdout_alone(vdyn) -> None:  # type: ignore[
 
 def test_same_inputs_give_the_same_bytes(vdyn, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     for folder in ("a", "b"):
-        assert vdyn("tire", "configs/tire.yaml", "-o", tmp_path / folder).returncode == 0
-    for name in ("tire.json", "tire.html"):
+        assert vdyn("shaft", "configs/shaft.yaml", "-o", tmp_path / folder).returncode == 0
+    for name in ("shaft.json", "shaft.html"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -13,9 +15,21 @@ from vdyn_cli.result import Result
 EXPECTED = 260.0  # N at 60 km/h: the EPA's coast-down of this model gives 259.8
 
 
-def trips(
-    root: Path, shared_data: Path, tmp_path: Path, season: str, without: str = "", diagnose: bool = True
-) -> Result:
+Season = Callable[..., Result]
+
+
+@pytest.fixture(scope="module")
+def trips(root: Path, shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Season:
+    """The result of a season, each asked for once."""
+
+    @cache
+    def result(season: str, without: str = "", diagnose: bool = True) -> Result:
+        return estimated(root, shared_data, tmp_path_factory.mktemp(season), season, without, diagnose)
+
+    return result
+
+
+def estimated(root: Path, shared_data: Path, tmp_path: Path, season: str, without: str, diagnose: bool) -> Result:
     """The shipped description with its logs where they are here, perhaps without a channel."""
     folder = shared_data / "bmw_i3"
     if not folder.is_dir():
@@ -36,14 +50,14 @@ def at_60(result: Result) -> tuple[float, float, float]:
     return found["force_N"], *found["interval95"]
 
 
-def test_summer_trips_give_the_road_load_and_winter_trips_more(root: Path, shared_data: Path, tmp_path: Path) -> None:
-    summer = trips(root, shared_data, tmp_path, "summer")
+def test_summer_trips_give_the_road_load_and_winter_trips_more(trips: Season) -> None:
+    summer = trips("summer")
     force, low, high = at_60(summer)
     assert force == pytest.approx(EXPECTED, rel=0.1)
     assert low < EXPECTED < high
     assert high - low < 0.4 * EXPECTED
     assert len(summer.fit.runs) == 10
-    winter = trips(root, shared_data, tmp_path, "winter", diagnose=False)
+    winter = trips("winter", diagnose=False)
     assert at_60(winter)[0] > force + 20
     # Cold tires are part of it: corrected to 20 degC, the two come closer.
     apart = {
@@ -52,19 +66,17 @@ def test_summer_trips_give_the_road_load_and_winter_trips_more(root: Path, share
     assert abs(apart["corrected"]) < apart["tested"]
 
 
-def test_winter_s_tires_are_found_still_warming_up(root: Path, shared_data: Path, tmp_path: Path) -> None:
+def test_winter_s_tires_are_found_still_warming_up(trips: Season) -> None:
     """What only cold tires add is named, and leaves the road load of the warm car less far above summer's."""
-    found = trips(root, shared_data, tmp_path, "winter")
+    found = trips("winter")
     assert found.diagnosis is not None
     assert [c["effect"] for c in found.diagnosis["causes"]] == ["tire_warmup"]
-    assert at_60(found)[0] < at_60(trips(root, shared_data, tmp_path, "winter", diagnose=False))[0]
+    assert at_60(found)[0] < at_60(trips("winter", diagnose=False))[0]
 
 
-def test_without_the_elevation_channel_the_answer_is_less_sure_and_says_so(
-    root: Path, shared_data: Path, tmp_path: Path
-) -> None:
-    sure = trips(root, shared_data, tmp_path, "summer")
-    blind = trips(root, shared_data, tmp_path, "summer", without="elevation")
+def test_without_the_elevation_channel_the_answer_is_less_sure_and_says_so(trips: Season) -> None:
+    sure = trips("summer")
+    blind = trips("summer", without="elevation")
     assert at_60(blind)[0] == pytest.approx(EXPECTED, rel=0.15)
     assert any("lead up as often as down" in f.what for f in blind.findings)
     assert not any("lead up as often as down" in f.what for f in sure.findings)
