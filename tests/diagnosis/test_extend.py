@@ -18,7 +18,7 @@ from vdyn_cli.diagnosis.sizes import sizes_of
 from vdyn_cli.document import to_json
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.errors import InputError
+from vdyn_cli.errors import Finding, InputError, ResultError
 from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.fit import Regression, Unknown, solve
 from vdyn_cli.parameters import FORMAT, Estimate, Parameters, read_parameters, to_document
@@ -279,15 +279,17 @@ def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
     assert result.parameters == base.parameters
     asked = diagnosed(HIDDEN_SLOPE, replace(STEP, estimate=unsure), extend=["slope"])[1].diagnosis
     assert asked is not None
-    assert asked["extended"] == ["slope"]
+    assert (asked["verdict"], asked["extended"]) == ("unknown", ["slope"])
+
+
+def unsure_sizes(answer: Any, case: Case) -> dict[str, Estimate]:
+    """As the diagnosis would have them if they were hardly known."""
+    return {n: replace(e, interval95=(-0.1, 1.3)) for n, e in sizes_of(answer, case).items()}
 
 
 @pytest.mark.parametrize(("twins", "who"), [(True, "it, like what it cannot be told from,"), (False, "it")])
 def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyPatch, twins: bool, who: str) -> None:
-    def unsure(answer: Any, case: Case) -> dict[str, Estimate]:
-        return {n: replace(e, interval95=(-0.1, 1.3)) for n, e in sizes_of(answer, case).items()}
-
-    monkeypatch.setattr(extend, "sizes_of", unsure)
+    monkeypatch.setattr(extend, "sizes_of", unsure_sizes)
     monkeypatch.setattr(
         extend, "offered", lambda model, effects: (SLOPE, WIND, *([cause("wind_twin")] if twins else []))
     )
@@ -296,6 +298,49 @@ def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyP
     assert told is not None
     assert told["verdict"] == "unknown"
     assert f"{who} may as well be of no size" in told["sentence"]
+
+
+def test_a_cause_that_may_be_of_no_size_is_not_named_beside_another_that_was_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The model that is extended by something else does not vouch for what the diagnosis found."""
+    monkeypatch.setattr(extend, "sizes_of", unsure_sizes)
+    told = diagnosed(HIDDEN_WIND, extend=["slope"])[1].diagnosis
+    assert told is not None
+    assert (told["verdict"], told["extended"]) == ("unknown", ["slope"])
+    assert "a wind comes closest, but it may as well be of no size" in told["sentence"]
+    vouched = diagnosed(HIDDEN_WIND, extend=["wind"])[1].diagnosis
+    assert vouched is not None
+    assert (vouched["verdict"], vouched["extended"]) == ("named", ["wind"])
+
+
+@pytest.mark.parametrize("unsure", [True, False])
+@pytest.mark.parametrize(("asked", "who"), [("named", "wind"), (["wind"], "wind"), (["slope"], "slope")])
+def test_whoever_asks_for_a_larger_model_is_told_that_it_failed(
+    monkeypatch: pytest.MonkeyPatch, asked: Any, who: str, unsure: bool
+) -> None:
+    def failing(*args: Any, **more: Any) -> Result:
+        if more.get("extra"):
+            raise ResultError(Finding("fit", "is not determined"))
+        return estimate(*args, **more)
+
+    if unsure:
+        monkeypatch.setattr(extend, "sizes_of", unsure_sizes)
+    base, result = diagnosed(HIDDEN_WIND, replace(STEP, estimate=failing), extend=asked)
+    told = result.diagnosis
+    assert told is not None
+    assert told["verdict"] == ("unknown" if unsure else "named")
+    assert told["extended"] == []
+    assert f"could not be extended by {who}" in told["not_extended"]
+    assert told["not_extended"] in [f.what for f in result.findings]
+    assert result.parameters == base.parameters
+
+
+def test_where_none_is_wanted_nothing_has_failed() -> None:
+    _, result = diagnosed(HIDDEN_SLOPE, extend="never")
+    assert result.diagnosis is not None
+    assert result.diagnosis["not_extended"] == ""
+    assert result.findings == ()
 
 
 def test_an_ambiguous_set_extends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -58,11 +58,11 @@ def diagnosed(
     wanted = _wanted(spec, case, verdict)
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
-    nothing = _may_be_nothing(extended, case, wanted) if extended and spec.diagnose.extend == "named" else ""
-    if not extended and _none_of_any_size(verdict, case):
-        nothing = "it, like what it cannot be told from," if len(verdict.answers) > 1 else "it"
-    if nothing:
-        verdict, wanted, extended = verdict.refuted(f"{nothing} may as well be of no size"), (), None
+    failed = _not_extended(wanted) if extended is None else []
+    if nothing := _of_no_size(verdict, case, wanted, extended):
+        verdict = verdict.refuted(f"{nothing} may as well be of no size")
+        if spec.diagnose.extend == "named":
+            wanted, extended = (), None
     accepted = wanted if extended is not None else ()
     sizes = _fitted(verdict, case) | (_sizes(extended, [case.causes[c] for c in accepted]) if extended else {})
     biased = {} if extended is None else _biased(result, extended)
@@ -75,10 +75,8 @@ def diagnosed(
         text = f"No cause shows for certain ({chance(verdict.detection.p_value)}), but {doubt}."
     wrong = where(result) if verdict.detection.p_value <= level else []
     diagnosis = document(bench, verdict, text, accepted, sizes, biased, wrong, next_tests(bench, verdict), lent.metric)
-    diagnosis |= {"doubt": doubt, "not_extended": ""}
+    diagnosis |= {"doubt": doubt, "not_extended": failed[0].what if failed else ""}
     if extended is None:
-        failed = _not_extended(wanted)
-        diagnosis["not_extended"] = failed[0].what if failed else ""
         return replace(result, diagnosis=diagnosis, findings=(*result.findings, *failed))
     return _merged(result, extended, diagnosis, [case.causes[c] for c in accepted], sizes)
 
@@ -166,12 +164,23 @@ def _extended(
     return None
 
 
+def _of_no_size(verdict: Verdict, case: Case, causes: Sequence[str], extended: Result | None) -> str:
+    """What the verdict names and what may as well be of no size, in words; nothing where it stands.
+
+    The sizes are those of the model that is extended by what the verdict names and nothing else, else the diagnosis's.
+    """
+    if extended is not None and verdict.answer is not None and set(causes) == set(verdict.answer.causes):
+        return _may_be_nothing(extended, case, causes)
+    if not _none_of_any_size(verdict, case):
+        return ""
+    return "it, like what it cannot be told from," if len(verdict.answers) > 1 else "it"
+
+
 def _may_be_nothing(extended: Result, case: Case, causes: Sequence[str]) -> str:
     """The cause of one unknown for which the extended model would publish an interval that holds zero; else nothing."""
     for effect in (case.causes[c] for c in causes if len(case.causes[c].unknowns) == 1):
-        for size in _sizes(extended, [effect]).values():
-            if size.interval95[0] <= 0.0 <= size.interval95[1]:
-                return effect.label if len(causes) > 1 else "it"
+        if any(_holds_zero(size) for size in _sizes(extended, [effect]).values()):
+            return effect.label if len(causes) > 1 else "it"
     return ""
 
 
@@ -180,10 +189,15 @@ def _none_of_any_size(verdict: Verdict, case: Case) -> bool:
     alone = [sizes_of(answer, case) for answer in verdict.answers if len(answer.causes) == 1]
     sizes = [size for of in alone if len(of) == 1 for size in of.values()]
     everyone = len(sizes) == len(verdict.answers) > 0
-    return everyone and all(size.interval95[0] <= 0.0 <= size.interval95[1] for size in sizes)
+    return everyone and all(_holds_zero(size) for size in sizes)
+
+
+def _holds_zero(size: Estimate) -> bool:
+    return size.interval95[0] <= 0.0 <= size.interval95[1]
 
 
 def _not_extended(causes: Sequence[str]) -> list[Finding]:
+    """That the model could not be extended by these causes, if there are any that were wanted."""
     if not causes:
         return []
     what = f"the model could not be extended by {', '.join(causes)}: these data do not determine their sizes together"
