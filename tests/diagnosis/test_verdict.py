@@ -83,6 +83,15 @@ def test_two_causes_with_one_trace_are_ambiguous() -> None:
     assert "can't tell which" in told(case, verdict)
 
 
+def test_what_comes_closest_is_what_explains_most_in_whatever_order_answers_were_found() -> None:
+    _, verdict = judged(Campaign(2, hidden={"wind": 2.0}), *CATALOGUE, cause("wind_twin"))
+    most = min(verdict.answers, key=lambda t: t.fitted.solution.cost)
+    for answers in (verdict.answers, verdict.answers[::-1]):
+        refuted = replace(verdict, answers=answers).refuted("it is not")
+        assert (refuted.name, refuted.why, refuted.answers) == ("unknown", "it is not", ())
+        assert refuted.closest is most
+
+
 def test_a_shape_outside_the_catalogue_is_unknown() -> None:
     case, verdict = judged(Campaign(3, hidden={"bump": 2.0}))
     assert verdict.name == "unknown"

@@ -60,7 +60,8 @@ class Verdict:
 
     def refuted(self, why: str) -> Verdict:
         """Something is wrong, and ``why`` no answer is what it is."""
-        return replace(self, name="unknown", why=why, answers=(), gain=None, closest=next(iter(self.answers), None))
+        most = min(self.answers, key=lambda t: t.fitted.solution.cost, default=None)
+        return replace(self, name="unknown", why=why, answers=(), gain=None, closest=most)
 
 
 def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
