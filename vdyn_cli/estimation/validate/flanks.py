@@ -24,9 +24,9 @@ from vdyn_cli.fit.regression import prior_rows
 
 Array = NDArray[np.float64]
 
-WIDEST = 3.0  # standard deviations of a zero within which zeros are tried
-FEWEST, MOST = 4, 25  # zeros that are tried of a drive
-FINEST = 0.5  # N m between them, if they need not be more
+WIDEST = 1.5  # standard deviations of a zero within which zeros are tried: farther off, knocks fit by chance
+FEWEST, MOST = 3, 25  # zeros that are tried of a drive; odd, so that the likeliest is one of them
+COARSEST = 0.5  # N m between them, if that takes no more
 SPACING = 0.01  # sqrt(rad): the time in which a gap is crossed goes with its root, and a knock must fall on a knock
 TELLING = 0.2  # of the largest size: where play is large, some that is smaller than this fits better than none
 HALVINGS = 3  # of the distance to the best size's neighbours
@@ -49,8 +49,8 @@ class _Explained:
 
     @property
     def zeros(self) -> Array:
-        """Zeros that are likely, N m."""
-        count = int(np.clip(2 * WIDEST * self.std / FINEST + 1, FEWEST, MOST))
+        """Zeros that are likely, N m, the likeliest in their middle."""
+        count = int(np.clip(2 * np.ceil(WIDEST * self.std / COARSEST) + 1, FEWEST, MOST))
         return self.zero + self.std * np.linspace(-WIDEST, WIDEST, count) if self.std > 0 else np.zeros(1)
 
 
@@ -84,9 +84,10 @@ class Plain:
         return _Explained(basis, float(zero), float(np.linalg.norm(back)))
 
     def cost(self, trial: Trial, run: int, zero: float) -> float:
-        """Log likelihood, negative, of a drive whose torque's zero is near this one: on which flank it lets gears rest.
+        """Log likelihood, negative, of a drive with its torque's zero here: on which flank it lets gears rest.
 
-        From there the zero moves as a straight line has it, like everything else.
+        From here a straight line moves the zero, like everything else, to where the drive tells it; that it does not
+        stay is as unlikely as the drive has it.
         """
         theta, own = trial.start(run), self.weighed.trial
         at = self.weighed.start(run)
@@ -98,7 +99,9 @@ class Plain:
         seen = trial.simulate(run, theta, slopes=False)
         rows = self.weighed.white(run, Outcome(seen.values, {}), trial.begun(run)[0], slopes=False)
         left = np.concatenate([rows.residual, prior_rows(self._unknowns, at)[:, -1]])
-        return 0.5 * float(left @ left - np.sum((self.explained[run].basis.T @ left) ** 2))
+        explained = self.explained[run]
+        off = (zero - explained.zero) / explained.std if explained.std > 0 else 0.0
+        return 0.5 * float(left @ left - np.sum((explained.basis.T @ left) ** 2) + off**2)
 
 
 @lru_cache(maxsize=1)
