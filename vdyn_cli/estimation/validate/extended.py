@@ -48,7 +48,7 @@ def sized(trial: Trial, lines: Callable[[Trial], Regression]) -> Sized:
 
     Raises
     ------
-    ResultError : the drives do not determine them.
+    ResultError : the drives do not determine them, or a simulation is not finite.
     """
     begun, solution, straight = _settled(trial, lines)
     even = evenly(begun)

@@ -142,7 +142,8 @@ def rested(trial: Trial) -> Trial:
 def likely_size(trials: Callable[[float], Trial], least: float, most: float) -> tuple[float, float]:
     """The size of play, rad, with which the drives fit best, and by how much their log likelihood rises with it.
 
-    Sizes from ``least`` to ``most`` are tried, then closer and closer ones about the best.
+    Sizes from ``least`` up are tried as far as a part of ``most``, and on to ``most`` if one of them fits better than
+    none; then closer and closer ones about the best.
 
     Parameters
     ----------
@@ -165,10 +166,10 @@ def likely_size(trials: Callable[[float], Trial], least: float, most: float) -> 
     sizes = np.linspace(np.sqrt(least), np.sqrt(most), count) ** 2
     costs: dict[float, float] = {}
     for size in sizes.tolist():
-        if size < TELLING * most or min(costs.values(), default=0.0) < without:
+        if not costs or size < TELLING * most or min(costs.values()) < without:
             costs[size] = cost(size, few=True)
-    better = min(costs.values()) < without
     costs |= {size: cost(size) for size in [min(costs, key=costs.__getitem__)]}
+    better = min(costs.values()) < without
     for _ in range(HALVINGS if better else 0):
         every = sorted(costs)
         best = min(every, key=costs.__getitem__)
