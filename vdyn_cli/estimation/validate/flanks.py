@@ -31,6 +31,7 @@ SPACING = 0.01  # sqrt(rad): the time in which a gap is crossed goes with its ro
 TELLING = 0.2  # of the largest size: where play is large, some that is smaller than this fits better than none
 HALVINGS = 3  # of the distance to the best size's neighbours
 AROUND = (0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)  # of a size: knocks fit worse evenly over such steps
+PARABOLA = 3  # sizes that determine how evenly they do
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,22 +186,32 @@ def evenly(trial: Trial) -> dict[str, tuple[float, float]]:
     """Sizes of play about those that a trial begins at, and their standard deviations, by how evenly the drives fit
     worse to either side.
 
-    A straight line through one knock promises more: a little farther on another knock fits better again.
+    A straight line through one knock promises more: a little farther on another knock fits better again. Where hardly
+    any can be simulated, or they fit no worse to either side, it is the one that the trial begins at, hardly known.
     """
-    found = {}
-    for name in _plays(trial):
-        size = {u.name: u.start for u in trial.extra}.get(name, 0.0)
-        if size > 0.0:
-            plain, costs = _plain(trial), []
-            for factor in AROUND:
-                extra = tuple(replace(u, start=factor * size) if u.name == name else u for u in trial.extra)
-                costs.append(_zeros(plain, replace(trial, extra=extra))[1])
-            bend, slope, _ = np.polyfit(np.array(AROUND) - 1.0, costs, 2)
-            widest = max(AROUND) - 1.0
-            least = float(np.clip(-0.5 * slope / bend, -widest, widest)) if bend > 0 else 0.0
-            std = min(widest, (2.0 * bend) ** -0.5) if bend > 0 else widest
-            found[name] = size * (1.0 + least), size * float(std)
-    return found
+    plays = _plays(trial)
+    return {u.name: _among(trial, u) for u in trial.extra if u.name in plays and u.start > 0.0}
+
+
+def _among(trial: Trial, play: Unknown) -> tuple[float, float]:
+    """The size of one play among those about its start that are possible, and its standard deviation."""
+    plain, sizes = _plain(trial), np.unique(np.clip(np.multiply(AROUND, play.start), play.lower, play.upper))
+
+    def cost(size: float) -> float:
+        extra = tuple(replace(u, start=size) if u.name == play.name else u for u in trial.extra)
+        try:
+            return _zeros(plain, replace(trial, extra=extra))[1]
+        except ResultError:
+            return np.inf
+
+    costs = np.array([cost(size) for size in sizes.tolist()])
+    off, costs = sizes[np.isfinite(costs)] / play.start - 1.0, costs[np.isfinite(costs)]
+    widest = max(AROUND) - 1.0
+    bend, slope, _ = np.polyfit(off, costs, 2) if off.size >= PARABOLA else (0.0, 0.0, 0.0)
+    if bend <= 0.0:
+        return play.start, play.start * widest
+    least = float(np.clip(-0.5 * slope / bend, off[0], off[-1]))
+    return play.start * (1.0 + least), play.start * min(widest, float(2.0 * bend) ** -0.5)
 
 
 def _zeros(plain: Plain, trial: Trial, few: bool = False) -> tuple[tuple[float, ...], float]:
