@@ -104,26 +104,26 @@ def test_a_size_is_known_no_better_than_drives_tell_it_from_sizes_about_it(trial
     assert evenly(trials(0.0)) == {}
 
 
-def stubbed(monkeypatch: pytest.MonkeyPatch, cost: Callable[[float], float]) -> list[float]:
+def stubbed(monkeypatch: pytest.MonkeyPatch, *costs: Callable[[float], float]) -> list[float]:
     """Drives that cost so much by the size of their play; the sizes that are tried."""
     tried = []
 
-    def zeros(plain: object, trial: Trial, few: bool = False) -> tuple[tuple[float, ...], float]:
+    def zeros(plain: object, trial: Trial, few: bool = False) -> tuple[tuple[float, ...], tuple[float, ...]]:
         tried.append(trial.extra[0].start)
-        return (0.0,), cost(tried[-1])
+        return (0.0,) * len(costs), tuple(cost(tried[-1]) for cost in costs)
 
     monkeypatch.setattr(flanks, "_plain", lambda trial: None)
     monkeypatch.setattr(flanks, "_zeros", zeros)
     return tried
 
 
-def finite(below: float) -> Callable[[float], float]:
-    """The cost of drives whose play is known to a fifteenth, where it is small enough to be simulated."""
+def finite(below: float, best: float = PLAY) -> Callable[[float], float]:
+    """The cost of a drive whose play is known to a fifteenth, where it is small enough to be simulated."""
 
     def cost(size: float) -> float:
         if size > below:
             raise ResultError(Finding("simulation", "is not finite"))
-        return 0.5 * ((size - PLAY) / 1e-4) ** 2
+        return 0.5 * ((size - best) / 1e-4) ** 2
 
     return cost
 
@@ -138,6 +138,16 @@ def test_a_size_beside_the_best_comes_back_to_it_from_sizes_that_can_be_simulate
     assert max(tried) == pytest.approx(1.2 * begun * PLAY)
     assert size == pytest.approx(PLAY)
     assert spread == pytest.approx(1e-4)
+
+
+@pytest.mark.parametrize(("apart", "wider"), [(0.5e-4, 1.0), (1e-4, 1.0), (3e-4, 3.0)])
+def test_drives_that_disagree_tell_less_than_they_say(
+    monkeypatch: pytest.MonkeyPatch, trials: Callable[[float], Trial], apart: float, wider: float
+) -> None:
+    stubbed(monkeypatch, *(finite(np.inf, PLAY + k * apart) for k in (-1, 0, 1)))
+    ((size, spread),) = evenly(trials(PLAY)).values()
+    assert size == pytest.approx(PLAY)
+    assert spread == pytest.approx(wider * 1e-4 / np.sqrt(3))
 
 
 def test_where_next_to_no_size_can_be_simulated_none_is_told(

@@ -155,11 +155,11 @@ def likely_size(trials: Callable[[float], Trial], least: float, most: float) -> 
     ResultError : the simulation is not finite.
     """
     plain = _plain(trials(0.0))
-    without = _zeros(plain, trials(0.0))[1]
+    without = sum(_zeros(plain, trials(0.0))[1])
 
     def cost(size: float, few: bool = False) -> float:
         try:
-            return _zeros(plain, trials(size), few)[1]
+            return sum(_zeros(plain, trials(size), few)[1])
         except ResultError:
             return np.inf
 
@@ -188,6 +188,7 @@ def evenly(trial: Trial) -> dict[str, tuple[float, float]]:
 
     A straight line through one knock promises more: a little farther on another knock fits better again. Where hardly
     any can be simulated, or they fit no worse to either side, it is the one that the trial begins at, hardly known.
+    Where drives differ in what they tell by more than they say, all of them say too much.
     """
     plays = _plays(trial)
     return {u.name: _among(trial, u) for u in trial.extra if u.name in plays and u.start > 0.0}
@@ -197,25 +198,35 @@ def _among(trial: Trial, play: Unknown) -> tuple[float, float]:
     """The size of one play among those about its start that are possible, and its standard deviation."""
     plain, sizes = _plain(trial), np.unique(np.clip(np.multiply(AROUND, play.start), play.lower, play.upper))
 
-    def cost(size: float) -> float:
+    def costs_of(size: float) -> tuple[float, ...]:
         extra = tuple(replace(u, start=size) if u.name == play.name else u for u in trial.extra)
         try:
             return _zeros(plain, replace(trial, extra=extra))[1]
         except ResultError:
-            return np.inf
+            return ()
 
-    costs = np.array([cost(size) for size in sizes.tolist()])
-    off, costs = sizes[np.isfinite(costs)] / play.start - 1.0, costs[np.isfinite(costs)]
+    tried = [(size / play.start - 1.0, costs) for size in sizes.tolist() if (costs := costs_of(size))]
     widest = max(AROUND) - 1.0
-    bend, slope, _ = np.polyfit(off, costs, 2) if off.size >= PARABOLA else (0.0, 0.0, 0.0)
-    if bend <= 0.0:
+    if len(tried) < PARABOLA:
         return play.start, play.start * widest
-    least = float(np.clip(-0.5 * slope / bend, off[0], off[-1]))
-    return play.start * (1.0 + least), play.start * min(widest, float(2.0 * bend) ** -0.5)
+    off = np.array([at for at, _ in tried])
+    bends, slopes, _ = np.polyfit(off, np.array([costs for _, costs in tried]), 2)
+    if bends.sum() <= 0.0:
+        return play.start, play.start * widest
+    least = float(np.clip(-0.5 * slopes.sum() / bends.sum(), off[0], off[-1]))
+    std = (2.0 * bends.sum()) ** -0.5 * _disagree(bends, slopes, least)
+    return play.start * (1.0 + least), play.start * min(widest, float(std))
 
 
-def _zeros(plain: Plain, trial: Trial, few: bool = False) -> tuple[tuple[float, ...], float]:
-    """The best zero of every drive, of all that are likely or of the two farthest apart, and the cost of all drives."""
+def _disagree(bends: Array, slopes: Array, least: float) -> float:
+    """How much farther drives, each with its own parabola, lie from the least of all than they say: Birge's ratio."""
+    told = bends > 0.0
+    squares = 2.0 * bends[told] * (-0.5 * slopes[told] / bends[told] - least) ** 2
+    return max(1.0, float(np.sqrt(squares.sum() / max(squares.size - 1, 1))))
+
+
+def _zeros(plain: Plain, trial: Trial, few: bool = False) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The best zero of every drive, of all that are likely or of the two farthest apart, and what each drive costs."""
     tried = replace(trial, step=plain.weighed.trial.step, torque_zeros=())
 
     def best(run: int) -> tuple[float, float]:
@@ -223,4 +234,4 @@ def _zeros(plain: Plain, trial: Trial, few: bool = False) -> tuple[tuple[float, 
         return min((plain.cost(tried, run, zero), zero) for zero in ({zeros[0], zeros[-1]} if few else zeros))
 
     found = tried.each(best)
-    return tuple(zero for _, zero in found), sum(cost for cost, _ in found)
+    return tuple(zero for _, zero in found), tuple(cost for cost, _ in found)
