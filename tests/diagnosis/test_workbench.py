@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ import pytest
 
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
+from vdyn_cli.effects import Effect
 from vdyn_cli.fit import Regression, Rows, Unknown
 
 SIZE = 2.1
@@ -65,6 +66,31 @@ def test_what_does_not_knock_has_lines_laid_once() -> None:
     assert fitted is not None
     once, settled = opened.near(fitted), bench(knocks=True).near(fitted)
     assert once.solution.cost > settled.solution.cost + 1.0
+
+
+@pytest.mark.parametrize(("bent", "passes"), [(False, 1), (True, 3)])
+def test_lines_of_a_model_that_knocks_are_laid_until_they_hold(bent: bool, passes: int) -> None:
+    case = replace(Knocking(3, runs=8).case(cause("wave")), straight=True, bent=bent)
+    laid: list[dict[str, float]] = []
+
+    def regression(effects: Sequence[Effect], extra: Sequence[Unknown], begun: Mapping[str, float]) -> Regression:
+        """Lines that are far off at first, and right once they are laid through what they gave."""
+        found = case.regression(effects, extra)
+        if extra:
+            return found
+        laid.append(dict(begun))
+        off = 0.0 if begun else 5.0
+
+        def rows(run: int, theta: np.ndarray) -> Rows:
+            given = found.rows(run, theta)
+            return replace(given, residual=given.residual + off * given.jacobian[:, 0])
+
+        return replace(found, rows=rows)
+
+    open_workbench(replace(case, regression=regression))
+    assert len(laid) == passes
+    assert not laid[0]
+    assert all(laid[1:])
 
 
 def test_lines_go_through_the_likely_size_where_it_explains_more_than_what_it_looks_like() -> None:

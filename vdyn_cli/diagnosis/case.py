@@ -29,6 +29,7 @@ class Case:
     level : chance of a false alarm.
     straight : one simulation has to do; fits are made on straight lines. The parameters are beliefs with which the step
         simulates: what fits move of them is no gain.
+    bent : what has no slope at nothing is in the model from the start: straight lines are laid until they hold.
     likely : (effect, begun) -> the size of an effect without a slope at nothing about which straight lines are laid,
         and by how much the log likelihood rises with it; ``begun(size)`` are its unknowns. None where such effects are
         not looked for on straight lines.
@@ -45,6 +46,7 @@ class Case:
     fewest_runs: int = 1
     level: float = LEVEL
     straight: bool = False
+    bent: bool = False
     likely: Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], tuple[float, float]] | None = None
     manoeuvres: Callable[[Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = lambda regression, values: ()
 

@@ -91,8 +91,8 @@ def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: flo
     lent = step.diagnosable
     assert lent is not None
     effects = offered(lent.model(spec, data, known), candidates(step.name))
-    if lent.carries:
-        effects = tuple(e for e in effects if e.name not in known.extensions)
+    carried = tuple(e for e in effects if lent.carries and e.name in known.extensions)
+    effects = tuple(e for e in effects if e not in carried)
     if isinstance(spec.diagnose.effects, list):
         _refuse_unknown(spec.diagnose.effects, effects, "diagnose.effects")
         effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
@@ -109,6 +109,7 @@ def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: flo
         fewest_runs=lent.fewest_runs,
         level=level,
         straight=lent.straight(spec),
+        bent=any(e.probes for e in carried),
         likely=None if likely is None else (lambda effect, begun: likely(spec, data, known, effect, begun)),
         manoeuvres=lambda full, values: lent.manoeuvres(spec, data, known, full, values),
     )

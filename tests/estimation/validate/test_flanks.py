@@ -15,6 +15,7 @@ from vdyn_cli.effects import catalogue
 from vdyn_cli.errors import Finding, ResultError
 from vdyn_cli.estimation.validate import flanks
 from vdyn_cli.estimation.validate.flanks import _Explained, _plain, evenly, likely_size, rested
+from vdyn_cli.estimation.validate.regression import weigh
 from vdyn_cli.estimation.validate.trial import TORQUE_ZERO, Trial
 from vdyn_cli.fit import Unknown
 from vdyn_cli.inputs import Inputs, gather
@@ -199,6 +200,8 @@ def test_play_that_was_found_before_is_weighed_by_the_car_without_it(drive: Inpu
     assert _plain(trial).weighed.trial.beliefs.values["backlash"] == 0.0
     (asked,) = rested(simulated(drive, PLAY)).torque_zeros
     assert trial.torque_zeros == pytest.approx((asked,), abs=0.2)
+    assert weigh(trial, calm=True).swifts == (None,), "when a gap is crossed is not known well enough for what follows"
+    assert weigh(simulated(drive, PLAY), calm=True).swifts != (None,)
 
 
 def test_a_size_that_cannot_be_simulated_is_left_out(trials: Callable[[float], Trial]) -> None:

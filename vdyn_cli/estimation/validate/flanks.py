@@ -115,16 +115,10 @@ def _weighed(bare: Trial) -> Plain:
 def _plain(trial: Trial) -> Plain:
     """Of the car without play, whether that is to be found or was found before."""
     bare = trial.bare
-    carried = [n for n in _plays(bare) if bare.beliefs.values.get(n)]
-    if carried:
-        values = {**bare.beliefs.values, **dict.fromkeys(carried, 0.0)}
+    if bare.carried_plays:
+        values = {**bare.beliefs.values, **dict.fromkeys(bare.carried_plays, 0.0)}
         bare = remembered(replace(bare, beliefs=replace(bare.beliefs, values=values)))
     return _weighed(bare)
-
-
-def _plays(trial: Trial) -> tuple[str, ...]:
-    """Sizes of effects that have no slope at nothing."""
-    return tuple(next(iter(e.unknowns)) for e in trial.effects if e.probes)
 
 
 def rested(trial: Trial) -> Trial:
@@ -135,7 +129,7 @@ def rested(trial: Trial) -> Trial:
     ResultError : the simulation is not finite.
     """
     sizes = {**trial.beliefs.values, **dict(zip(trial.shared, trial.theta().tolist(), strict=True))}
-    if not any(sizes.get(n) for n in _plays(trial)) or not trial.sensors.driving:
+    if not any(sizes.get(n) for n in trial.plays) or not trial.sensors.driving:
         return trial
     return replace(trial, torque_zeros=_zeros(_plain(trial), trial)[0])
 
@@ -190,8 +184,7 @@ def evenly(trial: Trial) -> dict[str, tuple[float, float]]:
     any can be simulated, or they fit no worse to either side, it is the one that the trial begins at, hardly known.
     Where drives differ in what they tell by more than they say, all of them say too much.
     """
-    plays = _plays(trial)
-    return {u.name: _among(trial, u) for u in trial.extra if u.name in plays and u.start > 0.0}
+    return {u.name: _among(trial, u) for u in trial.extra if u.name in trial.plays and u.start > 0.0}
 
 
 def _among(trial: Trial, play: Unknown) -> tuple[float, float]:

@@ -187,7 +187,8 @@ def weigh(trial: Trial, calm: bool = False) -> Weighed:
         slow = noise.slow_noise(trial.stretches[k], plans[k], plans[k].bins, values, levels[k])
         factors.append(np.asarray(np.linalg.cholesky(slow.covariance(found) + 1e-14 * np.eye(slow.push.size))))
         colours.append(colour(plans[k].fast({n: v[:, None] for n, v in shaken[k].items()})[:, :, 0], lags))
-    swifts = tuple(_swift(trial, plans[k], k, levels[k]) if calm else None for k in count)
+    swinging = calm and not trial.carried_plays  # when a gap is crossed is known too badly for what swings after it
+    swifts = tuple(_swift(trial, plans[k], k, levels[k]) if swinging else None for k in count)
     return replace(blank, sizes=found, factors=tuple(factors), colours=tuple(colours), shaken=shaken, swifts=swifts)
 
 

@@ -88,6 +88,16 @@ class Trial:
     at: Mapping[str, float] = field(default_factory=dict)
     torque_zeros: tuple[float, ...] = ()
 
+    @property
+    def plays(self) -> tuple[str, ...]:
+        """Sizes of effects that have no slope at nothing: with them gears knock."""
+        return tuple(next(iter(e.unknowns)) for e in self.effects if e.probes)
+
+    @property
+    def carried_plays(self) -> tuple[str, ...]:
+        """Those that the car is believed to have."""
+        return tuple(n for n in self.plays if self.beliefs.values.get(n))
+
     @cached_property
     def sensors(self) -> Sensors:
         """How the outputs are read."""
