@@ -255,13 +255,6 @@ def test_a_misfit_that_no_cause_explains_is_not_called_adequate_in_words() -> No
     assert told["doubt"]
 
 
-def test_a_model_that_could_not_be_extended_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extend, "_extended", lambda *_: None)
-    _, result = diagnosed(HIDDEN_SLOPE)
-    assert result.diagnosis is not None
-    assert "could not be extended by slope" in result.diagnosis["not_extended"]
-
-
 def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
     """What the extended model publishes must stand by itself, whatever the diagnosis had of it."""
 
@@ -314,6 +307,28 @@ def test_a_cause_that_may_be_of_no_size_is_not_named_beside_another_that_was_ask
     assert (vouched["verdict"], vouched["extended"]) == ("named", ["wind"])
 
 
+@pytest.mark.parametrize("asked", ["named", "never", ["wind"]])
+def test_of_two_causes_neither_may_be_of_no_size_whoever_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch, asked: Any
+) -> None:
+    def unsure(answer: Any, case: Case) -> dict[str, Estimate]:
+        return {n: replace(e, interval95=(-0.1, 1.3)) if n == "slope" else e for n, e in sizes_of(answer, case).items()}
+
+    def estimated(*args: Any, **more: Any) -> Result:
+        result = estimate(*args, **more)
+        sizes = dict(result.extra.get("effects", {}))
+        if "slope" in sizes:
+            sizes["slope"] = {**sizes["slope"], "interval95": [-0.1, 1.3]}
+        return replace(result, extra={**result.extra, "effects": sizes})
+
+    monkeypatch.setattr(extend, "sizes_of", unsure)
+    both = Campaign(1, hidden={"wind": 2.0, "slope": 0.8})
+    told = diagnosed(both, replace(STEP, estimate=estimated), extend=asked)[1].diagnosis
+    assert told is not None
+    assert told["verdict"] == "unknown"
+    assert "slope may as well be of no size" in told["sentence"]
+
+
 @pytest.mark.parametrize("unsure", [True, False])
 @pytest.mark.parametrize(("asked", "who"), [("named", "wind"), (["wind"], "wind"), (["slope"], "slope")])
 def test_whoever_asks_for_a_larger_model_is_told_that_it_failed(
@@ -331,7 +346,7 @@ def test_whoever_asks_for_a_larger_model_is_told_that_it_failed(
     assert told is not None
     assert told["verdict"] == ("unknown" if unsure else "named")
     assert told["extended"] == []
-    assert f"could not be extended by {who}" in told["not_extended"]
+    assert told["not_extended"] == f"the model could not be extended by {who}: fit is not determined"
     assert told["not_extended"] in [f.what for f in result.findings]
     assert result.parameters == base.parameters
 

@@ -57,8 +57,7 @@ def diagnosed(
         return _undiagnosed(result, f"{first.where}: {first.what}" if first else str(error), faults)
     wanted = _wanted(spec, case, verdict)
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
-    extended = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
-    failed = _not_extended(wanted) if extended is None else []
+    extended, failed = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
     if nothing := _of_no_size(verdict, case, wanted, extended):
         verdict = verdict.refuted(f"{nothing} may as well be of no size")
         if spec.diagnose.extend == "named":
@@ -148,21 +147,22 @@ def _wanted(spec: TestSpec, case: Case, verdict: Verdict) -> tuple[str, ...]:
 
 def _extended(
     step: Step, spec: TestSpec, data: Any, known: Parameters, causes: Sequence[Effect], begun: Mapping[str, float]
-) -> Result | None:
-    """The step's estimate with causes in its model; what shapes them is free where the data allow it.
+) -> tuple[Result | None, tuple[Finding, ...]]:
+    """The step's estimate with causes in its model, or why there is none; what shapes them is free where data allow it.
 
     ``begun``: where to begin, for steps to which that matters.
     """
     if not causes:
-        return None
+        return None, ()
+    failed: tuple[Finding, ...] = ()
     extra = [begun_at(u, begun) for e in causes for u in unknowns_of(e)]
     shapes = {n for e in causes for n in shapes_of(e)}
     for free in (extra, [u for u in extra if u.name not in shapes]) if shapes else (extra,):
         try:
-            return step.estimate(spec, data, known, effects=tuple(causes), extra=tuple(free))
-        except ResultError:
-            continue
-    return None
+            return step.estimate(spec, data, known, effects=tuple(causes), extra=tuple(free)), ()
+        except ResultError as error:
+            failed = _not_extended(causes, error.findings[0])
+    return None, failed
 
 
 def _of_no_size(verdict: Verdict, case: Case, causes: Sequence[str], extended: Result | None) -> str:
@@ -170,39 +170,33 @@ def _of_no_size(verdict: Verdict, case: Case, causes: Sequence[str], extended: R
 
     The sizes are those of the model that is extended by what the verdict names and nothing else, else the diagnosis's.
     """
-    if extended is not None and verdict.answer is not None and set(causes) == set(verdict.answer.causes):
-        return _may_be_nothing(extended, case, causes)
-    if not _none_of_any_size(verdict, case):
+    if not verdict.answers:
         return ""
-    return "it, like what it cannot be told from," if len(verdict.answers) > 1 else "it"
+    if verdict.answer is None:
+        each = (len(a.causes) == 1 and _may_be_nothing(sizes_of(a, case), case, a.causes) for a in verdict.answers)
+        return "it, like what it cannot be told from," if all(each) else ""
+    named = verdict.answer.causes
+    if extended is not None and set(causes) == set(named):
+        return _may_be_nothing(_sizes(extended, [case.causes[c] for c in named]), case, named)
+    return _may_be_nothing(sizes_of(verdict.answer, case), case, named)
 
 
-def _may_be_nothing(extended: Result, case: Case, causes: Sequence[str]) -> str:
-    """The cause of one unknown for which the extended model would publish an interval that holds zero; else nothing."""
-    for effect in (case.causes[c] for c in causes if len(case.causes[c].unknowns) == 1):
-        if any(_holds_zero(size) for size in _sizes(extended, [effect]).values()):
+def _may_be_nothing(sizes: Mapping[str, Estimate], case: Case, causes: Sequence[str]) -> str:
+    """The cause of one unknown whose interval holds zero; nothing where there is none."""
+    for effect in (case.causes[c] for c in causes):
+        (first, *others) = effect.unknowns
+        if not others and first in sizes and _holds_zero(sizes[first]):
             return effect.label if len(causes) > 1 else "it"
     return ""
-
-
-def _none_of_any_size(verdict: Verdict, case: Case) -> bool:
-    """Does every answer rest on one cause of one unknown whose interval, as the diagnosis fitted it, holds zero?"""
-    alone = [sizes_of(answer, case) for answer in verdict.answers if len(answer.causes) == 1]
-    sizes = [size for of in alone if len(of) == 1 for size in of.values()]
-    everyone = len(sizes) == len(verdict.answers) > 0
-    return everyone and all(_holds_zero(size) for size in sizes)
 
 
 def _holds_zero(size: Estimate) -> bool:
     return size.interval95[0] <= 0.0 <= size.interval95[1]
 
 
-def _not_extended(causes: Sequence[str]) -> list[Finding]:
-    """That the model could not be extended by these causes, if there are any that were wanted."""
-    if not causes:
-        return []
-    what = f"the model could not be extended by {', '.join(causes)}: these data do not determine their sizes together"
-    return [Finding("diagnosis", what, remedy="name fewer under 'diagnose: {extend: [...]}'")]
+def _not_extended(causes: Sequence[Effect], why: Finding) -> tuple[Finding, ...]:
+    what = f"the model could not be extended by {', '.join(e.name for e in causes)}: {why.where} {why.what}"
+    return (Finding("diagnosis", what, why.got, why.remedy),)
 
 
 def _sizes(extended: Result, causes: Sequence[Effect]) -> dict[str, Estimate]:

@@ -14,7 +14,7 @@ from tests.plant.hidden import Scenario
 from vdyn_cli.effects import catalogue
 from vdyn_cli.errors import Finding, ResultError
 from vdyn_cli.estimation.validate import flanks
-from vdyn_cli.estimation.validate.flanks import _Explained, _plain, evenly, likely_size, rested
+from vdyn_cli.estimation.validate.flanks import DISAGREE, _Explained, _plain, evenly, likely_size, rested
 from vdyn_cli.estimation.validate.regression import weigh
 from vdyn_cli.estimation.validate.trial import TORQUE_ZERO, Trial
 from vdyn_cli.fit import Unknown
@@ -138,17 +138,28 @@ def test_a_size_beside_the_best_comes_back_to_it_from_sizes_that_can_be_simulate
     ((size, spread),) = evenly(trials(begun * PLAY)).values()
     assert max(tried) == pytest.approx(1.2 * begun * PLAY)
     assert size == pytest.approx(PLAY)
-    assert spread == pytest.approx(1e-4)
+    assert spread == pytest.approx(DISAGREE * 1e-4)
 
 
-@pytest.mark.parametrize(("apart", "wider"), [(0.5e-4, 1.0), (1e-4, 1.0), (3e-4, 3.0)])
+@pytest.mark.parametrize("apart", [0.0, 1e-4, 3e-4])
 def test_drives_that_disagree_tell_less_than_they_say(
-    monkeypatch: pytest.MonkeyPatch, trials: Callable[[float], Trial], apart: float, wider: float
+    monkeypatch: pytest.MonkeyPatch, trials: Callable[[float], Trial], apart: float
 ) -> None:
+    """Two drives' worth of what other drives showed, and the two by which these three differ."""
     stubbed(monkeypatch, *(finite(np.inf, PLAY + k * apart) for k in (-1, 0, 1)))
     ((size, spread),) = evenly(trials(PLAY)).values()
     assert size == pytest.approx(PLAY)
+    wider = np.sqrt((2 * DISAGREE**2 + 2 * (apart / 1e-4) ** 2) / 4)
     assert spread == pytest.approx(wider * 1e-4 / np.sqrt(3))
+
+
+def test_a_drive_that_tells_nothing_does_not_disagree(
+    monkeypatch: pytest.MonkeyPatch, trials: Callable[[float], Trial]
+) -> None:
+    stubbed(monkeypatch, *(finite(np.inf) for _ in range(3)), lambda size: 0.5 * size / PLAY)
+    ((size, spread),) = evenly(trials(PLAY)).values()
+    assert size == pytest.approx(PLAY, rel=0.01)
+    assert spread == pytest.approx(np.sqrt(2 * DISAGREE**2 / 5) * 1e-4 / np.sqrt(3), rel=0.01)
 
 
 def test_where_next_to_no_size_can_be_simulated_none_is_told(

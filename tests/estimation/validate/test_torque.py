@@ -61,14 +61,14 @@ def test_noise_makes_no_corners_and_moves_true_ones_little() -> None:
     assert max(min(abs(t - k) for k in KNOTS) for t in times) < 2e-3
 
 
-def test_a_line_that_leaves_its_samples_is_not_believed() -> None:
-    """A corner that nobody saw lies between those that were: the broken line would pass it by many noise levels."""
+def test_a_pedal_that_never_rests_is_followed_closely() -> None:
+    """Where every sample is seen by itself, the worst is missed by 2.2 noise levels in the mean of such drives."""
     worst = []
     for seed in range(40):
         noisy = restless() + np.random.default_rng([12, seed]).standard_normal(TIME.size)
         worst.append(np.abs(denoised(TIME, noisy, 1.0)[0] - restless()).max())
-    assert np.mean(worst) < 1.6
-    assert max(worst) < 4.0
+    assert np.mean(worst) < 1.2
+    assert max(worst) < 3.0
 
 
 @pytest.mark.parametrize("frequency", [0.5, 2.0, 8.0])
@@ -128,7 +128,9 @@ def test_the_foot_of_a_ramp_is_not_cut_off(slope: float) -> None:
     assert max(worst) < 1.5
 
 
-@pytest.mark.parametrize(("rate", "slope"), [(50, 500), (100, 2000), (100, 200), (500, 500), (1000, 500), (1000, 2000)])
+@pytest.mark.parametrize(
+    ("rate", "slope"), [(50, 500), (100, 2000), (100, 200), (500, 100), (500, 500), (1000, 500), (1000, 2000)]
+)
 def test_corners_are_not_rounded_off(rate: int, slope: int) -> None:
     """What is cut off a corner is the same every time, and shakes simulated shafts less than the driver did."""
     time = np.arange(0.0, 6.0, 1.0 / rate)

@@ -32,10 +32,7 @@ NONE_INSIDE = 0.85  # share of a line's reach in which there is no other corner:
 NEXT = 64  # spacings from one corner to the next of the same broken line
 MOST = 10  # corners of one broken line
 STEPS = 8  # of a fit
-FARTHEST = 3.0  # spacings from where it was seen
 LIKELY = 4.0  # standard deviations of a sum of squares that a broken line may have
-SIDE = 8  # samples in a row that show where a line leaves them
-ASIDE = 4.5  # standard deviations by which their mean may miss it
 EDGE = 1e-3  # of a spacing: a corner so near a sample is that sample
 
 
@@ -66,7 +63,7 @@ def with_corners(
     for group, least, most in _groups(found, lines, time.size):
         middle = 0.5 * (time[group] + time[group + 1])
         broken = _fit(time, torque, least, most, middle)
-        if _holds(broken, middle, spacing, level):
+        if _holds(broken, level):
             values[broken.first : broken.end] = broken.at(time[broken.first : broken.end])
             times.append(broken.corners)
             heights.append(broken.at(broken.corners))
@@ -139,12 +136,7 @@ def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _B
     return _Broken(first, end, corners, line, torque[first:end] - line(t))
 
 
-def _holds(broken: _Broken, seen: Array, spacing: float, level: float) -> bool:
-    """Do the samples lie about the broken line as their noise lets them, and its corners where they were seen?"""
-    free = broken.misses.size - 2 - 2 * seen.size
-    misses = broken.misses / level
-    likely = np.sum(misses**2) < free + LIKELY * np.sqrt(2.0 * max(free, 1))
-    near = np.abs(broken.corners - seen).max() < FARTHEST * spacing
-    row = min(SIDE, misses.size)
-    aside = np.abs(np.convolve(misses, np.ones(row), "valid")).max() / np.sqrt(row)
-    return bool(near and likely and aside < ASIDE)
+def _holds(broken: _Broken, level: float) -> bool:
+    """Do the samples lie about the broken line as their noise lets them?"""
+    free = max(broken.misses.size - 2 - 2 * broken.corners.size, 1)
+    return bool(np.sum(broken.misses**2) / level**2 < free + LIKELY * np.sqrt(2.0 * free))

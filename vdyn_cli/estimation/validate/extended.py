@@ -20,6 +20,7 @@ from vdyn_cli.fit.straight import frozen
 
 PASSES = 4  # of simulation and straight line
 SETTLED = 0.1  # standard deviations that a further pass may move it
+AGAIN = 0.4  # standard deviations that the size with which all knocks fit best may be off
 FEWEST_UNITS = 8  # drives cut into windows that are units of evidence by themselves
 
 
@@ -52,7 +53,7 @@ def sized(trial: Trial, lines: Callable[[Trial], Regression]) -> Sized:
     """
     begun, solution, straight = _settled(trial, lines)
     even = evenly(begun)
-    if any(abs(at - solution.values[n]) > std for n, (at, std) in even.items()):
+    if any(abs(at - solution.values[n]) > AGAIN * std for n, (at, std) in even.items()):
         extra = tuple(replace(u, start=even[u.name][0]) if u.name in even else u for u in begun.extra)
         begun, solution, straight = _settled(replace(begun, extra=extra), lines)
         even = evenly(begun)

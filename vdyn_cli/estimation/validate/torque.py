@@ -75,8 +75,10 @@ def _fed(run: int, s: Stretch, inputs: tuple[str, ...], shafts: bool, zero: floa
     if not shafts:
         more = {n: torques[n] + levels[n] * noise[k] for k, n in enumerate(names)}
         return Fed(Torques({n: torques[n] for n in names}, {}), Torques(more, {}))
-    calm = {n: denoised(s.time, torques[n], levels[n], zero) for n in names}
-    shaken = {n: denoised(s.time, calm[n][0] + levels[n] * noise[k], levels[n], zero) for k, n in enumerate(names)}
+    zeros = {n: zero if n in TORQUES else 0.0 for n in names}
+    calm = {n: denoised(s.time, torques[n], levels[n], zeros[n]) for n in names}
+    more = {n: calm[n][0] + levels[n] * noise[k] for k, n in enumerate(names)}
+    shaken = {n: denoised(s.time, more[n], levels[n], zeros[n]) for n in names}
     return Fed(_torques(calm), _torques(shaken))
 
 
