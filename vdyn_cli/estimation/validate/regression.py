@@ -26,7 +26,7 @@ CALM_LAGS = 2
 CALM = 0.25  # s of a fast row where shafts that swing are to be left aside
 LAGS = 10  # fast rows by which the noise of the torque sensor is predicted
 # Noise of fast rows over that of the sensors. Of swinging shafts thousands of rows tell, and the model is right to some
-# per cent. What is calm bears less: measured with nothing hidden, sizes scatter 0.8 to 1.5 times as the sensors say.
+# per cent. What is calm bears less: measured with nothing hidden, sizes scatter 0.8 to 1.4 times as the sensors say.
 CAUTION, CALM_CAUTION = 3.0, 1.5
 
 
