@@ -255,6 +255,16 @@ def test_a_misfit_that_no_cause_explains_is_not_called_adequate_in_words() -> No
     assert told["doubt"]
 
 
+@pytest.mark.parametrize("asked", ["named", "never"])
+def test_what_the_extended_model_no_longer_misses_is_in_doubt_no_more(asked: str) -> None:
+    spec = spec_of(HIDDEN_SLOPE, extend=asked)
+    base = STEP.estimate(spec, HIDDEN_SLOPE, Parameters())
+    base = replace(base, fit=replace(base.fit, rms=11.0, noise_floor=1.0))
+    told = extend.diagnosed(STEP, spec, HIDDEN_SLOPE, Parameters(), base).diagnosis
+    assert told is not None
+    assert bool(told["doubt"]) == (asked == "never")
+
+
 def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
     """What the extended model publishes must stand by itself, whatever the diagnosis had of it."""
 

@@ -67,7 +67,7 @@ def diagnosed(
     biased = {} if extended is None else _biased(result, extended)
     text = sentence(verdict, case.causes, sizes, isinstance(spec.diagnose.effects, list))
     told = next((f"{f.where} {f.what}" for f in result.findings if f.doubt), "")
-    doubt = told or result.fit.misfit
+    doubt = told or (extended or result).fit.misfit
     if verdict.name == "adequate" and told:
         text += f" But {told}."
     elif verdict.name == "adequate" and doubt:
