@@ -14,6 +14,7 @@ from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.errors import Finding, ResultError
 from vdyn_cli.estimation.cg.windows import Windows
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.fit.banded import factored, weighed, whitened
 from vdyn_cli.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT, UNIT
 
 Array = NDArray[np.float64]
@@ -53,9 +54,7 @@ class Fixed:
     expected: Array
 
     def whiten(self, values: Array) -> Array:
-        from scipy.linalg import solve_banded
-
-        return np.asarray(solve_banded((1, 0), self.factor, values))
+        return whitened(self.factor, values)
 
 
 class LoadFit:
@@ -167,14 +166,12 @@ class LoadFit:
         return tuple(u if u.per_run else replace(u, start=next(begun)) for u in self.unknowns)
 
     def _fix(self, run: int, theta: Array) -> Fixed:
-        from scipy.linalg import cholesky_banded, solve_banded
-
         windows = self.runs[run]
         balance, slopes = self._balance(windows, self._read[run], theta)
         partial = self._partials(slopes, windows)
-        factor = cholesky_banded(self._covariance(windows, partial), lower=True)
-        residual = np.asarray(solve_banded((1, 0), factor, balance))
-        pull = np.asarray(solve_banded((0, 1), _upper(factor), residual))
+        factor = factored(self._covariance(windows, partial))
+        residual = whitened(factor, balance)
+        pull = weighed(factor, residual)
         smooth = {
             n: _smooth(v, windows.step)
             for n, v in self._true_channels(windows, partial, pull, self._late(theta)).items()
@@ -292,13 +289,6 @@ def _bend(values: Array, step: float, reach: float) -> Array:
     bends = np.column_stack([k * (k - 1) * x ** max(k - 2, 0) for k in range(6)]) * per_step @ quintic
     first, last = bends[:half] @ values[:width], bends[half + 1 :] @ values[-width:]
     return np.asarray(np.concatenate([first, inner, last]))
-
-
-def _upper(band: Array) -> Array:
-    """The transposed factor in the banded form that back substitution wants."""
-    upper = np.zeros_like(band)
-    upper[0, 1:], upper[1] = band[1, :-1], band[0]
-    return upper
 
 
 def _corrected(law: Callable[[Law, Signals, Signals], Number], inner: Law, q: Signals) -> Law:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.fit import Regression, Rows, Unknown, white_level
+from vdyn_cli.fit.banded import factored, weighed, whitened
 from vdyn_cli.models.wheel_spin import INPUTS, LEVER, READINGS, WHEEL_SPIN
 
 if TYPE_CHECKING:
@@ -65,13 +66,11 @@ class Windows:
 
         Neighbours share one reading of the speed, whose error enters them with opposite signs.
         """
-        from scipy.linalg import cholesky_banded
-
         shared = (inertia * self.speed_noise) ** 2
         band = np.zeros((2, self.first.size))
         band[0] = (self.torque_noise * self.spread) ** 2 + 2 * shared
         band[1, :-1] = np.where(self._neighbours, -shared, 0.0)
-        return np.asarray(cholesky_banded(band, lower=True))
+        return factored(band)
 
     @property
     def _neighbours(self) -> NDArray[np.bool_]:
@@ -182,8 +181,6 @@ def regression(
     drives = [Drive(run.log.time, {name: run.log[name] for name in INPUTS}) for run in runs]
 
     def rows(index: int, theta: Array) -> Rows:
-        from scipy.linalg import solve_banded
-
         run, simulated = runs[index], simulator(drives[index], theta)
         trace = np.sum([simulated.outputs[name] for name in READINGS], axis=0)
         tangents = np.sum([simulated.sensitivities[name] for name in READINGS], axis=0)
@@ -195,21 +192,13 @@ def regression(
         slopes -= np.outer(theta[0] * excess, longer)
         inertia, scale = theta[0] * known["wheel_radius"] / lever, known["wheel_radius"] / lever
         factor = run.factor(inertia)
-        residual = solve_banded((1, 0), factor, theta[0] * excess * scale)
-        weighed = solve_banded((0, 1), _transposed(factor), residual)
+        residual = whitened(factor, theta[0] * excess * scale)
         larger = -inertia * longer  # d J / d unknown
         larger[0] += scale
-        slopes = slopes * scale - np.outer(inertia * run.adjustment(weighed), larger)
-        return Rows(residual, solve_banded((1, 0), factor, slopes), time=run.middle)
+        slopes = slopes * scale - np.outer(inertia * run.adjustment(weighed(factor, residual)), larger)
+        return Rows(residual, whitened(factor, slopes), time=run.middle)
 
     return Regression(unknowns, tuple(run.log.name for run in runs), rows)
-
-
-def _transposed(lower: Array) -> Array:
-    """A banded lower factor, (2, w), as the banded upper one that is its transpose."""
-    upper = np.zeros_like(lower)
-    upper[1], upper[0, 1:] = lower[0], lower[1, :-1]
-    return upper
 
 
 def slopes_to(

@@ -12,7 +12,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.errors import ResultError
 from vdyn_cli.estimation.shaft.fit import ARRIVED, ShaftFit, Twisting
 from vdyn_cli.estimation.sizes import unbounded
-from vdyn_cli.fit import Regression, Rows, Unknown, solve
+from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve
 
 Array = NDArray[np.float64]
 
@@ -56,10 +56,11 @@ def about_effects(
     With priors on the effects' unknowns they mostly do; else the readings stay adjusted as the last fit asks that did.
     """
     fit = ShaftFit(runs, extra, effects, bar)
-    start = fit.place(solve(ShaftFit(runs).regression()))
-    begun = _probed(runs, effects, extra)
+    straight = solve(ShaftFit(runs).regression())
+    start = fit.place(straight)
+    begun = _probed(runs, effects, extra, straight)
     whole = ShaftFit(runs, unbounded(begun), effects, bar)
-    at = start if begun == tuple(extra) else whole.begun()[0]
+    at = start if begun == tuple(extra) else whole.begun(straight)[0]
     for _ in range(ROUNDS):
         try:
             solution = solve(whole.regression(at), tolerance=ARRIVED)
@@ -72,7 +73,9 @@ def about_effects(
     return fit.regression(at, start)
 
 
-def _probed(runs: Sequence[Twisting], effects: Sequence[Effect], extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
+def _probed(
+    runs: Sequence[Twisting], effects: Sequence[Effect], extra: Sequence[Unknown], straight: Solution
+) -> tuple[Unknown, ...]:
     """The unknowns begun at the probe that fits best, where one fits clearly better than nothing."""
     begun = list(extra)
     for effect in effects:
@@ -80,12 +83,12 @@ def _probed(runs: Sequence[Twisting], effects: Sequence[Effect], extra: Sequence
         at = next((i for i, u in enumerate(extra) if u.name == size), None)
         if not effect.probes or at is None:
             continue
-        least = ShaftFit(runs, (), (effect,)).begun()[1] - CLEARLY
+        least = ShaftFit(runs, (), (effect,)).begun(straight)[1] - CLEARLY
         most = max(float(np.ptp(run.twist)) for run in runs) / 2
         for probe in (p for p in effect.probes[::PROBED] if p < most):
             tried = replace(extra[at], start=probe)
             try:
-                cost = ShaftFit(runs, (tried,), (effect,)).begun()[1]
+                cost = ShaftFit(runs, (tried,), (effect,)).begun(straight)[1]
             except ResultError:
                 continue
             if cost < least:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.errors import Finding, ResultError
 from vdyn_cli.fit import Regression, Rows, Solution, Unknown, solve, white_level
+from vdyn_cli.fit.banded import factored, weighed, whitened
 from vdyn_cli.fit.restrict import restricted
 from vdyn_cli.models.half_shaft import HALF_SHAFT
 
@@ -176,7 +177,7 @@ class ShaftFit:
             conditions[1::2] += step * (theta[self._rate_zero] - here.rate_zero)
             slopes[::2] = simulated.sensitivities["shaft_torque"][:, : theta.size]
             slopes[1::2, self._rate_zero] = step
-            white = _lower(here.factor, np.column_stack([slopes, conditions]))
+            white = whitened(here.factor, np.column_stack([slopes, conditions]))
             return Rows(white[:, -1], white[:, :-1], time=self._times(index))
 
         begin = at if start is None else start
@@ -231,7 +232,7 @@ class ShaftFit:
         slopes = np.zeros((conditions.size, theta.size))
         slopes[::2] = simulated.sensitivities["shaft_torque"][:, : theta.size]
         slopes[1::2, self._rate_zero] = np.diff(run.time)
-        white = _lower(factor, np.column_stack([slopes, conditions]))
+        white = whitened(factor, np.column_stack([slopes, conditions]))
         return Rows(white[:, -1], white[:, :-1], time=self._times(index))
 
     def _conditions(
@@ -277,12 +278,16 @@ class ShaftFit:
         mend = np.linalg.solve(own, gauss)
         return solution, mend @ solution.covariance @ mend.T
 
-    def begun(self) -> tuple[Array, float]:
+    def begun(self, straight: Solution) -> tuple[Array, float]:
         """All unknowns, and the cost, where a search may begin: all else fitted to the effects as they start.
 
         A corner that is looked for in the wrong place draws a fit away from it.
+
+        Parameters
+        ----------
+        straight : the fit without effects.
         """
-        at = self.place(solve(ShaftFit(self.runs).regression()))
+        at = self.place(straight)
         held, cost = {u.name: u.start for u in self._extra}, np.inf
         for _ in range(FIRST_ROUNDS):
             solution = solve(restricted(self.regression(at), held), tolerance=ARRIVED)
@@ -297,7 +302,7 @@ class ShaftFit:
         ------
         ResultError : the fit's own, or there is none.
         """
-        at, _ = self.begun()
+        at, _ = self.begun(solve(ShaftFit(self.runs).regression()))
         best, least = None, CORNERED
         for _ in range(MOST_ROUNDS):
             solution = solve(self.regression(at), tolerance=ARRIVED)
@@ -359,7 +364,7 @@ def _curvature(regression: Regression, run: int, local: Array, steps: Array | No
 
 def _adjust(run: Twisting, conditions: Array, factor: Array, to_twist: Array, to_rate: Array) -> tuple[Array, Array]:
     """Twist and rate nearest to the readings that fulfil the conditions: x - S A' (A S A')^-1 g."""
-    weights = _upper(factor, _lower(factor, conditions))
+    weights = weighed(factor, whitened(factor, conditions))
     torque, chain = weights[::2], np.concatenate([[0.0], weights[1::2], [0.0]])
     half = np.concatenate([[0.0], np.diff(run.time) / 2, [0.0]])
     _, twist_noise, rate_noise = run.noise
@@ -370,8 +375,6 @@ def _adjust(run: Twisting, conditions: Array, factor: Array, to_twist: Array, to
 
 def _factor(run: Twisting, step: Array, to_twist: Array, to_rate: Array) -> Array:
     """Banded Cholesky factor, (3, 2 n - 1), of the covariance of torque and chain conditions in turn."""
-    from scipy.linalg import cholesky_banded
-
     torque, twist, rate = (noise**2 for noise in run.noise)
     half = step / 2
     band = np.zeros((3, 2 * run.time.size - 1))
@@ -381,7 +384,7 @@ def _factor(run: Twisting, step: Array, to_twist: Array, to_rate: Array) -> Arra
     band[1, :-1:2] = -to_twist[:-1] * twist - to_rate[:-1] * half * rate
     band[1, 1::2] = to_twist[1:] * twist - to_rate[1:] * half * rate
     band[2, 1:-2:2] = -twist + half[:-1] * half[1:] * rate
-    return np.asarray(cholesky_banded(band, lower=True))
+    return factored(band)
 
 
 def _start(runs: Sequence[Twisting]) -> float:
@@ -389,19 +392,3 @@ def _start(runs: Sequence[Twisting]) -> float:
     above = sum(float(np.sum((r.twist - r.twist.mean()) * (r.torque - r.torque.mean()))) for r in runs)
     below = sum(float(np.sum((r.twist - r.twist.mean()) ** 2)) for r in runs)
     return abs(above / below)
-
-
-def _lower(factor: Array, right: Array) -> Array:
-    from scipy.linalg import solve_banded
-
-    return np.asarray(solve_banded((2, 0), factor, right))
-
-
-def _upper(factor: Array, right: Array) -> Array:
-    """Solve with the factor's transpose."""
-    from scipy.linalg import solve_banded
-
-    turned = np.zeros_like(factor)
-    for k in range(3):
-        turned[2 - k, k:] = factor[k, : factor.shape[1] - k]
-    return np.asarray(solve_banded((0, 2), turned, right))
