@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,26 +10,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.diagnosis.linear import BASE, SHAPE, Campaign, cause
-from vdyn_cli.diagnosis import extend
-from vdyn_cli.diagnosis.case import Case
-from vdyn_cli.diagnosis.sizes import sizes_of
-from vdyn_cli.document import to_json
-from vdyn_cli.effects import Effect
-from vdyn_cli.engine.model import Model
-from vdyn_cli.errors import Finding, InputError, ResultError
-from vdyn_cli.estimation.sizes import sizes_found
-from vdyn_cli.fit import Regression, Unknown, solve
-from vdyn_cli.parameters import FORMAT, Estimate, Parameters, read_parameters, to_document
-from vdyn_cli.result import Comparison, FitSummary, Result
-from vdyn_cli.spec import TestSpec
-from vdyn_cli.steps import Diagnosable, Step
-
-SLOPE, WIND, WAVE = (
-    cause("slope"),
-    cause("wind", lasts=False),
-    cause("wave", ("wave", "wave_time"), nominal={"wave_time": 7.0}),
+from tests.diagnosis.line_step import (
+    HIDDEN_SLOPE,
+    HIDDEN_WIND,
+    SLOPE,
+    STEP,
+    WAVE,
+    WIND,
+    diagnosed,
+    estimate,
+    spec_of,
+    unsure_sizes,
 )
+from tests.diagnosis.linear import BASE, Campaign, cause
+from vdyn_cli.diagnosis import extend
+from vdyn_cli.document import to_json
+from vdyn_cli.errors import Finding, InputError, ResultError
+from vdyn_cli.parameters import FORMAT, Parameters, read_parameters, to_document
+from vdyn_cli.result import Result
+
 KEYS = {
     "verdict",
     "sentence",
@@ -45,72 +43,9 @@ KEYS = {
 }
 
 
-def regression(
-    spec: Any, data: Campaign, known: Parameters, effects: Sequence[Any] = (), extra: Sequence[Unknown] = ()
-) -> Regression:
-    return data.regression(extra)
-
-
-def estimate(
-    spec: Any, data: Campaign, known: Parameters, effects: Sequence[Effect] = (), extra: Sequence[Unknown] = ()
-) -> Result:
-    solution = solve(data.regression(extra))
-    found = {
-        n: Estimate(solution.values[n], solution.std[n], solution.interval95[n], "m", n, "line", solution.values[n])
-        for n in BASE
-    }
-    start = np.exp(-8 * data.x())
-    comparisons = []
-    for k in range(data.runs):
-        simulated = start * solution.per_run["start"][k]
-        for name, value in solution.values.items():
-            simulated = simulated + value * data.trace(name, k)
-        comparisons.append(
-            Comparison(f"run {k + 1}", "height", "m", 10 * data.x(), "time, s", data.measured(k), simulated)
-        )
-    fit = FitSummary(tuple(c.run for c in comparisons), 1.0, 1.0, "m", tuple(BASE))
-    extra_keys = sizes_found(solution, extra)
-    return Result("line", "A line.", Parameters(found), fit, "Least squares.", tuple(comparisons), extra=extra_keys)
-
-
-STEP = Step(
-    name="line",
-    spec=TestSpec,
-    required=("time", "height"),
-    optional=(),
-    needs=(),
-    gives=tuple(BASE),
-    estimate=estimate,
-    diagnosable=Diagnosable(
-        regression,
-        lambda *_: Model("line", lambda e, u: None, (), ()),
-        lambda *_: (SHAPE,),
-        ("height", "m"),
-        two_way=lambda spec: True,
-    ),
-)
-
-
 @pytest.fixture(autouse=True)
 def catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(extend, "offered", lambda model, effects: (SLOPE, WIND, WAVE))
-
-
-def spec_of(campaign: Campaign, **diagnose: Any) -> TestSpec:
-    ways = ["out" if campaign.heading(k) > 0 else "back" for k in range(campaign.runs)]
-    runs = [{"log": f"line_{k}.csv", "direction": way} for k, way in enumerate(ways)]
-    return TestSpec.model_validate({"test": "line", "runs": runs, "diagnose": diagnose})
-
-
-def diagnosed(campaign: Campaign, step: Step = STEP, level: float = 0.05, **diagnose: Any) -> tuple[Result, Result]:
-    """The baseline, and the diagnosed result."""
-    spec, known = spec_of(campaign, **diagnose), Parameters()
-    base = step.estimate(spec, campaign, known)
-    return base, extend.diagnosed(step, spec, campaign, known, base, level)
-
-
-HIDDEN_SLOPE = Campaign(1, hidden={"slope": 0.6, "bend": -2.0})
-HIDDEN_WIND = Campaign(1, hidden={"wind": 2.0})
 
 
 def test_a_named_cause_extends_the_model() -> None:
@@ -208,8 +143,34 @@ def test_an_effect_that_is_not_known_is_refused_with_those_that_are(key: str) ->
 
 
 def test_only_what_is_looked_for_can_be_taken_in() -> None:
-    with pytest.raises(InputError):
-        diagnosed(HIDDEN_SLOPE, effects=["wind"], extend=["slope"])
+    with pytest.raises(InputError) as refused:
+        diagnosed(HIDDEN_SLOPE, effects=["wind"], extend=["slope", "gremlins"])
+    assert [f.got for f in refused.value.findings] == ["slope", "gremlins"]
+    assert "is not among diagnose.effects" in refused.value.findings[0].what
+    assert "slope, wind, wave" in refused.value.findings[1].remedy
+
+
+def test_what_an_earlier_step_found_cannot_be_taken_in_twice() -> None:
+    known = Parameters(extensions={"wind": {}})
+    step = replace(STEP, diagnosable=replace(STEP.diagnosable, carries=True))
+    spec = spec_of(HIDDEN_SLOPE, extend=["wind"])
+    base = step.estimate(spec, HIDDEN_SLOPE, known)
+    with pytest.raises(InputError, match="is in the model already, from an earlier step"):
+        extend.diagnosed(step, spec, HIDDEN_SLOPE, known, base)
+
+
+def test_of_two_causes_the_sizes_are_those_beside_each_other_whatever_is_taken_in() -> None:
+    both = Campaign(1, hidden={"wind": 2.0, "slope": 0.8})
+    left, taken = diagnosed(both, extend="never")[1].diagnosis, diagnosed(both, extend=["slope"])[1]
+    told = taken.diagnosis
+    assert left is not None
+    assert told is not None
+    assert (told["verdict"], told["extended"]) == ("named", ["slope"])
+    sizes = [{n: e["value"] for c in one["causes"] for n, e in c["unknowns"].items()} for one in (left, told)]
+    assert sizes[0] == sizes[1]
+    assert left["sentence"] == told["sentence"]
+    alone = taken.parameters.extensions["slope"]["slope"].value
+    assert alone > 1.2 * sizes[0]["slope"]  # in a model without the wind
 
 
 def test_runs_one_way_give_no_name() -> None:
@@ -265,80 +226,6 @@ def test_what_the_extended_model_no_longer_misses_is_in_doubt_no_more(asked: str
     assert bool(told["doubt"]) == (asked == "never")
 
 
-def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
-    """What the extended model publishes must stand by itself, whatever the diagnosis had of it."""
-
-    def unsure(spec: Any, data: Campaign, known: Parameters, **more: Any) -> Result:
-        result = estimate(spec, data, known, **more)
-        sizes = {n: {**e, "interval95": [-0.1, 1.3]} for n, e in result.extra.get("effects", {}).items()}
-        return replace(result, extra={**result.extra, "effects": sizes})
-
-    base, result = diagnosed(HIDDEN_SLOPE, replace(STEP, estimate=unsure))
-    told = result.diagnosis
-    assert told is not None
-    assert told["verdict"] == "unknown"
-    assert "may as well be of no size" in told["sentence"]
-    assert (told["causes"], told["extended"]) == ([], [])
-    assert result.parameters == base.parameters
-    asked = diagnosed(HIDDEN_SLOPE, replace(STEP, estimate=unsure), extend=["slope"])[1].diagnosis
-    assert asked is not None
-    assert (asked["verdict"], asked["extended"]) == ("unknown", ["slope"])
-
-
-def unsure_sizes(answer: Any, case: Case) -> dict[str, Estimate]:
-    """As the diagnosis would have them if they were hardly known."""
-    return {n: replace(e, interval95=(-0.1, 1.3)) for n, e in sizes_of(answer, case).items()}
-
-
-@pytest.mark.parametrize(("twins", "who"), [(True, "it, like what it cannot be told from,"), (False, "it")])
-def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyPatch, twins: bool, who: str) -> None:
-    monkeypatch.setattr(extend, "sizes_of", unsure_sizes)
-    monkeypatch.setattr(
-        extend, "offered", lambda model, effects: (SLOPE, WIND, *([cause("wind_twin")] if twins else []))
-    )
-    _, result = diagnosed(HIDDEN_WIND, extend="never")
-    told = result.diagnosis
-    assert told is not None
-    assert told["verdict"] == "unknown"
-    assert f"{who} may as well be of no size" in told["sentence"]
-
-
-def test_a_cause_that_may_be_of_no_size_is_not_named_beside_another_that_was_asked_for(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """The model that is extended by something else does not vouch for what the diagnosis found."""
-    monkeypatch.setattr(extend, "sizes_of", unsure_sizes)
-    told = diagnosed(HIDDEN_WIND, extend=["slope"])[1].diagnosis
-    assert told is not None
-    assert (told["verdict"], told["extended"]) == ("unknown", ["slope"])
-    assert "a wind comes closest, but it may as well be of no size" in told["sentence"]
-    vouched = diagnosed(HIDDEN_WIND, extend=["wind"])[1].diagnosis
-    assert vouched is not None
-    assert (vouched["verdict"], vouched["extended"]) == ("named", ["wind"])
-
-
-@pytest.mark.parametrize("asked", ["named", "never", ["wind"]])
-def test_of_two_causes_neither_may_be_of_no_size_whoever_is_asked_for(
-    monkeypatch: pytest.MonkeyPatch, asked: Any
-) -> None:
-    def unsure(answer: Any, case: Case) -> dict[str, Estimate]:
-        return {n: replace(e, interval95=(-0.1, 1.3)) if n == "slope" else e for n, e in sizes_of(answer, case).items()}
-
-    def estimated(*args: Any, **more: Any) -> Result:
-        result = estimate(*args, **more)
-        sizes = dict(result.extra.get("effects", {}))
-        if "slope" in sizes:
-            sizes["slope"] = {**sizes["slope"], "interval95": [-0.1, 1.3]}
-        return replace(result, extra={**result.extra, "effects": sizes})
-
-    monkeypatch.setattr(extend, "sizes_of", unsure)
-    both = Campaign(1, hidden={"wind": 2.0, "slope": 0.8})
-    told = diagnosed(both, replace(STEP, estimate=estimated), extend=asked)[1].diagnosis
-    assert told is not None
-    assert told["verdict"] == "unknown"
-    assert "slope may as well be of no size" in told["sentence"]
-
-
 @pytest.mark.parametrize("unsure", [True, False])
 @pytest.mark.parametrize(("asked", "who"), [("named", "wind"), (["wind"], "wind"), (["slope"], "slope")])
 def test_whoever_asks_for_a_larger_model_is_told_that_it_failed(
@@ -357,7 +244,8 @@ def test_whoever_asks_for_a_larger_model_is_told_that_it_failed(
     assert told["verdict"] == ("unknown" if unsure else "named")
     assert told["extended"] == []
     assert told["not_extended"] == f"the model could not be extended by {who}: fit is not determined"
-    assert told["not_extended"] in [f.what for f in result.findings]
+    (finding,) = [f for f in result.findings if f.what == told["not_extended"]]
+    assert finding.doubt == isinstance(asked, list)
     assert result.parameters == base.parameters
 
 

@@ -148,6 +148,15 @@ def test_the_gain_says_less_or_more(before: float, after: float, words: str) -> 
     assert plain(gain.percent).startswith(words)
 
 
+@pytest.mark.parametrize(
+    ("certain", "ends"), [(True, "above the noise"), (False, "above the noise, though not for certain")]
+)
+def test_a_share_that_is_not_certain_says_so(certain: bool, ends: str) -> None:
+    gain = told(gain={**examples.DIAGNOSIS["gain"], "certain": certain}).gain
+    assert gain is not None
+    assert plain(gain.explained).endswith(ends)
+
+
 def test_the_pipeline_tells_each_diagnosis_and_the_causes_that_it_keeps() -> None:
     kept = Estimate(0.5, 0.02, (0.46, 0.54), "", "share", "wheel_inertia")
     entry = {"value": kept.value, "std": kept.std, "interval95": list(kept.interval95), "unit": "", "meaning": ""}

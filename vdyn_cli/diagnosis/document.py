@@ -61,6 +61,7 @@ def document(
                 "effect": one.effect,
                 "because": _because(bench, one),
                 "size": one.size,
+                "unit": bench.case.causes[one.effect].unknowns[bench.unknowns(one.effect)[0]].unit,
                 "would_bias": one.would_bias,
             }
             for one in verdict.invisible
@@ -154,6 +155,7 @@ def _gain(verdict: Verdict, metric: tuple[str, str]) -> dict[str, Any] | None:
         "after": found.after,
         "interval95": list(found.interval),
         "share_of_explainable": found.share,
+        "certain": found.better,
         "held_out": True,
         "folds": found.folds,
     }

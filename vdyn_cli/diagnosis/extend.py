@@ -17,10 +17,10 @@ from vdyn_cli.diagnosis.words import chance, sentence
 from vdyn_cli.diagnosis.workbench import open_workbench
 from vdyn_cli.effects import Effect, candidates
 from vdyn_cli.engine.offer import offered
-from vdyn_cli.errors import Finding, InputError, ResultError
+from vdyn_cli.errors import Finding, ResultError, raise_all
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.result import Comparison, Result
-from vdyn_cli.spec import TestSpec
+from vdyn_cli.spec import Diagnose, TestSpec
 from vdyn_cli.steps import Step
 
 
@@ -58,12 +58,17 @@ def diagnosed(
     wanted = _wanted(spec, case, verdict)
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended, failed = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
+    if isinstance(spec.diagnose.extend, list):  # who asked for a cause has to know that the model is without it
+        failed = tuple(replace(f, doubt=True) for f in failed)
     if nothing := _of_no_size(verdict, case, wanted, extended):
         verdict = verdict.refuted(f"{nothing} may as well be of no size")
         if spec.diagnose.extend == "named":
             wanted, extended = (), None
     accepted = wanted if extended is not None else ()
-    sizes = _fitted(verdict, case) | (_sizes(extended, [case.causes[c] for c in accepted]) if extended else {})
+    taken = _sizes(extended, [case.causes[c] for c in accepted]) if extended else {}
+    # Beside other causes than the verdict's, what was taken in has another size than the verdict has for it.
+    as_named = any(set(answer.causes) == set(accepted) for answer in verdict.answers)
+    sizes = _fitted(verdict, case) | taken if as_named else taken | _fitted(verdict, case)
     biased = {} if extended is None else _biased(result, extended)
     text = sentence(verdict, case.causes, sizes, isinstance(spec.diagnose.effects, list))
     told = next((f"{f.where} {f.what}" for f in result.findings if f.doubt), "")
@@ -77,7 +82,7 @@ def diagnosed(
     diagnosis |= {"doubt": doubt, "not_extended": failed[0].what if failed else ""}
     if extended is None:
         return replace(result, diagnosis=diagnosis, findings=(*result.findings, *failed))
-    return _merged(result, extended, diagnosis, [case.causes[c] for c in accepted], sizes)
+    return _merged(result, extended, diagnosis, [case.causes[c] for c in accepted], taken)
 
 
 def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float = LEVEL) -> Case:
@@ -89,14 +94,12 @@ def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: flo
     """
     lent = step.diagnosable
     assert lent is not None
-    effects = offered(lent.model(spec, data, known), candidates(step.name))
-    carried = tuple(e for e in effects if lent.carries and e.name in known.extensions)
-    effects = tuple(e for e in effects if e not in carried)
+    every = offered(lent.model(spec, data, known), candidates(step.name))
+    carried = tuple(e for e in every if lent.carries and e.name in known.extensions)
+    effects = tuple(e for e in every if e not in carried)
+    _refuse_unknown(spec.diagnose, effects, carried)
     if isinstance(spec.diagnose.effects, list):
-        _refuse_unknown(spec.diagnose.effects, effects, "diagnose.effects")
         effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
-    if isinstance(spec.diagnose.extend, list):
-        _refuse_unknown(spec.diagnose.extend, effects, "diagnose.extend")
     likely = lent.likely
     return Case(
         step=step.name,
@@ -124,15 +127,23 @@ def _one_way(spec: TestSpec) -> str:
     return "all runs went the same way"
 
 
-def _refuse_unknown(names: Sequence[str], effects: Sequence[Effect], where: str) -> None:
-    known = [e.name for e in effects]
-    findings = [
-        Finding(where, "is no effect that this model can take", name, f"there are: {', '.join(known)}")
-        for name in names
-        if name not in known
-    ]
-    if findings:
-        raise InputError(*findings)
+def _refuse_unknown(asked: Diagnose, effects: Sequence[Effect], carried: Sequence[Effect]) -> None:
+    """Refuse to look for, or to take in, what the model cannot take, has already, or nobody looks for."""
+    names, present = [e.name for e in effects], [e.name for e in carried]
+    findings = []
+    for key in ("effects", "extend"):
+        named = getattr(asked, key)
+        for name in named if isinstance(named, list) else ():
+            if name in present:
+                why, remedy = "is in the model already, from an earlier step", "leave it out"
+            elif name not in names:
+                why, remedy = "is no effect that this model can take", f"there are: {', '.join(names)}"
+            elif key == "extend" and isinstance(asked.effects, list) and name not in asked.effects:
+                why, remedy = "is not among diagnose.effects, so nobody looks for it", "add it there"
+            else:
+                continue
+            findings.append(Finding(f"diagnose.{key}", why, name, remedy))
+    raise_all(findings)
 
 
 def _wanted(spec: TestSpec, case: Case, verdict: Verdict) -> tuple[str, ...]:

@@ -105,6 +105,7 @@ def gain(source: Any) -> Gain | None:
     interval = source.get("interval95")
     bounds = [number(v) for v in interval] if isinstance(interval, Sequence) and len(interval) == 2 else []
     share = number(source.get("share_of_explainable"))
+    sure = "" if source.get("certain", True) else ", though not for certain"
     unit = words.unit(str(source.get("unit") or ""))
     return Gain(
         words.prose(source.get("metric", "error")),
@@ -115,7 +116,9 @@ def gain(source: Any) -> Gain | None:
         round(100 * after / largest, 1),
         _change(before, after),
         f"{words.significant(bounds[0], 2)} to {words.significant(bounds[1], 2)} {unit}".strip() if bounds else "",
-        f"{words.fixed(100 * share, 0)}{words.NARROW}%" if math.isfinite(share) else "",
+        f"{words.fixed(100 * share, 0)}{words.NARROW}% of what was above the noise{sure}"
+        if math.isfinite(share)
+        else "",
         bool(source.get("held_out")),
     )
 

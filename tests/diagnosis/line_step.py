@@ -1,0 +1,96 @@
+"""A step whose logs are straight lines, from its description to its diagnosed result."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from tests.diagnosis.linear import BASE, SHAPE, Campaign, cause
+from vdyn_cli.diagnosis import extend
+from vdyn_cli.diagnosis.case import Case
+from vdyn_cli.diagnosis.sizes import sizes_of
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.estimation.sizes import sizes_found
+from vdyn_cli.fit import Regression, Unknown, solve
+from vdyn_cli.parameters import Estimate, Parameters
+from vdyn_cli.result import Comparison, FitSummary, Result
+from vdyn_cli.spec import TestSpec
+from vdyn_cli.steps import Diagnosable, Step
+
+SLOPE, WIND, WAVE = (
+    cause("slope"),
+    cause("wind", lasts=False),
+    cause("wave", ("wave", "wave_time"), nominal={"wave_time": 7.0}),
+)
+
+
+def regression(
+    spec: Any, data: Campaign, known: Parameters, effects: Sequence[Any] = (), extra: Sequence[Unknown] = ()
+) -> Regression:
+    return data.regression(extra)
+
+
+def estimate(
+    spec: Any, data: Campaign, known: Parameters, effects: Sequence[Effect] = (), extra: Sequence[Unknown] = ()
+) -> Result:
+    solution = solve(data.regression(extra))
+    found = {
+        n: Estimate(solution.values[n], solution.std[n], solution.interval95[n], "m", n, "line", solution.values[n])
+        for n in BASE
+    }
+    start = np.exp(-8 * data.x())
+    comparisons = []
+    for k in range(data.runs):
+        simulated = start * solution.per_run["start"][k]
+        for name, value in solution.values.items():
+            simulated = simulated + value * data.trace(name, k)
+        comparisons.append(
+            Comparison(f"run {k + 1}", "height", "m", 10 * data.x(), "time, s", data.measured(k), simulated)
+        )
+    fit = FitSummary(tuple(c.run for c in comparisons), 1.0, 1.0, "m", tuple(BASE))
+    extra_keys = sizes_found(solution, extra)
+    return Result("line", "A line.", Parameters(found), fit, "Least squares.", tuple(comparisons), extra=extra_keys)
+
+
+STEP = Step(
+    name="line",
+    spec=TestSpec,
+    required=("time", "height"),
+    optional=(),
+    needs=(),
+    gives=tuple(BASE),
+    estimate=estimate,
+    diagnosable=Diagnosable(
+        regression,
+        lambda *_: Model("line", lambda e, u: None, (), ()),
+        lambda *_: (SHAPE,),
+        ("height", "m"),
+        two_way=lambda spec: True,
+    ),
+)
+
+
+def spec_of(campaign: Campaign, **diagnose: Any) -> TestSpec:
+    ways = ["out" if campaign.heading(k) > 0 else "back" for k in range(campaign.runs)]
+    runs = [{"log": f"line_{k}.csv", "direction": way} for k, way in enumerate(ways)]
+    return TestSpec.model_validate({"test": "line", "runs": runs, "diagnose": diagnose})
+
+
+def diagnosed(campaign: Campaign, step: Step = STEP, level: float = 0.05, **diagnose: Any) -> tuple[Result, Result]:
+    """The baseline, and the diagnosed result."""
+    spec, known = spec_of(campaign, **diagnose), Parameters()
+    base = step.estimate(spec, campaign, known)
+    return base, extend.diagnosed(step, spec, campaign, known, base, level)
+
+
+def unsure_sizes(answer: Any, case: Case) -> dict[str, Estimate]:
+    """As the diagnosis would have them if they were hardly known."""
+    return {n: replace(e, interval95=(-0.1, 1.3)) for n, e in sizes_of(answer, case).items()}
+
+
+HIDDEN_SLOPE = Campaign(1, hidden={"slope": 0.6, "bend": -2.0})
+HIDDEN_WIND = Campaign(1, hidden={"wind": 2.0})
