@@ -261,6 +261,7 @@ def estimate(
         found_there = sized(trial, lambda begun: _regression(begun, spec.settings, logs))
         trial, solution, straight = found_there.trial, found_there.solution, found_there.straight
         sizes = sizes_found(solution, extra, found_there.spreads)
+        doubts += found_there.doubts
     w = weigh(trial)
     hilly = solution is not None and FELT in trial.model.inputs
     shown = weigh(fitted(trial, solution)) if solution is not None and hilly else w

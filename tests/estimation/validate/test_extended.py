@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from tests.estimation.validate.test_flanks import PLAY, one_drive, simulated
@@ -25,3 +27,7 @@ def test_a_size_that_is_begun_too_small_begins_again_where_all_knocks_fit(
     assert found.solution.std["backlash"] < spread < 0.1 * PLAY
     assert found.trial.extra[0].start == size
     assert not found.trial.at
+    assert not found.doubts
+    (doubt,) = replace(found, moved=2.0).doubts
+    assert "have not come to rest: the last pass moved them by 2.0 standard errors" in doubt.what
+    assert doubt.doubt

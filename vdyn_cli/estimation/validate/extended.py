@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vdyn_cli.errors import Finding
 from vdyn_cli.estimation.validate.felt import FELT
 from vdyn_cli.estimation.validate.flanks import evenly
 from vdyn_cli.estimation.validate.trial import Trial
@@ -20,6 +21,7 @@ from vdyn_cli.fit.straight import frozen
 
 PASSES = 4  # of simulation and straight line
 SETTLED = 0.1  # standard deviations that a further pass may move it
+RESTLESS = 1.0  # standard deviations by which the last pass may move it, and no more be said
 AGAIN = 0.4  # standard deviations that the size with which all knocks fit best may be off
 FEWEST_UNITS = 8  # drives cut into windows that are units of evidence by themselves
 
@@ -32,12 +34,22 @@ class Sized:
     ----------
     trial : with the effects at these sizes. solution : of the fit. straight : its regression.
     spreads : standard deviations of sizes that straight lines tell too well.
+    moved : standard deviations by which the last pass moved the sizes.
     """
 
     trial: Trial
     solution: Solution
     straight: Regression
     spreads: Mapping[str, float]
+    moved: float
+
+    @property
+    def doubts(self) -> tuple[Finding, ...]:
+        """What is to be said of sizes that have not come to rest."""
+        if self.moved < RESTLESS:
+            return ()
+        what = f"the causes' sizes have not come to rest: the last pass moved them by {self.moved:.1f} standard errors"
+        return (Finding("fit", what, "", "take their intervals for too narrow", doubt=True),)
 
 
 def sized(trial: Trial, lines: Callable[[Trial], Regression]) -> Sized:
@@ -51,29 +63,35 @@ def sized(trial: Trial, lines: Callable[[Trial], Regression]) -> Sized:
     ------
     ResultError : the drives do not determine them, or a simulation is not finite.
     """
-    begun, solution, straight = _settled(trial, lines)
+    begun, solution, straight, moves = _settled(trial, lines)
     even = evenly(begun)
     if any(abs(at - solution.values[n]) > AGAIN * std for n, (at, std) in even.items()):
         extra = tuple(replace(u, start=even[u.name][0]) if u.name in even else u for u in begun.extra)
-        begun, solution, straight = _settled(replace(begun, extra=extra), lines)
+        begun, solution, straight, moves = _settled(replace(begun, extra=extra), lines)
         even = evenly(begun)
     spreads = {n: float(np.hypot(std, at - solution.values[n])) for n, (at, std) in even.items()}
-    return Sized(replace(begun, at={}), solution, straight, spreads)
+    std = {**solution.std, **spreads}
+    moved = max((move / std[n] for n, move in moves.items() if std[n] > 0.0), default=0.0)
+    return Sized(replace(begun, at={}), solution, straight, spreads, moved)
 
 
-def _settled(trial: Trial, lines: Callable[[Trial], Regression]) -> tuple[Trial, Solution, Regression]:
+def _settled(
+    trial: Trial, lines: Callable[[Trial], Regression]
+) -> tuple[Trial, Solution, Regression, Mapping[str, float]]:
+    """The trial where the last line left it, that line and its fit, and by how much that still moved the sizes."""
     knocks = any(e.probes for e in trial.effects)
     for _ in range(PASSES):
         begun_at = dict(zip(trial.shared, trial.theta().tolist(), strict=True))
-        before = begun_at if knocks else {u.name: u.start for u in trial.extra}
         straight = frozen(lines(trial))
         whole = FELT in trial.model.inputs and len(straight.runs) >= FEWEST_UNITS
         solution = solve(straight, units="run" if whole else "block")
+        moves = {n: abs(value - begun_at[n]) for n, value in solution.values.items()}
+        sizes = {u.name: moves[u.name] for u in trial.extra}
         begun = trial.begun_at(solution.values) if trial.model.name == "vehicle" else trial
         trial = replace(begun, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
-        if all(abs(solution.values[n] - at) < SETTLED * solution.std[n] for n, at in before.items()):
+        if all(move < SETTLED * solution.std[n] for n, move in (moves if knocks else sizes).items()):
             break
-    return trial, solution, straight
+    return trial, solution, straight, sizes
 
 
 def fitted(trial: Trial, solution: Solution) -> Trial:
