@@ -116,6 +116,25 @@ def test_a_torque_that_is_another_stays_another() -> None:
     assert apart == pytest.approx(1.0, abs=0.3)
 
 
+def test_the_level_is_where_most_of_the_coasting_is_however_long_a_pedal_creeps_beside_it() -> None:
+    time = np.arange(0.0, 46.0, 0.01)
+    knots = [0, 8, 8.2, 11, 11.2, 19, 19.2, 20, 20.2, 44, 44.1, 46]
+    true = np.interp(time, knots, [0, 0, 200, 200, 0, 0, 200, 200, 1.5, 9, 200, 200])
+    found, _ = denoised(time, true + np.random.default_rng(2).standard_normal(time.size), 1.0, zero=3.0)
+    for begin, end in ((0.1, 7.9), (11.3, 18.9)):
+        level = found[(begin < time) & (time < end)]
+        assert np.ptp(level) == 0.0
+        assert level[0] == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.parametrize("width", [1.0, 2.0])
+def test_a_pedal_that_is_pressed_smoothly_has_no_corners(width: float) -> None:
+    true = 150.0 * (1.0 - np.cos(np.pi * np.clip((TIME - 5.0) / width, 0.0, 1.0)))
+    found, (corners, _) = denoised(TIME, true + np.random.default_rng(1).standard_normal(TIME.size), 1.0)
+    assert corners.size == 0
+    assert np.sqrt(np.mean((found - true) ** 2)) < 0.5
+
+
 @pytest.mark.parametrize("slope", [50.0, 100.0, 200.0, 1000.0])
 def test_the_foot_of_a_ramp_is_not_cut_off(slope: float) -> None:
     """A pedal that is pressed slowly leaves the level to which the torque comes back before that shows."""
