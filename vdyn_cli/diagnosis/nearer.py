@@ -6,8 +6,7 @@ from vdyn_cli.diagnosis.detect import Detection, detect
 from vdyn_cli.diagnosis.workbench import Workbench
 
 LARGE = 6.0  # standard errors of a cause, from which a straight line's bend may count
-NEARER = 5  # causes that are looked at each on its own lines
-COMPETES = 0.4  # of the strongest evidence: what shows less from afar is not the stronger one from near
+NEARER = 8  # causes that are looked at each on its own lines
 
 
 def nearer(bench: Workbench, found: Detection) -> tuple[Workbench, Detection]:
@@ -22,10 +21,12 @@ def nearer(bench: Workbench, found: Detection) -> tuple[Workbench, Detection]:
 
 
 def _likeliest(bench: Workbench, found: Detection) -> str | None:
-    """The cause that explains most, of large ones each on lines through itself: from afar a wrong one may seem more."""
+    """The cause that explains most, of large ones each on lines through itself: from afar a wrong one may seem more.
+
+    Several times more: another damping of the half-shafts for whatever makes them swing in another time.
+    """
     evidence = found.scores.evidence
-    least = max(LARGE, COMPETES * max((evidence[n] for n in found.testable), default=0.0))
-    large = sorted((n for n in found.testable if evidence[n] > least), key=lambda n: -evidence[n])[:NEARER]
+    large = sorted((n for n in found.testable if evidence[n] > LARGE), key=lambda n: -evidence[n])[:NEARER]
     if not bench.case.straight or len(large) < 2:
         return found.scores.strongest(found.testable)
     far = {n: bench.fitted((n,)) for n in large}
