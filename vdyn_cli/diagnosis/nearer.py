@@ -10,14 +10,18 @@ NEARER = 8  # causes that are looked at each on its own lines
 
 
 def nearer(bench: Workbench, found: Detection) -> tuple[Workbench, Detection]:
-    """Where straight lines have to do, those through the car as it drove, and what is seen on them."""
+    """Where straight lines have to do, those through the car as it drove, and what is seen on them.
+
+    What was seen from afar does not tell what is worth trying: of another relaxation of the tires a tenth of what it
+    then seems to be of the half-shafts' damping, which on lines through it is nothing.
+    """
     likeliest = _likeliest(bench, found)
     if likeliest is None or not bench.case.straight:
         return bench, found
     about = bench.about(likeliest) if found.scores.evidence[likeliest] > LARGE else bench
     beyond = bench.beyond(likeliest, about)
     base = beyond.fitted(())
-    return (about, found) if beyond is about or base is None else (beyond, detect(beyond, base))
+    return (bench, found) if beyond is bench or base is None else (beyond, detect(beyond, base))
 
 
 def _likeliest(bench: Workbench, found: Detection) -> str | None:
