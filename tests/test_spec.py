@@ -77,6 +77,9 @@ runs:
         ("test: coastdown\nvehicle: {mass: .nan}\n", "outside what is physical"),
         ("test: coastdown\nvehicle: {mass: .inf}\n", "outside what is physical"),
         ("test: coastdown\nreading: {decimal: ';'}\n", "decimal"),
+        ("test: coastdown\ndiagnose: {effects: []}\n", "test.yaml:2: .*write all, none, or some"),
+        ("test: coastdown\ndiagnose: {extend: []}\n", "write never, named, or some"),
+        ("test: coastdown\ndiagnose: {effects: none, extend: [headwind]}\n", "nothing in where 'effects' is none"),
     ],
 )
 def test_refusals(tmp_path: Path, text: str, says: str) -> None:

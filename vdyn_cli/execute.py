@@ -10,7 +10,7 @@ from typing import Any
 from vdyn_cli.diagnosis.extend import diagnosed
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.document import step_command, step_document
-from vdyn_cli.errors import ResultError, alike
+from vdyn_cli.errors import InputError, ResultError, alike
 from vdyn_cli.inputs import gather
 from vdyn_cli.result import Result
 from vdyn_cli.steps import load_step
@@ -41,13 +41,12 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
     faults = tuple(f for log in inputs.logs for f in log.findings if f.fault)
     try:
         result = step.estimate(inputs.spec, inputs.data, inputs.known)
-    except ResultError as error:
-        raise ResultError(*error.findings, *faults) from None
-    result = replace(result, findings=(*inputs.findings, *result.findings))
+    except (InputError, ResultError) as error:
+        raise type(error)(*error.findings, *faults) from None
     if level is not None:
-        result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level, faults)
-    more = [f for f in inputs.findings if f not in result.findings]  # an extended result has findings of its own
-    result = _doubted(replace(result, findings=(*more, *result.findings)))
+        told = tuple(f for f in inputs.findings if f.doubt)
+        result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level, faults, told)
+    result = _doubted(replace(result, findings=(*inputs.findings, *result.findings)))
     return Outcome(
         result, step_document(result, inputs, step_command(step_name, path, known_files, level), known_files)
     )

@@ -150,6 +150,16 @@ class Diagnose(Strict):
     effects: Literal["all", "none"] | list[str] = "all"
     extend: Literal["never", "named"] | list[str] = "named"
 
+    @model_validator(mode="after")
+    def _something_to_look_for(self) -> Diagnose:
+        if self.effects == []:
+            raise PydanticCustomError("effects", "'effects' names none: write all, none, or some of them")
+        if self.extend == []:
+            raise PydanticCustomError("extend", "'extend' names none: write never, named, or some effects")
+        if self.effects == "none" and isinstance(self.extend, list):
+            raise PydanticCustomError("extend", "'extend' takes nothing in where 'effects' is none")
+        return self
+
 
 class TestSpec(Strict):
     """What every test description has; a step adds its own settings by deriving from it."""

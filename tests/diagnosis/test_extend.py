@@ -29,6 +29,7 @@ from vdyn_cli.errors import Finding, InputError, ResultError
 from vdyn_cli.parameters import FORMAT, Parameters, read_parameters, to_document
 from vdyn_cli.result import Result
 
+BOTH = Campaign(1, hidden={"wind": 2.0, "slope": 0.8})
 KEYS = {
     "verdict",
     "sentence",
@@ -150,27 +151,46 @@ def test_only_what_is_looked_for_can_be_taken_in() -> None:
     assert "slope, wind, wave" in refused.value.findings[1].remedy
 
 
-def test_what_an_earlier_step_found_cannot_be_taken_in_twice() -> None:
+def test_what_an_earlier_step_found_is_neither_refused_nor_taken_in_twice() -> None:
     known = Parameters(extensions={"wind": {}})
+    assert STEP.diagnosable is not None
     step = replace(STEP, diagnosable=replace(STEP.diagnosable, carries=True))
-    spec = spec_of(HIDDEN_SLOPE, extend=["wind"])
+    spec = spec_of(HIDDEN_SLOPE, extend=["wind", "slope"])
     base = step.estimate(spec, HIDDEN_SLOPE, known)
-    with pytest.raises(InputError, match="is in the model already, from an earlier step"):
-        extend.diagnosed(step, spec, HIDDEN_SLOPE, known, base)
+    result = extend.diagnosed(step, spec, HIDDEN_SLOPE, known, base)
+    assert result.diagnosis is not None
+    assert result.diagnosis["extended"] == ["slope"]
+    (finding,) = result.findings
+    assert finding.what == "wind is in the model already, from an earlier step"
+    assert finding.minor
 
 
-def test_of_two_causes_the_sizes_are_those_beside_each_other_whatever_is_taken_in() -> None:
-    both = Campaign(1, hidden={"wind": 2.0, "slope": 0.8})
-    left, taken = diagnosed(both, extend="never")[1].diagnosis, diagnosed(both, extend=["slope"])[1]
+def test_what_is_told_of_two_causes_is_told_beside_each_other_whatever_is_taken_in() -> None:
+    left, taken = diagnosed(BOTH, extend="never")[1].diagnosis, diagnosed(BOTH, extend=["slope"])[1]
     told = taken.diagnosis
     assert left is not None
     assert told is not None
     assert (told["verdict"], told["extended"]) == ("named", ["slope"])
-    sizes = [{n: e["value"] for c in one["causes"] for n, e in c["unknowns"].items()} for one in (left, told)]
-    assert sizes[0] == sizes[1]
     assert left["sentence"] == told["sentence"]
-    alone = taken.parameters.extensions["slope"]["slope"].value
-    assert alone > 1.2 * sizes[0]["slope"]  # in a model without the wind
+    (beside,), (alone,) = (
+        [c["unknowns"]["slope"] for c in one["causes"] if c["effect"] == "slope"] for one in (left, told)
+    )
+    assert alone["value"] == taken.parameters.extensions["slope"]["slope"].value
+    assert alone["value"] > 1.2 * beside["value"]  # in a model without the wind
+    assert f"a slope of {alone['value']:.3f} +- " in taken.sentence
+
+
+def test_of_two_causes_each_has_its_own_part_in_what_was_biased() -> None:
+    """Without one of them the parameters are those of the model that has the other."""
+    both = diagnosed(BOTH)[1]
+    assert both.diagnosis is not None
+    told = {c["effect"]: c["biased"] for c in both.diagnosis["causes"]}
+    assert told.keys() == {"slope", "wind"}
+    for cause_, other in (("slope", "wind"), ("wind", "slope")):
+        without = diagnosed(BOTH, extend=[other])[1].parameters
+        for name in BASE:
+            off = without[name].value - both.parameters[name].value
+            assert told[cause_].get(name, 0.0) == pytest.approx(off, abs=1e-6)
 
 
 def test_runs_one_way_give_no_name() -> None:
@@ -233,7 +253,7 @@ def test_whoever_asks_for_a_larger_model_is_told_that_it_failed(
 ) -> None:
     def failing(*args: Any, **more: Any) -> Result:
         if more.get("extra"):
-            raise ResultError(Finding("fit", "is not determined"))
+            raise ResultError(Finding("fit", "the data do not determine wind"))
         return estimate(*args, **more)
 
     if unsure:
@@ -243,7 +263,7 @@ def test_whoever_asks_for_a_larger_model_is_told_that_it_failed(
     assert told is not None
     assert told["verdict"] == ("unknown" if unsure else "named")
     assert told["extended"] == []
-    assert told["not_extended"] == f"the model could not be extended by {who}: fit is not determined"
+    assert told["not_extended"] == f"the model could not be extended by {who}: the data do not determine wind"
     (finding,) = [f for f in result.findings if f.what == told["not_extended"]]
     assert finding.doubt == isinstance(asked, list)
     assert result.parameters == base.parameters

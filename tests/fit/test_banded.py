@@ -23,5 +23,11 @@ def test_solving_twice_is_the_inverse_of_the_covariance(shape: tuple[int, ...]) 
 
 
 def test_a_covariance_of_nothing_is_refused() -> None:
-    with pytest.raises(np.linalg.LinAlgError):
-        factored(np.array([[1.0, 1.0], [2.0, 0.0]]))
+    for band in ([[1.0, 1.0], [2.0, 0.0]], [[np.nan, 1.0], [0.0, 0.0]]):
+        with pytest.raises(ArithmeticError):
+            factored(np.array(band))
+
+
+def test_as_many_values_as_the_noise_has() -> None:
+    with pytest.raises(ValueError, match="3 values for a factor of 2"):
+        whitened(factored(np.array([[1.0, 1.0], [0.0, 0.0]])), np.zeros(3))

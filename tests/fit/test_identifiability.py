@@ -127,6 +127,20 @@ def test_a_prior_determines() -> None:
     assert list(solution.values.values()) == pytest.approx([1.0, 2.0])
 
 
+def test_what_is_given_is_determined_however_much_the_data_scatter() -> None:
+    """Stated to a sixteenth of its range, as a mass is, and the data a hundred times off what their noise explains."""
+    x = np.linspace(0, 1, 40)
+    data = 3 * x + 100.0 * np.random.default_rng(1).standard_normal(x.size)
+    known = (Unknown("a", 0.0), Unknown("b", 2.0, 1.2, 2.8, prior=(2.0, 0.1)))
+
+    def rows(run: int, p: np.ndarray) -> Rows:
+        return Rows(x * (p[0] + p[1]) - data, np.column_stack([x, x]))
+
+    solution = solve(Regression(known, ("run",), rows))
+    assert solution.values["b"] == pytest.approx(2.0, abs=0.01)
+    assert solution.std["b"] < 0.8
+
+
 def test_every_combination_is_untouched_by_every_open_direction() -> None:
     rng = np.random.default_rng(1)
     design = rng.standard_normal((50, 3)) @ rng.standard_normal((3, 5))

@@ -25,7 +25,7 @@ def document(
     sentence: str,
     accepted: Sequence[str],
     sizes: Mapping[str, Estimate],
-    biased: Mapping[str, float],
+    biased: Mapping[str, Mapping[str, float]],
     where: Sequence[Mapping[str, Any]],
     tests: Sequence[NextTest],
     metric: tuple[str, str],
@@ -35,8 +35,8 @@ def document(
     Parameters
     ----------
     accepted : causes that were taken into the model.
-    sizes : of their unknowns and of those of named causes.
-    biased : baseline less extended, by published parameter.
+    sizes : of their unknowns, and of those of named causes that were not taken in.
+    biased : without less with each accepted cause, by published parameter.
     metric : name and unit of what the gain is measured in.
     """
     found = verdict.detection
@@ -51,9 +51,7 @@ def document(
             "worth": found.worth,
             "smallest_p": found.smallest,
         },
-        "causes": [
-            _cause(bench, verdict, c, sizes, biased if c in accepted else {}) for c in _causes(verdict, accepted)
-        ],
+        "causes": [_cause(bench, verdict, c, sizes, biased.get(c, {})) for c in _causes(verdict, accepted)],
         "extended": list(accepted),
         "ambiguous": _ambiguous(verdict),
         "not_testable": [

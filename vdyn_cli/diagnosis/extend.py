@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from vdyn_cli.diagnosis.next_test import next_tests
 from vdyn_cli.diagnosis.sizes import estimate_of, sizes_of
 from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.where import where
-from vdyn_cli.diagnosis.words import chance, sentence
+from vdyn_cli.diagnosis.words import chance, sentence, size_of
 from vdyn_cli.diagnosis.workbench import open_workbench
 from vdyn_cli.effects import Effect, candidates
 from vdyn_cli.engine.offer import offered
@@ -32,6 +32,7 @@ def diagnosed(
     result: Result,
     level: float = LEVEL,
     faults: Sequence[Finding] = (),
+    doubts: Sequence[Finding] = (),
 ) -> Result:
     """The result with its diagnosis, of the extended model where a cause was named or asked for.
 
@@ -40,6 +41,7 @@ def diagnosed(
     result : of the baseline.
     level : chance of a false alarm of this step.
     faults : sensors that did not measure; while there are any, nothing else is blamed.
+    doubts : reasons to doubt the result that were there before its estimate.
 
     Raises
     ------
@@ -53,8 +55,8 @@ def diagnosed(
         bench = open_workbench(case)
         verdict = judge(bench, faults)
     except (ResultError, ArithmeticError) as error:
-        first = error.findings[0] if isinstance(error, ResultError) else None
-        return _undiagnosed(result, f"{first.where}: {first.what}" if first else str(error), faults)
+        first = error.findings[0] if isinstance(error, ResultError) else Finding("fit", str(error))
+        return _undiagnosed(result, first, faults)
     wanted = _wanted(spec, case, verdict)
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else {}
     extended, failed = _extended(step, spec, data, known, [case.causes[c] for c in wanted], begun)
@@ -68,20 +70,26 @@ def diagnosed(
     taken = _sizes(extended, [case.causes[c] for c in accepted]) if extended else {}
     # Beside other causes than the verdict's, what was taken in has another size than the verdict has for it.
     as_named = any(set(answer.causes) == set(accepted) for answer in verdict.answers)
-    sizes = _fitted(verdict, case) | taken if as_named else taken | _fitted(verdict, case)
-    biased = {} if extended is None else _biased(result, extended)
+    sizes = _fitted(verdict, case) | (taken if as_named else {})
+    biased = {} if extended is None else _biased(step, spec, data, known, result, extended, accepted, case)
     text = sentence(verdict, case.causes, sizes, isinstance(spec.diagnose.effects, list))
-    told = next((f"{f.where} {f.what}" for f in result.findings if f.doubt), "")
-    doubt = told or (extended or result).fit.misfit
+    last = extended or result
+    told = next((f"{f.where} {f.what}" for f in (*doubts, *last.findings) if f.doubt), "")
+    doubt = told or last.fit.misfit
+    if not doubt and extended is not None:
+        doubt = next(iter(last.fit.warnings), "")
     if verdict.name == "adequate" and told:
         text += f" But {told}."
     elif verdict.name == "adequate" and doubt:
         text = f"No cause shows for certain ({chance(verdict.detection.p_value)}), but {doubt}."
     wrong = where(result) if verdict.detection.p_value <= level else []
+    sizes |= taken
     diagnosis = document(bench, verdict, text, accepted, sizes, biased, wrong, next_tests(bench, verdict), lent.metric)
     diagnosis |= {"doubt": doubt, "not_extended": failed[0].what if failed else ""}
+    present = tuple(_present(spec, known, case))
     if extended is None:
-        return replace(result, diagnosis=diagnosis, findings=(*result.findings, *failed))
+        return replace(result, diagnosis=diagnosis, findings=(*result.findings, *failed, *present))
+    extended = replace(extended, findings=(*extended.findings, *present))
     return _merged(result, extended, diagnosis, [case.causes[c] for c in accepted], taken)
 
 
@@ -97,7 +105,7 @@ def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: flo
     every = offered(lent.model(spec, data, known), candidates(step.name))
     carried = tuple(e for e in every if lent.carries and e.name in known.extensions)
     effects = tuple(e for e in every if e not in carried)
-    _refuse_unknown(spec.diagnose, effects, carried)
+    _refuse_unknown(spec.diagnose, effects, [e.name for e in carried])
     if isinstance(spec.diagnose.effects, list):
         effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
     likely = lent.likely
@@ -127,16 +135,19 @@ def _one_way(spec: TestSpec) -> str:
     return "all runs went the same way"
 
 
-def _refuse_unknown(asked: Diagnose, effects: Sequence[Effect], carried: Sequence[Effect]) -> None:
-    """Refuse to look for, or to take in, what the model cannot take, has already, or nobody looks for."""
-    names, present = [e.name for e in effects], [e.name for e in carried]
+def _refuse_unknown(asked: Diagnose, effects: Sequence[Effect], carried: Sequence[str]) -> None:
+    """Refuse to look for, or to take in, what the model cannot take, or nobody looks for.
+
+    What an earlier step found is in the model: whether it did must not decide whether a description is right.
+    """
+    names = [e.name for e in effects]
     findings = []
     for key in ("effects", "extend"):
         named = getattr(asked, key)
-        for name in named if isinstance(named, list) else ():
-            if name in present:
-                why, remedy = "is in the model already, from an earlier step", "leave it out"
-            elif name not in names:
+        for name in dict.fromkeys(named if isinstance(named, list) else ()):
+            if name in carried:
+                continue
+            if name not in names:
                 why, remedy = "is no effect that this model can take", f"there are: {', '.join(names)}"
             elif key == "extend" and isinstance(asked.effects, list) and name not in asked.effects:
                 why, remedy = "is not among diagnose.effects, so nobody looks for it", "add it there"
@@ -144,6 +155,16 @@ def _refuse_unknown(asked: Diagnose, effects: Sequence[Effect], carried: Sequenc
                 continue
             findings.append(Finding(f"diagnose.{key}", why, name, remedy))
     raise_all(findings)
+
+
+def _present(spec: TestSpec, known: Parameters, case: Case) -> Iterator[Finding]:
+    """What was asked for and is in the model already."""
+    for key in ("effects", "extend"):
+        named = getattr(spec.diagnose, key)
+        for name in dict.fromkeys(named if isinstance(named, list) else ()):
+            if name in known.extensions and name not in case.causes:
+                what = f"{name} is in the model already, from an earlier step"
+                yield Finding(f"diagnose.{key}", what, minor=True)
 
 
 def _wanted(spec: TestSpec, case: Case, verdict: Verdict) -> tuple[str, ...]:
@@ -206,7 +227,8 @@ def _holds_zero(size: Estimate) -> bool:
 
 
 def _not_extended(causes: Sequence[Effect], why: Finding) -> tuple[Finding, ...]:
-    what = f"the model could not be extended by {', '.join(e.name for e in causes)}: {why.where} {why.what}"
+    where = "" if why.where == "fit" else f"{why.where}: "
+    what = f"the model could not be extended by {', '.join(e.name for e in causes)}: {where}{why.what}"
     return (Finding("diagnosis", what, why.got, why.remedy),)
 
 
@@ -231,12 +253,30 @@ def _fitted(verdict: Verdict, case: Case) -> dict[str, Estimate]:
     return {n: e for answer in verdict.answers for n, e in sizes_of(answer, case).items()}
 
 
-def _biased(base: Result, extended: Result) -> dict[str, float]:
-    """By how much the baseline's parameters were off for want of the cause."""
+def _biased(
+    step: Step,
+    spec: TestSpec,
+    data: Any,
+    known: Parameters,
+    base: Result,
+    extended: Result,
+    accepted: Sequence[str],
+    case: Case,
+) -> dict[str, dict[str, float]]:
+    """By how much the parameters would be off for want of each cause, the others in the model."""
+    found = {}
+    for cause in accepted:
+        others = [case.causes[c] for c in accepted if c != cause]
+        without = _extended(step, spec, data, known, others, {})[0] if others and extended.parameters else base
+        found[cause] = {} if without is None else _moved(without, extended)
+    return found
+
+
+def _moved(before: Result, after: Result) -> dict[str, float]:
     return {
-        n: base.parameters[n].value - e.value
-        for n, e in extended.parameters.items()
-        if n in base.parameters and base.parameters[n].value != e.value
+        n: before.parameters[n].value - e.value
+        for n, e in after.parameters.items()
+        if n in before.parameters and before.parameters[n].value != e.value
     }
 
 
@@ -257,7 +297,7 @@ def _merged(
     comparisons = tuple(_beside(c, before.get((c.run, c.channel))) for c in extended.comparisons)
     return replace(
         extended,
-        sentence=f"Extended by {' and '.join(e.label for e in causes)}: {extended.sentence}",
+        sentence=f"Extended by {' and '.join(f'{e.label}{size_of(e, sizes)}' for e in causes)}: {extended.sentence}",
         parameters=Parameters(estimates, extended.parameters.correlation, lasting),
         comparisons=comparisons,
         diagnosis=diagnosis,
@@ -270,7 +310,8 @@ def _beside(one: Comparison, before: Comparison | None) -> Comparison:
     return replace(one, baseline=before.simulated)
 
 
-def _undiagnosed(result: Result, why: str, faults: Sequence[Finding]) -> Result:
+def _undiagnosed(result: Result, why: Finding, faults: Sequence[Finding]) -> Result:
     fault = f"{faults[0].where} {faults[0].what}" if faults else ""
-    finding = Finding("diagnosis", "was not made", why, "")
-    return replace(result, diagnosis=not_diagnosed(why, fault), findings=(*result.findings, finding))
+    told = why.what if why.where == "fit" else f"{why.where}: {why.what}"
+    finding = Finding("diagnosis", "was not made", told, why.remedy, doubt=True)
+    return replace(result, diagnosis=not_diagnosed(told, fault), findings=(*result.findings, finding))

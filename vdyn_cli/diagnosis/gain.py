@@ -42,7 +42,7 @@ class Gain:
     plain : in the unit of the main channel; else in standard deviations of its noise.
     interval : 95 % of before - after on new logs of the same kind and number.
     share : of the explainable error (above the noise) that is gone.
-    better : are all channels together predicted better for sure?
+    better : is the main channel, or are all channels together, predicted better for sure?
     worse : do refitted models predict them worse for sure?
     """
 
@@ -255,7 +255,8 @@ def _summary(before: Sequence[Missed], after: Sequence[Missed], worse: bool) -> 
     share = float(np.clip((was - is_) / explainable, 0.0, 1.0))
     interval = rms_b - rms_a - half, rms_b - rms_a + half
     was_all, is_all, half_all = _fall(_sums(before, False), _sums(after, False))
-    return Gain(rms_b, rms_a, plain, interval, share, len(before), was_all - is_all > half_all, worse)
+    better = interval[0] > 0.0 or was_all - is_all > half_all
+    return Gain(rms_b, rms_a, plain, interval, share, len(before), better, worse)
 
 
 def _worse(fitted: Sequence[tuple[Missed, Missed]]) -> bool:

@@ -26,7 +26,7 @@ def sentence(
     narrowed : whether only ``causes`` were looked for, and not the whole catalogue.
     """
     text = _said(verdict, causes, sizes, narrowed)
-    if narrowed:
+    if narrowed and causes:
         looked = ", ".join(causes)
         text = f"{text[:-1]}. Only {looked} {'was' if len(causes) == 1 else 'were'} looked for."
     return text
@@ -35,6 +35,8 @@ def sentence(
 def _said(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Estimate], narrowed: bool) -> str:
     p = chance(verdict.detection.p_value)
     if verdict.name == "adequate":
+        if narrowed:
+            return f"No cause that was looked for shows ({p})."
         return f"The simulation misses nothing that these data could show ({p})."
     if verdict.name == "not_testable":
         why = verdict.why or f"no cause {'that was looked for' if narrowed else 'of the catalogue'} would show in them"
@@ -49,7 +51,7 @@ def _said(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Es
     if verdict.answer is None:
         return f"The data are at fault ({p}): {verdict.why}. Leave that part out, then look again."
     answer = verdict.answer
-    cause = " and ".join(f"{causes[c].label}{_size(causes[c], sizes)}" for c in answer.causes)
+    cause = " and ".join(f"{causes[c].label}{size_of(causes[c], sizes)}" for c in answer.causes)
     share = _share(verdict.gain)
     explain = "explain" if len(answer.causes) > 1 or _plural(causes[answer.causes[0]].label) else "explains"
     hidden = _hidden(verdict.gain)
@@ -65,10 +67,10 @@ def _undecided(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[st
     if len(verdict.answers[0].causes) == 1 or not sets:
         p = chance(verdict.detection.p_value)
         every = [
-            " with ".join(f"{causes[c].label}{_size(causes[c], sizes)}" for c in t.causes) for t in verdict.answers
+            " with ".join(f"{causes[c].label}{size_of(causes[c], sizes)}" for c in t.causes) for t in verdict.answers
         ]
         return f"Something is wrong ({p}): {either(every)} would explain it, and these data can't tell which."
-    parts = [either([f"{causes[c].label}{_size(causes[c], sizes)}" for c in one]) for one in sets]
+    parts = [either([f"{causes[c].label}{size_of(causes[c], sizes)}" for c in one]) for one in sets]
     told = f"{', and '.join(parts)}, explain {_share(verdict.gain)}what the simulation got wrong"
     return f"{told[0].upper()}{told[1:]}; where it says 'or', these data can't tell which."
 
@@ -115,7 +117,8 @@ def _hidden(gain: Gain | None) -> str:
     return " With it in, the parameters as stated predict worse: one of them is off, which this had hidden."
 
 
-def _size(effect: Effect, sizes: Mapping[str, Estimate]) -> str:
+def size_of(effect: Effect, sizes: Mapping[str, Estimate]) -> str:
+    """What a sentence says of the size behind the label; nothing where it has several."""
     name = next(iter(effect.unknowns))
     if name not in sizes or len([n for n in effect.unknowns if n not in effect.nominal]) > 1:
         return ""

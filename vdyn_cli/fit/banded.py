@@ -12,11 +12,14 @@ def factored(band: Array) -> Array:
 
     Raises
     ------
-    numpy.linalg.LinAlgError : no noise has that covariance.
+    ArithmeticError : no noise has that covariance.
     """
     from scipy.linalg import cholesky_banded
 
-    return np.asarray(cholesky_banded(band, lower=True))
+    try:
+        return np.asarray(cholesky_banded(band, lower=True))
+    except ValueError as error:  # not finite, or not positive definite
+        raise ArithmeticError("no noise has this covariance") from error
 
 
 def whitened(factor: Array, values: Array) -> Array:
@@ -32,6 +35,8 @@ def weighed(factor: Array, values: Array) -> Array:
 def _solved(factor: Array, values: Array, turned: str) -> Array:
     from scipy.linalg.lapack import dtbtrs
 
+    if len(values) != factor.shape[1]:
+        raise ValueError(f"{len(values)} values for a factor of {factor.shape[1]}")
     solved, singular = dtbtrs(factor, values, uplo="L", trans=turned)
     if singular:
         raise ArithmeticError("the covariance of the noise is singular")

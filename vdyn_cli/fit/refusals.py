@@ -10,6 +10,7 @@ from vdyn_cli.fit.solved import Solved
 from vdyn_cli.fit.triangles import Array
 
 AT_BOUND = 1e-7  # of the physical range
+GIVEN = 0.1  # of the physical range
 DRAWN = 1e-3  # of what an own unknown could follow: it goes along with what is open
 
 
@@ -40,7 +41,9 @@ def _undetermined(solved: Solved) -> list[Finding]:
     regression, s = solved.regression, solved.s
     if not s:
         return []
-    ranges = np.array([u.upper - u.lower for u in regression.shared])
+    # What is given to a small part of its range is determined, however much the data scatter.
+    given = [u.prior is not None and u.prior[1] < GIVEN * (u.upper - u.lower) for u in regression.shared]
+    ranges = np.where(given, np.inf, [u.upper - u.lower for u in regression.shared])
     noise = max(float(np.sqrt(solved.variance)), 1.0)
     found = find_open(solved.reduced.triangle[:s, :s] / noise, ranges, solved.point.arrow.column_norms()[:s] / noise)
     if found is None:

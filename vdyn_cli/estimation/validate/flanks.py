@@ -215,7 +215,8 @@ def _among(trial: Trial, play: Unknown) -> tuple[float, float]:
 
 
 def _disagree(bends: Array, slopes: Array, least: float) -> float:
-    """How much more drives pull either way at the least of all than they say they know: Birge's ratio.
+    """How much more drives pull either way at the least of all than they say they know: as Birge's ratio, but over
+    what all of them say together, and drawn towards ``DISAGREE``.
 
     Of few drives it is mostly what others showed: at 1 mrad drives of three vehicles differed by 1.4 to 2.9 times.
     """
