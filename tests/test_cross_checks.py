@@ -109,6 +109,16 @@ def test_a_wrong_description_of_good_logs_is_refused(
         write_step(step, described(tmp_path, root, step, *changes), (), tmp_path / "out", None)
 
 
+def test_a_shaft_torque_that_reads_nothing_beside_one_that_does_did_not_measure() -> None:
+    torque, nothing = 200.0 * np.sin(TIME), np.zeros(TIME.size)
+    found = log().with_channels(shaft_torque_left=nothing, shaft_torque_right=torque)
+    (finding,) = with_cross_checks(found).findings
+    assert finding.fault
+    assert finding.what.startswith("shaft_torque_left reads 0 all through, and shaft_torque_right does not")
+    for left in (torque, nothing):  # both measure, or neither
+        assert not with_cross_checks(log().with_channels(shaft_torque_left=left, shaft_torque_right=left)).findings
+
+
 def test_loads_that_are_not_the_weight_are_refused(tmp_path: Path, root: Path) -> None:
     vehicle = (root / "configs" / "vehicle.yaml").read_text().replace("mass: 1588 +- 2 kg ", "mass: 1400 kg ")
     (tmp_path / "vehicle.yaml").write_text(vehicle)

@@ -16,6 +16,7 @@ NOTICED, REFUSED = 0.03, 0.25  # relative difference of two scales
 LONG = 20.0  # m, distance below which position says nothing
 STRETCH = 1.0  # s over which accelerations are compared
 AXLES = (("wheel_speed_fl", "wheel_speed_fr"), ("wheel_speed_rl", "wheel_speed_rr"))
+SIDES = (*AXLES, ("shaft_torque_left", "shaft_torque_right"))
 TURNING = 5.0  # rad/s, above which wheel speeds are compared
 FEWEST = 100  # samples
 UNEQUAL = 0.01  # of one wheel's speed that another of the axle may differ by throughout: tires are not that unlike
@@ -47,7 +48,18 @@ def with_cross_checks(log: Log) -> Log:
             raise InputError(finding)
         findings.append(finding)
     findings += [f for left, right in AXLES if left in log and right in log for f in _apart(log, left, right)]
+    findings += [f for left, right in SIDES if left in log and right in log for f in _dead(log, left, right)]
     return replace(log, findings=(*log.findings, *findings)) if findings else log
+
+
+def _dead(log: Log, left: str, right: str) -> list[Finding]:
+    """A side that reads nothing all through, while the other does."""
+    still = [n for n in (left, right) if not np.any(np.nan_to_num(log[n]))]
+    if len(still) != 1:
+        return []
+    what = f"{still[0]} reads 0 all through, and {right if still[0] == left else left} does not: it did not measure"
+    remedy = "take the channel out, or repair it and repeat the test"
+    return [Finding(log.name, what, "", remedy, fault=True, doubt=True)]
 
 
 def _apart(log: Log, left: str, right: str) -> list[Finding]:
