@@ -85,7 +85,7 @@ def _settled(
         straight = frozen(lines(trial))
         whole = FELT in trial.model.inputs and len(straight.runs) >= FEWEST_UNITS
         solution = solve(straight, units="run" if whole else "block")
-        moves = {n: abs(value - begun_at[n]) for n, value in solution.values.items()}
+        moves = {n: abs(solution.values[n] - at) for n, at in begun_at.items() if n in solution.values}
         sizes = {u.name: moves[u.name] for u in trial.extra}
         begun = trial.begun_at(solution.values) if trial.model.name == "vehicle" else trial
         trial = replace(begun, extra=tuple(replace(u, start=solution.values[u.name]) for u in trial.extra))
