@@ -26,6 +26,7 @@ from tests.diagnosis.linear import BASE, Campaign, cause
 from vdyn_cli.diagnosis import extend
 from vdyn_cli.document import to_json
 from vdyn_cli.errors import Finding, InputError, ResultError
+from vdyn_cli.log import Log
 from vdyn_cli.parameters import FORMAT, Parameters, read_parameters, to_document
 from vdyn_cli.result import Result
 
@@ -191,6 +192,21 @@ def test_of_two_causes_each_has_its_own_part_in_what_was_biased() -> None:
         for name in BASE:
             off = without[name].value - both.parameters[name].value
             assert told[cause_].get(name, 0.0) == pytest.approx(off, abs=1e-6)
+
+
+@pytest.mark.parametrize(("seconds", "verdict"), [(4.9, "not_testable"), (5.1, "named")])
+def test_at_least_one_run_lasts_long_enough(seconds: float, verdict: str) -> None:
+    class Timed(Campaign):
+        def __iter__(self) -> Any:
+            times = (np.linspace(10.0, 10.0 + last, 9) for last in (1.0, seconds))
+            return (Log("line.csv", time, {}) for time in times)
+
+    assert STEP.diagnosable is not None
+    step = replace(STEP, diagnosable=replace(STEP.diagnosable, shortest=5.0, run="drive"))
+    told = diagnosed(Timed(1, hidden={"slope": 0.6, "bend": -2.0}), step)[1].diagnosis
+    assert told is not None
+    assert told["verdict"] == verdict
+    assert ("no drive lasts longer than 4.9 s" in told["sentence"]) == (verdict == "not_testable")
 
 
 def test_runs_one_way_give_no_name() -> None:

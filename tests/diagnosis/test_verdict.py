@@ -222,6 +222,12 @@ def test_where_no_cause_would_show_nothing_can_be_said() -> None:
     assert "no cause of the catalogue would show" in told(case, verdict)
 
 
+def test_runs_that_last_next_to_no_time_give_no_name() -> None:
+    case, verdict = judged(Campaign(7, hidden={"slope": 0.6}), too_short="no run lasts longer than 2 s")
+    assert verdict.name == "not_testable"
+    assert "no run lasts longer than 2 s, and in so little time causes look alike" in told(case, verdict)
+
+
 def test_a_cause_too_small_to_matter_at_its_largest_is_not_testable() -> None:
     bench = open_workbench(Campaign(13).case(SLOPE, cause("wave", reach=0.05)))
     base = bench.fitted(())

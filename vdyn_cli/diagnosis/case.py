@@ -26,6 +26,7 @@ class Case:
     one_way : why what turns with the direction can't be told from what does not, as when all runs went the same way.
     repeated : what a run is called (a coast, a drive, a crossing).
     fewest_runs : below which nothing is diagnosed.
+    too_short : why causes look alike in runs so short.
     level : chance of a false alarm.
     straight : one simulation has to do; fits are made on straight lines. The parameters are beliefs with which the step
         simulates: what fits move of them is no gain.
@@ -44,6 +45,7 @@ class Case:
     one_way: str = ""
     repeated: str = "run"
     fewest_runs: int = 1
+    too_short: str = ""
     level: float = LEVEL
     straight: bool = False
     bent: bool = False

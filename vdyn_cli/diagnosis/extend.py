@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from math import inf
 from typing import Any
+
+import numpy as np
 
 from vdyn_cli.diagnosis.case import Case, begun_at, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.document import document, not_diagnosed
@@ -21,7 +24,7 @@ from vdyn_cli.errors import Finding, ResultError, raise_all
 from vdyn_cli.parameters import Estimate, Parameters
 from vdyn_cli.result import Comparison, Result
 from vdyn_cli.spec import Diagnose, TestSpec
-from vdyn_cli.steps import Step
+from vdyn_cli.steps import Diagnosable, Step
 
 
 def diagnosed(
@@ -117,12 +120,19 @@ def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: flo
         one_way=_one_way(spec) if lent.two_way(spec) else "",
         repeated=lent.run,
         fewest_runs=lent.fewest_runs,
+        too_short=_too_short(lent, data),
         level=level,
         straight=lent.straight(spec),
         bent=any(e.probes for e in carried),
         likely=None if likely is None else (lambda effect, begun: likely(spec, data, known, effect, begun)),
         manoeuvres=lambda full, values: lent.manoeuvres(spec, data, known, full, values),
     )
+
+
+def _too_short(lent: Diagnosable, data: Any) -> str:
+    """Why no run of the logs is long enough; empty where one is."""
+    lasted = max((float(np.ptp(log.time)) for log in data), default=0.0) if lent.shortest else inf
+    return f"no {lent.run} lasts longer than {lasted:.2g} s" if lasted < lent.shortest else ""
 
 
 def _one_way(spec: TestSpec) -> str:

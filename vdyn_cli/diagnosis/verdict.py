@@ -134,6 +134,8 @@ def _missing(bench: Workbench, found: Detection) -> str:
     runs, level, pieces = len(bench.full.runs), bench.case.level, found.units - found.stated
     if runs < bench.case.fewest_runs:
         return f"{runs} {bench.case.repeated}{'s' if runs > 1 else ''} cannot tell a cause from chance"
+    if bench.case.too_short:
+        return f"{bench.case.too_short}, and in so little time causes look alike"
     if bench.case.one_way:
         return f"{bench.case.one_way}: wind, slope and resistance look alike"
     if pieces < FEWEST_UNITS or found.worth < FEWEST_WORTH:

@@ -38,6 +38,7 @@ class Diagnosable:
     metric : name and unit of the channel in which the gain is measured.
     run : what a run is called.
     fewest_runs : below which no cause can be told from chance.
+    shortest : s, of the longest run, below which causes look alike.
     two_way : (spec) -> whether causes that turn with the direction of driving need runs both ways.
     carries : whether the causes that earlier steps accepted are in its model, and not to be looked for again.
     straight : (spec) -> whether the model is so dear to simulate that one pass over the logs has to do. Its regression
@@ -55,6 +56,7 @@ class Diagnosable:
     metric: tuple[str, str]
     run: str = "run"
     fewest_runs: int = 1
+    shortest: float = 0.0
     two_way: Callable[[Any], bool] = lambda spec: False
     straight: Callable[[Any], bool] = lambda spec: False
     likely: Callable[..., tuple[float, float]] | None = None

@@ -65,6 +65,7 @@ from vdyn_cli.steps import Diagnosable, Step
 
 SOURCE = "validate"
 ROLLING_STEP = 0.05  # s: a mass on a road has nothing that is quicker
+SHORTEST = 5.0  # s, of a drive: in less, a start speed and a torque's zero are as good as any force
 FREE_FORCE = 100.0  # N, of a free profile
 
 
@@ -396,6 +397,7 @@ STEP = Step(
         metric=("speed", "m/s"),
         run="drive",
         fewest_runs=2,
+        shortest=SHORTEST,
         two_way=_along_one_road,
         straight=lambda spec: True,
         likely=likely,
