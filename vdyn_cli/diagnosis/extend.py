@@ -152,29 +152,31 @@ def _refuse_unknown(asked: Diagnose, effects: Sequence[Effect], carried: Sequenc
     """
     names = [e.name for e in effects]
     findings = []
+    for key, name in _listed(asked):
+        if name in carried:
+            continue
+        if name not in names:
+            why, remedy = "is no effect that this model can take", f"there are: {', '.join(names)}"
+        elif key == "extend" and isinstance(asked.effects, list) and name not in asked.effects:
+            why, remedy = "is not among diagnose.effects, so nobody looks for it", "add it there"
+        else:
+            continue
+        findings.append(Finding(f"diagnose.{key}", why, name, remedy))
+    raise_all(findings)
+
+
+def _listed(asked: Diagnose) -> Iterator[tuple[str, str]]:
+    """Each effect that is named, once, with the key under which it is."""
     for key in ("effects", "extend"):
         named = getattr(asked, key)
-        for name in dict.fromkeys(named if isinstance(named, list) else ()):
-            if name in carried:
-                continue
-            if name not in names:
-                why, remedy = "is no effect that this model can take", f"there are: {', '.join(names)}"
-            elif key == "extend" and isinstance(asked.effects, list) and name not in asked.effects:
-                why, remedy = "is not among diagnose.effects, so nobody looks for it", "add it there"
-            else:
-                continue
-            findings.append(Finding(f"diagnose.{key}", why, name, remedy))
-    raise_all(findings)
+        yield from ((key, name) for name in dict.fromkeys(named if isinstance(named, list) else ()))
 
 
 def _present(spec: TestSpec, known: Parameters, case: Case) -> Iterator[Finding]:
     """What was asked for and is in the model already."""
-    for key in ("effects", "extend"):
-        named = getattr(spec.diagnose, key)
-        for name in dict.fromkeys(named if isinstance(named, list) else ()):
-            if name in known.extensions and name not in case.causes:
-                what = f"{name} is in the model already, from an earlier step"
-                yield Finding(f"diagnose.{key}", what, minor=True)
+    for key, name in _listed(spec.diagnose):
+        if name in known.extensions and name not in case.causes:
+            yield Finding(f"diagnose.{key}", f"{name} is in the model already, from an earlier step", minor=True)
 
 
 def _wanted(spec: TestSpec, case: Case, verdict: Verdict) -> tuple[str, ...]:
