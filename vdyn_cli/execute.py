@@ -10,8 +10,8 @@ from typing import Any
 from vdyn_cli.diagnosis.extend import diagnosed
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.document import step_command, step_document
-from vdyn_cli.errors import InputError, ResultError, alike
-from vdyn_cli.inputs import gather
+from vdyn_cli.errors import Finding, InputError, ResultError, alike
+from vdyn_cli.inputs import Inputs, gather
 from vdyn_cli.result import Result
 from vdyn_cli.steps import load_step
 
@@ -41,15 +41,23 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
     faults = tuple(f for log in inputs.logs for f in log.findings if f.fault)
     try:
         result = step.estimate(inputs.spec, inputs.data, inputs.known)
+        if level is not None:
+            told = tuple(f for f in inputs.findings if f.doubt)
+            result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level, faults, told)
     except (InputError, ResultError) as error:
-        raise type(error)(*error.findings, *faults) from None
-    if level is not None:
-        told = tuple(f for f in inputs.findings if f.doubt)
-        result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level, faults, told)
+        raise type(error)(*(_placed(f, inputs) for f in error.findings), *faults) from None
     result = _doubted(replace(result, findings=(*inputs.findings, *result.findings)))
     return Outcome(
         result, step_document(result, inputs, step_command(step_name, path, known_files, level), known_files)
     )
+
+
+def _placed(finding: Finding, inputs: Inputs) -> Finding:
+    """The finding with file and line, where it names a key of the description: ``settings.step``."""
+    location = tuple(finding.where.split("."))
+    if location[0] not in type(inputs.spec).model_fields:
+        return finding
+    return replace(finding, where=inputs.source.where(location), what=f"'{finding.where}': {finding.what}")
 
 
 def _doubted(result: Result) -> Result:

@@ -126,19 +126,28 @@ def _wrong_channels(step: Step, spec: TestSpec, source: Source) -> list[Finding]
     return findings
 
 
-def _wrong_effects(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
-    """Causes to look for, or to extend the model by, that the catalogue does not have for this step."""
-    findings = []
-    for key, names in (("effects", spec.diagnose.effects), ("extend", spec.diagnose.extend)):
-        known = [e.name for e in candidates(step.name)] if isinstance(names, list) else []
-        for i, name in enumerate(names if isinstance(names, list) else ()):
+def _wrong_effects(step: Step, spec: TestSpec, source: Source) -> Iterator[Finding]:
+    """Causes to look for, or to extend the model by, that this step does not know, or that are there twice; and those
+    to extend it by that nobody looks for."""
+    asked = spec.diagnose
+    for key in ("effects", "extend"):
+        named = getattr(asked, key)
+        names = named if isinstance(named, list) else []
+        known = [e.name for e in candidates(step.name)] if names else []
+        for i, name in enumerate(names):
+            what, remedy = "", ""
             if name not in known:
-                remedy = did_you_mean(name, known, f"there are {', '.join(known)}")
-                place = source.where(("diagnose", key, i))
-                findings.append(
-                    Finding(place, f"'diagnose.{key}': no effect that '{step.name}' knows of", name, remedy)
-                )
-    return findings
+                what, remedy = f"no effect that '{step.name}' knows of", did_you_mean(name, known, _there_are(known))
+            elif name in names[:i]:
+                what, remedy = "is listed twice", "take one out"
+            elif key == "extend" and isinstance(asked.effects, list) and name not in asked.effects:
+                what, remedy = "is not among diagnose.effects, so nobody looks for it", "add it there"
+            if what:
+                yield Finding(source.where(("diagnose", key, i)), f"'diagnose.{key}': {what}", name, remedy)
+
+
+def _there_are(names: Iterable[str]) -> str:
+    return f"there are {', '.join(names)}"
 
 
 def _repeated(spec: TestSpec, source: Source) -> list[Finding]:

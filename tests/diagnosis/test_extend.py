@@ -144,14 +144,6 @@ def test_an_effect_that_is_not_known_is_refused_with_those_that_are(key: str) ->
     assert all("slope, wind, wave" in f.remedy for f in findings)
 
 
-def test_only_what_is_looked_for_can_be_taken_in() -> None:
-    with pytest.raises(InputError) as refused:
-        diagnosed(HIDDEN_SLOPE, effects=["wind"], extend=["slope", "gremlins"])
-    assert [f.got for f in refused.value.findings] == ["slope", "gremlins"]
-    assert "is not among diagnose.effects" in refused.value.findings[0].what
-    assert "slope, wind, wave" in refused.value.findings[1].remedy
-
-
 def test_what_an_earlier_step_found_is_neither_refused_nor_taken_in_twice() -> None:
     known = Parameters(extensions={"wind": {}})
     assert STEP.diagnosable is not None

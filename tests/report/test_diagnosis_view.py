@@ -128,7 +128,7 @@ def test_empty_columns_of_next_tests_are_left_out() -> None:
     assert shown.rows == (("Weigh the car.", "a wrong mass"),)
     entry = {**entry, "separates": ["mass_error", "torque_gain", "wheel_radius"]}
     shown = table(told(next_test=[entry], verdict="ambiguous"), "The next test to drive")
-    assert shown.rows[0][1] == "a wrong mass from a drive torque that reads too high or a wrong wheel radius"
+    assert shown.rows[0][1] == "a wrong mass from a drive torque with a wrong gain or a wrong wheel radius"
 
 
 @pytest.mark.parametrize(

@@ -147,6 +147,8 @@ def test_what_cannot_serve_is_refused_with_the_line_to_change() -> None:
     cases = {
         "write 'gear_ratio: 3.267' under settings": geared,
         "add 'sign: -1' to one of the speeds": data.with_channels(wheel_speed=-data["wheel_speed"]),
+        "channel 'motor_speed': reads next to nothing": data.with_channels(motor_speed=0 * data["motor_speed"]),
+        "channel 'wheel_speed': reads next to nothing": data.with_channels(wheel_speed=0 * data["wheel_speed"]),
         "add 'sign: -1' to twist": data.with_channels(shaft_torque=-data["shaft_torque"]),
         "hardly moves": still,
         "too short": data.between(0.0, 0.1),

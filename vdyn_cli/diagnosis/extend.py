@@ -146,30 +146,24 @@ def _one_way(spec: TestSpec) -> str:
 
 
 def _refuse_unknown(asked: Diagnose, effects: Sequence[Effect], carried: Sequence[str]) -> None:
-    """Refuse to look for, or to take in, what the model cannot take, or nobody looks for.
+    """Refuse to look for, or to take in, what the model cannot take.
 
     What an earlier step found is in the model: whether it did must not decide whether a description is right.
     """
     names = [e.name for e in effects]
-    findings = []
-    for key, name in _listed(asked):
-        if name in carried:
-            continue
-        if name not in names:
-            why, remedy = "is no effect that this model can take", f"there are: {', '.join(names)}"
-        elif key == "extend" and isinstance(asked.effects, list) and name not in asked.effects:
-            why, remedy = "is not among diagnose.effects, so nobody looks for it", "add it there"
-        else:
-            continue
-        findings.append(Finding(f"diagnose.{key}", why, name, remedy))
-    raise_all(findings)
+    why, remedy = "is no effect that this model can take", f"there are: {', '.join(names)}"
+    raise_all(
+        Finding(f"diagnose.{key}", why, name, remedy)
+        for key, name in _listed(asked)
+        if name not in names and name not in carried
+    )
 
 
 def _listed(asked: Diagnose) -> Iterator[tuple[str, str]]:
-    """Each effect that is named, once, with the key under which it is."""
+    """Each effect that is named, with the key under which it is."""
     for key in ("effects", "extend"):
         named = getattr(asked, key)
-        yield from ((key, name) for name in dict.fromkeys(named if isinstance(named, list) else ()))
+        yield from ((key, name) for name in (named if isinstance(named, list) else ()))
 
 
 def _present(spec: TestSpec, known: Parameters, case: Case) -> Iterator[Finding]:

@@ -11,7 +11,7 @@ from vdyn_cli.quantity import Quantity
     on=("speed", "measured_speed"),
     unknowns=(Quantity("speed_scale_error", "", "share by which the speed reads too high", "e", -0.1, 0.1),),
     reference="wheel-based speeds change by 1 to 4 % with the radius taken; GPS and optical sensors hold 0.2 %",
-    label="a speed that reads too high",
+    label="a speed with a wrong gain",
     signature="Speed is off by the same share everywhere: in a coast like other rolling resistance and drag together.",
     alike=("rolling_resistance", "drag_area", "wheel_radius", "mass_error", "torque_gain"),
     confirm="Compare the speed, integrated, with a distance that was measured: kilometre stones, GPS positions.",

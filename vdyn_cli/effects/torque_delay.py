@@ -13,7 +13,7 @@ from vdyn_cli.quantity import Quantity
         Quantity("torque_delay", "s", "time by which the drive torque lags the other channels", "tau", -0.3, 0.3),
     ),
     reference="torque read from a vehicle's bus comes 10 to 100 ms late",
-    label="a drive torque that comes late",
+    label="a drive torque with a wrong delay",
     signature="The real car answers a step of the torque sooner than the simulated one, by a fixed time.",
     alike=("speed_delay", "backlash", "shaft_stiffness", "tire_relaxation"),
     confirm="Tap the throttle sharply a few times and compare the torque with an accelerometer.",

@@ -58,6 +58,7 @@ TWIST, TWIST_RATE = 0.05, 1.0  # rad, rad/s: what a tip-in twists a half-shaft b
 STEEL = Given(79.3e9, 0.8e9)
 LEAST_TORQUE = 10.0  # noise levels of the torque that a tip-in has to move it by
 FEWEST_SAMPLES = 200
+DEAD = 0.02  # of the other speed, below which one did not measure
 IN_SERIES = "series_compliance"
 EXACT = 1e-3  # relative: a drawing's stiffness is not known better
 EXCESS = 1.3  # times the sensors' noise, beyond which the law is doubted
@@ -267,9 +268,14 @@ def _gear(log: Log, ratio: float) -> list[Finding]:
     if not ("motor_speed" in log and "wheel_speed" in log):
         return []
     motor, wheel = log["motor_speed"], log["wheel_speed"]
-    turning = np.isfinite(motor) & np.isfinite(wheel) & (np.abs(wheel) > 1.0)
+    turning = np.isfinite(motor) & np.isfinite(wheel) & (np.maximum(np.abs(motor) / ratio, np.abs(wheel)) > 1.0)
     if not turning.any():
         return []
+    turns = {"motor_speed": np.median(np.abs(motor[turning])) / ratio, "wheel_speed": np.median(np.abs(wheel[turning]))}
+    dead, alive = sorted(turns, key=turns.__getitem__)
+    if turns[dead] < DEAD * turns[alive]:
+        what = f"reads next to nothing while {alive} turns"
+        return [Finding(f"{log.name}, channel '{dead}'", what, "", "map 'twist' instead, or leave the run out")]
     seen = float(np.median(motor[turning] / wheel[turning]))
     if abs(seen / ratio - 1) < 0.02:
         return []

@@ -1,0 +1,59 @@
+"""What a description asks of the diagnosis, and what it has wrong, is told with file and line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vdyn_cli.errors import InputError
+from vdyn_cli.execute import execute
+
+
+def described(folder: Path, root: Path, step: str, *changes: tuple[str, str]) -> Path:
+    """A step's own description with its logs where they are, changed and added to."""
+    text = (root / "configs" / f"{step}.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
+    text = text.replace("vehicle: vehicle.yaml", f"vehicle: {root / 'configs' / 'vehicle.yaml'}")
+    for old, new in changes:
+        assert old in text or not old
+        text = text.replace(old, new) if old else text + new
+    (folder / f"{step}.yaml").write_text(text)
+    return folder / f"{step}.yaml"
+
+
+def line_of(path: Path, words: str) -> str:
+    lines = path.read_text().splitlines()
+    return f"{path.name}:{next(k for k, line in enumerate(lines, 1) if words in line)}"
+
+
+def test_all_that_is_wrong_with_the_causes_that_are_listed_is_told_at_once(tmp_path: Path, root: Path) -> None:
+    asked = "diagnose:\n  effects:\n    - headwind\n    - headwinds\n    - headwind  # again\n  extend: [road_grade]\n"
+    path = described(tmp_path, root, "coastdown", ("", asked))
+    with pytest.raises(InputError) as refused:
+        execute("coastdown", path)
+    unknown, twice, unsought = refused.value.findings
+    assert (unknown.where, unknown.remedy) == (line_of(path, "headwinds"), "did you mean headwind?")
+    assert (twice.where, twice.what) == (line_of(path, "again"), "'diagnose.effects': is listed twice")
+    assert unsought.where == line_of(path, "extend:")
+    assert unsought.what == "'diagnose.extend': is not among diagnose.effects, so nobody looks for it"
+    assert unsought.got == "road_grade"
+
+
+def test_a_cause_that_the_model_cannot_take_is_told_with_its_line(tmp_path: Path, root: Path) -> None:
+    """Only the model knows: a car that coasts has no torque to gauge."""
+    path = described(tmp_path, root, "coastdown", ("", "diagnose: {effects: [road_grade, torque_gain]}\n"))
+    with pytest.raises(InputError) as refused:
+        execute("coastdown", path)
+    (finding,) = refused.value.findings
+    assert finding.where == line_of(path, "diagnose:")
+    assert finding.what == "'diagnose.effects': is no effect that this model can take"
+    assert finding.got == "torque_gain"
+
+
+def test_what_a_step_refuses_of_its_description_is_told_with_its_line(tmp_path: Path, root: Path) -> None:
+    path = described(tmp_path, root, "validate", ("driven: front", "driven: front\n  step: 0.01"))
+    with pytest.raises(InputError) as refused:
+        execute("validate", path)
+    (finding,) = refused.value.findings
+    assert finding.where == line_of(path, "step: 0.01")
+    assert finding.what.startswith("'settings.step': is longer than")
