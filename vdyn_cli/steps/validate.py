@@ -27,6 +27,7 @@ Sources: SAE 2017-01-1574 for model and drives; JCGM 100:2008 for the propagatio
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
@@ -48,7 +49,7 @@ from vdyn_cli.estimation.validate.flanks import likely_size, rested
 from vdyn_cli.estimation.validate.given import beliefs, with_causes
 from vdyn_cli.estimation.validate.hills import hills
 from vdyn_cli.estimation.validate.joined import Varies, joined
-from vdyn_cli.estimation.validate.plausible import refuse_coarse, refuse_foreign, refuse_sparse
+from vdyn_cli.estimation.validate.plausible import LONGEST_STEP, refuse_coarse, refuse_foreign, refuse_sparse
 from vdyn_cli.estimation.validate.posterior import Posterior, posterior
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
 from vdyn_cli.estimation.validate.swings import swing_views
@@ -103,12 +104,13 @@ class Drives(Strict):
 
 
 class ValidateSettings(Strict):
-    """``model``: vehicle (18 degrees of freedom) or road_load (a mass on a road). ``step``: the longest one."""
+    """``model``: vehicle (18 degrees of freedom) or road_load (a mass on a road). ``step``: the longest one; else as
+    long as is accurate, up to 2 ms of the vehicle and 50 ms of the mass."""
 
     model: Literal["vehicle", "road_load"] = "vehicle"
     driven: Literal["front", "rear", "both"] = "front"
     windows: Windows | None = None
-    step: Annotated[Given, Si("s", 1e-5, 0.05)] = Given(0.001)
+    step: Annotated[Given, Si("s", 1e-5, 0.05)] | None = None
     zeros: Zeros = Zeros()
     gains: Gains = Gains()
     drives: Drives = Drives()
@@ -134,7 +136,9 @@ def trial_of(
     InputError : parameters that are missing or not physical; inputs with gaps or on another clock than the speed.
     """
     s = spec.settings
-    refuse_coarse(s.model, s.step.value)
+    asked = s.step.value if s.step else None
+    if asked:
+        refuse_coarse(s.model, asked)
     refuse_sparse(logs)
     w = s.windows
     cut = Cut(s.model, w.length.value, w.powered, max(w.slowest.value, SLOWEST)) if w else Cut(s.model)
@@ -160,11 +164,12 @@ def trial_of(
     if s.model == "vehicle":  # a mass on a road takes it for a force that every drive has of its own
         zeros["drive_torque"] = s.zeros.drive_torque.value
     gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
-    step = s.step.value if s.model == "vehicle" else max(s.step.value, ROLLING_STEP)
+    step = asked or (LONGEST_STEP if s.model == "vehicle" else ROLLING_STEP)
     own_air = day if hilly and "temperature" in known and "air_density" not in believed.names else None
-    made = Trial(found, model, believed, channels, step, zeros, gains, (*lasting, *effects), tuple(extra), day=own_air)
-    before = made if extra else remembered(made)
-    return before if before.step == made.step else made, doubts
+    made = remembered(Trial(found, model, believed, channels, step, zeros, gains, lasting, day=own_air))
+    if s.model == "vehicle" and not asked:
+        made = remembered(replace(made, step=made.fine_step))
+    return replace(made, effects=(*lasting, *effects), extra=tuple(extra)) if effects or extra else made, doubts
 
 
 def carried(known: Parameters, model: Model) -> tuple[Effect, ...]:

@@ -78,7 +78,7 @@ def test_the_likeliest_zero_is_tried_and_others_to_either_side(std: float, count
 def test_of_zeros_that_let_gears_rest_alike_the_likeliest_is_taken(trials: Callable[[float], Trial]) -> None:
     """Without play there are no flanks: what is left is what the drive tells of the zero."""
     plain = _plain(trials(0.0))
-    own, explained = replace(trials(0.0), step=plain.weighed.trial.step), plain.explained[0]
+    own, explained = trials(0.0), plain.explained[0]
     middle, side = (plain.cost(own, 0, explained.zero + off * explained.std) for off in (0.0, 1.5))
     assert side - middle == pytest.approx(0.5 * 1.5**2, abs=0.1)
 
@@ -86,7 +86,7 @@ def test_of_zeros_that_let_gears_rest_alike_the_likeliest_is_taken(trials: Calla
 def test_a_car_that_is_begun_off_its_parameters_costs_as_much(trials: Callable[[float], Trial]) -> None:
     """What is known of a parameter moves with it, or what explains it away would cost what it is off."""
     plain = _plain(trials(0.0))
-    own, zero = replace(trials(0.0), step=plain.weighed.trial.step), plain.explained[0].zero
+    own, zero = trials(0.0), plain.explained[0].zero
     beliefs = own.beliefs
     heavier = own.begun_at({"mass": beliefs.values["mass"] + beliefs.std[beliefs.names.index("mass")]})
     assert heavier.at

@@ -227,7 +227,7 @@ def _disagree(bends: Array, slopes: Array, least: float) -> float:
 
 def _zeros(plain: Plain, trial: Trial, few: bool = False) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """The best zero of every drive, of all that are likely or of the two farthest apart, and what each drive costs."""
-    tried = replace(trial, step=plain.weighed.trial.step, torque_zeros=())
+    tried = replace(trial, torque_zeros=())
 
     def best(run: int) -> tuple[float, float]:
         zeros = plain.explained[run].zeros.tolist()

@@ -26,7 +26,7 @@ def refuse_coarse(model: str, step: float) -> None:
     """
     if model == "vehicle" and step > LONGEST_STEP:
         what = f"is longer than the {1e3 * LONGEST_STEP:g} ms at which the vehicle's half-shafts can be followed"
-        raise InputError(Finding("settings.step", what, f"{1e3 * step:g} ms", "leave it out: 1 ms is taken"))
+        raise InputError(Finding("settings.step", what, f"{1e3 * step:g} ms", "leave it out"))
 
 
 def refuse_sparse(logs: Sequence[Log]) -> None:

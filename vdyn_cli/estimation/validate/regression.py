@@ -13,11 +13,10 @@ from vdyn_cli.errors import ResultError
 from vdyn_cli.estimation.restricted_likelihood import NoisyRun
 from vdyn_cli.estimation.validate import noise
 from vdyn_cli.estimation.validate.drives import Stretch
-from vdyn_cli.estimation.validate.plausible import LONGEST_STEP
 from vdyn_cli.estimation.validate.rows import FINEST, Colour, Plan, colour, plan
 from vdyn_cli.estimation.validate.swift import Swift, swift
 from vdyn_cli.estimation.validate.torque import LEAST_TORQUE, TORQUES
-from vdyn_cli.estimation.validate.trial import Outcome, Trial, remembered
+from vdyn_cli.estimation.validate.trial import Outcome, Trial
 from vdyn_cli.fit import Regression, Rows, white_level, whiten
 
 Array = NDArray[np.float64]
@@ -160,16 +159,13 @@ def weigh(trial: Trial, calm: bool = False) -> Weighed:
     ----------
     calm : average the fast rows over ``CALM``. The noise of the torque sensor shakes the simulated shafts as no real
         torque does, and whatever quiets them (more damping, more inertia) then seems to be asked for: sums of squares
-        of such noise do not average out. What is slower than the shafts is free of that, and bears longer steps.
+        of such noise do not average out. What is slower than the shafts is free of that.
 
     Raises
     ------
     ResultError : the simulation is not finite.
     """
     finest, lags = (CALM, CALM_LAGS) if calm else (FINEST, LAGS)
-    if calm:
-        longer = replace(trial, step=max(trial.step, min(2 * trial.step, LONGEST_STEP)))
-        trial = longer if trial.extra else remembered(longer)
     count = range(len(trial.stretches))
     blank = Weighed(trial, (), (), (), (), {}, (), (), (), CALM_CAUTION if calm else CAUTION)
     first = trial.first

@@ -16,6 +16,7 @@ from vdyn_cli.effects import effect
 from vdyn_cli.engine.bench import Correction, Law, Number, Signals
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.errors import ResultError
 from vdyn_cli.estimation.validate.drives import Stretch
 from vdyn_cli.estimation.validate.given import Beliefs
 from vdyn_cli.estimation.validate.sensors import Sensors, true_readings
@@ -33,6 +34,8 @@ WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr"
 REST = 0.3  # m/s, below which a drive begins at rest
 AT_REST = 1e-3  # m/s, how well a car at rest is known to be
 UNEVEN = 3.0  # spacings of the clock that one step size must still bear
+COARSE = 1e-3  # of a channel's range: what half the step may change
+SHORTEST_STEP = 0.0005  # s, that is taken for that reason
 EASE = 1.05  # of the step length: what the clock's own trembling may add
 
 
@@ -156,12 +159,12 @@ class Trial:
 
     @property
     def drives_alike(self) -> Hashable:
-        """Everything that it is made of, but for the length of the steps."""
+        """Everything that it is made of."""
         b = self.beliefs
         believed = b.names, tuple(b.values.items()), b.std.tobytes(), b.correlation.tobytes()
         sensors = self.channels, tuple(self.zeros.items()), tuple(self.gains.items()), self.wind_variance, self.day
         begun = tuple(self.at.items()), self.torque_zeros
-        return self.stretches, self.model, believed, begun, sensors, self.effects, self.extra
+        return self.stretches, self.model, believed, begun, sensors, self.effects, self.extra, self.step
 
     @cached_property
     def _outputs(self) -> tuple[str, ...]:
@@ -189,6 +192,29 @@ class Trial:
         steps = np.diff(time)
         longest = max(float(np.median(steps)), float(steps.max()) / UNEVEN)
         return max(1, int(np.ceil(longest / self.step / EASE)))
+
+    @cached_property
+    def fine_step(self) -> float:
+        """s, the length of its steps or half of it, and so on, until half a step changes no channel by ``COARSE``.
+
+        Raises
+        ------
+        ResultError : the simulation is not finite in the shortest of them.
+        """
+        half = replace(self, step=self.step / 2)
+        last = half.step < SHORTEST_STEP
+        try:
+            worst = max(self.each(self._step_error))
+        except ResultError:
+            if last:
+                raise
+            return half.fine_step
+        return self.step if last or worst < COARSE else half.fine_step
+
+    def _step_error(self, run: int) -> float:
+        """What half a step changes in a channel of one stretch, at worst, as a share of its range."""
+        errors = self._simulator.step_error(self.drives[run], self.start(run)[self._moving])
+        return max(errors[n] for n in self.channels)
 
     @property
     def torques(self) -> tuple[Fed, ...]:
@@ -333,14 +359,12 @@ class Trial:
 
 
 def remembered(trial: Trial) -> Trial:
-    """The first that was made of the trials that drive as this one does: what it has simulated is at hand.
-
-    Its steps may be of another length.
-    """
+    """The first that was made of the trials that drive as this one does: what it has simulated is at hand."""
     return _shelf(trial.drives_alike).setdefault("trial", trial)
 
 
-@lru_cache(maxsize=3)
+@lru_cache(maxsize=4)
 def _shelf(alike: Hashable) -> dict[str, Trial]:
-    """Where the last ones stand: as believed, as the baseline's fit has it, and without the play that is believed."""
+    """Where the last ones stand: as believed, in long and in short steps, as the baseline's fit has it, and without
+    the play that is believed."""
     return {}
