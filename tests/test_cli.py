@@ -132,15 +132,9 @@ def test_usage_errors_and_unknown_topics(vdyn) -> None:  # type: ignore[no-untyp
 
 
 def test_a_known_file_that_is_none_is_refused(vdyn, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
-    cases = (("{", "is not JSON"), ("[]", "not a parameter file"), ('{"format": "x"}', "not a parameter file"))
-    for text, says in cases:
-        (tmp_path / "k.json").write_text(text)
-        done = vdyn("tire", "configs/tire.yaml", "--known", tmp_path / "k.json", "-o", tmp_path / "out")
-        assert (done.returncode, says in done.stderr) == (2, True), done.stderr
-    entry = '{"format": "vdyn/parameters/1", "parameters": {"wheel_radius": {"value": "r"}}}'
-    (tmp_path / "k.json").write_text(entry)
+    (tmp_path / "k.json").write_text("{")
     done = vdyn("tire", "configs/tire.yaml", "--known", tmp_path / "k.json", "-o", tmp_path / "out")
-    assert (done.returncode, "wheel_radius" in done.stderr) == (2, True)
+    assert (done.returncode, "is not JSON" in done.stderr) == (2, True), done.stderr
 
 
 def test_many_errors_of_one_kind_keep_their_lines(vdyn, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]

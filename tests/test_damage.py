@@ -20,7 +20,7 @@ LONGEST = 1500  # lines of a log: enough to be a run, little enough to be quick
 WORDS = ["", "-1", "0", "nan", "1e400", "[]", "{}", "null", "true", "km/h", "1,5", "'", "é", "- x", "x: y", "\t"]
 
 quick = settings(
-    max_examples=12,
+    max_examples=8,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],

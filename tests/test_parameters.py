@@ -9,6 +9,7 @@ import pytest
 
 from vdyn_cli import steps
 from vdyn_cli.document import to_json
+from vdyn_cli.errors import InputError
 from vdyn_cli.parameters import (
     FORMAT,
     GIVERS,
@@ -52,6 +53,21 @@ def test_everything_missing_is_said_at_once_with_who_gives_it() -> None:
 def test_the_givers_are_the_steps_that_give() -> None:
     given = {name: step for step in steps.names() for name in steps.load_step(step).gives if name in TABLE}
     assert given == dict(GIVERS)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{", "is not JSON"),
+        ("[]", "not a parameter file"),
+        ('{"format": "x"}', "not a parameter file"),
+        (f'{{"format": "{FORMAT}", "parameters": {{"wheel_radius": {{"value": "r"}}}}}}', "wheel_radius"),
+    ],
+)
+def test_a_file_that_is_none_is_refused(text: str, says: str, tmp_path: Path) -> None:
+    (tmp_path / "k.json").write_text(text)
+    with pytest.raises(InputError, match=says):
+        read_parameters(tmp_path / "k.json")
 
 
 def test_numbers_that_are_not_finite_become_null() -> None:

@@ -408,7 +408,7 @@ def test_a_constant_speed_is_no_coast() -> None:
     assert "no coast" in message(lambda: estimate(spec_of(runs), logs, known(REFERENCE)), ResultError)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     st.integers(0, 2**31),
     st.sampled_from(["gap", "noise", "jump", "frozen", "short", "rising", "nan", "huge"]),

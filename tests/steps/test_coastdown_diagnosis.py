@@ -165,17 +165,12 @@ def test_logs_that_hold_nothing_are_refused_in_words(what: str, tmp_path: Path) 
     assert "coastdown_0" in error or "run" in error
 
 
-def test_the_same_logs_give_the_same_bytes(tmp_path: Path) -> None:
+def test_a_wind_stays_with_its_day(tmp_path: Path) -> None:
     path = described(tmp_path, {"headwind": 2.0})
-    texts = []
-    for name in ("one", "other"):
-        code, _, error = vdyn("coastdown", path, "-o", tmp_path / name)
-        assert code == 0, error
-        texts.append([(tmp_path / name / f"coastdown.{kind}").read_bytes() for kind in ("json", "html")])
-    assert texts[0] == texts[1]
+    code, _, error = vdyn("coastdown", path, "-o", tmp_path / "out")
+    assert code == 0, error
     assert "A headwind of" in error
-    again = read_parameters(tmp_path / "one" / "coastdown.json")
-    assert "headwind" not in again.extensions  # a wind stays with its day
+    assert "headwind" not in read_parameters(tmp_path / "out" / "coastdown.json").extensions
 
 
 def test_a_cause_of_the_car_goes_with_its_parameters(tmp_path: Path) -> None:
