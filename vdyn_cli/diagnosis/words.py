@@ -12,6 +12,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.parameters import Estimate
 
 SHOWN = 4  # causes named in one sentence
+CLAUSE = ("that", "another")  # a label with one of them ends in what is no quantity
 WORTH_A_WORD = 1.05  # by how much predictions must be worse
 
 
@@ -128,7 +129,8 @@ def size_of(effect: Effect, sizes: Mapping[str, Estimate]) -> str:
     places = max(0, _digits(half))
     unit = f" {e.unit}" if e.unit else " %" if share > 1.0 else ""
     sense = f" {effect.sense}" if effect.sense else ""
-    return f" of {share * e.value:.{places}f} +- {half:.{places}f}{unit}{sense}"
+    size = f"{share * e.value:.{places}f} +- {half:.{places}f}{unit}{sense}"
+    return f" ({size})" if any(word in effect.label.split() for word in CLAUSE) else f" of {size}"
 
 
 def _digits(spread: float) -> int:
