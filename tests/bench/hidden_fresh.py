@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from vdyn_cli.diagnosis.asked import case_of
 from vdyn_cli.diagnosis.case import begun_at, unknowns_of
-from vdyn_cli.diagnosis.extend import case_of
 from vdyn_cli.diagnosis.gain import rms_of
 from vdyn_cli.diagnosis.sheet import Linear, as_measured, linearise
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from tests.diagnosis.linear import BASE, SHAPE, Campaign, cause
-from vdyn_cli.diagnosis import extend
+from vdyn_cli.diagnosis import asked, extend, extension
 from vdyn_cli.diagnosis.case import Case
 from vdyn_cli.diagnosis.sizes import sizes_of
 from vdyn_cli.effects import Effect
@@ -94,3 +95,14 @@ def unsure_sizes(answer: Any, case: Case) -> dict[str, Estimate]:
 
 HIDDEN_SLOPE = Campaign(1, hidden={"slope": 0.6, "bend": -2.0})
 HIDDEN_WIND = Campaign(1, hidden={"wind": 2.0})
+
+
+def offer(monkeypatch: pytest.MonkeyPatch, *effects: Effect) -> None:
+    """Let these be all the causes that there are."""
+    monkeypatch.setattr(asked, "offered", lambda model, effects_: effects)
+
+
+def size(monkeypatch: pytest.MonkeyPatch, sizes_of: Callable[[Any, Case], dict[str, Estimate]]) -> None:
+    """Let the diagnosis have these sizes of its causes."""
+    for module in (extend, extension):
+        monkeypatch.setattr(module, "sizes_of", sizes_of)

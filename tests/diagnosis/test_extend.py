@@ -19,6 +19,8 @@ from tests.diagnosis.line_step import (
     WIND,
     diagnosed,
     estimate,
+    offer,
+    size,
     spec_of,
     unsure_sizes,
 )
@@ -47,7 +49,7 @@ KEYS = {
 
 @pytest.fixture(autouse=True)
 def catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extend, "offered", lambda model, effects: (SLOPE, WIND, WAVE))
+    offer(monkeypatch, SLOPE, WIND, WAVE)
 
 
 def test_a_named_cause_extends_the_model() -> None:
@@ -265,7 +267,7 @@ def test_whoever_asks_for_a_larger_model_is_told_that_it_failed(
         return estimate(*args, **more)
 
     if unsure:
-        monkeypatch.setattr(extend, "sizes_of", unsure_sizes)
+        size(monkeypatch, unsure_sizes)
     base, result = diagnosed(HIDDEN_WIND, replace(STEP, estimate=failing), extend=asked)
     told = result.diagnosis
     assert told is not None
@@ -286,7 +288,7 @@ def test_where_none_is_wanted_nothing_has_failed() -> None:
 
 def test_an_ambiguous_set_extends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     twin = cause("wind_twin")
-    monkeypatch.setattr(extend, "offered", lambda model, effects: (SLOPE, WIND, twin))
+    offer(monkeypatch, SLOPE, WIND, twin)
     base, result = diagnosed(HIDDEN_WIND)
     told = result.diagnosis
     assert told is not None

@@ -18,8 +18,8 @@ from tests.plant import coast
 from tests.plant.coast_information import information
 from tests.plant.information import total
 from tests.plant.vehicle import Vehicle, random_vehicle
+from vdyn_cli.diagnosis.asked import case_of
 from vdyn_cli.diagnosis.design import SAFE, Asked, Designer, Plan
-from vdyn_cli.diagnosis.extend import case_of
 from vdyn_cli.diagnosis.next_test import NextTest, next_tests
 from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench

@@ -16,10 +16,11 @@ from tests.diagnosis.line_step import (
     WIND,
     diagnosed,
     estimate,
+    offer,
+    size,
     unsure_sizes,
 )
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis import extend
 from vdyn_cli.diagnosis.case import Case
 from vdyn_cli.diagnosis.sizes import sizes_of
 from vdyn_cli.parameters import Estimate, Parameters
@@ -28,7 +29,7 @@ from vdyn_cli.result import Result
 
 @pytest.fixture(autouse=True)
 def catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extend, "offered", lambda model, effects: (SLOPE, WIND, WAVE))
+    offer(monkeypatch, SLOPE, WIND, WAVE)
 
 
 def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
@@ -53,10 +54,8 @@ def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
 
 @pytest.mark.parametrize(("twins", "who"), [(True, "it, like what it cannot be told from,"), (False, "it")])
 def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyPatch, twins: bool, who: str) -> None:
-    monkeypatch.setattr(extend, "sizes_of", unsure_sizes)
-    monkeypatch.setattr(
-        extend, "offered", lambda model, effects: (SLOPE, WIND, *([cause("wind_twin")] if twins else []))
-    )
+    size(monkeypatch, unsure_sizes)
+    offer(monkeypatch, SLOPE, WIND, *([cause("wind_twin")] if twins else []))
     _, result = diagnosed(HIDDEN_WIND, extend="never")
     told = result.diagnosis
     assert told is not None
@@ -68,7 +67,7 @@ def test_a_cause_that_may_be_of_no_size_is_not_named_beside_another_that_was_ask
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The model that is extended by something else does not vouch for what the diagnosis found."""
-    monkeypatch.setattr(extend, "sizes_of", unsure_sizes)
+    size(monkeypatch, unsure_sizes)
     told = diagnosed(HIDDEN_WIND, extend=["slope"])[1].diagnosis
     assert told is not None
     assert (told["verdict"], told["extended"]) == ("unknown", ["slope"])
@@ -92,7 +91,7 @@ def test_of_two_causes_neither_may_be_of_no_size_whoever_is_asked_for(
             sizes["slope"] = {**sizes["slope"], "interval95": [-0.1, 1.3]}
         return replace(result, extra={**result.extra, "effects": sizes})
 
-    monkeypatch.setattr(extend, "sizes_of", unsure)
+    size(monkeypatch, unsure)
     both = Campaign(1, hidden={"wind": 2.0, "slope": 0.8})
     told = diagnosed(both, replace(STEP, estimate=estimated), extend=asked)[1].diagnosis
     assert told is not None

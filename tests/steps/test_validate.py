@@ -12,7 +12,7 @@ import yaml
 
 from tests.steps.validate_cases import described, inputs, known_file, true_parameters
 from vdyn_cli.commands.run_step import write_step
-from vdyn_cli.diagnosis.extend import case_of
+from vdyn_cli.diagnosis.asked import case_of
 from vdyn_cli.effects import catalogue
 from vdyn_cli.errors import InputError, ResultError
 from vdyn_cli.estimation.validate.drives import OUTPUTS

@@ -1,0 +1,95 @@
+"""What a description asks of the diagnosis: a step's data and model, open to the causes that it allows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.diagnosis.case import Case
+from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.effects import Effect, candidates
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.errors import Finding, raise_all
+from vdyn_cli.parameters import Parameters
+from vdyn_cli.spec import Diagnose, TestSpec
+from vdyn_cli.steps import Diagnosable, Step
+
+
+def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float = LEVEL) -> Case:
+    """A diagnosable step's data and model, open to the causes that its description allows.
+
+    Raises
+    ------
+    InputError : the description names an effect that is not known, or that this model does not have.
+    """
+    lent = step.diagnosable
+    assert lent is not None
+    every = offered(lent.model(spec, data, known), candidates(step.name))
+    carried = tuple(e for e in every if lent.carries and e.name in known.extensions)
+    effects = tuple(e for e in every if e not in carried)
+    _refuse_unknown(spec.diagnose, effects, [e.name for e in carried])
+    if isinstance(spec.diagnose.effects, list):
+        effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
+    likely = lent.likely
+    return Case(
+        step=step.name,
+        regression=lambda effects, extra, **begun: lent.regression(spec, data, known, effects, extra, **begun),
+        effects=effects,
+        profiles=lent.profiles(spec, data, known),
+        one_way=_one_way(spec) if lent.two_way(spec) else "",
+        repeated=lent.run,
+        fewest_runs=lent.fewest_runs,
+        too_short=_too_short(lent, data),
+        level=level,
+        straight=lent.straight(spec),
+        bent=any(e.probes for e in carried),
+        likely=None if likely is None else (lambda effect, begun: likely(spec, data, known, effect, begun)),
+        manoeuvres=lambda full, values: lent.manoeuvres(spec, data, known, full, values),
+    )
+
+
+def _too_short(lent: Diagnosable, data: Any) -> str:
+    """Why no run of the logs is long enough; empty where one is."""
+    lasted = max((float(np.ptp(log.time)) for log in data), default=0.0) if lent.shortest else inf
+    return f"no {lent.run} lasts longer than {lasted:.2g} s" if lasted < lent.shortest else ""
+
+
+def _one_way(spec: TestSpec) -> str:
+    """Why the runs are not there and back; empty where they are."""
+    ways = {r.direction for r in spec.runs}
+    if {"out", "back"} <= ways:
+        return ""
+    if None in ways:
+        return "no run says which way it went" if ways == {None} else "some runs do not say which way they went"
+    return "all runs went the same way"
+
+
+def _refuse_unknown(asked: Diagnose, effects: Sequence[Effect], carried: Sequence[str]) -> None:
+    """Refuse to look for, or to take in, what the model cannot take.
+
+    What an earlier step found is in the model: whether it did must not decide whether a description is right.
+    """
+    names = [e.name for e in effects]
+    why, remedy = "is no effect that this model can take", f"there are: {', '.join(names)}"
+    raise_all(
+        Finding(f"diagnose.{key}", why, name, remedy)
+        for key, name in _listed(asked)
+        if name not in names and name not in carried
+    )
+
+
+def _listed(asked: Diagnose) -> Iterator[tuple[str, str]]:
+    """Each effect that is named, with the key under which it is."""
+    for key in ("effects", "extend"):
+        named = getattr(asked, key)
+        yield from ((key, name) for name in (named if isinstance(named, list) else ()))
+
+
+def present(spec: TestSpec, known: Parameters, case: Case) -> Iterator[Finding]:
+    """What was asked for and is in the model already."""
+    for key, name in _listed(spec.diagnose):
+        if name in known.extensions and name not in case.causes:
+            yield Finding(f"diagnose.{key}", f"{name} is in the model already, from an earlier step", minor=True)
