@@ -41,7 +41,8 @@ from vdyn_cli.errors import Finding, InputError, ResultError
 from vdyn_cli.estimation.profiles import profile, span_of
 from vdyn_cli.estimation.sizes import sizes_found
 from vdyn_cli.estimation.validate import hill_views, views, windows, words
-from vdyn_cli.estimation.validate.band import WIDE, Band, Verdict, bands, verdicts
+from vdyn_cli.estimation.validate.band import WIDE, Band, bands, verdicts
+from vdyn_cli.estimation.validate.document import document
 from vdyn_cli.estimation.validate.drives import OUTPUTS, SLOWEST, Cut, Note, Stretch, stretches
 from vdyn_cli.estimation.validate.extended import fitted, sized
 from vdyn_cli.estimation.validate.felt import FELT, felt, with_slope
@@ -50,7 +51,7 @@ from vdyn_cli.estimation.validate.given import beliefs, with_causes
 from vdyn_cli.estimation.validate.hills import hills
 from vdyn_cli.estimation.validate.joined import Varies, joined
 from vdyn_cli.estimation.validate.plausible import LONGEST_STEP, refuse_coarse, refuse_foreign, refuse_sparse
-from vdyn_cli.estimation.validate.posterior import Posterior, posterior
+from vdyn_cli.estimation.validate.posterior import posterior
 from vdyn_cli.estimation.validate.regression import Weighed, weigh
 from vdyn_cli.estimation.validate.swings import swing_views
 from vdyn_cli.estimation.validate.trial import Trial, remembered
@@ -280,7 +281,7 @@ def estimate(
     tables = [views.output_table(found, told), views.regime_table(w, found, told)]
     tables += [views.share_table(w, found), views.parameter_table(w, after)]
     figures = list(views.figures(shown, found))
-    numbers = _numbers(w, found, told, chance, after)
+    numbers = document(w, found, told, chance, after)
     sentence = words.sentence(w, found, told, chance, after)
     if s.windows:
         ends = windows.ends(shown, names)
@@ -339,52 +340,6 @@ def _unrecorded(logs: Sequence[Log], model: str) -> list[Finding]:
         return []
     also = "" if model == "vehicle" or "brake_torque" not in missing else "; map brake_torque, or take powered windows"
     return [Finding("channels", f"{' and '.join(missing)} not recorded: taken as zero{also}", minor=True)]
-
-
-def _numbers(
-    w: Weighed, found: tuple[dict[str, Band], ...], told: Mapping[str, Verdict], chance: float, after: Posterior
-) -> dict[str, Any]:
-    """Everything of the tables, for scripts."""
-    outputs = {}
-    parts = views.shares(w, found)
-    for name, v in told.items():
-        error = np.concatenate([one[name].error for one in found if name in one])
-        error = error[np.isfinite(error)]
-        outputs[name] = {
-            "unit": views.unit_of(name),
-            "rms": float(np.sqrt(np.mean(error**2))),
-            "bias": float(error.mean()),
-            "max": float(np.abs(error).max()),
-            "sensor_noise": float(np.median([one[name].sensor for one in found if name in one])),
-            "outside": v.share,
-            "limit": v.limit,
-            "chance": v.chance,
-            "regimes": {r: {"outside": a, "limit": b} for r, (a, b) in v.by_regime.items()},
-            "shares": {n: round(p, 4) for n, p in list(parts[name].items())[:8]},
-        }
-    b = w.trial.beliefs
-    parameters = {
-        n: {
-            "before": b.values[n],
-            "std_before": float(b.std[i]),
-            "after": float(after.values[i]),
-            "std_after": float(after.std[i]),
-            "strain": float(after.strain[i]),
-            "seen": float(after.told[i]),
-        }
-        for i, n in enumerate(b.names)
-    }
-    outside = words.outside(told, chance)
-    return {
-        "verdict": "outside" if outside else "strained" if words.strained(w, after) else "inside",
-        "outside": outside,
-        "strained": words.strained(w, after),
-        "chance": chance,
-        "outputs": outputs,
-        "parameters": parameters,
-        "statistic": {"value": after.statistic, "degrees": after.degrees, "chance": after.chance},
-        "noise": dict(w.sizes),
-    }
 
 
 STEP = Step(
