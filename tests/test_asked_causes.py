@@ -50,6 +50,24 @@ def test_a_cause_that_the_model_cannot_take_is_told_with_its_line(tmp_path: Path
     assert finding.got == "torque_gain"
 
 
+def test_logs_that_are_missing_are_told_beside_causes_that_are_wrong(tmp_path: Path, root: Path) -> None:
+    """Of two days each may have a ``coast_1.csv``: logs are called as the description calls them."""
+    path = described(tmp_path, root, "coastdown", ("", "diagnose: {effects: [headwinds]}\n"))
+    text = path.read_text()
+    for k, day in ((1, "monday"), (2, "tuesday")):
+        (tmp_path / day).mkdir()
+        (tmp_path / day / "coast.csv").write_text("Time [s],Nothing\n0,1\n1,2\n")
+        text = text.replace(str(root / "sample_logs" / f"coast_{k}.csv"), f"{day}/coast.csv")
+    path.write_text(text.replace(str(root / "sample_logs" / "coast_3.csv"), "gone.csv"))
+    with pytest.raises(InputError) as refused:
+        execute("coastdown", path)
+    told = [str(f) for f in refused.value.findings]
+    assert any("headwinds" in one for one in told)
+    assert any("gone.csv" in one for one in told)
+    assert any("monday/coast.csv has no such column" in one for one in told)
+    assert any("tuesday/coast.csv has no such column" in one for one in told)
+
+
 def test_what_a_step_refuses_of_its_description_is_told_with_its_line(tmp_path: Path, root: Path) -> None:
     path = described(tmp_path, root, "validate", ("driven: front", "driven: front\n  step: 0.01"))
     with pytest.raises(InputError) as refused:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.cross_checks import with_cross_checks
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.document import to_json
-from vdyn_cli.errors import InputError
+from vdyn_cli.errors import Finding, InputError
 from vdyn_cli.inputs import gather
 from vdyn_cli.log import Log
 from vdyn_cli.parameters import FORMAT, Estimate, Parameters, to_document
@@ -107,6 +108,15 @@ def test_a_wrong_description_of_good_logs_is_refused(
 ) -> None:
     with pytest.raises(InputError, match=says):
         write_step(step, described(tmp_path, root, step, *changes), (), tmp_path / "out", None)
+
+
+def test_a_speed_that_stood_still_is_told_beside_what_it_contradicts() -> None:
+    stuck = Finding("a.csv, column 'V'", "holds one value all through: it did not measure", fault=True, doubt=True)
+    still = replace(log(), findings=(stuck,)).with_channels(speed=np.full(TIME.size, 12.0))
+    with pytest.raises(InputError) as refused:
+        with_cross_checks(still)
+    assert stuck in refused.value.findings
+    assert not any("sign" in f.remedy for f in refused.value.findings)
 
 
 def test_a_shaft_torque_that_reads_nothing_beside_one_that_does_did_not_measure() -> None:

@@ -107,6 +107,30 @@ def test_a_failed_step_costs_no_other_and_is_said(day: Path) -> None:
     assert "F x [N]" in page
 
 
+def test_a_sensor_that_did_not_measure_is_told_on_the_console_and_in_the_set(day: Path) -> None:
+    told: list[str] = []
+
+    def tell(text: str, detail: bool = False) -> None:
+        told.append(text)
+
+    logs = day.parent / "sample_logs"
+    kept = logs.resolve()
+    logs.unlink()
+    shutil.copytree(kept, logs)
+    for path in logs.glob("slip_*.csv"):
+        head, first, *rows = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
+        column = next(k for k, name in enumerate(head) if "Fz" in name)
+        for row in rows:
+            row[column] = first[column]
+        path.write_text("\n".join(",".join(row) for row in (head, first, *rows)) + "\n", encoding="utf-8")
+    run_pipeline(day / "pipeline.yaml", day.parent / "out", keep_going=True, jobs=1, tell=tell)
+    document = json.loads((day.parent / "out" / "parameters.json").read_text())
+    assert document["steps"]["tire"]["verdict"] == "data_fault"
+    assert "holds one value all through" in document["steps"]["tire"]["diagnosis"]
+    assert any("The data are at fault" in line for line in told)
+    assert any("to be read first" in line for line in told)
+
+
 def test_stop_skips_what_comes_after_a_failure(day: Path) -> None:
     (day / "tire.yaml").write_text("test: tire\nnonsense: 1\n")
     code = run_pipeline(day / "pipeline.yaml", day.parent / "out", keep_going=False, jobs=1, tell=silent)

@@ -42,10 +42,10 @@ def with_cross_checks(log: Log) -> Log:
         what = f"{first} and {second} contradict each other: by {second} it would be {ratio:.3g} times as large"
         turned = f"add 'sign: -1' to the channel {first}"
         finding = Finding(
-            log.name, what, "", "check units and scale of both channels" if ratio > 0 else turned, doubt=True
+            log.name, what, "", turned if ratio < 0 else "check units and scale of both channels", doubt=True
         )
         if off > REFUSED:
-            raise InputError(finding)
+            raise InputError(finding, *(f for f in log.findings if f.fault))
         findings.append(finding)
     findings += [f for left, right in AXLES if left in log and right in log for f in _apart(log, left, right)]
     findings += [f for left, right in SIDES if left in log and right in log for f in _dead(log, left, right)]

@@ -19,7 +19,7 @@ class Finding:
     got : the offending text or value, empty when there is none to show.
     remedy : what the user can do, empty when nothing can be done.
     minor : worth knowing, but no reason to doubt the result.
-    fault : a sensor did not measure, so that nothing should be concluded from what looks odd beside it.
+    fault : a sensor did not measure, so that nothing should be concluded from what looks odd beside it; also a doubt.
     doubt : a reason to doubt the result, told before anything else.
     """
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from vdyn_cli.diagnosis.asked import refuse_unknown
 from vdyn_cli.diagnosis.extend import diagnosed
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.document import step_command, step_document
@@ -38,18 +39,26 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
     """
     step = load_step(step_name)
     inputs = gather(step, path, known_files)
-    faults = tuple(f for log in inputs.logs for f in log.findings if f.fault)
     try:
+        if level is not None:
+            refuse_unknown(step, inputs.spec, inputs.data, inputs.known)
         result = step.estimate(inputs.spec, inputs.data, inputs.known)
         if level is not None:
             told = tuple(f for f in inputs.findings if f.doubt)
+            faults = _faults(inputs, result.fit.runs)
             result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level, faults, told)
     except (InputError, ResultError) as error:
-        raise type(error)(*(_placed(f, inputs) for f in error.findings), *faults) from None
+        raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
     result = _doubted(replace(result, findings=(*inputs.findings, *result.findings)))
     return Outcome(
         result, step_document(result, inputs, step_command(step_name, path, known_files, level), known_files)
     )
+
+
+def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
+    """Sensors that did not measure, in the runs that were used; of all runs where nobody says which were."""
+    logs = [log for log in inputs.logs if log.name in used] or inputs.logs
+    return tuple(f for log in logs for f in log.findings if f.fault)
 
 
 def _placed(finding: Finding, inputs: Inputs) -> Finding:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -51,19 +51,15 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     """
     spec, source = load_spec(path, step.spec)
     known_files = tuple(known_files)
-    problems = [
-        *_wrong_test(step, spec, source),
-        *_wrong_channels(step, spec, source),
-        *_wrong_effects(step, spec, source),
-        *_repeated(spec, source),
-    ]
+    unreadable = [*_wrong_test(step, spec, source), *_wrong_channels(step, spec, source)]
+    problems = [*unreadable, *_wrong_effects(step, spec, source), *_repeated(spec, source)]
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     known = stated
     for file in known_files:
         later = _attempt(problems, read_parameters, file)
         known = known.updated(later) if later is not None else known
     # A wrong channel map would only repeat itself for every log.
-    read = [] if problems else [_attempt(problems, _read_run, step, spec, source, i) for i in range(len(spec.runs))]
+    read = [] if unreadable else [_attempt(problems, _read_run, step, spec, source, i) for i in range(len(spec.runs))]
     logs = tuple(log for log in read if log is not None)
     data, extra = logs, None
     if step.load is not None:
@@ -187,9 +183,9 @@ def _read_run(step: Step, spec: TestSpec, source: Source, index: int) -> Log:
     for name, logger, (channels, at) in zip(names, loggers, _channel_maps(spec), strict=True):
         columns = {n: _column(step.channels()[n], c, source, (*at, n)) for n, c in channels.items()}
         options = ReadOptions(**logger.reading.model_dump())
-        read.append(_attempt(problems, read_csv, source.path.parent / name, columns, options))
+        read.append(_attempt(problems, read_csv, source.path.parent / name, columns, options, name))
     raise_all(problems)
-    logs = [replace(log, name=name) for log, name in zip(read, names, strict=True) if log is not None]
+    logs = [log for log in read if log is not None]
     log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
     log = with_cross_checks(_summed(step, _within_physics(step, log)))
     if run.from_time is None and run.to_time is None:

@@ -32,13 +32,21 @@ Status = Literal["done", "reused", "failed", "skipped"]
 
 @dataclass(frozen=True)
 class StepOutcome:
-    """How one step of the pipeline ended; ``findings`` say why it failed or was skipped, or what to read first."""
+    """How one step of the pipeline ended.
+
+    Parameters
+    ----------
+    findings : why it failed or was skipped, or what to read first.
+    diagnosis : what its diagnosis came to; empty where none was made. verdict : the same in one word.
+    """
 
     name: str
     status: Status
     sentence: str = ""
     findings: tuple[Finding, ...] = ()
     exit_code: int = 0
+    verdict: str = ""
+    diagnosis: str = ""
 
     @property
     def good(self) -> bool:
@@ -131,7 +139,10 @@ def summary_document(
         "title": spec.pipeline,
         **to_document(ordered),
         "missing": {name: _why_missing(name, failed) for name in TABLE if name not in known},
-        "steps": {o.name: {"good": o.good, "sentence": o.sentence} for o in outcomes},
+        "steps": {
+            o.name: {"good": o.good, "sentence": o.sentence, "verdict": o.verdict, "diagnosis": o.diagnosis}
+            for o in outcomes
+        },
         "provenance": {"inputs": inputs, "versions": versions(), "command": f"vdyn pipeline {path.name}"},
     }
 

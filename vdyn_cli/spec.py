@@ -8,7 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError, create_model, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    ValidationError,
+    ValidationInfo,
+    create_model,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import ErrorDetails, PydanticCustomError, core_schema
 
 from vdyn_cli.errors import Finding, InputError, did_you_mean
@@ -150,6 +160,15 @@ class Diagnose(Strict):
     effects: Literal["all", "none"] | list[str] = "all"
     extend: Literal["never", "named"] | list[str] = "named"
 
+    @field_validator("effects", "extend", mode="before")
+    @classmethod
+    def _several(cls, value: Any, info: ValidationInfo) -> Any:
+        words = {"effects": "all, none", "extend": "never, named"}[info.field_name or ""]
+        if isinstance(value, str) and value not in words.split(", "):
+            what = "takes {words}, or a list: write [{value}]"
+            raise PydanticCustomError("list", what, {"words": words, "value": value})
+        return value
+
     @model_validator(mode="after")
     def _something_to_look_for(self) -> Diagnose:
         if self.effects == []:
@@ -200,7 +219,10 @@ def validate(source: Source, model: type[S]) -> S:
     try:
         return model.model_validate(source.data)
     except ValidationError as error:
-        findings = [_explain(detail, source, model) for detail in error.errors(include_url=False)]
+        details = error.errors(include_url=False)
+        within = {_location(d)[:k] for d in details for k in range(len(_location(d)))}
+        told = [d for d in details if not (isinstance(d["input"], list) and _location(d) in within)]
+        findings = [_explain(detail, source, model) for detail in told]
         raise InputError(*dict.fromkeys(findings)) from None
 
 
@@ -223,7 +245,7 @@ def _from(finding: Finding, where: str) -> Finding:
 
 
 def _explain(detail: ErrorDetails, source: Source, model: type[BaseModel]) -> Finding:
-    location: Location = tuple(p for p in detail["loc"] if not _is_branch(p))
+    location = _location(detail)
     key = ".".join(str(p) for p in location) or "the description"
     where = source.where(location)
     kind = detail["type"]
@@ -234,9 +256,15 @@ def _explain(detail: ErrorDetails, source: Source, model: type[BaseModel]) -> Fi
         return Finding(where, f"unknown key '{location[-1]}'", remedy=remedy)
     if kind == "missing":
         return Finding(where, f"'{key}' is missing", remedy=f"add the key '{location[-1]}'")
+    if kind in ("model_type", "dict_type"):
+        return Finding(where, f"'{key}' must be a mapping of keys to values", got, "write its keys, or take it out")
     message = detail["msg"]
     message = message[0].lower() + message[1:]
     return Finding(where, f"'{key}' {message}" if kind in ("unit", "range", "quantity") else f"'{key}': {message}", got)
+
+
+def _location(detail: ErrorDetails) -> Location:
+    return tuple(part for part in detail["loc"] if not _is_branch(part))
 
 
 def _is_branch(part: str | int) -> bool:

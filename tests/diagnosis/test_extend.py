@@ -328,7 +328,7 @@ def test_a_diagnosis_that_cannot_be_made_costs_no_result(monkeypatch: pytest.Mon
     assert told["verdict"] == "not_testable"
     assert told.keys() >= KEYS
     assert result.parameters == base.parameters
-    assert "no finite derivatives" in result.findings[-1].got
+    assert "no finite derivatives" in result.findings[-1].what
 
 
 def test_the_same_data_give_the_same_bytes() -> None:

@@ -17,6 +17,7 @@ from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.words import sentence
 from vdyn_cli.diagnosis.workbench import open_workbench
 from vdyn_cli.effects import Effect
+from vdyn_cli.errors import Finding
 from vdyn_cli.fit import Regression, Unknown
 
 SLOPE, WIND, WAVE, STEP = cause("slope"), cause("wind"), cause("wave"), cause("step")
@@ -105,6 +106,16 @@ def test_two_causes_at_once_are_both_named() -> None:
     assert verdict.answer is not None
     assert verdict.answer.causes == ("slope", "wave")
     assert "A slope and a wave explain " in told(case, verdict)
+
+
+@pytest.mark.parametrize("hidden", [{}, {"wind": 2.0}])
+def test_beside_a_sensor_that_did_not_measure_nothing_is_right_and_nothing_else_wrong(hidden: dict[str, float]) -> None:
+    stuck = Finding("run_2.csv, column 'V'", "holds one value all through", fault=True, doubt=True)
+    case, _ = judged(Campaign(3, hidden=hidden))
+    verdict = judge(open_workbench(case), [stuck])
+    assert verdict.name == "data_fault"
+    assert verdict.why == "run_2.csv, column 'V' holds one value all through"
+    assert not verdict.answers
 
 
 def test_a_sensor_is_a_fault_of_the_data() -> None:

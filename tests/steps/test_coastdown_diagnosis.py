@@ -19,6 +19,7 @@ from tests.bench import cases
 from tests.bench.hidden_logs import damage
 from tests.plant import coast
 from tests.plant.hidden import WARM
+from tests.plant.sensors import ACCELEROMETER
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.cli import app
 from vdyn_cli.parameters import read_parameters
@@ -116,6 +117,30 @@ def test_brakes_that_let_go_slower_than_they_usually_do_are_still_brakes(tmp_pat
     for name, size in hidden.items():
         low, high = found["unknowns"][name]["interval95"]
         assert low < size < high
+
+
+def test_an_accelerometer_with_a_wrong_gain_is_no_matter_of_the_car(tmp_path: Path) -> None:
+    vehicle, day = random_vehicle(SEED), EIGHT.but(acceleration=ACCELEROMETER.but(gain=0.2))
+    channels = {**cases.COAST_CHANNELS, "acceleration": ("Long Accel [m/s^2]", "m/s^2")}
+    made = document(cases.coast_downs(vehicle, SEED, tmp_path, day, False, {}, channels))
+    told = made["diagnosis"]
+    assert told["verdict"] in ("data_fault", "ambiguous")
+    (size,) = (c["unknowns"]["accelerometer_gain_error"] for c in told["causes"] if c["effect"] == "accelerometer_gain")
+    assert size["interval95"][0] < 0.2 < size["interval95"][1]
+    low, high = made["parameters"]["drag_area"]["interval95"]
+    assert low < vehicle.drag_area < high
+
+
+def test_a_slope_can_be_asked_for_beside_an_accelerometer_that_tells_it(tmp_path: Path) -> None:
+    vehicle, day = random_vehicle(SEED), EIGHT.but(acceleration=ACCELEROMETER)
+    channels = {**cases.COAST_CHANNELS, "acceleration": ("Long Accel [m/s^2]", "m/s^2")}
+    path = cases.coast_downs(vehicle, SEED, tmp_path, day, False, {"road_grade": 1e-3}, channels)
+    asked = {"diagnose": {"effects": ["headwind", "road_grade"], "extend": ["road_grade"]}}
+    path.write_text(yaml.safe_dump({**yaml.safe_load(path.read_text(encoding="utf-8")), **asked}), encoding="utf-8")
+    told = document(path)["diagnosis"]
+    assert told["extended"] == ["road_grade"]
+    low, high = told["causes"][0]["unknowns"]["road_grade"]["interval95"]
+    assert low < 1e-3 < high
 
 
 def test_while_a_sensor_stood_still_nothing_else_is_blamed(tmp_path: Path) -> None:

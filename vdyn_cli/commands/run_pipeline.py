@@ -14,7 +14,9 @@ from vdyn_cli.document import step_command, to_json, versions
 from vdyn_cli.errors import Finding, InputError, VdynError, alike
 from vdyn_cli.files import sha256, write_whole
 from vdyn_cli.parameters import MissingParameterError
-from vdyn_cli.pipeline import StepOutcome, Task, load_plan, summary_document
+from vdyn_cli.pipeline import Status, StepOutcome, Task, load_plan, summary_document
+
+QUIET = ("", "adequate", "not_testable")  # verdicts that a line on the console says nothing of
 
 
 def run_pipeline(path: Path, folder: Path, *, keep_going: bool, jobs: int, tell: Tell) -> int:
@@ -42,6 +44,8 @@ def _narrator(tell: Tell, total: int) -> Callable[[StepOutcome, float], None]:
     def narrate(outcome: StepOutcome, seconds: float) -> None:
         seen.append(outcome.name)
         tell(f"[{len(seen)}/{total}] {outcome.name:<10} {outcome.status:<8} {seconds:5.1f} s  {outcome.sentence}")
+        if outcome.verdict not in QUIET:
+            tell(f"    {outcome.diagnosis}")
         for finding in outcome.findings:
             tell("    " + str(finding).replace("\n", "\n    "))
 
@@ -91,10 +95,9 @@ def _attempt(task: Task, folder: Path, outcomes: Mapping[str, StepOutcome], keep
     known = tuple(folder / f"{n}.json" for n in task.after if outcomes[n].good)
     earlier = _unchanged(task, folder, known)
     if earlier is not None:
-        return StepOutcome(task.name, "reused", str(earlier["sentence"]), _to_read(earlier))
+        return _ended(task, "reused", earlier)
     try:
-        document = write_step(task.name, task.path, known, folder, task.level).document
-        return StepOutcome(task.name, "done", str(document["sentence"]), _to_read(document))
+        return _ended(task, "done", write_step(task.name, task.path, known, folder, task.level).document)
     except MissingParameterError as error:
         failed = [n for n in task.after if not outcomes[n].good]
         if failed:
@@ -106,6 +109,13 @@ def _attempt(task: Task, folder: Path, outcomes: Mapping[str, StepOutcome], keep
     except Exception as error:  # a bug in one step must not cost the day's other results
         finding = Finding(task.name, f"vdyn has a bug: {type(error).__name__}: {error}")
         return StepOutcome(task.name, "failed", "stopped by a bug", (finding,), 70)
+
+
+def _ended(task: Task, status: Status, document: Mapping[str, Any]) -> StepOutcome:
+    told = document.get("diagnosis") or {}
+    verdict, text = str(told.get("verdict", "")), str(told.get("sentence", ""))
+    findings = _to_read(document)
+    return StepOutcome(task.name, status, str(document["sentence"]), findings, verdict=verdict, diagnosis=text)
 
 
 def _failure(task: Task, error: VdynError) -> StepOutcome:
@@ -139,8 +149,10 @@ def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> Mapping[str
 
 
 def _say_summary(document: Mapping[str, Any], outcomes: Sequence[StepOutcome], folder: Path, tell: Tell) -> None:
-    good = sum(o.good for o in outcomes)
-    tell(f"{good} of {len(outcomes)} steps good; {len(document['parameters'])} parameters in {folder}/parameters.json")
+    good, read = sum(o.good for o in outcomes), sum(o.good and bool(o.findings) for o in outcomes)
+    of_these = f", {read} of them to be read first" if read else ""
+    known = f"{len(document['parameters'])} parameters in {folder}/parameters.json"
+    tell(f"{good} of {len(outcomes)} steps good{of_these}; {known}")
     if document["missing"]:
         tell(f"missing: {', '.join(document['missing'])}")
     tell(f"report: {folder}/report.html")

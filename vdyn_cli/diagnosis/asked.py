@@ -23,14 +23,12 @@ def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: flo
 
     Raises
     ------
-    InputError : the description names an effect that is not known, or that this model does not have.
+    InputError : the description names an effect that this model does not have.
     """
     lent = step.diagnosable
     assert lent is not None
-    every = offered(lent.model(spec, data, known), candidates(step.name))
-    carried = tuple(e for e in every if lent.carries and e.name in known.extensions)
-    effects = tuple(e for e in every if e not in carried)
-    _refuse_unknown(spec.diagnose, effects, [e.name for e in carried])
+    effects, carried = _offered(step, spec, data, known)
+    _refuse_others(spec.diagnose, effects, carried)
     if isinstance(spec.diagnose.effects, list):
         effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
     likely = lent.likely
@@ -51,6 +49,26 @@ def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: flo
     )
 
 
+def refuse_unknown(step: Step, spec: TestSpec, data: Any, known: Parameters) -> None:
+    """Refuse, before anything is estimated, a description that names an effect that this model does not have.
+
+    Raises
+    ------
+    InputError : all of them.
+    """
+    if step.diagnosable is not None and any(_listed(spec.diagnose)):
+        _refuse_others(spec.diagnose, *_offered(step, spec, data, known))
+
+
+def _offered(step: Step, spec: TestSpec, data: Any, known: Parameters) -> tuple[tuple[Effect, ...], tuple[Effect, ...]]:
+    """The causes that the step's model can take, and those that an earlier step has found, which are in it."""
+    lent = step.diagnosable
+    assert lent is not None
+    every = offered(lent.model(spec, data, known), candidates(step.name))
+    carried = tuple(e for e in every if lent.carries and e.name in known.extensions)
+    return tuple(e for e in every if e not in carried), carried
+
+
 def _too_short(lent: Diagnosable, data: Any) -> str:
     """Why no run of the logs is long enough; empty where one is."""
     lasted = max((float(np.ptp(log.time)) for log in data), default=0.0) if lent.shortest else inf
@@ -67,7 +85,7 @@ def _one_way(spec: TestSpec) -> str:
     return "all runs went the same way"
 
 
-def _refuse_unknown(asked: Diagnose, effects: Sequence[Effect], carried: Sequence[str]) -> None:
+def _refuse_others(asked: Diagnose, effects: Sequence[Effect], carried: Sequence[Effect]) -> None:
     """Refuse to look for, or to take in, what the model cannot take.
 
     What an earlier step found is in the model: whether it did must not decide whether a description is right.
@@ -77,7 +95,7 @@ def _refuse_unknown(asked: Diagnose, effects: Sequence[Effect], carried: Sequenc
     raise_all(
         Finding(f"diagnose.{key}", why, name, remedy)
         for key, name in _listed(asked)
-        if name not in names and name not in carried
+        if name not in names and name not in [e.name for e in carried]
     )
 
 

@@ -130,5 +130,5 @@ def _beside(one: Comparison, before: Comparison | None) -> Comparison:
 def _undiagnosed(result: Result, why: Finding, faults: Sequence[Finding]) -> Result:
     fault = f"{faults[0].where} {faults[0].what}" if faults else ""
     told = why.what if why.where == "fit" else f"{why.where}: {why.what}"
-    finding = Finding("diagnosis", "was not made", told, why.remedy, doubt=True)
+    finding = Finding("diagnosis", f"was not made: {told}", why.got, why.remedy, doubt=True)
     return replace(result, diagnosis=not_diagnosed(told, fault), findings=(*result.findings, finding))

@@ -69,7 +69,7 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
 
     Parameters
     ----------
-    faults : sensors that did not measure: where something is wrong it is these, and no cause is sought beside them.
+    faults : sensors that did not measure: nothing else is blamed beside them, nor is anything found to be right.
 
     Raises
     ------
@@ -94,11 +94,13 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
 
     if why:
         return verdict("not_testable")
-    if found.p_value > bench.case.level:
-        return verdict("adequate") if found.testable else verdict("not_testable")
+    if not found.testable and found.p_value > bench.case.level:
+        return verdict("not_testable")
     if faults:
         why = f"{faults[0].where} {faults[0].what}"
         return verdict("data_fault")
+    if found.p_value > bench.case.level:
+        return verdict("adequate")
     bench, seen = nearer(bench, found)
     tried = singles(bench, seen)
     answers = simplest(bench, not_outdone(bench, tried), tried)

@@ -50,7 +50,7 @@ def _said(verdict: Verdict, causes: Mapping[str, Effect], sizes: Mapping[str, Es
     if verdict.name == "ambiguous":
         return _undecided(verdict, causes, sizes)
     if verdict.answer is None:
-        return f"The data are at fault ({p}): {verdict.why}. Leave that part out, then look again."
+        return f"The data are at fault: {verdict.why}. Leave that part out, then look again."
     answer = verdict.answer
     cause = " and ".join(f"{causes[c].label}{size_of(causes[c], sizes)}" for c in answer.causes)
     share = _share(verdict.gain)

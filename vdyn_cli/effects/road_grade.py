@@ -18,6 +18,7 @@ from vdyn_cli.quantity import Quantity
     sense="uphill on the way out",
     lasts=False,
     steps=("coastdown", "validate", "cg"),
+    covers=("road_slope",),
 )
 def road_grade(grade: Law, s: Signals, q: Signals) -> Number:
     """A constant slope that the description does not state: uphill on the way out, downhill on the way back.

@@ -86,7 +86,9 @@ def check_channel(values: Array, unit: str, where: str, line_of: LineOf, tremble
     if values.size >= _STUCK and values[0] != 0.0 and trembles and np.all(values == values[0]):
         what = "holds one value all through: it did not measure"
         remedy = "take the channel out, or repair it and repeat the test"
-        return Quality((*findings, Finding(where, what, f"{values[0]:g} {unit}".strip(), remedy, fault=True)))
+        return Quality(
+            (*findings, Finding(where, what, f"{values[0]:g} {unit}".strip(), remedy, fault=True, doubt=True))
+        )
     sample = values[:: -(-values.size // _SAMPLE)]
     if np.unique(sample).size <= _LEVELS:
         return Quality(tuple(findings))
@@ -232,7 +234,7 @@ def _frozen(values: Array, runs: _Runs, held: int, unit: str, where: str, line: 
             continue
         what = f"holds {value[i]:.6g} {unit} for {span[1]} samples in {_span(span, line)} as nowhere else: frozen"
         remedy = "the sensor or its signal stood still: leave that part out"
-        found.append(Finding(where, what, remedy=remedy, fault=True))
+        found.append(Finding(where, what, remedy=remedy, fault=True, doubt=True))
     return found
 
 

@@ -29,7 +29,9 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 
-def read_csv(path: Path, columns: Mapping[str, Column], options: ReadOptions | None = None) -> Log:
+def read_csv(
+    path: Path, columns: Mapping[str, Column], options: ReadOptions | None = None, name: str | None = None
+) -> Log:
     """Read the mapped columns of a log.
 
     Parameters
@@ -37,6 +39,7 @@ def read_csv(path: Path, columns: Mapping[str, Column], options: ReadOptions | N
     path : comma, semicolon, tab, bar or blank separated text, plain or gzip, in any common encoding.
     columns : where each channel stands; ``time`` among them.
     options : how the file is written, where guessing is not wanted.
+    name : what it is called in the log and in all findings; else as the file: each day may have its ``run_1.csv``.
 
     Returns
     -------
@@ -53,12 +56,12 @@ def read_csv(path: Path, columns: Mapping[str, Column], options: ReadOptions | N
     A decimal comma is recognised. Thousands separators are removed where a number holds both marks, ``1.234,5`` or
     ``1,234.5``, and that is said. Headers and units rows are compared with the units of the description.
     """
-    options = options or ReadOptions()
-    layout, numbers, position, findings = _read(path, columns, options)
-    rows = data_rows(numbers, layout, position, path.name)
+    options, name = options or ReadOptions(), name or path.name
+    layout, numbers, position, findings = _read(path, columns, options, name)
+    rows = data_rows(numbers, layout, position, name)
     findings += rows.findings
     raise_all(rows.problems)
-    place = {channel: f"{path.name}, column '{layout.header[at]}'" for channel, at in position.items()}
+    place = {channel: f"{name}, column '{layout.header[at]}'" for channel, at in position.items()}
     raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
     raw, line_of, problems = _rising(raw, rows.kept, numbers.lines, columns["time"], options, place["time"], findings)
     numbers.columns.clear()
@@ -74,23 +77,23 @@ def read_csv(path: Path, columns: Mapping[str, Column], options: ReadOptions | N
         else:
             channels[channel] = _si(values, columns[channel])
     raise_all(problems)
-    return Log(path.name, raw["time"], channels, tuple(findings))
+    return Log(name, raw["time"], channels, tuple(findings))
 
 
 def _read(
-    path: Path, columns: Mapping[str, Column], options: ReadOptions
+    path: Path, columns: Mapping[str, Column], options: ReadOptions, name: str
 ) -> tuple[Layout, Numbers, Mapping[str, int], list[Finding]]:
     """The file's layout, the mapped numbers, each channel's position, and what is doubtful so far."""
     wanted = [columns["time"].column, *(c.column for k, c in columns.items() if k != "time")]
     with open_source(path, options.encoding) as source:
         first = next(source.blocks, b"")
-        layout = find_layout(first, source.encoding, wanted, options, path.name)
-        match = match_columns(layout, columns, path.name)
+        layout = find_layout(first, source.encoding, wanted, options, name)
+        match = match_columns(layout, columns, name)
         raise_all(match.problems)
         positions = list(match.position.values())
-        numbers = read_numbers(chain([first], source.blocks), layout, positions, source.encoding, path.name)
+        numbers = read_numbers(chain([first], source.blocks), layout, positions, source.encoding, name)
     if not layout.decimal and has_decimal_commas(numbers):
-        return _read(path, columns, replace(options, decimal=","))
+        return _read(path, columns, replace(options, decimal=","), name)
     return layout, numbers, match.position, [*layout.findings, *match.findings]
 
 

@@ -32,6 +32,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
 from vdyn_cli.errors import Finding, InputError, ResultError, raise_all
+from vdyn_cli.estimation.cg.gps_zero import gps_zero
 from vdyn_cli.estimation.cg.load_regression import LoadFit
 from vdyn_cli.estimation.cg.windows import Windows, cut_windows, pitch_angle
 from vdyn_cli.estimation.profiles import profile, span_of
@@ -297,7 +298,8 @@ def estimate(
     fit, solution = fitted(given.values)
     moved = _moved(lambda values: fitted(values)[1], given, solution)
     estimates = _estimates(solution, moved, given)
-    findings = (*given.notes, *weighed, *(f for log in logs for f in log.findings))
+    zero = gps_zero(logs) if spec.settings.accelerometer == "gps" else []
+    findings = (*given.notes, *weighed, *zero, *(f for log in logs for f in log.findings))
     h, lr, inertia = (estimates[n] for n in SOUGHT)
     sentence = (
         f"The centre of gravity is {h.value:.3f} m high (95 %: {h.interval95[0]:.3f} to {h.interval95[1]:.3f}) and "

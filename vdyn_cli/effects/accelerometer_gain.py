@@ -1,0 +1,30 @@
+"""An accelerometer with a wrong gain."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect, reads
+from vdyn_cli.engine.bench import Law, Number, Signals
+from vdyn_cli.quantity import Quantity
+
+
+@effect(
+    on="acceleration",
+    unknowns=(
+        Quantity("accelerometer_gain_error", "", "share by which the accelerometer reads too much", "e", -0.3, 0.3),
+    ),
+    reference="inertial sensors hold 1 to 3 %; a wrong range or sensitivity in the logger is off by more",
+    label="an accelerometer with a wrong gain",
+    signature="The measured acceleration is off by the same share of itself everywhere; speed and position agree.",
+    alike=("speed_scale", "a body that pitches as the car speeds up"),
+    confirm="Turn the accelerometer over, nose up and nose down: it has to read plus and minus 1 g.",
+    sensor=True,
+    steps=("coastdown",),
+    covers=("accelerometer_scale",),
+)
+def accelerometer_gain(acceleration: Law, s: Signals, q: Signals) -> Number:
+    """An accelerometer whose gain is wrong.
+
+    It reads (1 + e) a.
+    """
+    gain = 1.0 + q.accelerometer_gain_error
+    return acceleration(s) * gain if reads(s) else acceleration(s.but(value=s.value / gain))
