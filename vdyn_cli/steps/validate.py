@@ -159,7 +159,7 @@ def trial_of(
         what = "no stretch of any run can be simulated"
         raise InputError(*doubts, Finding("runs", what, remedy="check the channels and settings.windows"))
     has = OUTPUTS if s.model == "vehicle" else ("speed",) if hilly else ("speed", "acceleration")
-    channels = tuple(n for n in has if all(n in one.outputs for one in found))
+    channels = tuple(n for n in has if all(n in one.outputs for one in found) and all(_moves(log, n) for log in logs))
     zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)
     zeros["acceleration"] = s.zeros.acceleration.value
     if s.model == "vehicle":  # a mass on a road takes it for a force that every drive has of its own
@@ -176,6 +176,12 @@ def trial_of(
 def carried(known: Parameters, model: Model) -> tuple[Effect, ...]:
     """The causes that earlier steps accepted and that this model can take: they are in it from the start."""
     return offered(model, [e for e in catalogue() if e.name in known.extensions])
+
+
+def _moves(log: Log, channel: str) -> bool:
+    """Not so where a sensor held one value all through, which the reader has told: it would pass for noise of all."""
+    values = log[channel] if channel in log else np.zeros(0)
+    return not values.size or float(np.nanmax(values)) > float(np.nanmin(values))
 
 
 @lru_cache(maxsize=2)

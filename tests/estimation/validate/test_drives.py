@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from tests.steps.validate_cases import inputs, true_parameters
 from vdyn_cli.errors import InputError
 from vdyn_cli.estimation.validate.drives import Cut, Note, end_speed, stretches
 from vdyn_cli.estimation.validate.regimes import REGIMES
 from vdyn_cli.log import Log
+from vdyn_cli.steps.validate import trial_of
 
 TIME = np.arange(0.0, 60.0, 0.1)
 # Stands, accelerates, cruises, coasts, brakes, stands.
@@ -81,3 +85,12 @@ def test_a_log_that_begins_in_a_tip_in_begins_at_its_own_speed() -> None:
     value, std = end_speed(time, noisy, first=True)
     assert abs(value - 10.0) < std < 0.2
     assert abs(value - 10.0) < 0.03
+
+
+def test_an_output_that_holds_one_value_all_through_is_none(root: Path, tmp_path: Path) -> None:
+    """It would pass for noise that all outputs share, and nothing would lie outside its band."""
+    found = inputs(root, tmp_path, true_parameters())
+    logs = [log.between(0.0, 6.0) for log in found.data]
+    stuck = [log.with_channels(wheel_speed_fl=np.full(log.time.size, 3.0)) for log in logs]
+    whole, left = (trial_of(found.spec, some, found.known)[0].channels for some in (logs, stuck))
+    assert set(whole) - set(left) == {"wheel_speed_fl"}
