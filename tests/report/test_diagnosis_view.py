@@ -149,12 +149,18 @@ def test_the_gain_says_less_or_more(before: float, after: float, words: str) -> 
 
 
 @pytest.mark.parametrize(
-    ("certain", "ends"), [(True, "above the noise"), (False, "above the noise, though not for certain")]
+    ("certain", "ends"), [(True, "all channels together"), (False, "all channels together, though not for certain")]
 )
 def test_a_share_that_is_not_certain_says_so(certain: bool, ends: str) -> None:
     gain = told(gain={**examples.DIAGNOSIS["gain"], "certain": certain}).gain
     assert gain is not None
     assert plain(gain.explained).endswith(ends)
+
+
+def test_a_gain_of_other_channels_than_the_one_that_is_shown_says_so() -> None:
+    gain = told(gain={**examples.DIAGNOSIS["gain"], "certain": True, "interval95": [-0.02, 0.03]}).gain
+    assert gain is not None
+    assert plain(gain.explained).endswith("together, though of the speed rms alone that is not certain")
 
 
 def test_the_pipeline_tells_each_diagnosis_and_the_causes_that_it_keeps() -> None:

@@ -41,7 +41,7 @@ class Gain:
     ----------
     plain : in the unit of the main channel; else in standard deviations of its noise.
     interval : 95 % of before - after on new logs of the same kind and number.
-    share : of the explainable error (above the noise) that is gone.
+    share : of the explainable error (above the noise), of all channels together, that is gone.
     better : is the main channel, or are all channels together, predicted better for sure?
     worse : do refitted models predict them worse for sure?
     """

@@ -105,10 +105,13 @@ def gain(source: Any) -> Gain | None:
     interval = source.get("interval95")
     bounds = [number(v) for v in interval] if isinstance(interval, Sequence) and len(interval) == 2 else []
     share = number(source.get("share_of_explainable"))
+    metric = words.prose(source.get("metric", "error"))
     sure = "" if source.get("certain", True) else ", though not for certain"
+    if not sure and bounds and bounds[0] <= 0:
+        sure = f", though of the {metric} alone that is not certain"
     unit = words.unit(str(source.get("unit") or ""))
     return Gain(
-        words.prose(source.get("metric", "error")),
+        metric,
         unit,
         words.significant(before, 2),
         words.significant(after, 2),
@@ -116,7 +119,7 @@ def gain(source: Any) -> Gain | None:
         round(100 * after / largest, 1),
         _change(before, after),
         f"{words.significant(bounds[0], 2)} to {words.significant(bounds[1], 2)} {unit}".strip() if bounds else "",
-        f"{words.fixed(100 * share, 0)}{words.NARROW}% of what was above the noise{sure}"
+        f"{words.fixed(100 * share, 0)}{words.NARROW}% of what was above the noise, all channels together{sure}"
         if math.isfinite(share)
         else "",
         bool(source.get("held_out")),
