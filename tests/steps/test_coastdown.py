@@ -161,7 +161,7 @@ def test_the_sample_logs_give_their_truth(root: Path) -> None:
     assert {t.key for t in result.tables} == {"coefficients", "forces", "times"}
     assert 2 <= len(result.figures) <= 5
     assert len(result.comparisons) == 8
-    assert not [f for f in result.findings if not f.where.startswith("coast_")]  # the logs' own remarks apart
+    assert not [f for f in result.findings if "coast_" not in f.where]  # the logs' own remarks apart
     assert set(STEP.gives) - {"drag_coefficient"} <= set(result.parameters)
 
 
