@@ -12,6 +12,27 @@ ROOT = Path(__file__).resolve().parent.parent
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
+# Files that take longest: side by side, what is begun last should be short.
+LONGEST = (
+    "test_coastdown_diagnosis.py",
+    "test_contract.py",
+    "test_puzzle.py",
+    "test_cli.py",
+    "test_coastdown.py",
+    "test_validate_open_road.py",
+    "test_bmw_diagnosis.py",
+    "test_bmw_i3.py",
+    "test_run_pipeline.py",
+    "test_validate.py",
+    "test_damage.py",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest files first."""
+    items.sort(key=lambda item: item.path.name not in LONGEST)
+
+
 def shared_data_folder() -> Path:
     """Where real measurements are looked for: $VDYN_DATA, or ../shared/data beside the project."""
     return Path(os.environ.get("VDYN_DATA") or ROOT.parent / "shared" / "data")
