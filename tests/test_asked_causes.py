@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from vdyn_cli.errors import InputError
-from vdyn_cli.execute import execute
+from vdyn_cli.errors import Finding, InputError
+from vdyn_cli.execute import _placed, execute
+from vdyn_cli.inputs import gather
+from vdyn_cli.steps import load_step
 
 
 def described(folder: Path, root: Path, step: str, *changes: tuple[str, str]) -> Path:
@@ -66,6 +68,19 @@ def test_logs_that_are_missing_are_told_beside_causes_that_are_wrong(tmp_path: P
     assert any("gone.csv" in one for one in told)
     assert any("monday/coast.csv has no such column" in one for one in told)
     assert any("tuesday/coast.csv has no such column" in one for one in told)
+
+
+def test_a_log_may_be_called_as_a_key_is(tmp_path: Path, root: Path) -> None:
+    """``runs.csv`` is no place in the description."""
+    path = described(tmp_path, root, "coastdown")
+    text = path.read_text()
+    log = root / "sample_logs" / "coast_1.csv"
+    (tmp_path / "runs.csv").write_bytes(log.read_bytes())
+    path.write_text(text.replace(str(log), "runs.csv"))
+    inputs = gather(load_step("coastdown"), path)
+    finding = Finding("runs.csv, acceleration", "falls")
+    assert _placed(finding, inputs) is finding
+    assert _placed(Finding("runs", "there are none"), inputs).where == line_of(path, "runs:")
 
 
 def test_what_a_step_refuses_of_its_description_is_told_with_its_line(tmp_path: Path, root: Path) -> None:

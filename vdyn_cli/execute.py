@@ -64,7 +64,8 @@ def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
 def _placed(finding: Finding, inputs: Inputs) -> Finding:
     """The finding with file and line, where it names a key of the description: ``settings.step``."""
     location = tuple(finding.where.split("."))
-    if location[0] not in type(inputs.spec).model_fields:
+    of_a_log = any(finding.where.startswith(log.name) for log in inputs.logs)
+    if of_a_log or location[0] not in type(inputs.spec).model_fields:
         return finding
     return replace(finding, where=inputs.source.where(location), what=f"'{finding.where}': {finding.what}")
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vdyn_cli.cross_checks import with_cross_checks
 from vdyn_cli.effects import candidates
@@ -24,7 +25,9 @@ from vdyn_cli.vocabulary import PARAMETERS
 from vdyn_cli.yaml_source import Location, Source
 
 CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
+STUCK = 100  # samples of one value, from which a sensor may have stood still
 SAME = 1e-3  # share by which such values may differ however well they are known
+Array = NDArray[np.float64]
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -196,7 +199,20 @@ def _read_run(step: Step, spec: TestSpec, source: Source, index: int) -> Log:
     if cut.time.size < 2:
         got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
         raise InputError(Finding(place, "the time window holds no samples of the log", got))
-    return cut
+    headers = {n: c.column for one in loggers for n, c in one.channels.items()}
+    return replace(cut, findings=tuple(f for f in cut.findings if not (f.fault and _cut_out(f, cut, headers))))
+
+
+def _cut_out(fault: Finding, cut: Log, headers: Mapping[str, str]) -> bool:
+    """Is it of a channel that stands still no longer, now that the run is cut?"""
+    named = [n for n, column in headers.items() if n in cut and fault.where.endswith(f"column '{column}'")]
+    return bool(named) and all(_longest_rest(cut[n]) < STUCK for n in named)
+
+
+def _longest_rest(values: Array) -> int:
+    """How many samples in a row hold one value, at most."""
+    moves = np.flatnonzero(np.diff(values) != 0.0)
+    return int(np.max(np.diff(np.concatenate([[-1], moves, [values.size - 1]]))))
 
 
 def _within_physics(step: Step, log: Log) -> Log:

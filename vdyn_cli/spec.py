@@ -165,8 +165,7 @@ class Diagnose(Strict):
     def _several(cls, value: Any, info: ValidationInfo) -> Any:
         words = {"effects": "all, none", "extend": "never, named"}[info.field_name or ""]
         if isinstance(value, str) and value not in words.split(", "):
-            what = "takes {words}, or a list: write [{value}]"
-            raise PydanticCustomError("list", what, {"words": words, "value": value})
+            raise PydanticCustomError("list", "takes {words}, or a list such as [headwind]", {"words": words})
         return value
 
     @model_validator(mode="after")

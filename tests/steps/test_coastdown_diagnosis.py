@@ -23,10 +23,13 @@ from tests.plant.sensors import ACCELEROMETER
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.cli import app
 from vdyn_cli.parameters import read_parameters
+from vdyn_cli.reading.csv_reader import Column, read_csv
 
 SEED = 1
 EIGHT = coast.WIDE.but(rate=5.0)
 MILD_TO_WARM = WARM.but(rate=5.0, runs=10, temperatures=(12.0, 15.0, 18.0, 22.0, 26.0, 28.0, 25.0, 20.0, 16.0, 12.0))
+
+TIMED = {"time": Column("Time [s]", "s", "s"), "speed": Column("GPS Speed [km/h]", "km/h", "m/s")}
 
 
 def described(folder: Path, effects: Mapping[str, float], day: coast.Day = EIGHT, **more: Any) -> Path:
@@ -152,6 +155,19 @@ def test_while_a_sensor_stood_still_nothing_else_is_blamed(tmp_path: Path) -> No
     if told["verdict"] == "data_fault":
         assert "GPS Speed" in told["sentence"]
         assert "frozen" in told["sentence"]
+
+
+def test_what_stood_still_may_be_cut_out(tmp_path: Path) -> None:
+    path = described(tmp_path, {})
+    damage(sorted(tmp_path.glob("*.csv")), "stuck")
+    description = yaml.safe_load(path.read_text(encoding="utf-8"))
+    ends = [read_csv(tmp_path / run["log"], TIMED).time for run in description["runs"]]
+    for run, time in zip(description["runs"], ends, strict=True):
+        run["to_time"] = float(time[int(0.39 * time.size)])
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    made = document(path)
+    assert made["diagnosis"]["verdict"] != "data_fault"
+    assert not any(f["fault"] for f in made["findings"])
 
 
 @pytest.mark.parametrize("day", [EIGHT.but(runs=1), EIGHT.but(runs=2), EIGHT.but(one_way=True)])

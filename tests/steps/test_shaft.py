@@ -15,7 +15,7 @@ from vdyn_cli.execute import execute
 from vdyn_cli.inputs import gather
 from vdyn_cli.log import Log
 from vdyn_cli.parameters import Estimate, Parameters
-from vdyn_cli.steps.shaft import STEP, ShaftSpec
+from vdyn_cli.steps.shaft import STEP, ShaftSpec, _gear
 from vdyn_cli.vocabulary import PARAMETERS
 
 RUN = [{"log": "tip_in.csv", "side": "left"}]
@@ -161,6 +161,17 @@ def test_what_cannot_serve_is_refused_with_the_line_to_change() -> None:
         STEP.estimate(spec(runs=RUN), (bare,), Parameters())
     with pytest.raises(InputError, match="neither a drawing nor a log"):
         STEP.estimate(spec(), (), Parameters())
+
+
+def test_a_wheel_that_is_held_is_not_dead() -> None:
+    """Wound up against the brakes, the shaft's twist is what its inner end turns."""
+    time = np.arange(0.0, 10.0, 0.005)
+    rng = np.random.default_rng(1)
+    motor = 6.0 * np.sin(9.0 * time)
+    twist = 6.0 / 9.0 * (1.0 - np.cos(9.0 * time)) / 3.0
+    torque = 3000.0 * twist + 20.0 * motor / 3.0 + rng.normal(0.0, 1.5, time.size)
+    held = Log("held.csv", time, {"motor_speed": motor, "wheel_speed": np.zeros(time.size), "shaft_torque": torque})
+    assert not _gear(held, 3.0)
 
 
 def test_the_gear_ratio_turns_the_motors_speed_into_the_shafts() -> None:

@@ -69,7 +69,8 @@ def judge(bench: Workbench, faults: Sequence[Finding] = ()) -> Verdict:
 
     Parameters
     ----------
-    faults : sensors that did not measure: nothing else is blamed beside them, nor is anything found to be right.
+    faults : sensors that did not measure: nothing else is blamed beside them, nor is anything found to be right. Too
+        few or too short runs tell nothing all the same.
 
     Raises
     ------

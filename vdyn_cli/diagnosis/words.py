@@ -130,7 +130,8 @@ def size_of(effect: Effect, sizes: Mapping[str, Estimate]) -> str:
     unit = f" {e.unit}" if e.unit else " %" if share > 1.0 else ""
     sense = f" {effect.sense}" if effect.sense else ""
     size = f"{share * e.value:.{places}f} +- {half:.{places}f}{unit}{sense}"
-    return f" ({size})" if any(word in effect.label.split() for word in CLAUSE) else f" of {size}"
+    behind = any(word in effect.label.split() for word in CLAUSE) and "(" not in size
+    return f" ({size})" if behind else f" of {size}"
 
 
 def _digits(spread: float) -> int:

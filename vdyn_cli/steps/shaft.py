@@ -26,6 +26,7 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
@@ -53,11 +54,14 @@ from vdyn_cli.vocabulary import PARAMETERS
 
 SideName = Literal["left", "right"]
 SIDES: tuple[SideName, ...] = ("left", "right")
+Array = NDArray[np.float64]
+
 FREE_TORQUE = 50.0  # N m, of a free profile
 TWIST, TWIST_RATE = 0.05, 1.0  # rad, rad/s: what a tip-in twists a half-shaft by
 STEEL = Given(79.3e9, 0.8e9)
 LEAST_TORQUE = 10.0  # noise levels of the torque that a tip-in has to move it by
 FEWEST_SAMPLES = 200
+WOUND = 3.0  # rad: no half-shaft twists so far while a brake holds the wheel
 DEAD = 0.02  # of the other speed, below which one did not measure
 IN_SERIES = "series_compliance"
 EXACT = 1e-3  # relative: a drawing's stiffness is not known better
@@ -265,23 +269,32 @@ def _twisting(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, list[Twist
 
 
 def _gear(log: Log, ratio: float) -> list[Finding]:
+    """A speed that did not measure, or speeds that are not each other's by the gear ratio."""
     if not ("motor_speed" in log and "wheel_speed" in log):
         return []
     motor, wheel = log["motor_speed"], log["wheel_speed"]
-    turning = np.isfinite(motor) & np.isfinite(wheel) & (np.maximum(np.abs(motor) / ratio, np.abs(wheel)) > 1.0)
+    for dead, alive, still, turns in (
+        ("motor_speed", "wheel_speed", motor / ratio, wheel),
+        ("wheel_speed", "motor_speed", wheel, motor / ratio),
+    ):
+        if np.nanmax(np.abs(still)) < DEAD * np.nanmax(np.abs(turns)) and _turned(log.time, turns) > WOUND:
+            what = f"reads next to nothing while {alive} turns"
+            return [Finding(f"{log.name}, channel '{dead}'", what, "", "map 'twist' instead, or leave the run out")]
+    turning = np.isfinite(motor) & np.isfinite(wheel) & (np.abs(wheel) > 1.0)
     if not turning.any():
         return []
-    turns = {"motor_speed": np.median(np.abs(motor[turning])) / ratio, "wheel_speed": np.median(np.abs(wheel[turning]))}
-    dead, alive = sorted(turns, key=turns.__getitem__)
-    if turns[dead] < DEAD * turns[alive]:
-        what = f"reads next to nothing while {alive} turns"
-        return [Finding(f"{log.name}, channel '{dead}'", what, "", "map 'twist' instead, or leave the run out")]
     seen = float(np.median(motor[turning] / wheel[turning]))
     if abs(seen / ratio - 1) < 0.02:
         return []
     remedy = f"write 'gear_ratio: {seen:.4g}' under settings" if seen > 0 else "add 'sign: -1' to one of the speeds"
     what = "motor_speed over wheel_speed is not the gear ratio"
     return [Finding(log.name, what, f"{seen:.4g} against {ratio:g}", remedy)]
+
+
+def _turned(time: Array, speed: Array) -> float:
+    """rad, how far it turned to either side."""
+    there = np.isfinite(speed)
+    return float(np.ptp(np.cumsum(np.diff(time[there]) * speed[there][1:])))
 
 
 def _gentle(run: Twisting) -> list[Finding]:

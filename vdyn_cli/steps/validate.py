@@ -135,6 +135,7 @@ def trial_of(
     Raises
     ------
     InputError : parameters that are missing or not physical; inputs with gaps or on another clock than the speed.
+    ResultError : the simulation is not finite in the shortest steps.
     """
     s = spec.settings
     asked = s.step.value if s.step else None
@@ -159,7 +160,8 @@ def trial_of(
         what = "no stretch of any run can be simulated"
         raise InputError(*doubts, Finding("runs", what, remedy="check the channels and settings.windows"))
     has = OUTPUTS if s.model == "vehicle" else ("speed",) if hilly else ("speed", "acceleration")
-    channels = tuple(n for n in has if all(n in one.outputs for one in found) and all(_moves(log, n) for log in logs))
+    there = [n for n in has if all(n in one.outputs for one in found)]
+    channels = tuple(n for n in there if n == "speed" or all(_moves(log, n) for log in logs))
     zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)
     zeros["acceleration"] = s.zeros.acceleration.value
     if s.model == "vehicle":  # a mass on a road takes it for a force that every drive has of its own
@@ -179,7 +181,7 @@ def carried(known: Parameters, model: Model) -> tuple[Effect, ...]:
 
 
 def _moves(log: Log, channel: str) -> bool:
-    """Not so where a sensor held one value all through, which the reader has told: it would pass for noise of all."""
+    """Not so where a sensor held one value all through: it would pass for noise that all outputs share."""
     values = log[channel] if channel in log else np.zeros(0)
     return not values.size or float(np.nanmax(values)) > float(np.nanmin(values))
 

@@ -94,3 +94,5 @@ def test_an_output_that_holds_one_value_all_through_is_none(root: Path, tmp_path
     stuck = [log.with_channels(wheel_speed_fl=np.full(log.time.size, 3.0)) for log in logs]
     whole, left = (trial_of(found.spec, some, found.known)[0].channels for some in (logs, stuck))
     assert set(whole) - set(left) == {"wheel_speed_fl"}
+    still = [log.with_channels(speed=np.full(log.time.size, 3.0)) for log in logs]
+    assert "speed" in trial_of(found.spec, still, found.known)[0].channels
