@@ -87,6 +87,13 @@ def test_a_log_that_begins_in_a_tip_in_begins_at_its_own_speed() -> None:
     assert abs(value - 10.0) < 0.03
 
 
+def test_a_car_that_stands_all_through_is_no_drive() -> None:
+    still = log(speed=np.zeros(TIME.size), drive_torque=np.zeros(TIME.size), brake_torque=np.zeros(TIME.size))
+    found, said = stretches([log(), still], [Note("out"), Note("back")], Cut("vehicle"))
+    assert [s.run for s in found] == [0]
+    assert any("no stretch of it can be simulated" in f.what for f in said)
+
+
 def test_an_output_that_holds_one_value_all_through_is_none(root: Path, tmp_path: Path) -> None:
     """It would pass for noise that all outputs share, and nothing would lie outside its band."""
     found = inputs(root, tmp_path, true_parameters())

@@ -121,7 +121,7 @@ def stretches(logs: Sequence[Log], notes: Sequence[Note], cut: Cut) -> tuple[lis
     for k, (log, note) in enumerate(zip(logs, notes, strict=True)):
         whole, doubts = _whole(log)
         findings += doubts
-        parts = _parts(whole, cut)
+        parts = _parts(whole, cut) if np.nanmax(np.abs(whole["speed"])) > SLOWEST else []
         for a, b in parts:
             found.append(_stretch(k, whole, note, a, b, len(parts) > 1 or cut.length is not None))
         if not parts:
