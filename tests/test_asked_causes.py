@@ -6,21 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.descriptions import described
 from vdyn_cli.errors import Finding, InputError
 from vdyn_cli.execute import _placed, execute
 from vdyn_cli.inputs import gather
 from vdyn_cli.steps import load_step
-
-
-def described(folder: Path, root: Path, step: str, *changes: tuple[str, str]) -> Path:
-    """A step's own description with its logs where they are, changed and added to."""
-    text = (root / "configs" / f"{step}.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
-    text = text.replace("vehicle: vehicle.yaml", f"vehicle: {root / 'configs' / 'vehicle.yaml'}")
-    for old, new in changes:
-        assert old in text or not old
-        text = text.replace(old, new) if old else text + new
-    (folder / f"{step}.yaml").write_text(text)
-    return folder / f"{step}.yaml"
 
 
 def line_of(path: Path, words: str) -> str:

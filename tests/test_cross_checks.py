@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.descriptions import described
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.cross_checks import with_cross_checks
 from vdyn_cli.diagnosis.level import LEVEL
@@ -80,16 +81,6 @@ def test_a_wheel_speed_that_is_wrong_is_a_fault_of_the_data(reading: np.ndarray,
     assert finding.what.startswith(says)
     assert finding.fault
     assert finding.doubt
-
-
-def described(folder: Path, root: Path, step: str, *changes: tuple[str, str]) -> Path:
-    text = (root / "configs" / f"{step}.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
-    text = text.replace("vehicle: vehicle.yaml", f"vehicle: {root / 'configs' / 'vehicle.yaml'}")
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (folder / f"{step}.yaml").write_text(text)
-    return folder / f"{step}.yaml"
 
 
 @pytest.mark.parametrize(
