@@ -5,7 +5,7 @@ named         one cause (or one pair) suffices
 ambiguous     several suffice: these data cannot tell them apart
 unknown       something is wrong that no cause of the catalogue explains
 not_testable  too little was driven to say
-data_fault    the cause is a sensor's
+data_fault    the cause is a sensor's, or a sensor did not measure
 """
 
 from __future__ import annotations
