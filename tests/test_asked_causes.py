@@ -71,6 +71,9 @@ def test_a_log_may_be_called_as_a_key_is(tmp_path: Path, root: Path) -> None:
     finding = Finding("runs.csv, acceleration", "falls")
     assert _placed(finding, inputs) is finding
     assert _placed(Finding("runs", "there are none"), inputs).where == line_of(path, "runs:")
+    bump = gather(load_step("bump"), described(tmp_path, root, "bump"))
+    finding = Finding("bump", "mass is needed and not given")
+    assert _placed(finding, bump) is finding
 
 
 def test_what_a_step_refuses_of_its_description_is_told_with_its_line(tmp_path: Path, root: Path) -> None:

@@ -64,8 +64,9 @@ def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
 def _placed(finding: Finding, inputs: Inputs) -> Finding:
     """The finding with file and line, where it names a key of the description: ``settings.step``."""
     location = tuple(finding.where.split("."))
-    of_a_log = any(finding.where.startswith(log.name) for log in inputs.logs)
-    if of_a_log or location[0] not in type(inputs.spec).model_fields:
+    # A step, or a log, may be called as a key is.
+    another = finding.where == inputs.spec.test or finding.where.startswith(tuple(log.name for log in inputs.logs))
+    if another or location[0] not in type(inputs.spec).model_fields:
         return finding
     return replace(finding, where=inputs.source.where(location), what=f"'{finding.where}': {finding.what}")
 
