@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from tests.plant import coast
 from tests.plant.coast import Day, Run
 from tests.plant.vehicle import Vehicle
-from vdyn_cli.log import Log
-from vdyn_cli.parameters import Estimate, Parameters
-from vdyn_cli.result import Result
-from vdyn_cli.steps.coastdown import CoastdownSpec, estimate
-from vdyn_cli.vocabulary import PARAMETERS
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.coastdown.step import CoastdownSpec, estimate
 
 Array = NDArray[np.float64]
 COLUMNS = {

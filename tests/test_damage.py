@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from vdyn_cli import steps
 from vdyn_cli.commands.run_step import write_step
-from vdyn_cli.errors import VdynError
+from vdyn_cli.quantities.errors import VdynError
 
 LONGEST = 1500  # lines of a log: enough to be a run, little enough to be quick
 WORDS = ["", "-1", "0", "nan", "1e400", "[]", "{}", "null", "true", "km/h", "1,5", "'", "é", "- x", "x: y", "\t"]

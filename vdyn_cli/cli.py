@@ -14,7 +14,7 @@ import typer
 
 from vdyn_cli import steps
 from vdyn_cli.diagnosis.level import LEVEL
-from vdyn_cli.errors import InputError, VdynError, alike
+from vdyn_cli.quantities.errors import InputError, VdynError, alike
 
 app = typer.Typer(
     help="From a test day's logs to a vehicle model that can be trusted.",

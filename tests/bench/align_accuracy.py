@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.errors import InputError
-from vdyn_cli.log import Log
-from vdyn_cli.reading.align import align
+from vdyn_cli.io.align import align
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
 
 Array = NDArray[np.float64]
 

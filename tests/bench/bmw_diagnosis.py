@@ -19,8 +19,8 @@ import yaml
 from numpy.typing import NDArray
 
 from tests.conftest import ROOT, shared_data_folder
-from vdyn_cli.execute import execute
-from vdyn_cli.result import Result
+from vdyn_cli.project.execute import execute
+from vdyn_cli.quantities.result import Result
 
 Array = NDArray[np.float64]
 

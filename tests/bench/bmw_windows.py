@@ -11,8 +11,8 @@ from pathlib import Path
 import yaml
 
 from tests.conftest import ROOT, shared_data_folder
-from vdyn_cli.execute import execute
-from vdyn_cli.result import Result
+from vdyn_cli.project.execute import execute
+from vdyn_cli.quantities.result import Result
 
 SEASONS = ("summer", "winter")
 HEAD = """# A BMW i3 against its certified road load

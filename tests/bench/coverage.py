@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.fit.gusty import TRUTH, Case, campaign
-from vdyn_cli.fit import solve
-from vdyn_cli.fit.intervals import t_quantile
+from tests.inference.gusty import TRUTH, Case, campaign
+from vdyn_cli.inference import solve
+from vdyn_cli.inference.intervals import t_quantile
 
 WRONG = {"believed_gust": 0.3, "believed_memory": 3.0}
 CASES = {

@@ -27,10 +27,10 @@ from tests.bench import cases
 from tests.plant import coast
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.diagnosis.extend import diagnosed
-from vdyn_cli.document import to_json
-from vdyn_cli.execute import execute
-from vdyn_cli.inputs import gather
-from vdyn_cli.pipeline import Task, load_plan
+from vdyn_cli.project.execute import execute
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.project.pipeline import Task, load_plan
+from vdyn_cli.project.result_document import to_json
 from vdyn_cli.steps import load_step
 
 PAGE = Path(__file__).with_name("diagnosis_time.md")

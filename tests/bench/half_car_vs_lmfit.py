@@ -21,14 +21,14 @@ from numpy.typing import NDArray
 
 from tests.plant import bump
 from tests.plant.vehicle import REFERENCE
-from vdyn_cli.estimation.bump.crossing import LOADS, Crossing
-from vdyn_cli.estimation.bump.regression import BumpFit
-from vdyn_cli.fit import Regression, Rows, Solution, solve
-from vdyn_cli.log import Log
-from vdyn_cli.models.half_car import SOUGHT
-from vdyn_cli.parameters import Estimate, Parameters
-from vdyn_cli.steps.bump import STEP, BumpSpec, Measured, fit_of
-from vdyn_cli.vocabulary import PARAMETERS
+from vdyn_cli.inference import Regression, Rows, Solution, solve
+from vdyn_cli.physics.models.half_car import SOUGHT
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.bump.crossing import LOADS, Crossing
+from vdyn_cli.steps.bump.regression import BumpFit
+from vdyn_cli.steps.bump.step import STEP, BumpSpec, Measured, fit_of
 
 Array = NDArray[np.float64]
 

@@ -14,10 +14,10 @@ from vdyn_cli.diagnosis.case import begun_at, unknowns_of
 from vdyn_cli.diagnosis.gain import rms_of
 from vdyn_cli.diagnosis.sheet import Linear, as_measured, linearise
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
-from vdyn_cli.errors import ResultError
-from vdyn_cli.fit import Regression, approach
-from vdyn_cli.fit.restrict import restricted
-from vdyn_cli.inputs import gather
+from vdyn_cli.inference import Regression, approach
+from vdyn_cli.inference.restrict import restricted
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps import load_step
 
 MOST_STEPS = 50

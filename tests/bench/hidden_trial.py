@@ -16,8 +16,8 @@ from tests.bench.hidden_logs import make
 from tests.plant.hidden import Scenario
 from tests.plant.vehicle import Vehicle
 from vdyn_cli.effects import catalogue
-from vdyn_cli.errors import VdynError
-from vdyn_cli.execute import execute
+from vdyn_cli.project.execute import execute
+from vdyn_cli.quantities.errors import VdynError
 
 SILENT = ("adequate", "not_testable")
 CLAIMS = ("named", "data_fault")  # a named cause that is a sensor's is a data fault

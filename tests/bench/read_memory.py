@@ -35,8 +35,8 @@ def read(path: Path, mapped: int) -> dict[str, float]:
     """Peak memory and time of one reading, in this process."""
     import pandas  # noqa: F401  (its own memory is not the log's)
 
-    from vdyn_cli.quantity import to_si
-    from vdyn_cli.reading.csv_reader import Column, read_csv
+    from vdyn_cli.io.csv.csv_reader import Column, read_csv
+    from vdyn_cli.quantities.quantity import to_si
 
     to_si(1.0, "m/s", "m/s")
     columns = {"time": Column("time [s]", "s", "s")}

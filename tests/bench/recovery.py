@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.bench.cases import CASES, Case
-from vdyn_cli.errors import VdynError
-from vdyn_cli.execute import execute
+from vdyn_cli.project.execute import execute
+from vdyn_cli.quantities.errors import VdynError
 from vdyn_cli.steps import names
 
 PAGE = Path(__file__).with_name("recovery.md")

@@ -29,9 +29,9 @@ from tests.plant.vehicle import REFERENCE
 from vdyn_cli.engine.c_source import c_program
 from vdyn_cli.engine.graph import trace
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.fit.triangles import fold
-from vdyn_cli.models.vehicle import vehicle
-from vdyn_cli.models.vehicle_defaults import complete
+from vdyn_cli.inference.qr_factors import fold
+from vdyn_cli.physics.models.vehicle import vehicle
+from vdyn_cli.physics.models.vehicle_defaults import complete
 
 Array = NDArray[np.float64]
 Run = Callable[[Drive], Array]

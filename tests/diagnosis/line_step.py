@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import BASE, SHAPE, Campaign, cause
+from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.diagnosis import asked, extend, extension
 from vdyn_cli.diagnosis.case import Case
 from vdyn_cli.diagnosis.sizes import sizes_of
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.estimation.sizes import sizes_found
-from vdyn_cli.fit import Regression, Unknown, solve
-from vdyn_cli.parameters import Estimate, Parameters
-from vdyn_cli.result import Comparison, FitSummary, Result
-from vdyn_cli.spec import TestSpec
+from vdyn_cli.inference import Regression, Unknown, solve
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Comparison, FitSummary, Result
 from vdyn_cli.steps import Diagnosable, Step
+from vdyn_cli.steps.effect_estimates import sizes_found
 
 SLOPE, WIND, WAVE = (
     cause("slope"),

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.case import Case
 from vdyn_cli.effects import Effect, effect
-from vdyn_cli.engine.bench import Law, Number, Signals
-from vdyn_cli.fit import Regression, Rows, Unknown
-from vdyn_cli.quantity import Quantity
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.inference import Regression, Rows, Unknown
+from vdyn_cli.quantities.quantity import Quantity
 
 Array = NDArray[np.float64]
 Trace = Callable[[Array, int, int], Array]  # over x, direction and number of the run

@@ -26,11 +26,11 @@ from tests.diagnosis.line_step import (
 )
 from tests.diagnosis.linear import BASE, Campaign, cause
 from vdyn_cli.diagnosis import extend
-from vdyn_cli.document import to_json
-from vdyn_cli.errors import Finding, InputError, ResultError
-from vdyn_cli.log import Log
-from vdyn_cli.parameters import FORMAT, Parameters, read_parameters, to_document
-from vdyn_cli.result import Result
+from vdyn_cli.project.result_document import to_json
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import FORMAT, Parameters, read_parameters, to_document
+from vdyn_cli.quantities.result import Result
 
 BOTH = Campaign(1, hidden={"wind": 2.0, "slope": 0.8})
 KEYS = {

@@ -12,7 +12,7 @@ from tests.diagnosis.linear import BASE, Campaign, cause
 from vdyn_cli.diagnosis.gain import CHOSEN, Gain, gain, rms_of
 from vdyn_cli.diagnosis.scores import equivalent
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench, open_workbench
-from vdyn_cli.fit import Regression, Rows, Unknown
+from vdyn_cli.inference import Regression, Rows, Unknown
 
 NAMES = ("slope", "wind", "wave")
 CAUSES = tuple(cause(n) for n in NAMES)

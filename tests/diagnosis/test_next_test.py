@@ -23,10 +23,10 @@ from vdyn_cli.diagnosis.design import SAFE, Asked, Designer, Plan
 from vdyn_cli.diagnosis.next_test import NextTest, next_tests
 from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
-from vdyn_cli.estimation.manoeuvre import Manoeuvre
-from vdyn_cli.fit import Regression, Rows
-from vdyn_cli.inputs import gather
+from vdyn_cli.inference import Regression, Rows
+from vdyn_cli.project.inputs import gather
 from vdyn_cli.steps import load_step
+from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 Driven = Sequence[tuple[int, coast.Day]]  # seed of each day's logs, and how it was driven
 CHANNELS = {name: cases.COAST_CHANNELS[name] for name in ("time", "speed")}

@@ -23,8 +23,8 @@ from tests.diagnosis.line_step import (
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.case import Case
 from vdyn_cli.diagnosis.sizes import sizes_of
-from vdyn_cli.parameters import Estimate, Parameters
-from vdyn_cli.result import Result
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Result
 
 
 @pytest.fixture(autouse=True)

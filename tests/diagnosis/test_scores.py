@@ -11,7 +11,7 @@ from scipy import stats
 from tests.diagnosis.linear import BASE, PROFILE, Campaign
 from vdyn_cli.diagnosis.scores import DRAWS, ENUMERATED, Scores, absorbed, equivalent, scores, signs
 from vdyn_cli.diagnosis.sheet import Sheet, linearise, sheet
-from vdyn_cli.fit import Unknown
+from vdyn_cli.inference import Unknown
 
 SHAPE = [f"shape_{k + 1}" for k in range(PROFILE)]
 CAUSES: Mapping[str, Sequence[str]] = {"slope": ["slope"], "wave": ["wave"], "step": ["step"], "shape": SHAPE}

@@ -9,8 +9,8 @@ import pytest
 
 from tests.diagnosis.linear import Campaign
 from vdyn_cli.diagnosis.sheet import RUNS_AS_UNITS, Linear, linearise, sheet
-from vdyn_cli.fit import Regression, Rows, Unknown, solve
-from vdyn_cli.fit.straight import BLOCKS, FEWEST_ROWS
+from vdyn_cli.inference import Regression, Rows, Unknown, solve
+from vdyn_cli.inference.linearized_regression import BLOCKS, FEWEST_ROWS
 
 EXTRA = (Unknown("slope", 0.0), Unknown("wave", 0.0))
 

@@ -17,8 +17,8 @@ from vdyn_cli.diagnosis.verdict import Verdict, judge
 from vdyn_cli.diagnosis.words import sentence
 from vdyn_cli.diagnosis.workbench import open_workbench
 from vdyn_cli.effects import Effect
-from vdyn_cli.errors import Finding
-from vdyn_cli.fit import Regression, Unknown
+from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.quantities.errors import Finding
 
 SLOPE, WIND, WAVE, STEP = cause("slope"), cause("wind"), cause("wave"), cause("step")
 CATALOGUE = (SLOPE, WIND, WAVE, STEP)

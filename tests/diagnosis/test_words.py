@@ -6,7 +6,7 @@ import pytest
 
 from vdyn_cli.diagnosis.words import size_of
 from vdyn_cli.effects import catalogue
-from vdyn_cli.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
 from vdyn_cli.effects import Effect
-from vdyn_cli.fit import Regression, Rows, Unknown
+from vdyn_cli.inference import Regression, Rows, Unknown
 
 SIZE = 2.1
 LIKELY, RISE = 2.0, 1e5  # of which a step says that it fits best, and by so much

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.effects import Effect, catalogue
-from vdyn_cli.fit import Unknown
-from vdyn_cli.parameters import Estimate, Parameters
-from vdyn_cli.result import Result
-from vdyn_cli.vocabulary import PARAMETERS
+from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 
 def effect(name: str) -> Effect:

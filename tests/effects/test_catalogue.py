@@ -11,7 +11,7 @@ from vdyn_cli.effects import catalogue
 
 FILE = """
 from vdyn_cli.effects import effect
-from vdyn_cli.quantity import Quantity
+from vdyn_cli.quantities.quantity import Quantity
 
 @effect(on="air", unknowns=(Quantity("{unknown}", "N", "a force", "", -1, 1),), reference="none")
 def {function}(air, s, q):

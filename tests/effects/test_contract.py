@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-import vdyn_cli.models
+import vdyn_cli.physics.models
 from tests.engine.plants import HALF_CAR, ROAD_LOAD
 from vdyn_cli import steps
 from vdyn_cli.commands.explain import explanation
@@ -24,9 +24,9 @@ from vdyn_cli.engine.graph import Graph, trace
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.errors import ResultError
-from vdyn_cli.models.vehicle import vehicle
-from vdyn_cli.vocabulary import PARAMETERS
+from vdyn_cli.physics.models.vehicle import vehicle
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 # About those of a car, so that roots and quotients of them exist; what is not named is of the order of one.
 TYPICAL = {
@@ -65,11 +65,11 @@ EACH = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name
 def shipped_models() -> list[Model]:
     """Every model of the package, in all variants that its options allow, and the engine's own."""
     found: list[Model] = [ROAD_LOAD, HALF_CAR]
-    for module in pkgutil.iter_modules(vdyn_cli.models.__path__):
-        for value in vars(import_module(f"vdyn_cli.models.{module.name}")).values():
+    for module in pkgutil.iter_modules(vdyn_cli.physics.models.__path__):
+        for value in vars(import_module(f"vdyn_cli.physics.models.{module.name}")).values():
             if isinstance(value, Model):
                 found.append(value)
-            elif callable(value) and getattr(value, "__module__", "").startswith("vdyn_cli.models"):
+            elif callable(value) and getattr(value, "__module__", "").startswith("vdyn_cli.physics.models"):
                 found += variants(value)
     return [model for model in found if model.name != "vehicle"] + VEHICLES
 
@@ -148,7 +148,7 @@ def test_it_is_found_under_its_own_name(effect):
 
 @EACH
 def test_it_says_what_it_is_in_units_ranges_and_a_reference(effect):
-    from vdyn_cli.quantity import to_si
+    from vdyn_cli.quantities.quantity import to_si
 
     assert effect.summary.endswith(".")
     assert len(effect.summary) > 20

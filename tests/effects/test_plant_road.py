@@ -11,7 +11,7 @@ from tests.plant.sensors import Sensor
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.effects import Effect, catalogue
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.models.road_load import road_load
+from vdyn_cli.physics.models.road_load import road_load
 
 EFFECTS = {effect.name: effect for effect in catalogue()}
 SEED = 11

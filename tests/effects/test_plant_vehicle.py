@@ -7,13 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.models.vehicle_cases import parameters
+from tests.physics.models.vehicle_cases import parameters
 from tests.plant.drive import noise_free
 from tests.plant.drive_motion import Pedals
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import catalogue
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.models.vehicle import vehicle
+from vdyn_cli.physics.models.vehicle import vehicle
 
 EFFECTS = {effect.name: effect for effect in catalogue()}
 CAR = random_vehicle(4)

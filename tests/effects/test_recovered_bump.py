@@ -12,9 +12,9 @@ from tests.plant import bump as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
 from vdyn_cli.engine.offer import offered
-from vdyn_cli.log import Log
-from vdyn_cli.result import Result
-from vdyn_cli.steps import bump as step
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.bump import step as step
 
 SPEC = step.BumpSpec.model_validate({"test": "bump", "bump": {"height": 0.07, "width": 0.48}})
 SEED = 4

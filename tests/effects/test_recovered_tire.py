@@ -12,10 +12,10 @@ from tests.plant import tire as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
 from vdyn_cli.engine.offer import offered
-from vdyn_cli.fit import solve
-from vdyn_cli.log import Log
-from vdyn_cli.result import Result
-from vdyn_cli.steps import tire as step
+from vdyn_cli.inference import solve
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.tire import step as step
 
 SPEC = step.TireSpec.model_validate({"test": "tire"})
 SEED = 2

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from vdyn_cli.engine.bench import Bench, Number, Signals
 from vdyn_cli.engine.maths import GRAVITY, both, cos, fabs, fmax, sin, where
 from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Number, Signals
 
 
 def air(s: Signals) -> Number:

@@ -13,9 +13,9 @@ from tests.engine.effects import FADING
 from tests.engine.plants import HALF, HALF_CAR, ROAD, ROAD_LOAD
 from vdyn_cli.engine import backend as backends
 from vdyn_cli.engine import maths
-from vdyn_cli.engine.bench import Signals
 from vdyn_cli.engine.kernel import Seeds
 from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Signals
 from vdyn_cli.engine.native import MachineCode
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.engine.vm import VirtualMachine

@@ -13,10 +13,10 @@ from tests.engine.effects import FADING
 from tests.engine.plants import HALF, HALF_CAR, ROAD, ROAD_LOAD
 from vdyn_cli.effects import catalogue
 from vdyn_cli.engine import maths
-from vdyn_cli.engine.bench import Bench, Signals
 from vdyn_cli.engine.c_source import c_program
 from vdyn_cli.engine.graph import trace
 from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Signals
 from vdyn_cli.engine.simulate import Drive, Simulator
 
 HEADWIND = next(effect for effect in catalogue() if effect.name == "headwind")

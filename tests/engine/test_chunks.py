@@ -12,8 +12,8 @@ from tests.engine.plants import HALF, HALF_CAR, ROAD, ROAD_LOAD
 from vdyn_cli.effects import effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.fit.triangles import fold
-from vdyn_cli.quantity import Quantity
+from vdyn_cli.inference.qr_factors import fold
+from vdyn_cli.quantities.quantity import Quantity
 
 UNKNOWNS = ("stiffness_front", "stiffness_rear", "damping_front", "tire_stiffness", "bump_front", "start.heave")
 THETA = np.array([45e3, 42e3, 3200.0, 4e5, 5.01, 0.002])

@@ -7,11 +7,11 @@ import pytest
 
 from tests.engine.plants import ROAD, ROAD_LOAD
 from vdyn_cli.effects import effect
-from vdyn_cli.engine.bench import Law, Number, Signals
 from vdyn_cli.engine.lead import read_ahead
+from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.quantity import Quantity
+from vdyn_cli.quantities.quantity import Quantity
 
 TIME = np.arange(0.0, 20.0, 0.02)
 KNOTS, FORCE = (0.0, 3.0, 3.4, 9.0, 9.1, 20.0), (0.0, 0.0, 1500.0, 1500.0, -300.0, -300.0)

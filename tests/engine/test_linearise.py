@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.engine.linearise import steady
+from vdyn_cli.engine.linearize import steady
 from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.engine.model import Model
-from vdyn_cli.errors import ResultError
-from vdyn_cli.models.half_car import half_car
-from vdyn_cli.models.road_load import road_load
+from vdyn_cli.physics.models.half_car import half_car
+from vdyn_cli.physics.models.road_load import road_load
+from vdyn_cli.quantities.errors import ResultError
 
 CAR = {
     "mass": 1588.0,

@@ -7,8 +7,8 @@ import pytest
 from tests.engine.effects import FADING, elsewhere, mass_error, needs_more, speed_delay, speed_scale
 from tests.engine.plants import HALF_CAR, ROAD, ROAD_LOAD
 from vdyn_cli.effects import catalogue
-from vdyn_cli.engine.bench import Bench, MissingSignalError, Signals
 from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, MissingSignalError, Signals
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.engine.simulate import Simulator
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from tests.engine.effects import speed_scale
 from vdyn_cli.effects import catalogue
-from vdyn_cli.engine.bench import Bench, Signals
 from vdyn_cli.engine.maths import cos
 from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Signals
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.engine.simulate import Drive, Simulator
 

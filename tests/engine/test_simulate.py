@@ -11,7 +11,7 @@ from vdyn_cli.effects import catalogue
 from vdyn_cli.engine.maths import sin
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.errors import ResultError
+from vdyn_cli.quantities.errors import ResultError
 
 HEADWIND = next(effect for effect in catalogue() if effect.name == "headwind")
 ASYMMETRY = next(effect for effect in catalogue() if effect.name == "asymmetric_damping")

@@ -13,8 +13,8 @@ import numpy as np
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.export.given import Given, read_given
 from vdyn_cli.export.machine import Machine
-from vdyn_cli.parameters import GIVERS
-from vdyn_cli.vocabulary import PARAMETERS
+from vdyn_cli.quantities.parameters import GIVERS
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 # Value and standard deviation, SI.
 CAR: Mapping[str, tuple[float, float]] = {

@@ -14,7 +14,7 @@ from vdyn_cli.effects import catalogue
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.export import Options, make
 from vdyn_cli.export.machine import machine
-from vdyn_cli.models.vehicle import vehicle
+from vdyn_cli.physics.models.vehicle import vehicle
 
 
 def test_the_worked_example_compiles_without_a_warning_and_runs(tmp_path):

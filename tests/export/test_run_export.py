@@ -14,8 +14,8 @@ import pytest
 from tests.engine.c_host import build
 from tests.export.cases import CAR, document, written
 from vdyn_cli.commands.run_export import run_export
-from vdyn_cli.errors import InputError
 from vdyn_cli.export import FORMATS
+from vdyn_cli.quantities.errors import InputError
 
 
 def refused(path: Path, form: str = "c", name: str = "vehicle", driven: str = "front") -> str:

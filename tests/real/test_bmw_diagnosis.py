@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.bench.bmw_diagnosis import diagnosed, repeats
-from vdyn_cli.result import Result
+from vdyn_cli.quantities.result import Result
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from vdyn_cli.execute import LEVEL, execute
-from vdyn_cli.result import Result
+from vdyn_cli.project.execute import LEVEL, execute
+from vdyn_cli.quantities.result import Result
 
 EXPECTED = 260.0  # N at 60 km/h: the EPA's coast-down of this model gives 259.8
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vdyn_cli.estimation.inertia.pendulum_fit import Recording, fit_swings
-from vdyn_cli.inputs import gather
-from vdyn_cli.log import Log
-from vdyn_cli.parameters import Parameters
-from vdyn_cli.result import Result
-from vdyn_cli.steps.inertia import STEP, InertiaSpec, Measured
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.inertia.step import STEP, InertiaSpec, Measured
+from vdyn_cli.steps.pendulum.pendulum_fit import Recording, fit_swings
 
 FOLDER = "pendulum_bicycle"
 

@@ -9,11 +9,11 @@ from statistics import mean
 import numpy as np
 import pytest
 
-from vdyn_cli.estimation.inertia.pendulum_fit import Recording, fit_swings
-from vdyn_cli.estimation.shaft.sections import compliance
-from vdyn_cli.log import Log
-from vdyn_cli.parameters import Parameters
-from vdyn_cli.steps.shaft import STEP, ShaftSpec
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.pendulum.pendulum_fit import Recording, fit_swings
+from vdyn_cli.steps.shaft.sections import compliance
+from vdyn_cli.steps.shaft.step import STEP, ShaftSpec
 
 
 def measured(folder: Path, file: str) -> dict[str, float]:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from vdyn_cli.errors import Finding
-from vdyn_cli.parameters import Estimate, Parameters, to_document
-from vdyn_cli.result import Comparison, Figure, FitSummary, Result, Series, Table
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Estimate, Parameters, to_document
+from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result, Series, Table
 
 G = 9.80665
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.report import chromium, examples
-from vdyn_cli.errors import Finding
-from vdyn_cli.pipeline import StepOutcome
+from vdyn_cli.project.pipeline import StepOutcome
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.report import html
 
 pytestmark = pytest.mark.skipif(chromium.find() is None, reason="no Chromium on the PATH to open the report with")

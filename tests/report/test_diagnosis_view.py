@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from tests.report import examples
-from vdyn_cli.parameters import Estimate
-from vdyn_cli.pipeline import StepOutcome
+from vdyn_cli.project.pipeline import StepOutcome
+from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.report import causes
 from vdyn_cli.report.diagnosis_view import Diagnosis, diagnosis
 from vdyn_cli.report.pipeline_page import pipeline_page

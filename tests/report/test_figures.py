@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from tests.report import examples
+from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.report import comparison, residual_map
 from vdyn_cli.report.canvas import ticks
 from vdyn_cli.report.figures import figure_svg
 from vdyn_cli.report.lanes import MOST, channels, chosen, lay, rms
-from vdyn_cli.result import Comparison, Figure, Series
 
 
 def choices(name: str) -> tuple[str, ...]:

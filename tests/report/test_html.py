@@ -16,14 +16,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.report import examples
-from vdyn_cli.errors import Finding
-from vdyn_cli.parameters import Estimate, Parameters
-from vdyn_cli.pipeline import StepOutcome
+from vdyn_cli.project.pipeline import StepOutcome
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result, Series, Table
+from vdyn_cli.quantities.vocabulary import TABLE
 from vdyn_cli.report import html, template, views
 from vdyn_cli.report.diagnosis_view import VERDICTS, diagnosis
 from vdyn_cli.report.pipeline_page import pipeline_page
-from vdyn_cli.result import Comparison, Figure, FitSummary, Result, Series, Table
-from vdyn_cli.vocabulary import TABLE
 
 NASTY = "</style></script><script>alert(1)</script><img src=x onerror=alert(2)> & \"q\" 'a' {{7*7}} \x07\ud800 速度"
 VOID = {"meta", "link", "br", "img", "path", "use", "rect"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vdyn_cli.errors import Finding, alike
+from vdyn_cli.quantities.errors import Finding, alike
 
 
 def test_findings_that_differ_in_numbers_alone_are_told_once() -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vdyn_cli.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.report import words
 from vdyn_cli.report.words import Reading
 

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from vdyn_cli import steps
 from vdyn_cli.effects import Effect, catalogue
-from vdyn_cli.errors import Finding, InputError, did_you_mean
-from vdyn_cli.parameters import GIVERS
-from vdyn_cli.quantity import Quantity
-from vdyn_cli.vocabulary import CHANNELS, PARAMETERS
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
+from vdyn_cli.quantities.parameters import GIVERS
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 
 LONG = 6  # unknowns of an effect that are listed one by one
 

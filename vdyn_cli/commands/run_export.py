@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import get_args
 
-from vdyn_cli.errors import Finding, InputError
 from vdyn_cli.export import Driven, Options, make
 from vdyn_cli.export.given import read_given
-from vdyn_cli.files import write_whole
+from vdyn_cli.io.files import write_whole
+from vdyn_cli.quantities.errors import Finding, InputError
 
 Tell = Callable[..., None]
 

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from vdyn_cli.commands.run_step import Tell, write_step
-from vdyn_cli.document import step_command, to_json, versions
-from vdyn_cli.errors import Finding, InputError, VdynError, alike
-from vdyn_cli.files import sha256, write_whole
-from vdyn_cli.parameters import MissingParameterError
-from vdyn_cli.pipeline import Status, StepOutcome, Task, load_plan, summary_document
+from vdyn_cli.io.files import sha256, write_whole
+from vdyn_cli.project.pipeline import Status, StepOutcome, Task, load_plan, summary_document
+from vdyn_cli.project.result_document import step_command, to_json, versions
+from vdyn_cli.quantities.errors import Finding, InputError, VdynError, alike
+from vdyn_cli.quantities.parameters import MissingParameterError
 
 QUIET = ("", "adequate", "not_testable")  # verdicts that a line on the console says nothing of
 

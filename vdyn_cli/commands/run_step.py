@@ -6,10 +6,10 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from vdyn_cli.document import to_json
-from vdyn_cli.errors import ResultError, alike
-from vdyn_cli.execute import Outcome, execute
-from vdyn_cli.files import write_whole
+from vdyn_cli.io.files import write_whole
+from vdyn_cli.project.execute import Outcome, execute
+from vdyn_cli.project.result_document import to_json
+from vdyn_cli.quantities.errors import ResultError, alike
 from vdyn_cli.report.words import estimate_text
 
 Tell = Callable[..., None]

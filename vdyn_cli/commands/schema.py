@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from vdyn_cli.commands.explain import closest_topic
-from vdyn_cli.pipeline import PipelineSpec
+from vdyn_cli.project.pipeline import PipelineSpec
 from vdyn_cli.steps import load_step, names
 
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from vdyn_cli.description.test_description import Diagnose, TestSpec
 from vdyn_cli.diagnosis.case import Case
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.effects import Effect, candidates
 from vdyn_cli.engine.offer import offered
-from vdyn_cli.errors import Finding, raise_all
-from vdyn_cli.parameters import Parameters
-from vdyn_cli.spec import Diagnose, TestSpec
+from vdyn_cli.quantities.errors import Finding, raise_all
+from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps import Diagnosable, Step
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.effects import Effect
-from vdyn_cli.estimation.manoeuvre import Manoeuvre
-from vdyn_cli.fit import Regression, Unknown
+from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 REACH = 1.5  # times the plausible range: a cause that needs more is not the cause
 

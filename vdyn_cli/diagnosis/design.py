@@ -18,10 +18,10 @@ import numpy as np
 from vdyn_cli.diagnosis.detect import STATED, VISIBLE
 from vdyn_cli.diagnosis.sheet import Sheet, linearise, orthonormal
 from vdyn_cli.diagnosis.workbench import Workbench
-from vdyn_cli.errors import ResultError
-from vdyn_cli.estimation.manoeuvre import Manoeuvre
-from vdyn_cli.fit.regression import prior_rows
-from vdyn_cli.fit.triangles import Array, fold
+from vdyn_cli.inference.qr_factors import Array, fold
+from vdyn_cli.inference.regression import prior_rows
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 SAFE = 6.0  # standard errors apart at which a name is safe
 ROUNDING = 1e-6  # of a trace's length

@@ -12,7 +12,7 @@ from vdyn_cli.diagnosis.sizes import sizes_of
 from vdyn_cli.diagnosis.verdict import Verdict
 from vdyn_cli.diagnosis.words import interchangeable
 from vdyn_cli.diagnosis.workbench import Workbench
-from vdyn_cli.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate
 
 RANKED = 8  # causes in the ranking
 EXACT = 1e-3  # share of a trace that is left: less is imitated exactly

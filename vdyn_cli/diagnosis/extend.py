@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.diagnosis.asked import case_of, present
 from vdyn_cli.diagnosis.case import Case
 from vdyn_cli.diagnosis.document import document, not_diagnosed
@@ -19,10 +20,9 @@ from vdyn_cli.diagnosis.where import where
 from vdyn_cli.diagnosis.words import chance, sentence, size_of
 from vdyn_cli.diagnosis.workbench import open_workbench
 from vdyn_cli.effects import Effect
-from vdyn_cli.errors import Finding, ResultError
-from vdyn_cli.parameters import Estimate, Parameters
-from vdyn_cli.result import Comparison, Result
-from vdyn_cli.spec import TestSpec
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Comparison, Result
 from vdyn_cli.steps import Step
 
 

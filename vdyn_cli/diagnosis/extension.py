@@ -12,9 +12,9 @@ from vdyn_cli.diagnosis.sizes import estimate_of, sizes_of
 from vdyn_cli.diagnosis.verdict import Verdict
 from vdyn_cli.diagnosis.workbench import Workbench
 from vdyn_cli.effects import Effect
-from vdyn_cli.errors import Finding, ResultError
-from vdyn_cli.parameters import Estimate
-from vdyn_cli.result import Result
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Result
 
 Again = Callable[..., Result]  # (effects, extra) -> the step's estimate with these in its model
 NOTHING: Mapping[str, float] = MappingProxyType({})

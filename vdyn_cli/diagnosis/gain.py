@@ -18,9 +18,9 @@ from vdyn_cli.diagnosis.scatter import Doubted, doubted, scatter
 from vdyn_cli.diagnosis.scores import scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, as_measured
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
-from vdyn_cli.fit.intervals import t_quantile
-from vdyn_cli.fit.regression import prior_rows
-from vdyn_cli.fit.triangles import Array
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.inference.regression import prior_rows
 
 FEWEST_RUNS = 4  # that can be left out one by one; fewer are cut into blocks
 FEWEST_DRIVES = 3  # of which nothing is fitted but the size of the cause

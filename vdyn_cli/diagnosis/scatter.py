@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vdyn_cli.diagnosis.sheet import Linear
-from vdyn_cli.fit import Unknown
-from vdyn_cli.fit.regression import prior_rows
-from vdyn_cli.fit.triangles import Array
+from vdyn_cli.inference import Unknown
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.inference.regression import prior_rows
 
 DAYS = 400  # that are drawn
 SEED = 20170402

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.sheet import Sheet, orthonormal
-from vdyn_cli.fit.triangles import Array
+from vdyn_cli.inference.qr_factors import Array
 
 ENUMERATED = 13  # units up to which every pattern of signs is tried
 DRAWS = 1999

@@ -14,11 +14,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.fit import Regression, Rows
-from vdyn_cli.fit.intervals import effective_number
-from vdyn_cli.fit.regression import prior_rows
-from vdyn_cli.fit.straight import BLOCKS, blocks_of, blocks_within
-from vdyn_cli.fit.triangles import Array, fold
+from vdyn_cli.inference import Regression, Rows
+from vdyn_cli.inference.intervals import effective_number
+from vdyn_cli.inference.linearized_regression import BLOCKS, blocks_of, blocks_within
+from vdyn_cli.inference.qr_factors import Array, fold
+from vdyn_cli.inference.regression import prior_rows
 
 SLOPELESS = 0.05  # of a secant's trace: a slope that is less leads nowhere
 DEPENDENT = 1e-7  # of a column's length left: it says nothing that the others do not

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from vdyn_cli.diagnosis.case import Case
 from vdyn_cli.diagnosis.naming import Trial
 from vdyn_cli.effects import Effect
-from vdyn_cli.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate
 
 
 def sizes_of(answer: Trial, case: Case) -> dict[str, Estimate]:

@@ -21,7 +21,7 @@ from vdyn_cli.diagnosis.invisible import Invisible, invisible
 from vdyn_cli.diagnosis.naming import REST, Trial, as_good, one_after_another, pairs, singles
 from vdyn_cli.diagnosis.nearer import nearer
 from vdyn_cli.diagnosis.workbench import Fitted, Workbench
-from vdyn_cli.errors import Finding
+from vdyn_cli.quantities.errors import Finding
 
 Name = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
 

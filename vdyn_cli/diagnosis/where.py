@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vdyn_cli.fit import white_level
-from vdyn_cli.result import Comparison, Result
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.result import Comparison, Result
 
 PIECES = 12  # of each run
 SHOWN = 6

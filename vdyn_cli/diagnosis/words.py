@@ -9,7 +9,7 @@ from vdyn_cli.diagnosis.gain import Gain
 from vdyn_cli.diagnosis.naming import Trial
 from vdyn_cli.diagnosis.verdict import Verdict
 from vdyn_cli.effects import Effect
-from vdyn_cli.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate
 
 SHOWN = 4  # causes named in one sentence
 CLAUSE = ("that", "another")  # a label with one of them ends in what is no quantity

@@ -9,10 +9,10 @@ from types import MappingProxyType
 from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns_of
 from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, as_measured, linearise, sheet
-from vdyn_cli.errors import ResultError
-from vdyn_cli.fit import Regression, Solution, Unknown, solve
-from vdyn_cli.fit.restrict import restricted, without_priors
-from vdyn_cli.fit.straight import frozen
+from vdyn_cli.inference import Regression, Solution, Unknown, solve
+from vdyn_cli.inference.linearized_regression import frozen
+from vdyn_cli.inference.restrict import restricted, without_priors
+from vdyn_cli.quantities.errors import ResultError
 
 NOTHING: Mapping[str, float] = MappingProxyType({})
 LINES = 3  # through a cause's size, each time through the one that the last found

@@ -10,8 +10,8 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import Literal
 
-from vdyn_cli.engine.bench import Law, Number, Signals
-from vdyn_cli.quantity import Quantity
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.quantities.quantity import Quantity
 
 Kind = Literal["within_run", "between_run"]
 EffectLaw = Callable[[Law, Signals, Signals], Number]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from vdyn_cli.effects import effect
-from vdyn_cli.engine.bench import Law, Number, Signals
 from vdyn_cli.engine.maths import tanh
-from vdyn_cli.quantity import Quantity
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.quantities.quantity import Quantity
 
 CORNER = 2e-3  # m/s, over which the two slopes meet; far below the stroke rates of a bump
 

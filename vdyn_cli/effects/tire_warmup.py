@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from vdyn_cli.effects import effect
-from vdyn_cli.engine.bench import Law, Number, Signals
 from vdyn_cli.engine.maths import exp
-from vdyn_cli.quantity import Quantity
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.quantities.quantity import Quantity
 
 
 @effect(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vdyn_cli.engine.kernel import Array
-from vdyn_cli.errors import Finding, ResultError
+from vdyn_cli.quantities.errors import Finding, ResultError
 
 
 def first_odd(rows: Array) -> int | None:

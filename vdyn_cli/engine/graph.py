@@ -11,10 +11,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from vdyn_cli.engine.bench import Bench, Correction, Number, Signals
 from vdyn_cli.engine.dual import refuse_unknown_operations
 from vdyn_cli.engine.lead import leads_of, now_of, slope_of
 from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Correction, Number, Signals
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,8 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator
 
-from vdyn_cli.engine.bench import Bench, Number
 from vdyn_cli.engine.drive import Drive
+from vdyn_cli.engine.model_builder import Bench, Number
 
 
 @dataclass(frozen=True, eq=False)

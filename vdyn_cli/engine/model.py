@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vdyn_cli.engine.bench import Bench, Signals
+from vdyn_cli.engine.model_builder import Bench, Signals
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
-from vdyn_cli.engine.bench import Bench, Correction, Law, MissingSignalError, Number, Signals
 from vdyn_cli.engine.graph import constants_of, symbols
 from vdyn_cli.engine.lead import leads_of
 from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Correction, Law, MissingSignalError, Number, Signals
 
 E = TypeVar("E", bound=Correction)
 

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vdyn_cli.engine.backend import Backend, build, chosen
-from vdyn_cli.engine.bench import Correction
 from vdyn_cli.engine.clock import read_at
 from vdyn_cli.engine.course import Course, Grid, Seen, blocks, grid
 from vdyn_cli.engine.drive import Drive, Simulated
@@ -21,6 +20,7 @@ from vdyn_cli.engine.graph import refuse_unknown, trace
 from vdyn_cli.engine.kernel import Array, Kernel, Seeds
 from vdyn_cli.engine.lead import read_ahead
 from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.window import Window
 
 __all__ = ["Drive", "Simulated", "Simulator"]

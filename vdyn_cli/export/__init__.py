@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Literal
 
-from vdyn_cli.errors import Finding, InputError, did_you_mean
 from vdyn_cli.export.given import Given
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 
 Driven = Literal["front", "rear", "both"]
 

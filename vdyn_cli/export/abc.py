@@ -7,7 +7,7 @@ from io import StringIO
 
 from vdyn_cli.export import Made, Options
 from vdyn_cli.export.given import Given, refuse_missing
-from vdyn_cli.quantity import from_si
+from vdyn_cli.quantities.quantity import from_si
 
 COLUMNS = ("coefficient", "value", "unit", "low95", "high95", "std", "source")
 NAMES = ("road_load_f0", "road_load_f1", "road_load_f2")

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vdyn_cli.errors import Finding, raise_all
 from vdyn_cli.export.words import of_parameter
-from vdyn_cli.models.vehicle_defaults import FOLLOWING, complete
-from vdyn_cli.parameters import GIVERS, Parameters, read_parameters
-from vdyn_cli.vocabulary import PARAMETERS
+from vdyn_cli.physics.models.vehicle_defaults import FOLLOWING, complete
+from vdyn_cli.quantities.errors import Finding, raise_all
+from vdyn_cli.quantities.parameters import GIVERS, Parameters, read_parameters
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.export.given import Cause, Given, completed
 from vdyn_cli.export.words import comment, of_parameter, of_signal, of_state
-from vdyn_cli.models.vehicle import Driven, vehicle
-from vdyn_cli.quantity import Quantity
+from vdyn_cli.physics.models.vehicle import Driven, vehicle
+from vdyn_cli.quantities.quantity import Quantity
 
 STEP = 1e-3  # s, the longest step that resolves half-shafts and wheel hop
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from vdyn_cli.quantity import Quantity
-from vdyn_cli.vocabulary import CHANNELS, PARAMETERS
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 
 WHEELS = {"_fl": "front left", "_fr": "front right", "_rl": "rear left", "_rr": "rear right"}
 

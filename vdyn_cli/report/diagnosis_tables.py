@@ -7,10 +7,10 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import causes, words
 from vdyn_cli.report.loose import items, listed, number
 from vdyn_cli.report.views import Cells, signed
-from vdyn_cli.vocabulary import PARAMETERS
 
 _UNKNOWNS = 3  # of one cause that are told one by one
 _ENOUGH = 0.02  # chance of what is left, above which it passes for noise

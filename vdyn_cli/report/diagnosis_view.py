@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vdyn_cli.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.report import causes, words
 from vdyn_cli.report import diagnosis_tables as tables
 from vdyn_cli.report.loose import listed, maps, number

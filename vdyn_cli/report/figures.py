@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vdyn_cli.quantities.result import Figure, Series
 from vdyn_cli.report import canvas, thin, words
 from vdyn_cli.report.canvas import Box, Key
-from vdyn_cli.result import Figure, Series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

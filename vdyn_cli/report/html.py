@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vdyn_cli.errors import Finding, alike
+from vdyn_cli.quantities.errors import Finding, alike
+from vdyn_cli.quantities.result import Result
 from vdyn_cli.report import comparison, residual_map, views, words
 from vdyn_cli.report.diagnosis_view import diagnosis
 from vdyn_cli.report.figures import figure_svg
 from vdyn_cli.report.lanes import Channel, channels
 from vdyn_cli.report.pipeline_page import render_pipeline
 from vdyn_cli.report.template import END, START, fill, markup, slug
-from vdyn_cli.result import Result
 
 __all__ = ["render", "render_failure", "render_pipeline"]
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vdyn_cli.quantities.result import Comparison
 from vdyn_cli.report import thin, words
-from vdyn_cli.result import Comparison
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,15 +8,15 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from vdyn_cli.parameters import GIVERS, Estimate
+from vdyn_cli.quantities.parameters import GIVERS, Estimate
+from vdyn_cli.quantities.vocabulary import TABLE
 from vdyn_cli.report import views, words
 from vdyn_cli.report.diagnosis_tables import extensions
 from vdyn_cli.report.diagnosis_view import diagnosis
 from vdyn_cli.report.template import demoted, fill, markup, section_of, slug
-from vdyn_cli.vocabulary import TABLE
 
 if TYPE_CHECKING:
-    from vdyn_cli.pipeline import StepOutcome
+    from vdyn_cli.project.pipeline import StepOutcome
 
 
 def render_pipeline(title: str, outcomes: Sequence[StepOutcome], document: Mapping[str, Any], folder: Path) -> str:

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from vdyn_cli.errors import Finding
-from vdyn_cli.parameters import Estimate
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import FitSummary, Table
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import words
 from vdyn_cli.report.lanes import Channel, judged, rms
-from vdyn_cli.result import FitSummary, Table
-from vdyn_cli.vocabulary import PARAMETERS
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
-"""The registry of steps: one file each, found by name; importing this imports no step.
+"""The registry of steps: one folder each, found by name; importing this imports no step.
 
-A step's file defines ``STEP = Step(...)``; its first docstring line is the command's help. Nothing else has to be
-touched to add one.
+A step's folder holds ``step.py``, which defines ``STEP = Step(...)``; the first docstring line of its ``__init__.py``
+is the command's help. Nothing else has to be touched to add one.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vdyn_cli.quantity import Quantity
+from vdyn_cli.quantities.quantity import Quantity
 
 if TYPE_CHECKING:
+    from vdyn_cli.description.test_description import TestSpec
     from vdyn_cli.effects import Effect
     from vdyn_cli.engine.model import Model
-    from vdyn_cli.estimation.manoeuvre import Manoeuvre
-    from vdyn_cli.fit import Regression
-    from vdyn_cli.log import Log
-    from vdyn_cli.parameters import Parameters
-    from vdyn_cli.result import Result
-    from vdyn_cli.spec import TestSpec
+    from vdyn_cli.inference import Regression
+    from vdyn_cli.quantities.log import Log
+    from vdyn_cli.quantities.parameters import Parameters
+    from vdyn_cli.quantities.result import Result
+    from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Step:
 
     def channels(self) -> Mapping[str, Quantity]:
         """Every channel that a log of this step may map."""
-        from vdyn_cli.vocabulary import CHANNELS
+        from vdyn_cli.quantities.vocabulary import CHANNELS
 
         own = {q.name: q for q in self.extra_channels}
         names = [n for entry in (*self.required, *self.optional) for way in entry.split("|") for n in way.split("+")]
@@ -106,22 +106,22 @@ class Step:
 
 def names() -> tuple[str, ...]:
     """The names of all steps, without importing them."""
-    return tuple(sorted(p.stem for p in Path(__file__).parent.glob("[a-z]*.py")))
+    return tuple(sorted(p.parent.name for p in Path(__file__).parent.glob("*/step.py")))
 
 
 def summary(name: str) -> str:
     """The first line of the step's docstring, read as text so that help stays instant."""
-    with (Path(__file__).parent / f"{name}.py").open(encoding="utf-8") as file:
+    with (Path(__file__).parent / name / "__init__.py").open(encoding="utf-8") as file:
         return file.readline().strip().strip('"').rstrip(".")
 
 
 def load_step(name: str) -> Step:
     """Import one step."""
-    step = import_module(f"vdyn_cli.steps.{name}").STEP
+    step = import_module(f"vdyn_cli.steps.{name}.step").STEP
     assert isinstance(step, Step)
     return step
 
 
 def explanation(name: str) -> str:
-    """The step's documentation: the docstring of its file."""
+    """The step's documentation: the docstring of its folder."""
     return import_module(f"vdyn_cli.steps.{name}").__doc__ or ""

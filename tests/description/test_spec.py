@@ -1,0 +1,92 @@
+"""Strict descriptions: everything wrong at once, with file, line and remedy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vdyn_cli.description.test_description import TestSpec, load_spec
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.quantity import Given
+
+GOOD = """test: coastdown
+vehicle: vehicle.yaml
+environment: {temperature: 24 degC, pressure: 98.9 kPa}
+channels:
+  time: {column: Time, unit: s}
+runs:
+  - {log: a.csv, direction: out, start: 0 s}
+"""
+
+
+def load(folder: Path, text: str, vehicle: str = "mass: 1588 +- 5 kg\n") -> TestSpec:
+    (folder / "vehicle.yaml").write_text(vehicle)
+    (folder / "test.yaml").write_text(text)
+    return load_spec(folder / "test.yaml", TestSpec)[0]
+
+
+def test_quantities_are_si_and_the_vehicle_may_stand_in_its_own_file(tmp_path: Path) -> None:
+    spec = load(tmp_path, GOOD)
+    assert dict(spec.vehicle.items()) == {"mass": Given(1588.0, 5.0)}
+    assert spec.environment.pressure == Given(98_900.0)
+    assert spec.runs[0].direction == "out"
+
+
+def test_everything_wrong_is_said_at_once(tmp_path: Path) -> None:
+    text = """test: coastdown
+vehicle: vehicle.yaml
+enviroment: {temperature: 24 degC}
+channels:
+  time: {column: T, unit: s, sing: -1}
+runs:
+  - {log: a.csv, direction: sideways, start: 3 kg}
+  - {direction: out}
+"""
+    vehicle = "mass: heavy\nwheelbas: 2.7 m\nfrontal_area: 2.19 kg\nwheel_radius: 308 m\n"
+    with pytest.raises(InputError) as caught:
+        load(tmp_path, text, vehicle)
+    said = str(caught.value)
+    for part in (
+        "test.yaml:3: unknown key 'enviroment'",
+        "did you mean environment",
+        "test.yaml:5: unknown key 'sing'",
+        "did you mean sign",
+        "test.yaml:7: 'runs.0.direction'",
+        "test.yaml:7: 'runs.0.start' 'kg' is not a unit of the same kind as s",
+        "test.yaml:8: 'runs.1': a run has either 'log' or 'logs'",
+        "vehicle.yaml:1: 'vehicle.mass' 'heavy' is not a number with a unit",
+        "vehicle.yaml:2: unknown key 'wheelbas'",
+        "vehicle.yaml:3: 'vehicle.frontal_area' 'kg' is not a unit of the same kind as m^2",
+        "vehicle.yaml:4: 'vehicle.wheel_radius' lies outside what is physical",
+    ):
+        assert part in said, f"{part!r} not in\n{said}"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "'test' is missing"),
+        ("- 1\n- 2\n", "must be a mapping"),
+        ("just words\n", "must be a mapping"),
+        ("test: [1]\n", "'test'"),
+        ("test: coastdown\nvehicle: nowhere.yaml\n", "test.yaml:2: .*nowhere.yaml does not exist"),
+        ("test: coastdown\nvehicle: [1, 2]\n", "vehicle"),
+        ("test: coastdown\nruns: {log: a.csv}\n", "runs"),
+        ("test: coastdown\nvehicle: {mass: true}\n", "not a number with a unit"),
+        ("test: coastdown\nvehicle: {mass: .nan}\n", "outside what is physical"),
+        ("test: coastdown\nvehicle: {mass: .inf}\n", "outside what is physical"),
+        ("test: coastdown\nreading: {decimal: ';'}\n", "decimal"),
+        ("test: coastdown\ndiagnose:\n", "test.yaml:2: 'diagnose' must be a mapping of keys to values"),
+        ("test: coastdown\ndiagnose: {effects: headwind}\n", r"takes all, none, or a list such as \[headwind\]"),
+        ("test: coastdown\ndiagnose: {extend: headwind}\n", r"takes never, named, or a list such as \[headwind\]"),
+        ("test: coastdown\ndiagnose: {effects: [headwind, 3]}\n", r"^test.yaml:2: 'diagnose.effects.1': [^\n]*$"),
+        ("test: coastdown\nruns: [{log: a.csv, direction: [out]}]\n", "input should be 'out' or 'back'"),
+        ("test: coastdown\ndiagnose: {effects: []}\n", "test.yaml:2: .*write all, none, or some"),
+        ("test: coastdown\ndiagnose: {extend: []}\n", "write never, named, or some"),
+        ("test: coastdown\ndiagnose: {effects: none, extend: [headwind]}\n", "nothing in where 'effects' is none"),
+    ],
+)
+def test_refusals(tmp_path: Path, text: str, says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        load(tmp_path, text)

@@ -1,0 +1,118 @@
+"""The iteration and its linear algebra against dense solutions of random problems."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from vdyn_cli.inference import Regression, Rows, Unknown, solve
+from vdyn_cli.inference.minimize import minimise
+from vdyn_cli.inference.qr_factors import fold
+from vdyn_cli.inference.regression import evaluate
+
+
+def random_problem(seed: int, priors: bool = True) -> tuple[Regression, np.ndarray, np.ndarray]:
+    """A linear regression of random shape, and its rows [J | -r at 0] stacked over all unknowns, priors among them."""
+    rng = np.random.default_rng(seed)
+    runs, s, m = rng.integers(1, 6), rng.integers(1, 4), rng.integers(0, 4)
+    scales = 10.0 ** rng.uniform(-4, 4, s + m)
+    designs = [rng.standard_normal((rng.integers(12, 40), s + m)) / scales for _ in range(runs)]
+    data = [d @ (scales * rng.standard_normal(s + m)) + rng.standard_normal(len(d)) for d in designs]
+    unknowns = []
+    for i in range(s + m):
+        prior = (float(scales[i]), float(0.5 * scales[i])) if priors and rng.random() < 0.4 else None
+        unknowns.append(Unknown(f"p{i}", 0.0, prior=prior, per_run=i >= s))
+    wide = [np.zeros((len(d), s + runs * m)) for d in designs]
+    for k, d in enumerate(designs):
+        wide[k][:, :s], wide[k][:, s + k * m : s + (k + 1) * m] = d[:, :s], d[:, s:]
+    rows, target = list(np.vstack(wide)), list(np.concatenate(data))
+    for i, u in enumerate([*unknowns[:s], *unknowns[s:] * int(runs)]):
+        if u.prior:
+            rows.append(np.eye(s + runs * m)[i] / u.prior[1])
+            target.append(u.prior[0] / u.prior[1])
+    names = tuple(f"run {k}" for k in range(runs))
+    regression = Regression(tuple(unknowns), names, lambda k, x: Rows(designs[k] @ x - data[k], designs[k]))
+    return regression, np.array(rows), np.array(target)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_linear_problems_of_any_shape(seed: int) -> None:
+    regression, matrix, target = random_problem(seed)
+    solution = solve(regression)
+    wanted = np.linalg.lstsq(matrix, target, rcond=None)[0]
+    s = len(solution.names)
+    assert list(solution.values.values()) == pytest.approx(wanted[:s], rel=1e-6)
+    own = np.array([solution.per_run[u.name] for u in regression.own]).T.ravel()
+    assert own == pytest.approx(wanted[s:], rel=1e-5, abs=1e-9)
+    residual = matrix @ wanted - target
+    assert 2 * solution.cost == pytest.approx(residual @ residual, rel=1e-9)
+    inverse = np.linalg.inv(matrix.T @ matrix) * (residual @ residual) / (len(target) - len(wanted))
+    assert solution.classical_covariance == pytest.approx(inverse[:s, :s], rel=1e-5)
+    std = np.sqrt(np.diag(inverse))[s:]
+    assert np.array([solution.per_run_std[u.name] for u in regression.own]).T.ravel() == pytest.approx(std, rel=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_bounds_end_where_a_bounded_solver_ends(seed: int) -> None:
+    regression, matrix, target = random_problem(seed, priors=False)
+    free = np.linalg.lstsq(matrix, target, rcond=None)[0]
+    rng = np.random.default_rng(1000 + seed)
+    near = free + np.abs(free) * rng.uniform(-0.8, 0.8, free.size)
+    lower, upper = near - np.abs(free), near + np.abs(free) * rng.uniform(0.05, 1.0, free.size)
+    wanted = lsq_linear(matrix, target, (lower, upper), method="bvls", tol=1e-14)
+    found = minimise(lambda x: evaluate(regression, x), near, lower, upper, 200)
+    assert found.converged
+    assert found.point.cost == pytest.approx(wanted.cost, rel=1e-9)
+    at_bound = (found.point.x <= lower) | (found.point.x >= upper)
+    assert at_bound.tolist() == (wanted.active_mask != 0).tolist()
+
+
+def test_rosenbrock() -> None:
+    def rows(run: int, x: np.ndarray) -> Rows:
+        return Rows(np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]]), np.array([[-20 * x[0], 10.0], [-1.0, 0.0]]))
+
+    regression = Regression((Unknown("x", -1.2), Unknown("y", 1.0)), ("only",), rows)
+    found = minimise(lambda x: evaluate(regression, x), regression.start(), *regression.bounds(), 200)
+    assert found.converged
+    assert found.point.x == pytest.approx([1.0, 1.0])
+
+
+def test_a_step_onto_a_plateau_is_not_taken() -> None:
+    """From b = 1 a full step makes exp(-b t) vanish, and with it all knowledge of b."""
+    t = np.array([1.0, 2, 3, 5, 7, 10])
+    y = 213.8 * (1 - np.exp(-0.547 * t))
+
+    def rows(run: int, x: np.ndarray) -> Rows:
+        e = np.exp(-x[1] * t)
+        return Rows(x[0] * (1 - e) - y, np.column_stack([1 - e, x[0] * t * e]))
+
+    regression = Regression((Unknown("a", 1.0), Unknown("b", 1.0)), ("only",), rows)
+    assert solve(regression).values == pytest.approx({"a": 213.8, "b": 0.547})
+
+
+@pytest.mark.parametrize(("left", "arrives"), [(0.5, True), (5.0, False)])
+def test_at_an_edge_the_fit_ends_where_no_step_keeps_what_it_promises(left: float, arrives: bool) -> None:
+    """What is left over could be had on the other side of x = 0, where something else breaks; a promise that is less
+    than a standard deviation is not worth a refusal, one that is more says that the model does not fit."""
+
+    def rows(run: int, x: np.ndarray) -> Rows:
+        rest = np.ones(100)
+        return Rows(
+            np.concatenate([[left + x[0], 9.0 if x[0] < 0 else 0.0], rest]),
+            np.concatenate([[1.0], np.zeros(101)])[:, None],
+        )
+
+    regression = Regression((Unknown("x", 1.0),), ("only",), rows)
+    found = minimise(lambda x: evaluate(regression, x), regression.start(), *regression.bounds(), 100)
+    assert found.converged is arrives
+    assert found.point.x == pytest.approx([0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("rows", [0, 1, 3, 4, 100])
+def test_a_fold_keeps_all_products(rows: int) -> None:
+    matrix = np.random.default_rng(rows).standard_normal((rows, 4))
+    triangle = fold(matrix)
+    assert triangle.shape == (4, 4)
+    assert np.tril(triangle, -1) == pytest.approx(np.zeros((4, 4)))
+    assert triangle.T @ triangle == pytest.approx(matrix.T @ matrix, abs=1e-12)

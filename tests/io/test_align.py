@@ -1,0 +1,177 @@
+"""Several loggers come onto one clock, with an honest delay, and nothing resampled in silence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.bench.align_accuracy import KINDS, QUANTILE, Kind, recordings
+from vdyn_cli.io.align import align, merge
+from vdyn_cli.io.csv.csv_reader import Column, read_csv
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
+
+
+def said(log: Log) -> str:
+    return "\n".join(str(f) for f in log.findings)
+
+
+def pair(seed: int = 0, kind: Kind = KINDS["test drive, 100 and 10 Hz"]) -> tuple[Log, Log, float]:
+    return recordings(kind, np.random.default_rng([seed, 41]))
+
+
+@pytest.mark.parametrize("name", ["test drive, 100 and 10 Hz", "10 and 100 Hz, far apart", "one acceleration and stop"])
+def test_the_delay_is_as_accurate_as_the_data_allow_and_its_error_honest(name: str) -> None:
+    kind, errors, scaled = KINDS[name], [], []
+    for seed in range(16):
+        ours, theirs, bound = pair(seed, kind)
+        delay, std = align(ours, theirs, "speed")
+        errors.append((delay - kind.delay) / bound)
+        scaled.append((delay - kind.delay) / std)
+    assert np.sqrt(np.mean(np.square(errors))) < 1.6  # of 16 cases; the bench shows 1.0
+    assert np.mean(np.abs(scaled) < QUANTILE) > 0.8
+
+
+def test_swapping_the_loggers_turns_the_sign() -> None:
+    ours, theirs, _ = pair()
+    there, std = align(ours, theirs, "speed")
+    back, _ = align(theirs, ours, "speed")
+    assert there == pytest.approx(-back, abs=std)
+
+
+def test_a_clock_against_itself_has_no_delay() -> None:
+    ours, _, _ = pair()
+    delay, std = align(ours, ours, "speed")
+    assert abs(delay) < 1e-6
+    assert std < 1e-6
+
+
+def test_origins_may_be_hours_apart() -> None:
+    ours, theirs, _ = pair()
+    later = replace(theirs, time=theirs.time + 40_000.0)
+    assert align(ours, later, "speed")[0] == pytest.approx(40_000.1234, abs=0.01)
+
+
+def test_a_short_log_is_found_in_a_long_one() -> None:
+    ours, theirs, _ = pair()
+    delay, std = align(ours, theirs.between(30.0, 75.0), "speed")
+    assert abs(delay - 0.1234) < 5.0 * std
+
+
+def test_gaps_and_missing_values_do_not_bias() -> None:
+    ours, theirs, _ = pair(kind=KINDS["jitter, 100 and 85 Hz"])
+    speed = ours["speed"].copy()
+    speed[2000:3500] = np.nan
+    speed[::7] = np.nan
+    keep = (theirs.time < 60.0) | (theirs.time > 80.0)
+    cut = Log("theirs", theirs.time[keep], {"speed": theirs["speed"][keep]})
+    delay, std = align(ours.with_channels(speed=speed), cut, "speed")
+    assert abs(delay - 0.1234) < 4.0 * std < 0.02
+
+
+def test_a_pure_coast_down_says_how_little_it_knows() -> None:
+    ours, theirs, bound = pair(kind=KINDS["coast-down"])
+    delay, std = align(ours, theirs, "speed")
+    assert std > 0.3 * bound > 0.01
+    assert abs(delay - 0.1234) < 4.0 * std
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda v: -v, "one logger has the opposite sign: add 'sign: -1' to its channel"),
+        (lambda v: 3.6 * v, "check the unit"),
+        (lambda v: np.full(v.size, 20.0), "does not move"),
+        (lambda v: np.full(v.size, np.nan), "does not move"),
+        (lambda v: np.random.default_rng(1).normal(size=v.size), "do not match at any delay"),
+    ],
+)
+def test_recordings_that_do_not_match_are_refused(change, message: str) -> None:  # type: ignore[no-untyped-def]
+    ours, theirs, _ = pair()
+    with pytest.raises(InputError, match=message):
+        align(ours, theirs.with_channels(speed=change(theirs["speed"])), "speed")
+
+
+def test_a_channel_that_one_logger_lacks_is_named() -> None:
+    ours, theirs, _ = pair()
+    with pytest.raises(InputError, match="theirs: has no channel 'torque' to align the loggers on"):
+        align(ours.with_channels(torque=ours["speed"]), theirs, "torque")
+
+
+def test_a_motion_that_repeats_itself_is_refused() -> None:
+    t = np.arange(0.0, 100.0, 0.01)
+    rng = np.random.default_rng(2)
+    logs = [Log(n, t, {"speed": 15.0 + np.sin(2.0 * t) + rng.normal(0.0, 0.01, t.size)}) for n in "ab"]
+    with pytest.raises(InputError, match="match at several delays"):
+        align(*logs, "speed")
+
+
+def test_an_even_motion_is_refused() -> None:
+    t = np.arange(0.0, 100.0, 0.01)
+    rng = np.random.default_rng(2)
+    logs = [Log(n, t, {"speed": 0.3 * t + rng.normal(0.0, 0.05, t.size)}) for n in "ab"]
+    with pytest.raises(InputError, match="too evenly"):
+        align(*logs, "speed")
+
+
+def test_merging_says_delay_error_and_resampling() -> None:
+    ours, theirs, _ = pair()
+    theirs = theirs.with_channels(altitude=3.0 * theirs.time)
+    merged = merge(ours, [theirs], "speed")
+    assert merged.name == "ours"
+    assert np.array_equal(merged.time, ours.time)
+    assert np.array_equal(merged["speed"], ours["speed"])
+    text = said(merged)
+    delay, std = align(ours, theirs, "speed")
+    assert f"theirs: clock is {delay:+.4f} s +- {std:.4f} s (standard error) from that of ours" in text
+    assert "'altitude' put on its clock as straight lines between samples" in text
+    there = np.isfinite(merged["altitude"])
+    assert there.mean() > 0.98
+    np.testing.assert_allclose(merged["altitude"][there], 3.0 * (ours.time[there] + delay), atol=1e-6)
+
+
+def test_a_faster_logger_is_averaged_and_gaps_stay_empty() -> None:
+    fast, slow, _ = pair()
+    noisy = fast.with_channels(load=np.random.default_rng(3).normal(size=fast.time.size))
+    keep = (noisy.time < 40.0) | (noisy.time > 50.0)
+    noisy = Log("fast", noisy.time[keep], {k: v[keep] for k, v in noisy.channels.items()})
+    merged = merge(slow, [noisy], "speed")
+    assert "'load' put on its clock as means over 0.1 s" in said(merged)
+    there = np.isfinite(merged["load"])
+    assert merged["load"][there].std() == pytest.approx(np.sqrt(0.1), rel=0.15)
+    empty = merged.time[~there] - 0.1234
+    assert ((empty > 39.8) & (empty < 50.2)).sum() > 95
+    assert ((empty > 41.0) & (empty < 49.0)).sum() == ((merged.time > 41.1234) & (merged.time < 49.1234)).sum()
+
+
+def test_several_loggers_and_their_findings_are_kept() -> None:
+    ours, theirs, _ = pair()
+    third = Log("third", theirs.time + 5.0, {"speed": theirs["speed"], "empty": np.full(theirs.time.size, np.nan)})
+    merged = merge(ours, [theirs, third], "speed")
+    assert "third: clock is +5.1" in said(merged)
+    assert "'empty' put on its clock as nothing written" in said(merged)
+    assert sorted(merged.channels) == ["empty", "speed"]
+
+
+def test_a_drifting_clock_is_said() -> None:
+    ours, theirs, _ = pair()
+    drifting = replace(theirs, time=theirs.time * (1.0 + 8e-4))
+    assert "clock drifts by +0.1" in said(merge(ours, [drifting], "speed"))
+    assert "drifts" not in said(merge(ours, [theirs], "speed"))
+
+
+def test_real_wheel_speed_and_satellite_speed(shared_data: Path) -> None:
+    folder = shared_data / "comma2k19_segment"
+    time = Column("t", "s", "s")
+    wheel = read_csv(folder / "wheel_speed_mps.csv", {"time": time, "speed": Column("rl", "m/s", "m/s")})
+    bus = read_csv(folder / "can_speed.csv", {"time": time, "speed": Column("v_mps", "m/s", "m/s")})
+    gnss = read_csv(folder / "gnss.csv", {"time": time, "speed": Column("speed_mps", "m/s", "m/s")})
+    delay, std = align(bus, gnss, "speed")
+    assert 0.05 < delay < 0.3
+    assert std < 0.02
+    # Going round three loggers must come back to where it began.
+    around = align(bus, wheel, "speed")[0] + align(wheel, gnss, "speed")[0] - delay
+    assert abs(around) < 0.03

@@ -1,0 +1,177 @@
+"""Channels that measure the same motion are held against each other; what no vehicle does is refused."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.descriptions import described
+from vdyn_cli.commands.run_step import write_step
+from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.project.result_document import to_json
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import FORMAT, Estimate, Parameters, to_document
+from vdyn_cli.steps import load_step
+
+TIME = np.arange(0.0, 30.0, 0.02)
+SPEED = 15.0 + 5.0 * np.sin(0.6 * TIME)
+CHANNELS = {
+    "speed": SPEED,
+    "position": np.cumsum(SPEED) * 0.02,
+    "acceleration": 3.0 * np.cos(0.6 * TIME),
+}
+
+
+def log(**scales: float) -> Log:
+    noise = np.random.default_rng(0)
+    values = {n: scales.get(n, 1.0) * v + 0.02 * noise.standard_normal(v.size) for n, v in CHANNELS.items()}
+    return Log("a.csv", TIME, values)
+
+
+def test_channels_that_agree_say_nothing() -> None:
+    assert not with_cross_checks(log()).findings
+    sloping = log().with_channels(acceleration=CHANNELS["acceleration"] + 0.3)
+    assert not with_cross_checks(sloping).findings
+
+
+@pytest.mark.parametrize("channel", ["speed", "position", "acceleration"])
+def test_a_scale_a_tenth_off_is_noticed_and_another_unit_refused(channel: str) -> None:
+    assert with_cross_checks(log(**{channel: 1.1})).findings
+    with pytest.raises(InputError, match="contradict each other"):
+        with_cross_checks(log(**{channel: 1.609}))
+
+
+def test_distance_is_compared_up_to_the_last_sample() -> None:
+    assert not with_cross_checks(log(speed=0.975)).findings
+    assert with_cross_checks(log(speed=0.965)).findings
+
+
+def test_an_accelerometer_that_was_mounted_backwards_is_told_its_sign() -> None:
+    with pytest.raises(InputError, match="add 'sign: -1' to the channel acceleration"):
+        with_cross_checks(log(acceleration=-1.0))
+
+
+def wheels(**readings: np.ndarray) -> Log:
+    turning = SPEED / 0.31
+    every = {f"wheel_speed_{w}": readings.get(w, turning) for w in ("fl", "fr", "rl", "rr")}
+    return Log("a.csv", TIME, every)
+
+
+def test_wheels_of_an_axle_that_turn_alike_say_nothing() -> None:
+    bend = np.where((TIME > 5) & (TIME < 6), 1.3, 1.0)
+    assert not with_cross_checks(wheels(fr=SPEED / 0.31 * 1.004 * bend)).findings
+
+
+@pytest.mark.parametrize(
+    ("reading", "says"),
+    [
+        (1.02 * SPEED / 0.31, "wheel_speed_rl reads 0.980 times what wheel_speed_rr reads"),
+        (np.where(TIME < 20, SPEED / 0.31, 70.0), "wheel_speed_rl and wheel_speed_rr differ by more than 20%"),
+    ],
+)
+def test_a_wheel_speed_that_is_wrong_is_a_fault_of_the_data(reading: np.ndarray, says: str) -> None:
+    (finding,) = with_cross_checks(wheels(rr=reading)).findings
+    assert finding.what.startswith(says)
+    assert finding.fault
+    assert finding.doubt
+
+
+@pytest.mark.parametrize(
+    ("step", "changes", "says"),
+    [
+        ("coastdown", [("unit: km/h", "unit: mph")], "contradict each other"),
+        ("cg", [("unit: N}", "unit: kN}")], "lies outside"),
+        ("cg", [("FL Fz", "X"), ("RL Fz", "FL Fz"), ("X", "RL Fz"), ("FR Fz", "X"), ("RR Fz", "FR Fz"), ("X", "RR Fz")],
+         "swap the columns"),
+        ("cg", [("launch_2.csv", "launch_1.csv")], "listed twice"),
+        ("cg", [("unit: m/s^2", "unit: g")], "contradict each other|lies outside"),
+    ],
+)  # fmt: skip
+def test_a_wrong_description_of_good_logs_is_refused(
+    step: str, changes: list[tuple[str, str]], says: str, tmp_path: Path, root: Path
+) -> None:
+    with pytest.raises(InputError, match=says):
+        write_step(step, described(tmp_path, root, step, *changes), (), tmp_path / "out", None)
+
+
+def test_a_speed_that_stood_still_is_told_beside_what_it_contradicts() -> None:
+    stuck = Finding("a.csv, column 'V'", "holds one value all through: it did not measure", fault=True, doubt=True)
+    still = replace(log(), findings=(stuck,)).with_channels(speed=np.full(TIME.size, 12.0))
+    with pytest.raises(InputError) as refused:
+        with_cross_checks(still)
+    assert stuck in refused.value.findings
+    assert not any("sign" in f.remedy for f in refused.value.findings)
+
+
+def test_a_shaft_torque_that_reads_nothing_beside_one_that_does_did_not_measure() -> None:
+    torque, nothing = 200.0 * np.sin(TIME), np.zeros(TIME.size)
+    found = log().with_channels(shaft_torque_left=nothing, shaft_torque_right=torque)
+    (finding,) = with_cross_checks(found).findings
+    assert finding.fault
+    assert finding.what.startswith("shaft_torque_left reads 0 all through, and shaft_torque_right does not")
+    for left in (torque, nothing):  # both measure, or neither
+        assert not with_cross_checks(log().with_channels(shaft_torque_left=left, shaft_torque_right=left)).findings
+
+
+def test_loads_that_are_not_the_weight_are_refused(tmp_path: Path, root: Path) -> None:
+    vehicle = (root / "configs" / "vehicle.yaml").read_text().replace("mass: 1588 +- 2 kg ", "mass: 1400 kg ")
+    (tmp_path / "vehicle.yaml").write_text(vehicle)
+    path = described(tmp_path, root, "cg")
+    path.write_text(path.read_text().replace(str(root / "configs" / "vehicle.yaml"), "vehicle.yaml"))
+    with pytest.raises(InputError, match=r"the axles carry 13\..% more"):
+        write_step("cg", path, (), tmp_path / "out", None)
+
+
+def test_a_doubt_is_told_before_anything_else(root: Path, tmp_path: Path) -> None:
+    """A scale some per cent off is absorbed by the fit, and nothing is missed; that is no all-clear."""
+    text = (root / "configs" / "coastdown.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
+    text = text.replace("vehicle: vehicle.yaml", f"vehicle: {root / 'configs' / 'vehicle.yaml'}")
+    text = text.replace('{column: "Position [m]", unit: m}', '{column: "Position [m]", unit: yd}')
+    assert "unit: yd" in text
+    description = tmp_path / "scaled.yaml"
+    description.write_text(text)
+    outcome = write_step("coastdown", description, (), tmp_path, LEVEL)
+    (warning,) = [w for w in outcome.result.fit.warnings if "contradict" in w]
+    assert "coast_1.csv and 7 more" in warning
+    assert outcome.document["diagnosis"]["doubt"]
+    page = (tmp_path / "coastdown.html").read_text(encoding="utf-8")
+    assert 'class="verdict good"' not in page
+
+
+def known_mass(value: float) -> str:
+    entry = {"value": value, "std": 2.0, "interval95": [value - 4.0, value + 4.0], "unit": "kg", "source": "cg"}
+    entry["meaning"] = "mass"
+    return json.dumps({"format": FORMAT, "parameters": {"mass": entry}})
+
+
+def test_a_value_that_a_parameter_file_contradicts_is_told(tmp_path: Path, root: Path) -> None:
+    """A parameter file goes before the description; where the two contradict each other the user is told."""
+    described(tmp_path, root, "coastdown")
+    text = (tmp_path / "coastdown.yaml").read_text()
+    (tmp_path / "parameters.json").write_text(known_mass(1636.0))
+    (tmp_path / "coastdown.yaml").write_text(text)
+    found = gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings
+    assert [f.what for f in found] == [
+        "mass = 1588 is not used: a parameter file says 1636, 17 standard deviations off"
+    ]
+    (tmp_path / "parameters.json").write_text(known_mass(1589.0))
+    assert not gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings
+
+
+def test_a_file_that_knows_causes_alone_is_taken(tmp_path: Path, root: Path) -> None:
+    """A validation publishes no parameters, but the cause that it found."""
+    described(tmp_path, root, "coastdown")
+    play = Estimate(1e-3, 2e-5, (9.6e-4, 1.04e-3), "rad", "free play", "backlash")
+    found = Parameters(extensions={"backlash": {"backlash": play}})
+    path = tmp_path / "validate.json"
+    path.write_text(to_json({"format": FORMAT, **to_document(found)}), encoding="utf-8")
+    known = gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [path]).known
+    assert known.extensions == found.extensions
+    assert "mass" in known

@@ -1,0 +1,151 @@
+"""The pipeline on sample logs: the parameter set, what a failure costs, what is reused, and the same bytes as steps."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from vdyn_cli.commands.run_pipeline import run_pipeline
+from vdyn_cli.commands.run_step import write_step
+from vdyn_cli.diagnosis.level import shared
+from vdyn_cli.project.pipeline import load_plan
+from vdyn_cli.quantities.vocabulary import TABLE
+
+
+def silent(text: str, detail: bool = False) -> None:
+    pass
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
+    """A pipeline of three quick steps that has run, in a folder of its own: ``configs`` and ``out``."""
+    folder = tmp_path_factory.mktemp("done")
+    configs = folder / "configs"
+    configs.mkdir()
+    (folder / "sample_logs").symlink_to(root / "sample_logs")
+    for name in ("vehicle", "area", "cg", "tire"):
+        (configs / f"{name}.yaml").write_text((root / "configs" / f"{name}.yaml").read_text())
+    steps = "".join(f"  - {name}.yaml\n" for name in ("tire", "cg", "area"))
+    (configs / "pipeline.yaml").write_text(f"pipeline: a day\nvehicle: vehicle.yaml\nsteps:\n{steps}")
+    assert run(configs, "out")[0] == 0
+    return folder
+
+
+@pytest.fixture
+def day(done: Path, tmp_path: Path) -> Path:
+    """The configs of a copy of it."""
+    return shutil.copytree(done, tmp_path / "day", symlinks=True) / "configs"
+
+
+def run(day: Path, out: str, jobs: int = 1) -> tuple[int, dict]:  # type: ignore[type-arg]
+    folder = day.parent / out
+    code = run_pipeline(day / "pipeline.yaml", folder, keep_going=True, jobs=jobs, tell=silent)
+    return code, json.loads((folder / "parameters.json").read_text())
+
+
+def test_every_parameter_is_there_or_said_to_be_missing(day: Path) -> None:
+    document = json.loads((day.parent / "out" / "parameters.json").read_text())
+    known, missing = set(document["parameters"]), set(document["missing"])
+    assert known | missing >= set(TABLE)
+    assert not known & missing
+    assert document["parameters"]["mass"]["source"] == "given"
+    assert document["parameters"]["cg_height"]["source"] == "cg"
+    assert "no 'coastdown' test" in document["missing"]["rolling_resistance"]
+    page = (day.parent / "out" / "report.html").read_text()
+    assert "a day" in page
+
+
+def test_side_by_side_step_by_step_and_again_the_bytes_are_the_same(day: Path) -> None:
+    run(day, "two", jobs=2)
+    alone = day.parent / "alone"
+    for name in ("area", "cg", "tire"):
+        write_step(name, day / f"{name}.yaml", (), alone, shared(2))
+    files = sorted(p.name for p in (day.parent / "out").iterdir())
+    own = [f"{name}.{ending}" for name in ("area", "cg", "tire") for ending in ("html", "json")]
+    assert files == sorted(["report.html", "parameters.json", *own])
+    for name in files:
+        first = (day.parent / "out" / name).read_bytes()
+        assert first == (day.parent / "two" / name).read_bytes(), name
+        if (alone / name).exists():
+            assert first == (alone / name).read_bytes(), name
+
+
+def test_what_is_unchanged_is_reused_and_what_changed_is_not(day: Path) -> None:
+    told: list[str] = []
+
+    def tell(text: str, detail: bool = False) -> None:
+        told.append(text)
+
+    out = day.parent / "out"
+    first = (out / "report.html").read_bytes()
+    vehicle = day / "vehicle.yaml"
+    run_pipeline(day / "pipeline.yaml", out, keep_going=True, jobs=1, tell=tell)
+    assert sum("reused" in line for line in told) == 3
+    assert (out / "report.html").read_bytes() == first
+    told.clear()
+    vehicle.write_text(vehicle.read_text().replace("antenna_height: 1.52 m", "antenna_height: 1.53 m"))
+    run_pipeline(day / "pipeline.yaml", out, keep_going=True, jobs=1, tell=tell)
+    statuses = [line.split()[1:3] for line in told if line.startswith("[")]
+    assert statuses == [["tire", "done"], ["cg", "done"], ["area", "reused"]]
+
+
+def test_a_failed_step_costs_no_other_and_is_said(day: Path) -> None:
+    good = (day.parent / "out" / "tire.json").read_bytes()
+    (day / "tire.yaml").write_text((day / "tire.yaml").read_text().replace("Fx [N]", "F x [N]"))
+    code, document = run(day, "out")
+    assert code == 2
+    assert document["steps"]["tire"]["good"] is False
+    assert document["steps"]["area"]["good"] is True
+    assert "tire failed" in document["missing"]["tire_D"]
+    assert (day.parent / "out" / "tire.json").read_bytes() == good
+    page = (day.parent / "out" / "report.html").read_text()
+    assert "F x [N]" in page
+
+
+def test_a_sensor_that_did_not_measure_is_told_on_the_console_and_in_the_set(day: Path) -> None:
+    told: list[str] = []
+
+    def tell(text: str, detail: bool = False) -> None:
+        told.append(text)
+
+    logs = day.parent / "sample_logs"
+    kept = logs.resolve()
+    logs.unlink()
+    shutil.copytree(kept, logs)
+    for path in logs.glob("slip_*.csv"):
+        head, first, *rows = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
+        column = next(k for k, name in enumerate(head) if "Fz" in name)
+        for row in rows:
+            row[column] = first[column]
+        path.write_text("\n".join(",".join(row) for row in (head, first, *rows)) + "\n", encoding="utf-8")
+    run_pipeline(day / "pipeline.yaml", day.parent / "out", keep_going=True, jobs=1, tell=tell)
+    document = json.loads((day.parent / "out" / "parameters.json").read_text())
+    assert document["steps"]["tire"]["verdict"] == "data_fault"
+    assert "holds one value all through" in document["steps"]["tire"]["diagnosis"]
+    assert any("The data are at fault" in line for line in told)
+    assert any("to be read first" in line for line in told)
+
+
+def test_stop_skips_what_comes_after_a_failure(day: Path) -> None:
+    (day / "tire.yaml").write_text("test: tire\nnonsense: 1\n")
+    code = run_pipeline(day / "pipeline.yaml", day.parent / "out", keep_going=False, jobs=1, tell=silent)
+    document = json.loads((day.parent / "out" / "parameters.json").read_text())
+    assert code == 2
+    assert "tire failed before" in document["steps"]["cg"]["sentence"]
+
+
+def test_the_makefile_says_what_the_pipeline_does(root: Path) -> None:
+    """One rule a step, with the same results handed on in the same order; hence the same bytes."""
+    make = shutil.which("make")
+    if make is None:
+        pytest.skip("make is not installed")
+    command = [make, "-n", "-B", "OUT=o", "VDYN=vdyn"]
+    shown = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)
+    said = {line.split()[1]: re.findall(r"--known o/(\w+)\.json", line) for line in shown.stdout.splitlines()}
+    _, _, tasks = load_plan(root / "configs" / "pipeline.yaml")
+    assert said == {task.name: list(task.after) for task in tasks}

@@ -1,0 +1,76 @@
+"""Units at the border: spellings of test benches, offsets, dimensions, refusals."""
+
+from __future__ import annotations
+
+import contextlib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vdyn_cli.quantities.quantity import UnitError, from_si, parse, to_si
+
+
+@pytest.mark.parametrize(
+    ("text", "si_unit", "value", "std"),
+    [
+        ("70 km/h", "m/s", 70 / 3.6, 0),
+        ("24 degC", "K", 297.15, 0),
+        ("98.9 kPa", "Pa", 98_900, 0),
+        ("1.2 Nm", "N m", 1.2, 0),
+        ("3 kNm", "N m", 3_000, 0),
+        ("1.25 kgm2", "kg m^2", 1.25, 0),
+        ("1588 +- 5 kg", "kg", 1588, 5),
+        ("308 ± 0.5 mm", "m", 0.308, 0.0005),
+        ("20 +- 1 degC", "K", 293.15, 1),
+        ("84.2 %", "", 0.842, 0),
+        ("0.5 g", "m/s^2", 4.903325, 0),
+        ("0.05 m²", "m^2", 0.05, 0),
+        ("1 deg", "rad", np.pi / 180, 0),
+        ("1e-3", "s", 1e-3, 0),
+        (3, "s", 3, 0),
+    ],
+)
+def test_quantities_become_si(text: str | float, si_unit: str, value: float, std: float) -> None:
+    given_ = parse(text, si_unit)
+    assert given_.value == pytest.approx(value, rel=1e-12)
+    assert given_.std == pytest.approx(std, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "si_unit", "says"),
+    [
+        ("3 kg", "m", "not a unit of the same kind as m"),
+        ("3 bananas", "m", "'bananas' is not a unit"),
+        ("fast", "m/s", "not a number with a unit"),
+        ("1,5 m", "m", "not a unit"),
+        ("1 m**9**9**9**9", "m", "not a unit"),
+        ("1 m^99999999", "m", "not a unit"),
+        ("1 " + "m" * 500, "m", "not a unit"),
+        ("", "m", "not a number"),
+    ],
+)
+def test_refusals_say_why(text: str, si_unit: str, says: str) -> None:
+    with pytest.raises(UnitError, match=says):
+        parse(text, si_unit)
+
+
+def test_gram_stays_a_gram_where_mass_is_meant() -> None:
+    assert parse("500 g", "kg").value == pytest.approx(0.5)
+
+
+def test_same_unit_is_exact() -> None:
+    values = np.array([0.1, 0.2, 0.3])
+    assert to_si(values, "m/s", "m/s") is values
+
+
+@given(st.floats(-1e6, 1e6), st.sampled_from([("km/h", "m/s"), ("degC", "K"), ("lbf", "N"), ("rpm", "rad/s")]))
+def test_there_and_back(value: float, units: tuple[str, str]) -> None:
+    assert from_si(to_si(value, *units), *units) == pytest.approx(value, rel=1e-9, abs=1e-9)
+
+
+@given(st.text(max_size=30))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    with contextlib.suppress(UnitError):
+        parse(text, "m/s")

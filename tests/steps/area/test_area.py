@@ -1,0 +1,158 @@
+"""The area step on drawn silhouettes: recovery, perspective, mirrors, masks, pictures that are none."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.plant import silhouette as plant
+from tests.plant.vehicle import REFERENCE, random_vehicle
+from vdyn_cli.quantities.errors import InputError, ResultError
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.area.silhouette import otsu
+from vdyn_cli.steps.area.step import STEP, AreaSpec, area_budget
+
+
+def spec(photo: plant.Photo | None = None, **more: object) -> AreaSpec:
+    box: dict[str, object] = {"width": "1.745 m", "height": "1.49 m"}
+    if photo is not None:
+        box = {"width": photo.box_width, "height": photo.box_height}
+        box |= dict(zip(("left", "top", "right", "bottom"), photo.box, strict=True))
+    return AreaSpec.model_validate({"test": "area", "image": "car.png", "box": box, **more})
+
+
+def run(photo: plant.Photo, folder: Path, **more: object) -> Result:
+    (folder / "car.png").write_bytes(photo.png)
+    (folder / "mask.png").write_bytes(photo.mask_png)
+    description = spec(photo, **more)
+    assert STEP.load is not None
+    data, _ = STEP.load(description, folder, ())
+    return STEP.estimate(description, data, Parameters())
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_area_is_recovered_within_its_interval(seed: int, tmp_path: Path) -> None:
+    vehicle = random_vehicle(seed)
+    result = run(plant.photo(vehicle, seed), tmp_path, settings={"camera_distance": "30 m"})
+    area = result.parameters["frontal_area"]
+    assert area.value == pytest.approx(vehicle.frontal_area, rel=0.003)
+    assert area.interval95[0] < vehicle.frontal_area < area.interval95[1]
+    assert area.std < 0.01 * vehicle.frontal_area
+    assert not result.findings
+
+
+def test_perspective_is_corrected_from_distance_and_depth(tmp_path: Path) -> None:
+    photo = plant.photo(REFERENCE, 1, distance=15.0, depth=0.6)
+    settings = {"camera_distance": "15 m", "vehicle_depth": "0.6 m"}
+    right = run(photo, tmp_path, settings=settings).parameters["frontal_area"].value
+    wrong = run(photo, tmp_path)
+    assert right == pytest.approx(REFERENCE.frontal_area, rel=0.003)
+    assert wrong.parameters["frontal_area"].value == pytest.approx(REFERENCE.frontal_area * (15 / 15.6) ** 2, rel=0.003)
+    assert any("perspective is not corrected" in f.what for f in wrong.findings)
+
+
+def test_mirrors_are_left_out_or_masked_and_said(tmp_path: Path) -> None:
+    photo = plant.photo(REFERENCE, 2, effects={"mirrors": 1.0})
+    seen = run(photo, tmp_path, settings={"camera_distance": "30 m"})
+    assert any("left out" in f.what or "beyond the box" in f.what for f in seen.findings)
+    masked = run(photo, tmp_path, exclude_mask="mask.png", settings={"camera_distance": "30 m"})
+    assert not masked.findings
+    for result in (seen, masked):
+        assert result.parameters["frontal_area"].value == pytest.approx(REFERENCE.frontal_area, rel=0.005)
+
+
+def test_a_bright_car_on_dark_ground_and_a_painted_mask(tmp_path: Path) -> None:
+    photo = plant.photo(REFERENCE, 3)
+    grey = np.asarray(Image.open(io.BytesIO(photo.png)), dtype=np.uint8)
+    (tmp_path / "bright.png").write_bytes(_png(255 - grey))
+    (tmp_path / "painted.png").write_bytes(_png(np.where(grey < 120, 255, 0).astype(np.uint8)))
+    assert STEP.load is not None
+    for more in (
+        {"image": "bright.png", "settings": {"car": "bright"}},
+        {"image": "bright.png", "mask": "painted.png"},
+    ):
+        description = spec(photo, **more)
+        data, files = STEP.load(description, tmp_path, ())
+        assert len(files) == 1 + ("mask" in more)
+        area = STEP.estimate(description, data, Parameters()).parameters["frontal_area"]
+        assert area.value == pytest.approx(REFERENCE.frontal_area, rel=0.004)
+
+
+def test_the_papers_share_of_its_box() -> None:
+    """84.2 % of 2.60 m^2 is 2.19 m^2."""
+    description = AreaSpec.model_validate(
+        {"test": "area", "image": "car.png", "box": {"width": "2.0 m", "height": "1.3 m"}}
+    )
+    budget = area_budget(0.842 * 1000 * 650, 0.0, description, (0, 0, 1000, 650))
+    assert budget.value == pytest.approx(2.19, abs=0.005)
+
+
+def test_box_deviations_are_propagated() -> None:
+    description = AreaSpec.model_validate(
+        {"test": "area", "image": "car.png", "box": {"width": "2.0 +- 0.02 m", "height": "1.3 m"}}
+    )
+    budget = area_budget(500_000.0, 0.0, description, (0, 0, 1000, 650))
+    assert budget.std / budget.value == pytest.approx(0.01, rel=1e-3)
+
+
+def _png(grey: np.ndarray) -> bytes:
+    stream = io.BytesIO()
+    Image.fromarray(grey).save(stream, "PNG")
+    return stream.getvalue()
+
+
+def test_pictures_that_are_none_are_refused_in_words(tmp_path: Path) -> None:
+    assert STEP.load is not None
+    good = plant.photo(REFERENCE, 4).png
+    for content, says in (
+        (b"not a picture", "no PNG or JPEG"),
+        (b"", "no PNG or JPEG"),
+        (good[: len(good) // 2], "can't be read"),
+        (None, "does not exist"),
+    ):
+        (tmp_path / "car.png").unlink(missing_ok=True)
+        if content is not None:
+            (tmp_path / "car.png").write_bytes(content)
+        with pytest.raises(InputError, match=says):
+            STEP.load(spec(), tmp_path, ())
+
+
+def test_a_mask_of_another_size_is_refused(tmp_path: Path) -> None:
+    assert STEP.load is not None
+    (tmp_path / "car.png").write_bytes(plant.photo(REFERENCE, 4).png)
+    (tmp_path / "mask.png").write_bytes(_png(np.zeros((10, 10), dtype=np.uint8)))
+    with pytest.raises(InputError, match="not of the photo's size"):
+        STEP.load(spec(mask="mask.png"), tmp_path, ())
+
+
+@pytest.mark.parametrize(
+    ("grey", "says"),
+    [
+        (np.full((200, 200), 128, dtype=np.uint8), "either side|too small|too alike"),
+        (np.random.default_rng(0).integers(0, 256, (200, 200)).astype(np.uint8), "too small|too alike|either side"),
+    ],
+)
+def test_a_picture_without_a_car_is_no_result(grey: np.ndarray, says: str, tmp_path: Path) -> None:
+    (tmp_path / "car.png").write_bytes(_png(grey))
+    assert STEP.load is not None
+    data, _ = STEP.load(spec(), tmp_path, ())
+    with pytest.raises(ResultError, match=says):
+        STEP.estimate(spec(), data, Parameters())
+
+
+def test_a_box_outside_the_picture_and_an_area_of_no_car(tmp_path: Path) -> None:
+    photo = plant.photo(REFERENCE, 5)
+    with pytest.raises(InputError, match="does not lie in the picture"):
+        run(photo, tmp_path, box={"width": "1.7 m", "height": "1.5 m", "left": 600, "right": 100})
+    with pytest.raises(ResultError, match="not that of a road vehicle"):
+        run(photo, tmp_path, box={"width": "17 m", "height": "15 m"})
+
+
+def test_otsu_separates_two_greys() -> None:
+    grey = np.concatenate([np.full(300, 0.2), np.full(700, 0.8)])
+    assert 0.2 < otsu(grey) < 0.8

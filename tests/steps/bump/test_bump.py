@@ -1,0 +1,379 @@
+"""The bump step on the plant's crossings: recovery, where the bump is, given numbers that are uncertain, traps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.plant import bump as plant
+from tests.plant.obstacle import Bump
+from tests.plant.vehicle import GRAVITY, REFERENCE, Vehicle, random_vehicle
+from tests.plant.write_csv import csv_bytes
+from vdyn_cli.effects.asymmetric_damping import asymmetric_damping
+from vdyn_cli.inference import Unknown, solve
+from vdyn_cli.physics.models.half_car import SOUGHT
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.bump.given import given_numbers
+from vdyn_cli.steps.bump.step import STEP, BumpSpec, Measured, fit_of
+
+BODY = ("vertical_acceleration", "pitch_rate")
+SPEC = BumpSpec(test="bump", bump={"height": "70 mm", "width": "480 mm"})  # type: ignore[arg-type]
+SEED = 4
+VEHICLE = random_vehicle(SEED)
+
+
+def spec(runs: dict[str, object] | None = None, bump: dict[str, object] | None = None, **settings: object) -> BumpSpec:
+    size = {"height": 0.07, "width": 0.48}
+    listed = [{"log": f"bump_{k}.csv", **runs} for k in range(4)] if runs else []
+    return BumpSpec.model_validate({"test": "bump", "bump": bump or size, "runs": listed, "settings": settings})
+
+
+def logs(vehicle: Vehicle = VEHICLE, seed: int = SEED, **options: object) -> tuple[Log, ...]:
+    found = []
+    for k, record in enumerate(plant.campaign(vehicle, seed, **options)):  # type: ignore[arg-type]
+        time, front, rear, speed, acceleration, pitch_rate = record.values()
+        channels = {"front_load": front, "rear_load": rear, "speed": speed / 3.6}
+        channels |= {"vertical_acceleration": acceleration, "pitch_rate": np.radians(pitch_rate)}
+        found.append(Log(f"bump_{k}.csv", time, channels))
+    return tuple(found)
+
+
+LOGS = logs()
+
+
+def known(vehicle: Vehicle = VEHICLE, **std: float) -> Parameters:
+    given = plant.known(vehicle)
+    return Parameters({n: Estimate.given(PARAMETERS[n], v, std.get(n, 0.0)) for n, v in given.items()})
+
+
+def run(
+    data: tuple[Log, ...] = LOGS, how: BumpSpec = SPEC, vehicle: Vehicle = VEHICLE, given: Parameters | None = None
+) -> Result:
+    return STEP.estimate(how, Measured(data), given or known(vehicle))
+
+
+def changed(change: Callable[[Log], Log], data: tuple[Log, ...] = LOGS) -> tuple[Log, ...]:
+    return tuple(change(log) for log in data)
+
+
+def only(names: tuple[str, ...], data: tuple[Log, ...] = LOGS) -> tuple[Log, ...]:
+    return changed(lambda log: Log(log.name, log.time, {n: log[n] for n in names}), data)
+
+
+def near(result: Result, vehicle: Vehicle = VEHICLE, deviations: float = 4.5) -> None:
+    """Every value within so many of its own standard deviations of the truth."""
+    for name, truth in plant.truth(vehicle).items():
+        estimate = result.parameters[name]
+        assert abs(estimate.value - truth) < deviations * estimate.std, name
+
+
+@pytest.fixture(scope="module")
+def bound() -> dict[str, float]:
+    """The Cramer-Rao bound of LOGS."""
+    return plant.information(VEHICLE, SEED).bound()
+
+
+def test_springs_dampers_and_tires_are_recovered_near_the_bound(bound: dict[str, float]) -> None:
+    result = run()
+    for name, truth in plant.truth(VEHICLE).items():
+        estimate = result.parameters[name]
+        assert abs(estimate.value - truth) < 4 * bound[name], name
+        assert estimate.std == pytest.approx(bound[name], rel=0.8), name
+    assert result.fit.interval_unit == "block"
+    assert result.fit.rms == pytest.approx(result.fit.noise_floor, rel=0.05)
+    assert not result.fit.warnings
+
+
+@pytest.mark.parametrize("seed", [1, 6, 9])
+def test_other_cars_are_recovered(seed: int) -> None:
+    vehicle = random_vehicle(seed)
+    near(run(logs(vehicle, seed), vehicle=vehicle), vehicle)
+
+
+def test_without_noise_there_is_hardly_a_bias(bound: dict[str, float]) -> None:
+    crossings = plant.runs(SEED)
+    data = []
+    for k, record in enumerate(plant.noise_free(VEHICLE, crossings)):
+        channels = dict(zip(("front_load", "rear_load", "speed", *BODY), record.values(), strict=True))
+        # A trace of noise, so that the channels' weights stand in their usual proportion.
+        noise = np.random.default_rng(k)
+        sizes = dict(zip(channels, (0.17, 0.17, 2e-4, 3e-4, 9e-6), strict=True))
+        shaken = {n: v + sizes[n] * noise.standard_normal(v.size) for n, v in channels.items()}
+        data.append(Log(f"bump_{k}", crossings[k].times, shaken))
+    found = run(tuple(data)).parameters
+    assert all(abs(found[n].value - truth) < 0.3 * bound[n] for n, truth in plant.truth(VEHICLE).items())
+
+
+def test_the_sample_logs_give_the_sample_car(root: Path) -> None:
+    inputs = gather(STEP, root / "configs" / "bump.yaml")
+    from_cg = {"cg_to_front": (1.25, 1e-3), "pitch_inertia": (2200.0, 4.0), "cg_height": (0.61, 2e-3)}
+    more = {n: Estimate.given(PARAMETERS[n], *at) for n, at in from_cg.items()}
+    result = STEP.estimate(inputs.spec, inputs.data, inputs.known.updated(Parameters(more)))
+    near(result, REFERENCE)
+    assert set(result.parameters) == set(SOUGHT) == set(STEP.gives)
+    for comparison in result.comparisons:
+        assert comparison.measured.shape == comparison.simulated.shape == comparison.x.shape
+    names = {m: result.extra["modes"][m]["frequency"] for m in ("bounce", "pitch", "wheel_hop_front", "wheel_hop_rear")}
+    assert names["bounce"] < names["pitch"] < 2 < 9 < names["wheel_hop_front"] < names["wheel_hop_rear"] < 15
+    assert "kN/m" in result.sentence
+    assert {t.key for t in result.tables} == {"modes", "crossings", "misfit", "budget"}
+
+
+def test_half_sine() -> None:
+    bump = {"height": 0.05, "width": 0.4, "shape": "half_sine"}
+    near(run(logs(bump=Bump(0.05, 0.4, "half_sine")), spec(bump=bump)))
+
+
+def test_a_measured_profile_is_read_from_its_file(tmp_path: Path) -> None:
+    x = np.linspace(0.0, 0.5, 51)
+    height = 0.06 * np.sin(np.pi * x / 0.5) ** 2 + 0.012 * np.sin(4 * np.pi * x / 0.5) * x
+    bump = Bump(shape="profile", table=np.array([x, height]))
+    rows = "\n".join(f"{1e3 * a:.1f};{1e3 * b:.6f}" for a, b in zip(x, height, strict=True))
+    (tmp_path / "bump.csv").write_text(f"x [mm];z [mm]\n{rows}\n", encoding="utf-8")
+    columns = {n: {"column": c, "unit": "mm"} for n, c in (("distance", "x [mm]"), ("height", "z [mm]"))}
+    path = described(tmp_path, bump={"shape": "profile", "profile": "bump.csv", "columns": columns}, road=bump)
+    inputs = gather(STEP, path)
+    assert tmp_path / "bump.csv" in inputs.files
+    near(STEP.estimate(inputs.spec, inputs.data, inputs.known))
+
+
+def described(folder: Path, bump: dict[str, object], road: Bump | None = None) -> Path:
+    """Logs and a description on disk."""
+    entries = []
+    for k, record in enumerate(plant.campaign(VEHICLE, SEED, bump=road)):
+        (folder / f"bump_{k}.csv").write_bytes(csv_bytes(record))
+        entries.append({"log": f"bump_{k}.csv"})
+    units = dict(zip(("front_load", "rear_load", "speed", *BODY), ("N", "N", "km/h", "m/s^2", "deg/s"), strict=True))
+    channels = {n: {"column": c, "unit": units[n]} for n, c in zip(units, plant.SENSORS, strict=True)}
+    channels["time"] = {"column": "Time [s]", "unit": "s"}
+    text = {"test": "bump", "vehicle": plant.known(VEHICLE), "bump": bump, "channels": channels, "runs": entries}
+    path = folder / "bump.yaml"
+    path.write_text(yaml.safe_dump(text), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("told", [None, 0.4, 5.6, 9.0])
+def test_the_bump_is_found_wherever_it_is_told_to_be(told: float | None) -> None:
+    result = run(how=spec(runs=None if told is None else {"distance_front": told}))
+    near(result)
+    places = [run["distance_front"] for run in result.extra["crossings"]]
+    assert np.allclose(places, [c.distance for c in plant.runs(SEED)], atol=5e-3)
+    assert bool([f for f in result.findings if "the bump is met" in f.what]) == (told is not None)
+
+
+def test_the_nearer_of_two_bumps_is_taken_where_it_is_told() -> None:
+    twice = []
+    for log in LOGS:
+        step = log.time[-1] + 0.002
+        time = np.concatenate([log.time, log.time + step])
+        twice.append(Log(log.name, time, {n: np.concatenate([log[n], log[n]]) for n in log.channels}))
+    length = np.array([np.trapezoid(log["speed"], log.time) for log in LOGS])
+    second = run(tuple(twice), spec(runs={"distance_front": float(np.mean(length)) + 3.0}))
+    places = np.array([run["distance_front"] for run in second.extra["crossings"]])
+    assert np.allclose(places - length, 3.0, atol=0.2)
+
+
+def test_loads_alone_will_do_and_gaps_and_clipped_peaks_are_left_out() -> None:
+    def damaged(log: Log) -> Log:
+        front, speed = np.minimum(log["front_load"], 16_000.0), log["speed"].copy()
+        front[300:330], speed[400:440] = np.nan, np.nan
+        return log.with_channels(front_load=front, speed=speed)
+
+    result = run(changed(damaged, only(("front_load", "rear_load", "speed"))))
+    near(result)
+    assert any("at the sensor's limit" in f.what for f in result.findings)
+
+
+def test_the_paper_s_weighting() -> None:
+    """w = 1 weighs both loads alike, as their noise does; a small w leaves the rear axle to the others."""
+    data = only(("front_load", "rear_load", "speed"))
+    plain, paper, front = (run(data, spec(**s)).parameters for s in ({}, {"rear_weight": 1.0}, {"rear_weight": 1e-4}))
+    for name in SOUGHT:
+        assert paper[name].value == pytest.approx(plain[name].value, rel=2e-4)
+    assert front["suspension_damping_rear"].std > 5 * plain["suspension_damping_rear"].std
+    assert not run(data, spec(rear_weight=9.0)).fit.warnings
+
+
+def test_uncertain_given_numbers_are_carried_into_the_intervals() -> None:
+    off = {"unsprung_mass_front": 4.0, "unsprung_mass_rear": 4.0, "sprung_pitch_inertia": 40.0, "wheelbase": 3e-3}
+    wrong = known()
+    wrong = wrong.updated(
+        Parameters({n: Estimate.given(PARAMETERS[n], wrong[n].value + 1.2 * std) for n, std in off.items()})
+    )
+    stated = Parameters({n: Estimate.given(PARAMETERS[n], wrong[n].value, off.get(n, 0.0)) for n in wrong})
+    exact, blind, aware = (run(given=given).parameters for given in (None, wrong, stated))
+    truth = plant.truth(VEHICLE)
+    missed = [n for n in SOUGHT if not blind[n].interval95[0] < truth[n] < blind[n].interval95[1]]
+    assert len(missed) >= 3
+    for name in SOUGHT:
+        assert abs(aware[name].value - truth[name]) < 4.5 * aware[name].std, name
+    assert np.mean([aware[n].std / exact[n].std for n in SOUGHT]) > 1.2
+
+
+def test_the_body_s_pitch_inertia_comes_from_the_car_s() -> None:
+    given = {n: e for n, e in known(REFERENCE).items() if n not in ("sprung_pitch_inertia", "sprung_mass")}
+    more = {"mass": 1588.0, "pitch_inertia": 2200.0, "cg_height": 0.61, "wheel_radius": 0.308}
+    stated = {**given, **{n: Estimate.given(PARAMETERS[n], v) for n, v in more.items()}}
+    found, said = given_numbers(Parameters(stated))
+    assert found["sprung_pitch_inertia"].value == pytest.approx(REFERENCE.sprung_pitch_inertia, rel=1e-9)
+    assert not said
+    del stated["cg_height"]
+    guessed, said = given_numbers(Parameters(stated))
+    assert guessed["sprung_pitch_inertia"].value == pytest.approx(REFERENCE.sprung_pitch_inertia, rel=5e-3)
+    assert guessed["sprung_pitch_inertia"].std > 5.0
+    assert "whole car's" in said[0].what
+
+
+def test_cg_to_rear_serves_as_well() -> None:
+    given = {n: e for n, e in known().items() if n != "cg_to_front"}
+    given["cg_to_rear"] = Estimate.given(PARAMETERS["cg_to_rear"], VEHICLE.cg_to_rear, 2e-3)
+    found, _ = given_numbers(Parameters(given))
+    assert found["cg_to_front"].value == pytest.approx(VEHICLE.cg_to_front)
+    assert found["cg_to_front"].std == 2e-3
+
+
+def test_an_effect_can_be_added_and_is_found() -> None:
+    data = Measured(logs(effects={"asymmetric_damping": 0.3}))
+    plain = STEP.estimate(SPEC, data, known())
+    assert plain.fit.rms > 5 * plain.fit.noise_floor
+    assert any("times the sensor's noise" in w for w in plain.fit.warnings)
+    (name,) = asymmetric_damping.unknowns
+    fit, _ = fit_of(SPEC, data, known(), (asymmetric_damping,), (Unknown(name, 0.0, -0.9, 0.9),))
+    solution = solve(fit.regression(), tolerance=1e-3)
+    assert solution.values[name] == pytest.approx(0.3, abs=2e-3)
+    truth = plant.truth(VEHICLE)
+    assert all(solution.values[n] == pytest.approx(truth[n], rel=5e-3) for n in SOUGHT)
+
+
+def test_a_gentle_bump_leaves_the_tire_to_the_unsprung_mass() -> None:
+    result = run(logs(bump=Bump(0.01, 4.0)), spec(bump={"height": 0.01, "width": 4.0}))
+    (words,) = [w for w in result.fit.warnings if w.startswith("tire_vertical_stiffness rests on")]
+    assert "make the wheels hop" in words
+    tire, spring = (result.parameters[n] for n in ("tire_vertical_stiffness", "suspension_stiffness_front"))
+    assert tire.std / tire.value > 5 * spring.std / spring.value
+
+
+def test_a_car_that_was_loaded_otherwise_is_noticed() -> None:
+    heavier = known().updated(
+        Parameters({"sprung_mass": Estimate.given(PARAMETERS["sprung_mass"], VEHICLE.sprung_mass + 60.0)})
+    )
+    findings = run(given=heavier).findings
+    assert [f.where for f in findings if "at rest beyond" in f.what] == ["front_load", "rear_load"]
+
+
+def scaled(name: str, factor: float, offset: float = 0.0) -> Callable[[Log], Log]:
+    return lambda log: log.with_channels(**{name: log[name] * factor + offset})
+
+
+def swapped(log: Log) -> Log:
+    return log.with_channels(front_load=log["rear_load"], rear_load=log["front_load"])
+
+
+def thinner(log: Log) -> Log:
+    return Log(log.name, log.time[::10], {n: log[n][::10] for n in log.channels})
+
+
+WRONG = {
+    "upside-down load": (scaled("front_load", -1), "pulled up", "sign: -1"),
+    "load in kN": (scaled("rear_load", 1e-3), "not the axle's load at rest", "kN"),
+    "one wheel's load": (scaled("front_load", 0.5), "not the axle's load at rest", "one wheel's"),
+    "load without weight": (scaled("front_load", 1, -VEHICLE.front_load), "load at rest", "do not zero"),
+    "axles swapped": (swapped, "rear axle meets the bump before", "swap"),
+    "acceleration down": (scaled("vertical_acceleration", -1), "moves against the loads", "sign: -1"),
+    "acceleration in g": (scaled("vertical_acceleration", 1 / GRAVITY), "times what a usual car shows", "unit g"),
+    "nose-down pitch rate": (scaled("pitch_rate", -1), "positive nose-up", "sign: -1"),
+    "pitch rate in degrees": (scaled("pitch_rate", 57.3), "times what a usual car shows", "deg/s"),
+    "dead channel": (scaled("pitch_rate", 0), "never changes", "leave the channel out"),
+    "speed in km/h": (scaled("speed", 3.6), "after the front axle", "km/h"),
+    "speed taken for km/h": (scaled("speed", 1 / 3.6), "after the front axle", "km/h"),
+    "standing": (scaled("speed", 0), "hardly moves", "unit"),
+    "reversing": (scaled("speed", -1), "reverses", "sign: -1"),
+    "no speed": (scaled("speed", np.nan), "no reading", ""),
+    "no bump": (lambda log: log.between(0.0, 0.4), "no bump is seen", "time window"),
+    "too slow": (thinner, "sampled too slowly", "500"),
+    "too short": (lambda log: log.between(0.0, 0.05), "fewer than 50 samples", ""),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_with_a_log_is_said_for_every_run(name: str) -> None:
+    change, what, remedy = WRONG[name]
+    with pytest.raises(InputError, match=what) as caught:
+        run(changed(change))
+    assert remedy in str(caught.value)
+    assert {f.where.split(",")[0] for f in caught.value.findings} == {log.name for log in LOGS}
+
+
+def test_a_bump_of_another_size_is_noticed() -> None:
+    with pytest.raises(InputError, match="times as much as those of a usual car"):
+        run(how=spec(bump={"height": 0.007, "width": 0.48}))
+
+
+def test_gravity_in_the_acceleration_is_taken_off() -> None:
+    result = run(changed(scaled("vertical_acceleration", 1, GRAVITY)))
+    assert any("reads g at rest" in f.what for f in result.findings)
+    near(result)
+
+
+def test_a_run_in_the_air_is_left_out_and_a_campaign_in_the_air_refused() -> None:
+    log, crossing = LOGS[0], plant.runs(SEED)[0]
+    late = log.time - (crossing.distance + VEHICLE.wheelbase) / crossing.speed
+    hanging = log.with_channels(rear_load=np.where((late > 0.3) & (late < 0.85), 3.0, log["rear_load"]))
+    result = run((hanging, *LOGS[1:]))
+    assert len(result.fit.runs) == 3
+    assert any("off the road" in f.what for f in result.findings)
+    with pytest.raises(InputError, match="off the road"):
+        run(logs(bump=Bump(0.4, 0.5)), spec(bump={"height": 0.4, "width": 0.5}))
+
+
+def test_distances_that_contradict_the_wheelbase_are_refused() -> None:
+    with pytest.raises(InputError, match="is not the wheelbase"):
+        run(how=spec(runs={"distance_front": 3.0, "distance_rear": 5.0}))
+
+
+def test_what_is_missing_or_contradicts_itself_is_said() -> None:
+    with pytest.raises(InputError) as caught:
+        STEP.estimate(SPEC, Measured(LOGS), Parameters())
+    for name in ("mass", "wheelbase", "cg_to_front", "pitch_inertia", "unsprung_mass_front", "unsprung_mass_rear"):
+        assert name in str(caught.value)
+    two = known().updated(Parameters({"mass": Estimate.given(PARAMETERS["mass"], VEHICLE.mass + 100.0)}))
+    with pytest.raises(InputError, match="contradict each other"):
+        run(given=two)
+    with pytest.raises(InputError, match="no crossing"):
+        run(())
+    with pytest.raises(InputError, match="wheel_mass"):
+        run(how=spec(load_sensor="hub"))
+
+
+@pytest.mark.parametrize(
+    ("bump", "says"),
+    [
+        ({}, "needs 'height' and 'width'"),
+        ({"height": 0.07}, "needs 'height' and 'width'"),
+        ({"profile": "x.csv"}, "belong together"),
+        ({"shape": "profile", "height": 0.07, "width": 0.4}, "belong together"),
+        ({"shape": "profile", "profile": "x.csv", "height": 0.07}, "its own size"),
+        ({"shape": "profile", "profile": "nowhere.csv"}, "nowhere.csv"),
+        ({"height": "70 kg", "width": 0.4}, "not a unit of the same kind"),
+        ({"height": 70, "width": 0.4}, "physical"),
+    ],
+)
+def test_a_bump_that_cannot_be_is_refused(bump: dict[str, object], says: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        gather(STEP, described(tmp_path, bump=bump))
+    assert says in str(caught.value)
+
+
+def test_a_flat_profile_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "bump.csv").write_text("distance [m],height [m]\n0,0\n0.1,0\n0.2,0.0001\n", encoding="utf-8")
+    with pytest.raises(InputError, match="no profile of a bump"):
+        gather(STEP, described(tmp_path, bump={"shape": "profile", "profile": "bump.csv"}))

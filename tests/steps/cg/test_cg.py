@@ -1,0 +1,145 @@
+"""The cg step on the plant's accelerate-and-brake runs: recovery, the pitch-sign trap, missing channels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.plant import cg as plant
+from tests.plant.vehicle import Vehicle, random_vehicle
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.cg.step import STEP, CgSettings, CgSpec
+
+SPEC = CgSpec(test="cg", settings=CgSettings(load_zero="10 N"))  # type: ignore[arg-type]
+
+
+def logs(vehicle: Vehicle, seed: int, **options: object) -> tuple[Log, ...]:
+    found = []
+    for i, run in enumerate(plant.campaign(vehicle, seed, **options)):  # type: ignore[arg-type]
+        time, fl, fr, rl, rr, acceleration, pitch_rate, speed = run.record.values()
+        channels = {"front_load": fl + fr, "rear_load": rl + rr, "acceleration": acceleration}
+        channels |= {"pitch_rate": np.radians(pitch_rate), "speed": speed / 3.6}
+        found.append(Log(f"launch_{i + 1}.csv", time, channels))
+    return tuple(found)
+
+
+def known(vehicle: Vehicle, **std: float) -> Parameters:
+    given = {n: v for n, v in plant.known(vehicle).items() if n in PARAMETERS}
+    return Parameters({n: Estimate.given(PARAMETERS[n], v, std.get(n, 0.0)) for n, v in given.items()})
+
+
+@pytest.mark.parametrize("seed", [2, 5, 8])
+def test_height_position_and_inertia_are_recovered_near_the_bound(seed: int) -> None:
+    vehicle = random_vehicle(seed)
+    result = STEP.estimate(SPEC, logs(vehicle, seed), known(vehicle))
+    bound = plant.information(vehicle, seed).bound()
+    for name, truth in plant.truth(vehicle).items():
+        estimate = result.parameters[name]
+        assert abs(estimate.value - truth) < 4 * bound[name], name
+        assert 0.5 * bound[name] < estimate.std < 2.0 * bound[name], name
+    front = result.parameters["cg_to_front"]
+    assert front.value + result.parameters["cg_to_rear"].value == pytest.approx(vehicle.wheelbase)
+    assert result.fit.rms < 1.1 * result.fit.noise_floor
+
+
+def test_the_uncertainty_of_given_numbers_is_carried_over() -> None:
+    vehicle = random_vehicle(3)
+    data = logs(vehicle, 3)
+    sharp = STEP.estimate(SPEC, data, known(vehicle)).parameters["cg_height"]
+    blunt = STEP.estimate(SPEC, data, known(vehicle, mass=0.01 * vehicle.mass)).parameters["cg_height"]
+    assert np.hypot(sharp.std, 0.01 * vehicle.cg_height) == pytest.approx(blunt.std, rel=0.1)
+
+
+def test_front_loads_alone_still_give_the_height() -> None:
+    vehicle = random_vehicle(4)
+    front = [Log(d.name, d.time, {n: v for n, v in d.channels.items() if n != "rear_load"}) for d in logs(vehicle, 4)]
+    height = STEP.estimate(SPEC, tuple(front), known(vehicle)).parameters["cg_height"]
+    assert height.value == pytest.approx(vehicle.cg_height, rel=0.02)
+
+
+def test_a_body_fixed_accelerometer_is_freed_of_gravity() -> None:
+    vehicle = random_vehicle(6)
+    data = []
+    for log in logs(vehicle, 6):
+        steps = np.diff(log.time) * (log["pitch_rate"][1:] + log["pitch_rate"][:-1]) / 2
+        pitch = np.concatenate([[0.0], np.cumsum(steps - steps.mean())])
+        data.append(log.with_channels(acceleration=log["acceleration"] + 9.80665 * pitch))
+    body = CgSpec(test="cg", settings=CgSettings(accelerometer="body", load_zero="10 N"))  # type: ignore[arg-type]
+    height = STEP.estimate(body, tuple(data), known(vehicle)).parameters["cg_height"]
+    assert height.value == pytest.approx(vehicle.cg_height, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("channel", "says"),
+    [
+        ("pitch_rate", "nose dives"),
+        ("acceleration", "gains load"),
+        ("front_load", "pulled up"),
+        ("rear_load", "pulled up"),
+    ],
+)
+def test_a_sign_that_contradicts_physics_is_refused_with_the_line_to_add(channel: str, says: str) -> None:
+    vehicle = random_vehicle(1)
+    turned = tuple(log.with_channels(**{channel: -log[channel]}) for log in logs(vehicle, 1))
+    with pytest.raises(InputError, match=says) as caught:
+        STEP.estimate(SPEC, turned, known(vehicle))
+    assert "sign: -1" in str(caught.value)
+
+
+def test_the_trap_is_real() -> None:
+    """Were the sign not checked, the inertia would come out as 2 (M h + J)(H - h) - I."""
+    from vdyn_cli.steps.cg.step import fit_of, setting
+    from vdyn_cli.steps.cg.windows import cut_windows
+
+    vehicle = random_vehicle(1)
+    vehicle = vehicle.but(antenna_height=vehicle.cg_height + 1.7)
+    turned = [cut_windows(log.with_channels(pitch_rate=-log["pitch_rate"])) for log in logs(vehicle, 1)]
+    values = fit_of(turned, setting(SPEC, known(vehicle)).values, 10.0).solve().values
+    spin = 4 * vehicle.wheel_inertia / vehicle.wheel_radius
+    lever = vehicle.antenna_height - vehicle.cg_height
+    trap = 2 * (vehicle.mass * vehicle.cg_height + spin) * lever - vehicle.pitch_inertia
+    assert values["pitch_inertia"] == pytest.approx(trap, rel=0.05)
+
+
+def test_what_is_missing_or_useless_is_said() -> None:
+    vehicle = random_vehicle(1)
+    data = logs(vehicle, 1)
+    with pytest.raises(InputError, match="mass"):
+        STEP.estimate(SPEC, data, Parameters())
+    with pytest.raises(InputError, match="no run"):
+        STEP.estimate(SPEC, (), known(vehicle))
+    still = tuple(d.with_channels(acceleration=np.zeros(d.time.size)) for d in data)
+    with pytest.raises(InputError, match="hardly accelerated"):
+        STEP.estimate(SPEC, still, known(vehicle))
+    short = tuple(d.between(0.0, 1.0) for d in data)
+    with pytest.raises(InputError, match="shorter than"):
+        STEP.estimate(SPEC, short, known(vehicle))
+    blind = tuple(Log(d.name, d.time, {n: v for n, v in d.channels.items() if n != "pitch_rate"}) for d in data)
+    with pytest.raises(InputError, match="pitch is not logged"):
+        STEP.estimate(SPEC, blind, known(vehicle))
+
+
+def test_left_out_drag_and_spin_are_said() -> None:
+    vehicle = random_vehicle(1)
+    bare = Parameters({n: e for n, e in known(vehicle).items() if n in ("mass", "wheelbase", "antenna_height")})
+    result = STEP.estimate(SPEC, logs(vehicle, 1), bare)
+    said = " ".join(str(f) for f in result.findings)
+    assert "air drag is left out" in said
+    assert "spin of the wheels is left out" in said
+    assert result.parameters["cg_height"].value > 1.005 * vehicle.cg_height
+
+
+def test_loads_that_contradict_a_weighed_mass_are_doubted() -> None:
+    """One percent of the weight is eight times what a mass of 2 kg and zeros of 10 N leave open."""
+    vehicle = random_vehicle(3)
+    wrong = [
+        log.with_channels(front_load=1.01 * log["front_load"], rear_load=1.01 * log["rear_load"])
+        for log in logs(vehicle, 3)
+    ]
+    right = list(logs(vehicle, 3))
+    for data, std, doubted in ((right, 2.0, False), (wrong, 2.0, True), (wrong, 20.0, False)):
+        result = STEP.estimate(SPEC, data, known(vehicle, mass=std))
+        assert any(f.doubt and "1.0% more than mass x g" in f.what for f in result.findings) is doubted

@@ -1,0 +1,163 @@
+"""Half-shafts: torsion of bars in closed form, and the fit with noise in every channel."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.plant import shaft as plant
+from tests.plant.vehicle import Vehicle, random_vehicle
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.maths import dead_zone
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.inference import Unknown, solve
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import Given, Quantity
+from vdyn_cli.steps.shaft.fit import ShaftFit, Twisting
+from vdyn_cli.steps.shaft.sections import (
+    SOLID,
+    Section,
+    compliance,
+    drawing_budget,
+    polar_moment,
+    shared_modulus_correlation,
+    shares,
+)
+
+G = 79.3e9
+CHANNELS = ("shaft_torque", "motor_speed", "wheel_speed", "twist")
+
+
+def log(vehicle: Vehicle, seed: int, names: tuple[str, ...] = CHANNELS, **effects: float) -> Log:
+    (record,) = plant.campaign(vehicle, seed, effects or None)
+    time, torque, motor, wheel, twist = record.values()
+    channels = dict(zip(CHANNELS, (torque, motor, wheel, np.radians(twist)), strict=True))
+    return Log("tip_in.csv", time, {name: channels[name] for name in names})
+
+
+def piece(outer: float, length: float, inner: float = 0.0, std: float = 0.0) -> Section:
+    return Section(Given(outer, std), Given(inner), Given(length))
+
+
+def test_a_solid_bar() -> None:
+    # 25 mm by 700 mm: pi/32 d^4 G / L
+    assert 1 / compliance(0.025, 0.0, 0.7, G) == pytest.approx(math.pi / 32 * 0.025**4 * G / 0.7)
+    assert 1 / compliance(0.025, 0.0, 0.7, G) == pytest.approx(4344, rel=1e-3)
+
+
+def test_a_tube_is_the_bar_less_its_bore() -> None:
+    assert polar_moment(0.04, 0.03) == pytest.approx(polar_moment(0.04) - polar_moment(0.03))
+
+
+def test_sections_twist_one_after_the_other() -> None:
+    budget = drawing_budget([piece(0.03, 0.2), piece(0.03, 0.2)], Given(G))
+    assert budget.value == pytest.approx(1 / compliance(0.03, 0.0, 0.4, G))
+    assert shares([piece(0.03, 0.2), piece(0.03, 0.2)]) == pytest.approx([0.5, 0.5])
+    assert shares([piece(0.02, 0.1), piece(0.04, 0.1)])[0] == pytest.approx(16 / 17)
+
+
+@pytest.mark.parametrize(("start", "end"), [(0.03, 0.03), (0.03, 0.036), (0.024, 0.048)])
+def test_a_taper_has_its_closed_form(start: float, end: float) -> None:
+    closed = 32 * 0.3 / (math.pi * G) * (start**2 + start * end + end**2) / (3 * start**3 * end**3)
+    assert compliance(start, 0.0, 0.3, G, end) == pytest.approx(closed, rel=1e-5)
+    assert compliance(end, 0.0, 0.3, G, start) == pytest.approx(closed, rel=1e-5)
+
+
+def test_one_per_cent_of_diameter_is_four_of_stiffness() -> None:
+    budget = drawing_budget([piece(0.026, 0.6, std=0.00026)], Given(G, 0.01 * G))
+    assert budget.std / budget.value == pytest.approx(math.hypot(0.04, 0.01), rel=1e-3)
+    assert {c.name for c in budget.contributions} == {"shear_modulus", "outer_diameter_1", "length_1"}
+
+
+def test_two_sides_share_the_error_of_the_modulus() -> None:
+    modulus = Given(G, 0.01 * G)
+    left, right = (drawing_budget([piece(d, 0.5, std=1e-4)], modulus) for d in (0.026, 0.030))
+    matrix = shared_modulus_correlation({"left": left, "right": right})
+    expected = 0.01**2 / math.hypot(0.01, 4e-4 / 0.026) / math.hypot(0.01, 4e-4 / 0.030)
+    assert matrix["left"]["right"] == pytest.approx(expected, rel=1e-3)
+    assert matrix["left"]["left"] == 1.0
+
+
+def test_the_drawing_of_the_plant_has_its_stiffness() -> None:
+    vehicle = random_vehicle(2)
+    for side in plant.PATTERN:
+        drawn = [
+            Section(*map(Given, (s.outer_diameter, s.inner_diameter, s.length))) for s in plant.drawing(vehicle, side)
+        ]
+        stiffness = drawing_budget(drawn, Given(vehicle.shear_modulus)).value
+        assert stiffness == pytest.approx(plant.truth(vehicle)[f"shaft_stiffness_{side}"], rel=1e-9)
+
+
+def test_the_gradient_is_that_of_the_cost() -> None:
+    fit = ShaftFit([Twisting.of(log(random_vehicle(3), 3), 1.0)]).regression()
+    theta = np.array([1.05 * fit.unknowns[0].start, 60.0, -5.0, 0.01])
+    rows = fit.rows(0, theta)
+    gradient = rows.jacobian.T @ rows.residual
+    for i, step in enumerate((1.0, 0.01, 1e-3, 1e-5)):
+        shift = np.zeros(4)
+        shift[i] = step
+        above, below = (0.5 * np.sum(fit.rows(0, theta + s).residual ** 2) for s in (shift, -shift))
+        assert gradient[i] == pytest.approx((above - below) / (2 * step), rel=2e-3)
+
+
+@pytest.mark.parametrize("names", [CHANNELS, ("shaft_torque", "twist"), ("shaft_torque", "motor_speed", "wheel_speed")])
+def test_stiffness_and_damping_from_whatever_was_logged(names: tuple[str, ...]) -> None:
+    for seed in (1, 2):
+        vehicle = random_vehicle(seed)
+        truth = plant.truth(vehicle)
+        solution, covariance = ShaftFit([Twisting.of(log(vehicle, seed, names), 1.0)]).solve()
+        std = np.sqrt(np.diag(covariance))
+        assert abs(solution.values["shaft_stiffness"] - truth["shaft_stiffness_left"]) < 4 * std[0]
+        assert abs(solution.values["shaft_damping"] - truth["shaft_damping_left"]) < 4 * std[1]
+        assert std[0] < 0.01 * truth["shaft_stiffness_left"]
+        if "twist" in names:
+            bound = plant.information(vehicle, seed).bound()
+            assert std[0] < 2 * bound["shaft_stiffness_left"]
+            assert std[1] < 2.5 * bound["shaft_damping_left"]
+
+
+def test_plain_least_squares_loses_damping_to_the_noise_of_the_rate() -> None:
+    lost, kept = [], []
+    for seed in range(1, 5):
+        vehicle = random_vehicle(seed)
+        data = log(vehicle, seed)
+        rate = data["motor_speed"] - data["wheel_speed"]
+        basis = np.column_stack([data["twist"], rate, np.ones_like(rate)])
+        plain = np.linalg.lstsq(basis, data["shaft_torque"], rcond=None)[0]
+        lost.append(plain[1] / vehicle.shaft_damping_left - 1)
+        solution = solve(ShaftFit([Twisting.of(data, 1.0)]).regression())
+        kept.append(solution.values["shaft_damping"] / vehicle.shaft_damping_left - 1)
+    assert np.mean(lost) < -0.05
+    assert abs(np.mean(kept)) < 0.01
+
+
+def test_a_gap_in_the_log_does_no_harm() -> None:
+    vehicle = random_vehicle(4)
+    data = log(vehicle, 4)
+    torque = data["shaft_torque"].copy()
+    torque[900:1100] = np.nan
+    solution, covariance = ShaftFit([Twisting.of(data.with_channels(shaft_torque=torque), 1.0)]).solve()
+    truth = plant.truth(vehicle)["shaft_stiffness_left"]
+    assert abs(solution.values["shaft_stiffness"] - truth) < 4 * np.sqrt(covariance[0, 0])
+
+
+def test_an_effect_on_the_shaft_can_be_added_and_is_found() -> None:
+    vehicle = random_vehicle(5)
+    gap = 0.004
+
+    @effect(on="shaft", unknowns=(Quantity("backlash", "rad", "free play", "", 0, 0.2),), reference="a test")
+    def backlash(shaft: Law, s: Signals, q: Signals) -> Number:
+        """Free play to either side."""
+        return shaft(s.but(twist=dead_zone(s.twist, q.backlash, 1e-4)))
+
+    run = Twisting.of(log(vehicle, 5, backlash=gap), 1.0)
+    # The law damps also where the flanks are apart and nothing resists: hence a few per cent.
+    found = ShaftFit([run], [Unknown("backlash", 0.003, 0.0, 0.2)], [backlash]).solve()[0].values
+    assert found["backlash"] == pytest.approx(gap, rel=0.05)
+    assert found["shaft_stiffness"] == pytest.approx(plant.truth(vehicle)["shaft_stiffness_left"], rel=0.03)
+
+
+def test_solid_is_no_bore() -> None:
+    assert Section(Given(0.03), SOLID, Given(0.1)).inner_diameter.value == 0.0

@@ -1,0 +1,140 @@
+"""The tyre step on the plant's slip sweeps: recovery, errors in the slip, a peak out of reach, upside-down channels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import curve_fit
+
+from tests.plant import tire as plant
+from tests.plant.vehicle import Vehicle, random_vehicle
+from vdyn_cli.physics.models.tire_curve import peak_slip
+from vdyn_cli.quantities.errors import InputError, ResultError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.tire.step import STEP, TireSpec
+from vdyn_cli.steps.tire.tire_regression import SHAPE
+
+SPEC = TireSpec(test="tire")
+
+
+def logs(vehicle: Vehicle, seed: int, **options: object) -> tuple[Log, ...]:
+    found = []
+    for i, record in enumerate(plant.campaign(vehicle, seed, **options)):  # type: ignore[arg-type]
+        time, wheel, speed, force, load = record.values()
+        channels = {"wheel_speed": wheel, "vehicle_speed": speed / 3.6, "force_x": force, "force_z": load}
+        found.append(Log(f"slip_{i + 1}.csv", time, channels))
+    return tuple(found)
+
+
+def known(vehicle: Vehicle, std: float = 0.0) -> Parameters:
+    return Parameters({"wheel_radius": Estimate.given(PARAMETERS["wheel_radius"], vehicle.wheel_radius, std)})
+
+
+def run(vehicle: Vehicle, seed: int, **options: object) -> Result:
+    return STEP.estimate(SPEC, logs(vehicle, seed, **options), known(vehicle))
+
+
+@pytest.mark.parametrize("seed", [1, 4, 9])
+def test_the_curve_is_recovered_near_the_bound(seed: int) -> None:
+    vehicle = random_vehicle(seed)
+    result = run(vehicle, seed)
+    information = plant.information(vehicle, seed)
+    bounds = {**information.bound(), "tire_longitudinal_stiffness": plant.stiffness_bound(vehicle, information)}
+    for name, truth in plant.truth(vehicle).items():
+        estimate = result.parameters[name]
+        assert abs(estimate.value - truth) < 4 * bounds[name], name
+        assert estimate.std == pytest.approx(bounds[name], rel=0.7), name
+
+
+def test_least_squares_on_noisy_slip_flattens_the_curve_and_this_does_not() -> None:
+    vehicle = Vehicle(tire_B=12.0)
+    data = []
+    for i, log in enumerate(logs(vehicle, 3)):
+        noise = np.random.default_rng(i).normal(0.0, 0.02, log.time.size)
+        values = log["wheel_speed"] * vehicle.wheel_radius / log["vehicle_speed"] - 1 + noise
+        data.append(Log(log.name, log.time, {"slip": values, "force_x": log["force_x"], "force_z": log["force_z"]}))
+    slip, force, load = (np.concatenate([d[n] for d in data]) for n in ("slip", "force_x", "force_z"))
+    naive, _ = curve_fit(plant.friction, slip, force / load, p0=[12, 1.6, 1, 0.3])
+    assert naive[0] * naive[1] * naive[2] < 0.85 * vehicle.tire_longitudinal_stiffness
+    slope = STEP.estimate(SPEC, tuple(data), Parameters()).parameters["tire_longitudinal_stiffness"]
+    assert slope.interval95[0] < vehicle.tire_longitudinal_stiffness < slope.interval95[1]
+
+
+def test_a_peak_out_of_reach_leaves_the_slope_alone() -> None:
+    vehicle = random_vehicle(7)
+    result = run(vehicle, 7, peak=False)
+    assert list(result.parameters) == ["tire_longitudinal_stiffness"]
+    low, high = result.parameters["tire_longitudinal_stiffness"].interval95
+    assert low < vehicle.tire_longitudinal_stiffness < high
+    assert (high - low) / 2 < 0.15 * vehicle.tire_longitudinal_stiffness
+    assert any("only their product" in w for w in result.fit.warnings)
+    assert "not reached" in result.sentence
+
+
+def test_the_radius_deviation_is_carried_into_the_slope() -> None:
+    vehicle = random_vehicle(2)
+    wrong = vehicle.but(wheel_radius=vehicle.wheel_radius * 1.02)
+    data = logs(vehicle, 2)
+    blind = STEP.estimate(SPEC, data, known(wrong)).parameters["tire_longitudinal_stiffness"]
+    aware = STEP.estimate(SPEC, data, known(wrong, 0.02 * wrong.wheel_radius)).parameters["tire_longitudinal_stiffness"]
+    truth = vehicle.tire_longitudinal_stiffness
+    assert aware.interval95[0] < truth < aware.interval95[1]
+    assert abs(aware.value - truth) < 0.5 * abs(blind.value - truth)
+
+
+@pytest.mark.parametrize(("channel", "says"), [("force_z", "pulled up"), ("force_x", "slips backwards")])
+def test_an_upside_down_channel_is_noticed_with_the_line_to_add(channel: str, says: str) -> None:
+    vehicle = random_vehicle(3)
+    turned = tuple(log.with_channels(**{channel: -log[channel]}) for log in logs(vehicle, 3))
+    with pytest.raises(InputError, match=says) as caught:
+        STEP.estimate(SPEC, turned, known(vehicle))
+    assert "sign: -1" in str(caught.value)
+
+
+def test_what_is_missing_is_said() -> None:
+    vehicle = random_vehicle(3)
+    data = logs(vehicle, 3)
+    with pytest.raises(InputError, match="wheel_radius"):
+        STEP.estimate(SPEC, data, Parameters())
+    bare = tuple(Log(d.name, d.time, {k: d[k] for k in ("force_x", "force_z")}) for d in data)
+    with pytest.raises(InputError, match="slip can't be had"):
+        STEP.estimate(SPEC, bare, known(vehicle))
+    standing = tuple(d.with_channels(vehicle_speed=np.zeros(d.time.size)) for d in data)
+    with pytest.raises(InputError, match="fewer than"):
+        STEP.estimate(SPEC, standing, known(vehicle))
+    with pytest.raises(InputError, match="no slip sweep"):
+        STEP.estimate(SPEC, (), known(vehicle))
+
+
+def test_gaps_are_left_out() -> None:
+    vehicle = random_vehicle(5)
+    holed = []
+    for log in logs(vehicle, 5):
+        force = log["force_x"].copy()
+        force[200:230] = np.nan
+        holed.append(log.with_channels(force_x=force))
+    value = STEP.estimate(SPEC, tuple(holed), known(vehicle)).parameters["tire_D"]
+    assert value.interval95[0] - value.std < vehicle.tire_D < value.interval95[1] + value.std
+
+
+def test_the_peak_of_the_formula() -> None:
+    slip = np.linspace(0.001, 0.5, 200_001)
+    friction = plant.friction(slip, 12.0, 1.6, 1.0, 0.3)
+    assert peak_slip(12.0, 1.6, 0.3) == pytest.approx(slip[np.argmax(friction)], abs=1e-4)
+    assert peak_slip(12.0, 0.9, 0.3) == float("inf")
+    assert set(SHAPE) < set(STEP.gives)
+
+
+def test_a_sweep_over_a_wet_patch_is_pointed_at() -> None:
+    """Where slip is large the road is wet in one of the sweeps: no curve has such a shape, and the others make one."""
+    vehicle = random_vehicle(2)
+    data = list(logs(vehicle, 2))
+    slip = data[1]["wheel_speed"] * vehicle.wheel_radius / data[1]["vehicle_speed"] - 1
+    data[1] = data[1].with_channels(force_x=np.where(np.abs(slip) > 0.03, 0.3, 1.0) * data[1]["force_x"])
+    with pytest.raises(ResultError) as refused:
+        STEP.estimate(SPEC, tuple(data), known(vehicle))
+    assert refused.value.findings[0].where == data[1].name
+    assert "not like the other sweeps" in refused.value.findings[0].what

@@ -1,0 +1,308 @@
+"""Drives against the model: inside the band with the true parameters, outside with a wrong one; clear errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.steps.validate.validate_cases import described, inputs, known_file, true_parameters
+from vdyn_cli.commands.run_step import write_step
+from vdyn_cli.diagnosis.asked import case_of
+from vdyn_cli.effects import catalogue
+from vdyn_cli.inference import Unknown
+from vdyn_cli.project.inputs import Inputs
+from vdyn_cli.quantities.errors import InputError, ResultError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import load_step
+from vdyn_cli.steps.validate import step as validate
+from vdyn_cli.steps.validate.drives import OUTPUTS
+from vdyn_cli.steps.validate.noise import DEPARTURE
+from vdyn_cli.steps.validate.regression import weigh
+
+
+def validated(root: Path, folder: Path, drives: tuple[int, ...] = (1,), wrong: Any = None, **settings: Any) -> Result:
+    found = inputs(root, folder, true_parameters(wrong), drives, **settings)
+    return validate.estimate(found.spec, found.data, found.known)
+
+
+@pytest.fixture(scope="module")
+def right(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Result:
+    return validated(root, tmp_path_factory.mktemp("right"), (1, 2))
+
+
+def numbers(result: Result) -> Any:
+    return result.extra["validation"]
+
+
+def test_with_the_true_parameters_every_output_stays_within_its_band(right: Result) -> None:
+    found = numbers(right)
+    assert found["verdict"] == "inside"
+    assert set(found["outputs"]) == {*OUTPUTS, "jerk"}
+    for name, output in found["outputs"].items():
+        assert output["outside"] <= output["limit"] + 0.01, name
+        assert output["outside"] < 0.07, name
+    assert found["statistic"]["chance"] > 0.01
+    assert not right.fit.warnings
+    assert right.fit.rms < 1.5 * right.fit.noise_floor
+    assert "stay within the prediction band" in right.sentence
+
+
+def test_errors_are_near_the_sensors_noise_and_gusts_are_found(right: Result) -> None:
+    found = numbers(right)
+    assert found["noise"]["gust"] == pytest.approx(0.6, rel=0.5)
+    for name in ("shaft_torque_left", "shaft_torque_right"):
+        output = found["outputs"][name]
+        assert output["sensor_noise"] == pytest.approx(1.5, rel=0.15)
+        assert output["rms"] < 1.3 * output["sensor_noise"]
+    assert set(found["outputs"]["speed"]["regimes"]) == set(
+        ("launch", "acceleration", "cruise", "coast", "braking", "low speed")
+    )
+
+
+def test_what_makes_the_band_is_named(right: Result) -> None:
+    shares = numbers(right)["outputs"]["speed"]["shares"]
+    assert list(shares)[:4] == sorted(shares, key=lambda n: -shares[n])[:4]
+    assert set(list(shares)[:3]) <= {"wheel_radius", "mass", "drag_area", "driveline_efficiency", "driveline_inertia"}
+    assert sum(shares.values()) == pytest.approx(1.0, abs=0.03)
+    radius = numbers(right)["outputs"]["wheel_speed_rl"]["shares"]["wheel_radius"]
+    assert radius > 0.2
+
+
+def test_it_publishes_no_parameters_and_shows_what_it_found(right: Result) -> None:
+    assert len(right.parameters) == 0
+    assert {t.key for t in right.tables} == {"outputs", "regimes", "shares", "parameters", "modes"}
+    assert {"band_speed", "band_acceleration", "band_jerk", "tip_in"} <= {f.key for f in right.figures}
+    assert {c.channel for c in right.comparisons} == {*OUTPUTS, "jerk"}
+
+
+@pytest.mark.parametrize("name", ["wheel_radius", "tire_relaxation_length"])
+def test_a_parameter_wrong_by_three_standard_deviations_shows(root: Path, tmp_path: Path, name: str) -> None:
+    result = validated(root, tmp_path, (2,), wrong={name: 3.0})
+    found = numbers(result)
+    assert found["parameters"][name]["strain"] == pytest.approx(-3.0, abs=0.6)
+    assert found["strained"] == [name]
+    assert found["verdict"] == "strained"
+    assert name.replace("_", " ") in result.fit.warnings[0]
+    assert name.replace("_", " ") in result.sentence
+
+
+def test_a_parameter_wrong_by_far_is_told_first(root: Path, tmp_path: Path) -> None:
+    result = validated(root, tmp_path, (2,), wrong={"mass": 20.0})
+    found = numbers(result)
+    assert found["verdict"] != "inside"
+    assert result.fit.warnings
+
+
+def test_the_regression_is_the_door_for_effects(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters(), (1,), model="road_load")
+    regression = validate.regression(found.spec, found.data, found.known)
+    shared = [u.name for u in regression.shared]
+    assert {"mass", "drag_area", "rolling_resistance"} <= set(shared)
+    assert all(u.prior is not None for u in regression.shared)
+    drag = next(u for u in regression.shared if u.name == "drag_area")
+    assert drag.prior_correlation["rolling_resistance"] == pytest.approx(-0.57)
+    start = regression.start()
+    rows = regression.rows(0, regression.local(start, 0))
+    step = 1e-3 * next(u.prior[1] for u in regression.shared if u.name == "mass" and u.prior)
+    moved = start.copy()
+    moved[shared.index("mass")] += step
+    change = (regression.rows(0, regression.local(moved, 0)).residual - rows.residual) / step
+    assert change == pytest.approx(rows.jacobian[:, shared.index("mass")], abs=1e-3 * np.abs(change).max())
+
+
+def test_its_lines_may_go_through_parameters_that_are_not_as_believed(root: Path, tmp_path: Path) -> None:
+    """Priors stay where they are; a start beyond what is plausible is taken back to five standard deviations."""
+    found = inputs(root, tmp_path, true_parameters(), (1,))
+    believed = validate.regression(found.spec, found.data, found.known)
+    inertia = next(u for u in believed.shared if u.name == "driveline_inertia")
+    assert inertia.prior is not None
+    mean, std = inertia.prior
+    for asked, taken in ((mean + std, mean + std), (mean + 50 * std, mean + 5 * std)):
+        moved = validate.regression(found.spec, found.data, found.known, begun={"driveline_inertia": asked})
+        there = next(u for u in moved.shared if u.name == "driveline_inertia")
+        assert there.start == pytest.approx(taken)
+        assert there.prior == inertia.prior
+
+
+def test_how_a_car_leaves_rest_is_not_known_to_the_millimetre(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters(), (1,))
+    w = weigh(validate.trial_of(found.spec, found.data, found.known)[0], calm=True)
+    rows = len(w.plans[0].bins.time)
+    covariance = w.factors[0][:rows] @ w.factors[0][:rows].T
+    assert w.plans[0].section(w.plans[0].bins).min() > 0
+    assert np.sqrt(covariance.min()) > 0.9 * DEPARTURE
+
+
+def test_free_play_is_weighed_by_what_some_play_does(root: Path, tmp_path: Path) -> None:
+    """It has no slope at nothing: its trace is that of a size worth finding."""
+    found = inputs(root, tmp_path, true_parameters(), (1,))
+    play = next(e for e in catalogue() if e.name == "backlash")
+    size = play.probes[len(play.probes) // 3]
+    trials = [
+        validate.trial_of(found.spec, found.data, found.known, [play], [Unknown("backlash", start, 0.0, 0.06, "rad")])[
+            0
+        ]
+        for start in (0.0, size)
+    ]
+    without, with_it = (one.first[0] for one in trials)
+    column = without.slopes["shaft_torque_left"][:, len(trials[0].beliefs.names) + len(trials[0].instruments)]
+    apart = with_it.values["shaft_torque_left"] - without.values["shaft_torque_left"]
+    assert np.abs(apart).max() > 1.0
+    assert column * size == pytest.approx(apart, abs=0.05 * np.abs(apart).max())
+
+
+def test_what_earlier_steps_found_beside_the_parameters_is_simulated_and_not_sought_again(
+    root: Path, tmp_path: Path
+) -> None:
+    found = inputs(root, tmp_path, true_parameters(), (1,), model="road_load")
+    size = Estimate(0.4, 0.02, (0.36, 0.44), "m^2", "drag of what was mounted", "coastdown")
+    extended = replace(found.known, extensions={"extra_drag_area": {"extra_drag_area": size}})
+    plain, _ = validate.trial_of(found.spec, found.data, found.known)
+    trial, _ = validate.trial_of(found.spec, found.data, extended)
+    assert "extra_drag_area" in trial.beliefs.names
+    assert trial.beliefs.std[trial.beliefs.names.index("extra_drag_area")] == 0.02
+    speeds = [t.first[0].values["speed"][-1] for t in (plain, trial)]
+    assert speeds[1] < speeds[0] - 0.5
+    case = case_of(load_step("validate"), found.spec, found.data, extended)
+    assert "extra_drag_area" not in case.causes
+    assert "headwind" in case.causes
+
+
+def test_a_mass_on_a_road_follows_the_drives_too(root: Path, tmp_path: Path) -> None:
+    result = validated(root, tmp_path, (1, 2, 3), model="road_load")
+    found = numbers(result)
+    assert set(found["outputs"]) == {"speed", "acceleration", "jerk"}
+    assert found["outputs"]["speed"]["rms"] < 0.3
+    assert found["outputs"]["speed"]["outside"] < found["outputs"]["speed"]["limit"] + 0.01
+
+
+def changed(found: Inputs, **channels: Any) -> tuple[Log, ...]:
+    log = found.data[0]
+    made = {n: f(log[n].copy()) if callable(f) else f for n, f in channels.items()}
+    return (log.with_channels(**made), *found.data[1:])
+
+
+def refusal(found: Inputs, logs: tuple[Log, ...]) -> str:
+    with pytest.raises(InputError) as caught:
+        validate.estimate(found.spec, logs, found.known)
+    return str(caught.value)
+
+
+def test_gaps_in_the_torque_are_refused_and_in_outputs_skipped(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters())
+
+    def holed(values: np.ndarray) -> np.ndarray:
+        values[1000:1040] = np.nan
+        return values
+
+    said = refusal(found, changed(found, drive_torque=holed))
+    assert "channel 'drive_torque'" in said
+    assert "40 values are missing" in said
+    road = replace(found, spec=found.spec.model_copy(update={"settings": validate.ValidateSettings(model="road_load")}))
+    logs = changed(road, speed=holed, acceleration=holed)
+    assert numbers(validate.estimate(road.spec, logs, road.known))["outputs"]["speed"]["rms"] < 0.5
+
+
+def test_torque_and_speed_of_different_length_are_refused(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters())
+
+    def short(values: np.ndarray) -> np.ndarray:
+        values[3000:] = np.nan
+        return values
+
+    said = refusal(found, changed(found, drive_torque=short))
+    assert "does not cover the time of the speed" in said
+    assert "differ in length or clock" in said
+
+
+def test_torque_and_speed_on_clocks_that_do_not_match_are_refused(root: Path, tmp_path: Path) -> None:
+    """Two loggers whose files are of different drives: no delay makes them agree."""
+    path = described(root, tmp_path)
+    data = yaml.safe_load(path.read_text())
+    channels, reading = data.pop("channels"), {}
+    torque = {n: channels.pop(n) for n in ("drive_torque", "brake_torque")}
+    shared = {"time": channels["time"], "speed": channels["speed"]}
+    data["loggers"] = [{"channels": channels, "reading": reading}, {"channels": {**shared, **torque}}]
+    logs = [str(root / "sample_logs" / f"drive_{k}.csv") for k in (1, 3)]
+    data["runs"] = [{"logs": logs, "direction": "out"}]
+    path.write_text(yaml.safe_dump(data))
+    with pytest.raises(InputError) as caught:
+        write_step("validate", path, (known_file(tmp_path, true_parameters()),), tmp_path / "out", None)
+    assert "does not drive this speed" in str(caught.value)
+    assert "of one drive and one clock" in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_torque_of_the_wrong_sign_is_told(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters(), model="road_load")
+    assert "add 'sign: -1'" in refusal(found, changed(found, drive_torque=lambda v: -v))
+
+
+def test_a_hole_in_the_clock_is_refused(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters())
+    log = found.data[0]
+    keep = np.r_[0:2000, 2200 : log.time.size]
+    cut = Log(log.name, log.time[keep], {n: v[keep] for n, v in log.channels.items()})
+    assert "nothing is written for 2" in refusal(found, (cut,))
+
+
+def test_missing_parameters_are_listed_with_the_step_that_gives_them(root: Path, tmp_path: Path) -> None:
+    without = ("cg_height", "tire_B", "shaft_stiffness_left", "wheel_inertia", "drag_area", "suspension_damping_rear")
+    found = inputs(root, tmp_path, true_parameters(without=without))
+    said = refusal(found, found.data)
+    for name, step in zip(without, ("cg", "tire", "shaft", "inertia", "coastdown", "bump"), strict=True):
+        assert f"{name} (" in said
+        assert f"'vdyn {step}'" in said
+
+
+def test_parameters_outside_what_is_physical_are_refused(root: Path, tmp_path: Path) -> None:
+    parameters = true_parameters()
+    wild = replace(parameters["wheel_radius"], value=30.8)
+    odd = replace(parameters["tire_C"], value=float("nan"))
+    found = inputs(root, tmp_path, replace(parameters, estimates={**parameters.estimates, "wheel_radius": wild}))
+    said = refusal(found, found.data)
+    assert "parameter 'wheel_radius'" in said
+    assert "outside what is physical (0.05 to 1 m)" in said
+    known = replace(parameters, estimates={**parameters.estimates, "tire_C": odd})
+    assert "parameter 'tire_C'" in refusal(replace(found, known=known), found.data)
+
+
+def test_a_step_too_large_is_refused_and_writes_nothing(root: Path, tmp_path: Path) -> None:
+    path = described(root, tmp_path, step="20 ms")
+    known = known_file(tmp_path, true_parameters())
+    with pytest.raises(InputError, match="is longer than the 2 ms"):
+        write_step("validate", path, (known,), tmp_path / "out", None)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_model_that_no_step_follows_is_an_answer_that_is_not_good(root: Path, tmp_path: Path) -> None:
+    """Physical each by itself, but a wheel as light as a coin on shafts of a truck swings too fast to be followed."""
+    parameters = true_parameters()
+    odd = {"wheel_inertia": 0.005, "shaft_stiffness_left": 1e6, "shaft_stiffness_right": 1e6, "tire_D": 0.06}
+    changed = {n: replace(parameters[n], value=v) for n, v in odd.items()}
+    path = described(root, tmp_path)
+    known = known_file(tmp_path, replace(parameters, estimates={**parameters.estimates, **changed}))
+    with pytest.raises(ResultError, match="step"):
+        write_step("validate", path, (known,), tmp_path / "out", None)
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"validate.html"}
+
+
+def test_left_and_right_torques_drive_the_same_car(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters())
+    log = found.data[0]
+    each = 0.5 * log["drive_torque"] * 3.267
+    channels = {n: v for n, v in log.channels.items() if n != "drive_torque"}
+    sides = Log(log.name, log.time, {**channels, "drive_torque_left": each, "drive_torque_right": each})
+    one = validate.trial_of(found.spec, found.data, found.known)[0]
+    two = validate.trial_of(found.spec, (sides,), found.known)[0]
+    start = 1.0 * np.r_[one.theta(), 0.0, np.zeros(len(one.zeroed))]
+    whole = one.simulate(0, start, slopes=False).values["speed"]
+    other = two.simulate(0, np.r_[two.theta(), 0.0, np.zeros(len(two.zeroed))], slopes=False).values["speed"]
+    assert whole == pytest.approx(other, abs=0.02)

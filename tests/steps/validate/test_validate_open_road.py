@@ -1,0 +1,100 @@
+"""Drives on hilly roads: hills, losses and the accelerometer's zero are found, and nothing where nothing is."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.open_road import CDA, DENSITY, F0, F1, Made, Truth, description, drive, written
+from vdyn_cli.project.execute import execute
+from vdyn_cli.quantities.result import Result
+
+DRIVES, SHORT = 8, 200.0  # s
+LOSSES = {"driveline_loss", "torque_gain", "mass_error", "rotating_mass", "wheel_radius"}
+
+
+def made(truth: Truth, seed: int, seconds: float = SHORT) -> list[Made]:
+    return [drive(truth, 1000 * seed + k, seconds) for k in range(DRIVES)]
+
+
+def found(folder: Path, drives: list[Made], **diagnose: Any) -> Result:
+    described = {**description(folder, drives), **({"diagnose": diagnose} if diagnose else {})}
+    return execute("validate", written(folder, described)).result
+
+
+@pytest.fixture(scope="module")
+def lossy(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, list[Made], Truth]:
+    truth = Truth()
+    drives = made(truth, 3)
+    folder = tmp_path_factory.mktemp("lossy")
+    return found(folder, drives, extend=["felt_slope", "driveline_loss"]), drives, truth
+
+
+def test_hills_and_a_loss_are_found_and_what_looks_like_a_loss_is_told(lossy: tuple[Result, list[Made], Truth]) -> None:
+    told = lossy[0].diagnosis
+    assert told["verdict"] == "ambiguous"
+    sets = [set(one) for one in told["ambiguous"]]
+    (losses,) = [s for s in sets if "driveline_loss" in s]
+    assert losses <= LOSSES
+    assert len(losses) > 1
+    assert "hills that the accelerometer felt" in told["sentence"].lower()
+    assert told["gain"]["after"] < 0.4 * told["gain"]["before"]
+    assert told["gain"]["interval95"][0] > 0
+
+
+def test_sizes_are_within_their_intervals(lossy: tuple[Result, list[Made], Truth]) -> None:
+    result, _, truth = lossy
+    sizes = result.extra["effects"]
+    low, high = sizes["driveline_loss"]["interval95"]
+    assert low < truth.loss < high
+    assert high - low < 0.06
+    assert sizes["felt_slope"]["value"] == pytest.approx(1.0, abs=0.04)
+    zero = result.extra["validation"]["road"]["accelerometer_zero"]
+    assert zero["interval95"][0] < truth.zero < zero["interval95"][1]
+    assert zero["interval95"][1] - zero["interval95"][0] < 0.04
+
+
+def test_the_road_found_is_the_road_that_was_there(lossy: tuple[Result, list[Made], Truth]) -> None:
+    result, drives, _ = lossy
+    for entry, one in zip(result.extra["validation"]["road"]["drives"].values(), drives, strict=True):
+        along = np.r_[0.0, np.cumsum(np.diff(one.time) * one.speed[1:])]
+        edges = entry["distance_m"]
+        there = [one.slope[(along >= a) & (along < b)].mean() for a, b in pairwise(edges)]
+        assert np.corrcoef(entry["slope"], there)[0, 1] > 0.98
+
+
+def test_the_force_that_holds_a_speed_is_that_of_the_true_car(lossy: tuple[Result, list[Made], Truth]) -> None:
+    result, _, truth = lossy
+    for entry in result.extra["validation"]["road"]["holding_force"]:
+        v = entry["speed_kmh"] / 3.6
+        true = (F0 + F1 * v + 0.5 * DENSITY * CDA * v**2) / (1.0 - truth.loss)
+        assert entry["value"] == pytest.approx(true, rel=0.06)
+
+
+def test_drives_left_out_are_predicted_better(lossy: tuple[Result, list[Made], Truth]) -> None:
+    held = lossy[0].extra["validation"]["road"]["held_out"]
+    assert held["rms_after"] < 0.5 * held["rms_before"]
+    assert held["gain"]["interval95"][0] > 0
+    low, high = held["mean_after"]["interval95"]
+    assert low < 0.15
+    assert high > -0.15
+    tables = {t.key: t for t in lossy[0].tables}
+    assert len(tables["held_out_ends"].rows) == DRIVES + 2
+    assert {"roads", "holding_force"} <= tables.keys()
+
+
+def test_hills_alone_are_named(tmp_path: Path) -> None:
+    told = found(tmp_path, made(Truth(loss=0.0), 6)).diagnosis
+    assert told["verdict"] == "named"
+    assert told["extended"] == ["felt_slope"]
+    size = told["causes"][0]["unknowns"]["felt_slope"]
+    assert size["interval95"][0] < 1.0 < size["interval95"][1]
+
+
+def test_nothing_is_found_on_a_level_road_without_losses(tmp_path: Path) -> None:
+    told = found(tmp_path, made(Truth(hills=0.0, loss=0.0), 4)).diagnosis
+    assert told["verdict"] == "adequate"

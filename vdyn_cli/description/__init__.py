@@ -1,0 +1,1 @@
+"""Test descriptions: YAML text with its lines, read into typed objects."""

@@ -1,0 +1,310 @@
+"""Test descriptions: the strict YAML that says which logs, which channels, which vehicle, which settings."""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    ValidationError,
+    ValidationInfo,
+    create_model,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import ErrorDetails, PydanticCustomError, core_schema
+
+from vdyn_cli.description.yaml_source import Location, Source, load_yaml
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
+from vdyn_cli.quantities.quantity import Given, Quantity, UnitError, parse
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+
+
+class Strict(BaseModel):
+    """A part of a description: frozen, and an unknown key is an error."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+
+@dataclass(frozen=True)
+class Si:
+    """Marks a field as a quantity: ``Annotated[Given, Si("m/s")]`` reads ``70 km/h`` and holds SI.
+
+    ``lower`` and ``upper`` bound the SI value.
+    """
+
+    unit: str
+    lower: float = float("-inf")
+    upper: float = float("inf")
+
+    def _read(self, value: Any) -> Given:
+        if isinstance(value, Given):
+            return value
+        if not isinstance(value, (str, int, float)) or isinstance(value, bool):
+            what = "is not a number with a unit, such as '1 {unit}'"
+            raise PydanticCustomError("quantity", what, {"unit": self.unit})
+        try:
+            given = parse(value, self.unit)
+        except UnitError as error:
+            raise PydanticCustomError("unit", "{why}", {"why": str(error)}) from None
+        if not (self.lower <= given.value <= self.upper):
+            span = f"{self.lower:g} to {self.upper:g} {self.unit}".strip()
+            raise PydanticCustomError("range", "lies outside what is physical ({span})", {"span": span})
+        return given
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            self._read, serialization=core_schema.plain_serializer_function_ser_schema(_written)
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        example = f"1 {self.unit}".strip()
+        return {"type": ["number", "string"], "description": f"a quantity, such as '{example}'; plain numbers are SI"}
+
+
+def _written(given: Given) -> Any:
+    return given.value if given.std == 0 else [given.value, given.std]
+
+
+def si(quantity: Quantity) -> Si:
+    """The marker for a quantity of the vocabulary, with its unit and physical range."""
+    return Si(quantity.unit, quantity.lower, quantity.upper)
+
+
+class VehicleBase(Strict):
+    """What the user knows of the vehicle before the test."""
+
+    def items(self) -> Iterator[tuple[str, Given]]:
+        """The quantities that were given."""
+        for name in sorted(self.model_fields_set):
+            value = getattr(self, name)
+            if value is not None:
+                yield name, value
+
+
+if typing.TYPE_CHECKING:
+    Vehicle = VehicleBase
+else:
+    Vehicle = create_model(
+        "Vehicle",
+        __base__=VehicleBase,
+        **{
+            name: (Annotated[Given, si(quantity)] | None, Field(None, title=quantity.meaning))
+            for name, quantity in PARAMETERS.items()
+            if name not in ("temperature", "pressure")
+        },
+    )
+
+
+class Environment(Strict):
+    """The air on the day; dry air unless the density is given."""
+
+    temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = None
+    pressure: Annotated[Given, si(PARAMETERS["pressure"])] | None = None
+    humidity: Annotated[Given, Si("", 0, 1)] | None = None
+
+
+class Channel(Strict):
+    """Where one of our channels stands in a log: its column, unit, and sign convention."""
+
+    column: str
+    unit: str
+    sign: Literal[1, -1] = 1
+
+
+class Reading(Strict):
+    """How a log file is written, where guessing is not wanted; ``clock: drop`` drops rows that step back."""
+
+    delimiter: str | None = None
+    decimal: Literal[".", ","] | None = None
+    encoding: str | None = None
+    header_row: Annotated[int, Field(ge=1)] | None = None  # line of the header, counted from 1
+    clock: Literal["strict", "drop"] = "strict"
+
+
+class Logger(Strict):
+    """One of several loggers that recorded the same run on clocks of their own."""
+
+    channels: dict[str, Channel]
+    reading: Reading = Reading()
+
+
+class Run(Strict):
+    """One run: its log (or one log per logger), direction, and start since the first run."""
+
+    log: str | None = None
+    logs: list[str] | None = None
+    direction: Literal["out", "back"] | None = None
+    start: Annotated[Given, Si("s")] | None = None
+    temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = None
+    from_time: Annotated[Given, Si("s")] | None = None
+    to_time: Annotated[Given, Si("s")] | None = None
+
+    @model_validator(mode="after")
+    def _one_kind_of_log(self) -> Run:
+        if (self.log is None) == (self.logs is None):
+            raise PydanticCustomError("log", "a run has either 'log' or 'logs'")
+        return self
+
+
+class Diagnose(Strict):
+    """Which candidate causes to look for, and whether the model may be extended by what is found."""
+
+    effects: Literal["all", "none"] | list[str] = "all"
+    extend: Literal["never", "named"] | list[str] = "named"
+
+    @field_validator("effects", "extend", mode="before")
+    @classmethod
+    def _several(cls, value: Any, info: ValidationInfo) -> Any:
+        words = {"effects": "all, none", "extend": "never, named"}[info.field_name or ""]
+        if isinstance(value, str) and value not in words.split(", "):
+            raise PydanticCustomError("list", "takes {words}, or a list such as [headwind]", {"words": words})
+        return value
+
+    @model_validator(mode="after")
+    def _something_to_look_for(self) -> Diagnose:
+        if self.effects == []:
+            raise PydanticCustomError("effects", "'effects' names none: write all, none, or some of them")
+        if self.extend == []:
+            raise PydanticCustomError("extend", "'extend' names none: write never, named, or some effects")
+        if self.effects == "none" and isinstance(self.extend, list):
+            raise PydanticCustomError("extend", "'extend' takes nothing in where 'effects' is none")
+        return self
+
+
+class TestSpec(Strict):
+    """What every test description has; a step adds its own settings by deriving from it."""
+
+    test: str
+    title: str = ""
+    vehicle: Vehicle = Vehicle()
+    environment: Environment = Environment()
+    reading: Reading = Reading()
+    channels: dict[str, Channel] = {}
+    loggers: list[Logger] = []
+    align_on: str = "speed"
+    runs: list[Run] = []
+    diagnose: Diagnose = Diagnose()
+
+
+S = TypeVar("S", bound=BaseModel)
+
+
+def load_spec(path: Path, model: type[S]) -> tuple[S, Source]:
+    """Read a description and check it against its model, naming file and line of everything that is wrong.
+
+    ``vehicle: vehicle.yaml`` is replaced by that file's content.
+
+    Raises
+    ------
+    InputError : with every problem of the file.
+    """
+    source = with_vehicle_file(load_yaml(path))
+    return validate(source, model), source
+
+
+def validate(source: Source, model: type[S]) -> S:
+    """Check a loaded description against a model."""
+    if not isinstance(source.data, dict):
+        got = type(source.data).__name__
+        raise InputError(Finding(source.path.name, "must be a mapping of keys to values", got))
+    try:
+        return model.model_validate(source.data)
+    except ValidationError as error:
+        details = error.errors(include_url=False)
+        within = {_location(d)[:k] for d in details for k in range(len(_location(d)))}
+        told = [d for d in details if not (isinstance(d["input"], list) and _location(d) in within)]
+        findings = [_explain(detail, source, model) for detail in told]
+        raise InputError(*dict.fromkeys(findings)) from None
+
+
+def with_vehicle_file(source: Source) -> Source:
+    """Put the content of the vehicle's own file in the place of its name."""
+    if not isinstance(source.data, dict) or not isinstance(source.data.get("vehicle"), str):
+        return source
+    name = source.data["vehicle"]
+    try:
+        vehicle = load_yaml(source.path.parent / name)
+    except InputError as error:
+        raise InputError(*(_from(f, source.where(("vehicle",))) for f in error.findings)) from None
+    lines = {("vehicle", *location): place for location, place in vehicle.lines.items()}
+    data = {**source.data, "vehicle": vehicle.data}
+    return Source(source.path, data, {**source.lines, **lines}, (*source.included, vehicle.path))
+
+
+def _from(finding: Finding, where: str) -> Finding:
+    return Finding(where, f"{finding.where} {finding.what}", finding.got, finding.remedy)
+
+
+def _explain(detail: ErrorDetails, source: Source, model: type[BaseModel]) -> Finding:
+    location = _location(detail)
+    key = ".".join(str(p) for p in location) or "the description"
+    where = source.where(location)
+    kind = detail["type"]
+    got = repr(detail["input"])
+    got = got if len(got) <= 60 else got[:57] + "..."
+    if kind == "extra_forbidden":
+        remedy = _closest(str(location[-1]), fields_at(model, location[:-1]))
+        return Finding(where, f"unknown key '{location[-1]}'", remedy=remedy)
+    if kind == "missing":
+        return Finding(where, f"'{key}' is missing", remedy=f"add the key '{location[-1]}'")
+    if kind in ("model_type", "dict_type"):
+        return Finding(where, f"'{key}' must be a mapping of keys to values", got, "write its keys, or take it out")
+    message = detail["msg"]
+    message = message[0].lower() + message[1:]
+    return Finding(where, f"'{key}' {message}" if kind in ("unit", "range", "quantity") else f"'{key}': {message}", got)
+
+
+def _location(detail: ErrorDetails) -> Location:
+    return tuple(part for part in detail["loc"] if not _is_branch(part))
+
+
+def _is_branch(part: str | int) -> bool:
+    """Pydantic puts the names of union branches into an error's location."""
+    return isinstance(part, str) and (
+        part.startswith(("literal[", "list[", "dict[", "function-", "nullable")) or part in ("str", "float", "int")
+    )
+
+
+def _closest(name: str, known: list[str]) -> str:
+    few = 0 < len(known) <= 12
+    return did_you_mean(name, known, f"known keys: {', '.join(known)}" if few else "remove it, or see 'vdyn explain'")
+
+
+def fields_at(model: Any, location: Location) -> list[str]:
+    """The keys that the model knows at a place in the description."""
+    for part in location:
+        models = [m for m in _models(model) if isinstance(part, int) or part in m.model_fields]
+        if isinstance(part, int):
+            model = models[0] if models else None
+        elif models:
+            model = models[0].model_fields[part].annotation
+        else:
+            inner = _models(model)
+            model = inner[0] if inner else None
+    found = _models(model)
+    return list(found[0].model_fields) if found else []
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [m for argument in typing.get_args(annotation) for m in _models(argument)]
+
+
+def check_channels(
+    channels: Mapping[str, Channel], known: Mapping[str, Quantity], source: Source, at: Location
+) -> list[Finding]:
+    """Findings for channels that the step does not know; units are checked where the log is read."""
+    return [
+        Finding(source.where((*at, name)), f"unknown channel '{name}'", remedy=_closest(name, list(known)))
+        for name in channels
+        if name not in known
+    ]

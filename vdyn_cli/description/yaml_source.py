@@ -1,0 +1,150 @@
+"""YAML as data with the line of every key: safe against alias bombs, absurd nesting and repeated keys."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
+
+Location = tuple[str | int, ...]
+
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 30
+MAX_NODES = 50_000
+
+
+@dataclass(frozen=True)
+class Source:
+    """A YAML file's data, where each value stands (``coast.yaml:12``), and further files put into it."""
+
+    path: Path
+    data: Any
+    lines: Mapping[Location, str]
+    included: tuple[Path, ...] = ()
+
+    def where(self, location: Location) -> str:
+        """The place of a value, or of the nearest thing around it that the file holds."""
+        for end in range(len(location), -1, -1):
+            place = self.lines.get(location[:end])
+            if place:
+                return place
+        return self.path.name
+
+
+def load_yaml(path: Path) -> Source:
+    """Read one YAML document.
+
+    Raises
+    ------
+    InputError : missing, too large, not UTF-8, not YAML, nested or aliased beyond reason, a key given twice.
+    """
+    text = _read_text(path)
+    try:
+        _refuse_bombs(text, path)
+        loader = yaml.SafeLoader(text)
+        try:
+            node = loader.get_single_node()
+            walker = _Walker(path, loader)
+            data = walker.value(node, ()) if node is not None else {}
+        finally:
+            loader.dispose()
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        raise InputError(Finding(_line(path, mark), f"is not valid YAML: {error.problem or error.context}")) from None
+    except (yaml.YAMLError, ValueError, RecursionError, OverflowError) as error:
+        raise InputError(Finding(path.name, f"is not valid YAML: {str(error).splitlines()[0][:100]}")) from None
+    if walker.findings:
+        raise InputError(*walker.findings)
+    return Source(path, data, walker.lines)
+
+
+def _line(path: Path, mark: Any) -> str:
+    return f"{path.name}:{mark.line + 1}" if mark else path.name
+
+
+def _read_text(path: Path) -> str:
+    try:
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise InputError(Finding(str(path), "is too large for a test description", f"{size} bytes"))
+        return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(Finding(str(path), "does not exist", remedy=_neighbours(path))) from None
+    except OSError as error:
+        raise InputError(Finding(str(path), f"can't be read: {error.strerror}")) from None
+    except UnicodeDecodeError:
+        raise InputError(Finding(str(path), "is not UTF-8 text", remedy="save the file as UTF-8")) from None
+
+
+def _neighbours(path: Path) -> str:
+    try:
+        names = [p.name for p in path.parent.iterdir()]
+    except OSError:
+        return f"there is no folder {path.parent}"
+    return did_you_mean(path.name, names, "check the path")
+
+
+def _refuse_bombs(text: str, path: Path) -> None:
+    """Look at the stream of events, which needs no recursion, before anything is built."""
+    depth = 0
+    for nodes, event in enumerate(yaml.parse(text, Loader=yaml.SafeLoader)):
+        if isinstance(event, (yaml.MappingStartEvent, yaml.SequenceStartEvent)):
+            depth += 1
+        elif isinstance(event, (yaml.MappingEndEvent, yaml.SequenceEndEvent)):
+            depth -= 1
+        if depth > MAX_DEPTH or nodes > MAX_NODES:
+            what = "is nested too deeply" if depth > MAX_DEPTH else "holds too many values"
+            raise InputError(Finding(_line(path, event.start_mark), f"{what} for a test description"))
+
+
+class _Walker:
+    """Builds plain data from the node graph, counting what aliases expand to."""
+
+    def __init__(self, path: Path, loader: yaml.SafeLoader) -> None:
+        self.path, self.loader = path, loader
+        self.lines: dict[Location, str] = {}
+        self.findings: list[Finding] = []
+        self.nodes = 0
+
+    def place(self, node: yaml.Node) -> str:
+        return _line(self.path, node.start_mark)
+
+    def value(self, node: yaml.Node, location: Location) -> Any:
+        self.nodes += 1
+        if self.nodes > MAX_NODES or len(location) > MAX_DEPTH:
+            raise InputError(Finding(self.place(node), "expands to too many values (aliases of aliases)"))
+        self.lines[location] = self.place(node)
+        if node.tag.rsplit(":", 1)[0] != "tag:yaml.org,2002":
+            raise InputError(Finding(self.place(node), "holds a tag, which a description has no use for", node.tag))
+        if isinstance(node, yaml.MappingNode):
+            return self.mapping(node, location)
+        if isinstance(node, yaml.SequenceNode):
+            return [self.value(child, (*location, i)) for i, child in enumerate(node.value)]
+        return self.loader.construct_object(node)
+
+    def mapping(self, node: yaml.MappingNode, location: Location) -> dict[str, Any]:
+        self._refuse_repeats(node)
+        self.loader.flatten_mapping(node)  # merge keys (<<) come first, the mapping's own replace them
+        result: dict[str, Any] = {}
+        for key_node, child in node.value:
+            if not isinstance(key_node, yaml.ScalarNode):
+                self.findings.append(Finding(self.place(key_node), "a key must be plain text"))
+                continue
+            key = str(key_node.value)
+            result[key] = self.value(child, (*location, key))
+            self.lines[(*location, key)] = self.place(key_node)
+        return result
+
+    def _refuse_repeats(self, node: yaml.MappingNode) -> None:
+        first: dict[str, yaml.Node] = {}
+        for key_node, _ in node.value:
+            key = str(key_node.value)
+            if key in first:
+                got = f"first at {self.place(first[key])}"
+                self.findings.append(Finding(self.place(key_node), f"key '{key}' is given twice", got))
+            first.setdefault(key, key_node)

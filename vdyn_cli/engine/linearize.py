@@ -1,0 +1,223 @@
+"""A model about a steady state: where it rests or cruises, how it swings about it, and what each parameter does to it.
+
+All derivatives are exact, those of the eigenvalues too: the Jacobian moves with a parameter directly and because the
+steady state moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from vdyn_cli.engine.graph import Graph, refuse_unknown, trace
+from vdyn_cli.engine.kernel import Array
+from vdyn_cli.engine.model import Model
+from vdyn_cli.quantities.errors import Finding, ResultError
+
+MOST_STEPS = 60
+ARRIVED = 1e-11  # a step so small, relative to the steps of the first guess's scale, is the last one
+
+
+@dataclass(frozen=True)
+class Root:
+    """One eigenvalue of a linearised model.
+
+    Parameters
+    ----------
+    value : s, rad/s; the motion goes as exp(s t).
+    shape : each state's share of the motion, in the state's own unit; the largest participant is 1.
+    participation : how much of this root each state holds: |left x right|, all states together 1. Has no unit, so that
+        metres and radians compare.
+    slopes : derivative of ``value`` to each constant of the model.
+    """
+
+    value: complex
+    shape: Mapping[str, complex]
+    participation: Mapping[str, float]
+    slopes: Mapping[str, complex]
+
+
+@dataclass(frozen=True, eq=False)
+class Steady:
+    """A steady state and the linear model about it, x' = A x.
+
+    Parameters
+    ----------
+    states : values of all states; those that take no part, such as the position, stand at their start.
+    inputs : values of all inputs, those found among them.
+    active : the states of A: all but those that are fixed and those that nothing depends on.
+    matrix : (n, n) A, 1/s in mixed units.
+    roots : the eigenvalues with a positive or no imaginary part, slowest first.
+    """
+
+    states: Mapping[str, float]
+    inputs: Mapping[str, float]
+    active: tuple[str, ...]
+    matrix: Array
+    roots: tuple[Root, ...]
+
+
+def steady(
+    model: Model,
+    parameters: Mapping[str, float],
+    inputs: Mapping[str, float],
+    held: Mapping[str, float] | None = None,
+    free: Sequence[str] = (),
+    context: Mapping[str, float] | None = None,
+    fixed: Mapping[str, float] | None = None,
+) -> Steady:
+    """The steady state of a model, and its eigenvalues.
+
+    f(x, u, p) = 0 by Newton's method over the states that are not held and the inputs that are free;
+    ds/dp = w' (dA/dp) v / (w' v) for left and right eigenvectors w, v, with the steady state's own dx/dp.
+
+    Parameters
+    ----------
+    model, parameters : the model and the values of all its parameters.
+    inputs : values of its inputs; of those that are free, a guess.
+    held : states with a given value whose rate must vanish all the same, such as the speed of a cruise.
+    free : inputs to find, such as the torque that holds the speed; as many as states are held.
+    context : the model's context.
+    fixed : states that take no part, such as the position of a car short of a bump.
+
+    Raises
+    ------
+    ResultError : there is no steady state near the model's start.
+    ValueError : a name is not known or has no value.
+    """
+    held, fixed, context = dict(held or {}), dict(fixed or {}), dict(context or {})
+    graph = trace(model)
+    refuse_unknown(f"input of {model.name}", (*inputs, *free), graph.inputs)
+    refuse_unknown(f"state of {model.name}", (*held, *fixed), graph.states)
+    values = {**graph.defaults, **parameters, **context}
+    if missing := [n for n in graph.constants if n not in values] + [n for n in graph.inputs if n not in inputs]:
+        raise ValueError(f"model {model.name!r} needs a value for {', '.join(missing)}")
+    p = np.array([values[name] for name in graph.constants], dtype=np.float64)
+    u = np.array([inputs[name] for name in graph.inputs], dtype=np.float64)
+    active = _active(graph, fixed)
+    places = _Places(graph, active, held, free)
+    x, u = _settle(model, graph, places, _start(graph, {**held, **fixed}, u, p), u, p)
+    on_x = np.asarray(graph.field.jacobian()(x, u, p, 0, 0)[0])[np.ix_(active, active)]
+    return Steady(
+        dict(zip(graph.states, x.tolist(), strict=True)),
+        dict(zip(graph.inputs, u.tolist(), strict=True)),
+        tuple(graph.states[i] for i in active),
+        on_x,
+        _roots(graph, places, on_x, x, u, p),
+    )
+
+
+def _active(graph: Graph, fixed: Mapping[str, float]) -> list[int]:
+    """The states that something depends on; not those that only count, such as a position."""
+    depends = np.asarray(ca.DM(graph.field.jac_sparsity(0, 0), 1.0)) > 0
+    active = [i for i, name in enumerate(graph.states) if name not in fixed]
+    while idle := [i for i in active if not depends[active, i].any()]:
+        active = [i for i in active if i not in idle]
+    return active
+
+
+class _Places:
+    """Where the unknowns of the steady state stand in x and u, and which rates must vanish."""
+
+    def __init__(self, graph: Graph, active: list[int], held: Mapping[str, float], free: Sequence[str]) -> None:
+        self.active = active
+        self.x = [i for i in active if graph.states[i] not in held]
+        self.u = [graph.inputs.index(name) for name in free]
+        self.rates = active
+
+    def derivatives(self, field: ca.Function, x: Array, u: Array, p: Array) -> tuple[Array, Array]:
+        """Of the rates, to the unknowns (m, n) and to the constants (m, p)."""
+        on_x, on_u, on_p = (np.asarray(block)[self.rates] for block in list(field.jacobian()(x, u, p, 0, 0))[:3])
+        return np.hstack([on_x[:, self.x], on_u[:, self.u]]), on_p
+
+
+def _start(graph: Graph, held: Mapping[str, float], u: Array, p: Array) -> Array:
+    given = {**graph.starts, **held}
+    x = np.array([given.get(name, 0.0) for name in graph.states], dtype=np.float64)
+    start: Array = np.asarray(graph.start(frozenset(given))(x, u, p)[0])[:, 0]
+    return start
+
+
+def _settle(model: Model, graph: Graph, places: _Places, x: Array, u: Array, p: Array) -> tuple[Array, Array]:
+    """Newton's method, steps halved while the rates, each in units of its steepest slope, grow."""
+    field = graph.field
+    weights: Array | None = None
+    count = len(places.x)
+    for _ in range(MOST_STEPS):
+        rates = np.asarray(field(x, u, p)[0])[places.rates, 0]
+        slopes, _ = places.derivatives(field, x, u, p)
+        if not (np.isfinite(rates).all() and np.isfinite(slopes).all()):
+            break
+        weights = 1.0 / np.maximum(np.abs(slopes).max(axis=1, initial=0.0), 1e-12) if weights is None else weights
+        step = np.linalg.lstsq(slopes * weights[:, None], -rates * weights, rcond=1e-13)[0]
+        before = float(np.linalg.norm(rates * weights))
+        for halving in range(30):
+            part = 0.5**halving
+            to_x, to_u = x.copy(), u.copy()
+            to_x[places.x] += part * step[:count]
+            to_u[places.u] += part * step[count:]
+            after = float(np.linalg.norm(np.asarray(field(to_x, to_u, p)[0])[places.rates, 0] * weights))
+            if after <= before or after < ARRIVED:
+                break
+        x, u = to_x, to_u
+        sizes = 1.0 + np.abs(np.concatenate([x[places.x], u[places.u]]))
+        if np.all(np.abs(step) < 1e-9 * sizes) and after < 1e-6:
+            return x, u
+    raise ResultError(
+        Finding(
+            f"model {model.name!r}",
+            "no steady state was found near its start",
+            remedy="check the parameters: a car that cannot hold this speed has none",
+        )
+    )
+
+
+def _roots(graph: Graph, places: _Places, matrix: Array, x: Array, u: Array, p: Array) -> tuple[Root, ...]:
+    values, right = np.linalg.eig(matrix)
+    left = np.linalg.pinv(right).conj().T  # columns, scaled so that left' right = 1
+    slope = _root_slopes(graph)
+    to_z, to_p = places.derivatives(graph.field, x, u, p)
+    moves = -np.asarray(np.linalg.lstsq(to_z, to_p, rcond=1e-13)[0])  # of the steady state with the constants
+    names = [graph.states[i] for i in places.active]
+    found = []
+    for k in np.argsort(np.abs(values)):
+        if values[k].imag < 0:
+            continue
+        v, w = np.zeros(x.size, complex), np.zeros(x.size, complex)
+        v[places.active], w[places.active] = right[:, k], left[:, k]
+        by_x, by_u, by_p = (
+            np.asarray(real)[:, 0] + 1j * np.asarray(imaginary)[:, 0]
+            for real, imaginary in zip(*_halves(slope(x, u, p, v.real, v.imag, w.real, w.imag)), strict=True)
+        )
+        total = by_p + np.concatenate([by_x[places.x], by_u[places.u]]) @ moves
+        share = np.abs(right[:, k] * left[:, k])
+        share = share / share.sum()
+        largest = right[np.argmax(share), k]
+        found.append(
+            Root(
+                complex(values[k]),
+                dict(zip(names, (right[:, k] / largest).tolist(), strict=True)),
+                dict(zip(names, share.tolist(), strict=True)),
+                dict(zip(graph.constants, total.tolist(), strict=True)),
+            )
+        )
+    return tuple(found)
+
+
+def _halves(six: Sequence[ca.DM]) -> tuple[Sequence[ca.DM], Sequence[ca.DM]]:
+    return six[:3], six[3:]
+
+
+def _root_slopes(graph: Graph) -> ca.Function:
+    """Gradients of w' A v to (x, u, p), real and imaginary part, for given v and w."""
+    x, u, p = (ca.SX.sym(graph.field.name_in(k), *graph.field.size_in(k)) for k in range(3))
+    v_re, v_im, w_re, w_im = (ca.SX.sym(name, x.numel()) for name in ("vr", "vi", "wr", "wi"))
+    rates = graph.field(x, u, p)[0]
+    forward_re, forward_im = ca.jtimes(rates, x, v_re), ca.jtimes(rates, x, v_im)
+    real = ca.dot(w_re, forward_re) + ca.dot(w_im, forward_im)
+    imaginary = ca.dot(w_re, forward_im) - ca.dot(w_im, forward_re)
+    gradients = [ca.densify(ca.gradient(part, to)) for part in (real, imaginary) for to in (x, u, p)]
+    return ca.Function("slopes", [x, u, p, v_re, v_im, w_re, w_im], gradients, {"cse": True})

@@ -1,1 +1,0 @@
-"""Frontal area from a silhouette."""

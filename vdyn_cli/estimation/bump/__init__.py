@@ -1,1 +1,0 @@
-"""The half car from one bump."""

@@ -1,1 +1,0 @@
-"""Centre of gravity and pitch inertia from the axle loads."""

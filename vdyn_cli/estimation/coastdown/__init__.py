@@ -1,1 +1,0 @@
-"""The road load from coast-downs and powered drives."""

@@ -1,1 +1,0 @@
-"""Wheel inertia from the road and from a pendulum."""

@@ -1,1 +1,0 @@
-"""Half-shaft stiffness from drawings and from tip-ins."""

@@ -1,1 +1,0 @@
-"""The tyre's slip curve."""

@@ -1,1 +1,0 @@
-"""How `validate` holds drives against the model: noise of every output, prediction band, regression, windows."""

@@ -1,0 +1,119 @@
+"""Least squares over runs: shared unknowns, each run's own, honest intervals, and a refusal where data are silent."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from vdyn_cli.inference.evidence import judge
+from vdyn_cli.inference.intervals import equal_information_blocks
+from vdyn_cli.inference.minimize import Minimum, minimise
+from vdyn_cli.inference.normal_system import Solved
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.inference.refusals import refusals
+from vdyn_cli.inference.regression import Loss, Point, Regression, Rows, Unknown, evaluate
+from vdyn_cli.inference.solution import Downweighted, Solution, Unit
+from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN, white_level, whiten
+from vdyn_cli.quantities.errors import Finding, ResultError, raise_all
+
+__all__ = [
+    "Downweighted",
+    "Regression",
+    "Rows",
+    "Solution",
+    "Unit",
+    "Unknown",
+    "approach",
+    "equal_information_blocks",
+    "solve",
+    "white_level",
+    "whiten",
+]
+
+
+def solve(
+    regression: Regression,
+    *,
+    robust: Loss = "none",
+    units: Literal["auto", "run", "block"] = "auto",
+    most_iterations: int = 200,
+    tolerance: float = 0.0,
+) -> Solution:
+    """Fit shared and per-run unknowns to all runs at once, and say what the answer is worth.
+
+    Minimises sum over runs and rows of rho(r), plus half the squares of the priors, within the physical ranges;
+    rho(r) = r^2 / 2 unless robust.
+
+    Parameters
+    ----------
+    robust : "huber" or "soft_l1" give outliers less weight, and ``downweighted`` names them.
+    units : what is independent; "auto" takes runs where they are many, else blocks within runs.
+    most_iterations : steps of the fit before it is given up.
+    tolerance : by how much of one residual's variance a further step may promise to lower the sum of squares on arrival
+        (1e-3 is 3 % of a standard deviation); 0 goes on to rounding. For models with kinks, such as a wheel that
+        leaves the road.
+
+    Raises
+    ------
+    ResultError
+        The fit does not converge; the data do not determine the unknowns (the combination that they do determine is
+        named); or a value lies at its bound.
+    """
+    minimum, scale = _minimise(regression, robust, most_iterations, tolerance)
+    solved = Solved(regression, minimum, robust, scale)
+    raise_all(refusals(solved), ResultError)
+    return judge(solved, units)
+
+
+def approach(regression: Regression, most_iterations: int) -> tuple[dict[str, float], dict[str, Array]]:
+    """Values of the shared and of every run's own unknowns after a few steps, judged by nobody.
+
+    For fits whose answer is not sought but what they leave over: unknowns that the data do not determine must be held
+    by priors.
+
+    Raises
+    ------
+    ResultError : the model has no finite value at the start.
+    """
+    minimum, _ = _minimise(regression, "none", most_iterations, 1.0)
+    s, m = len(regression.shared), len(regression.own)
+    x = minimum.point.x
+    each = x[s:].reshape(len(regression.runs), m)
+    shared = {u.name: float(v) for u, v in zip(regression.shared, x, strict=False)}
+    return shared, {u.name: each[:, i] for i, u in enumerate(regression.own)}
+
+
+def _minimise(regression: Regression, loss: Loss, most_iterations: int, tolerance: float) -> tuple[Minimum, float]:
+    """The minimum; for a robust loss the scale of the residuals is found with it, from their median."""
+    lower, upper = regression.bounds()
+
+    def run(start: Array, loss: Loss, scale: float) -> Minimum:
+        def at(x: Array) -> Point | None:
+            return evaluate(regression, x, loss, scale)
+
+        try:
+            return minimise(at, start, lower, upper, most_iterations, tolerance)
+        except ArithmeticError as error:
+            raise ResultError(
+                Finding("fit", str(error), _words(regression, start), "check the start values and the logs for gaps")
+            ) from error
+
+    minimum, scale = run(regression.start(), "none", 1.0), 1.0
+    if loss == "none":
+        return minimum, scale
+    for _ in range(20):
+        x = minimum.point.x
+        residual = np.concatenate(
+            [regression.rows(i, regression.local(x, i)).residual for i in range(len(regression.runs))]
+        )
+        before, scale = scale, NORMAL_FROM_MEDIAN * float(np.median(np.abs(residual)))
+        scale = scale or float(np.sqrt(np.mean(residual**2))) or 1.0
+        minimum = run(x, loss, scale)
+        if abs(scale - before) < 1e-3 * before:
+            break
+    return minimum, scale
+
+
+def _words(regression: Regression, x: Array) -> str:
+    return ", ".join(f"{u.name} = {v:.4g} {u.unit}".strip() for u, v in zip(regression.shared, x, strict=False))

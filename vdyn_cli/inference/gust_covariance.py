@@ -1,0 +1,245 @@
+"""What disturbs a car on the road: gusts, a wind and a rolling resistance that differ from run to run, uneven road.
+
+The residual of a simulated speed is no white noise: a gust pushes the car, and the push stays in its speed. To first
+order a disturbance w moves the speed by dv and the specific force by df::
+
+    dv' = -fade dv - pull w + a          pull = rho Cd A (V + w)/(M + mr), the drag's derivative to the air speed
+    df  = -fade dv - pull w + a (1 - share)
+
+where a is what acts on the mass directly, and ``share`` is 1 for a slope felt in full by the speed and M/(M + mr) of
+which leaves the specific force. So the covariance of a run's binned residuals is a sum of few known shapes, each with
+a size (and a time) to be found from the data::
+
+    C = white/count + sum_j size_j^2 G_j K(time_j) G_j' + sum_j size_j^2 u_j u_j' + known
+
+K is exp(-|t - t'|/time) for gusts and uneven road, u the response to something constant within a run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.bins import Bins
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Source:
+    """A size or time of the noise, positive: log-normal about ``typical``, ``spread`` being the sd of its logarithm."""
+
+    name: str
+    typical: float
+    spread: float
+    unit: str = ""
+
+
+SOURCES: Mapping[str, Source] = {
+    s.name: s
+    for s in (
+        Source("speed_noise", 1.0, 0.7),  # of the level that third differences of the speed show
+        Source("acceleration_noise", 1.0, 1.5),  # likewise; vibration is not white
+        Source("gust", 0.5, 1.5, "m/s"),
+        Source("gust_time", 8.0, 0.5, "s"),
+        Source("run_wind", 0.3, 1.0, "m/s"),
+        Source("run_force", 1e-3, 1.0, "m/s^2"),  # 1 % of the rolling resistance of a car
+        Source("run_drive", 2e-3, 1.0, "m/s^2"),  # that and the torque sensor's zero, where the drive is measured
+        Source("road", 3e-4, 2.0),
+        Source("road_time", 5.0, 1.0, "s"),
+        Source("road_mean", 1e-4, 2.0),
+        Source("push", 0.02, 1.5, "m/s^2"),
+        Source("push_time", 5.0, 1.0, "s"),
+    )
+}
+
+
+@dataclass(frozen=True)
+class White:
+    source: str
+    variance: Array  # (n,) of each row where the source's size is one
+
+
+@dataclass(frozen=True)
+class Steady:
+    source: str
+    response: Array  # (n,)
+
+
+@dataclass(frozen=True)
+class Coloured:
+    size: str
+    time: str
+    response: Array  # (n, b), of the rows to the disturbance in each bin
+    lag: Array  # (b, b) s
+
+
+@dataclass(frozen=True)
+class RunNoise:
+    """The covariance of one run's rows, as a function of the sources' sizes.
+
+    Parameters
+    ----------
+    known : (n, n), or (1, 1) of zero: what needs no size to be found.
+    push : (n,), response of the rows to a constant acceleration of 1 m/s^2.
+    """
+
+    parts: tuple[White | Steady | Coloured, ...]
+    known: Array
+    push: Array
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        names = [n for p in self.parts for n in ((p.size, p.time) if isinstance(p, Coloured) else (p.source,))]
+        return tuple(dict.fromkeys(names))
+
+    def covariance(self, sizes: Mapping[str, float]) -> Array:
+        """(n, n), of the rows."""
+        total = self.known + np.zeros((self.push.size, self.push.size))
+        for part in self.parts:
+            if isinstance(part, White):
+                total[np.diag_indices_from(total)] += sizes[part.source] ** 2 * part.variance
+            elif isinstance(part, Steady):
+                total += sizes[part.source] ** 2 * np.outer(part.response, part.response)
+            else:
+                shape = sizes[part.size] ** 2 * np.exp(-part.lag / sizes[part.time])
+                total += part.response @ shape @ part.response.T
+        return total
+
+    def factor(self, sizes: Mapping[str, float]) -> Array:
+        """Lower triangular factor (n, n) of the covariance; its diagonal (n,) alone where all is white."""
+        if all(isinstance(p, White) for p in self.parts) and not self.known.any():
+            return np.sqrt(sum(sizes[p.source] ** 2 * p.variance for p in self.parts if isinstance(p, White)))
+        return np.asarray(np.linalg.cholesky(self.covariance(sizes)), dtype=np.float64)
+
+    def slopes(self, sizes: Mapping[str, float], weight: Array) -> dict[str, float]:
+        """sum(weight * dC/d log source) for every source; ``weight`` is symmetric, (n, n)."""
+        found = dict.fromkeys(self.sources, 0.0)
+        for part in self.parts:
+            if isinstance(part, White):
+                found[part.source] += 2 * sizes[part.source] ** 2 * float(np.diag(weight) @ part.variance)
+            elif isinstance(part, Steady):
+                found[part.source] += 2 * sizes[part.source] ** 2 * float(part.response @ weight @ part.response)
+            else:
+                inner = part.response.T @ weight @ part.response
+                share = part.lag / sizes[part.time]
+                shape = sizes[part.size] ** 2 * np.exp(-share) * inner
+                found[part.size] += 2 * float(np.sum(shape))
+                found[part.time] += float(np.sum(shape * share))
+        return found
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What the covariance of one run depends on.
+
+    Parameters
+    ----------
+    bins : (b) groups of samples.
+    pull : (b,) 1/s, the drag's derivative to the air speed over the inertia.
+    fade : (b,) 1/s, how fast a difference of speed dies out; zero where the resistances see the measured speed.
+    slope_share : M/(M + mr).
+    speed_level : m/s of white noise in a sample of the speed.
+    jolt : m/s per root second, of white noise in the drive (integrated: a random walk of the speed).
+    acceleration_level : m/s^2 of white noise in a sample of the accelerometer.
+    zero : m/s^2, standard deviation of the accelerometer's zero in this run, where it is not fitted.
+    driven : whether a measured drive pushes the car, whose zero differs from run to run.
+    """
+
+    bins: Bins
+    pull: Array
+    fade: Array
+    slope_share: float
+    speed_level: float = 0.0
+    jolt: float = 0.0
+    acceleration_level: float = 0.0
+    zero: float = 0.0
+    driven: bool = False
+
+    @property
+    def own_force(self) -> str:
+        """The source of a constant force that each run has for itself."""
+        return "run_drive" if self.driven else "run_force"
+
+
+def integration(bins: Bins, fade: Array) -> Array:
+    """Response (b, b) of each bin's mean speed to an acceleration of 1 m/s^2 during another bin."""
+    faded = np.cumsum(fade * bins.width) - 0.5 * fade * bins.width
+    kept = np.tril(np.exp(np.minimum(faded[None, :] - faded[:, None], 0.0)))
+    response = kept * bins.width[None, :]
+    response[np.diag_indices_from(response)] *= 0.5
+    return np.asarray(response)
+
+
+def white_noise(s: Surroundings, channels: Sequence[str]) -> RunNoise:
+    """Of speed or acceleration or both: every sample independent, as plain least squares has it."""
+    levels = {"speed": s.speed_level, "acceleration": s.acceleration_level}
+    size, parts = s.bins.time.size, []
+    for k, name in enumerate(channels):
+        variance = np.zeros(size * len(channels))
+        variance[k * size : (k + 1) * size] = levels[name] ** 2 / s.bins.count
+        parts.append(White(f"{name}_noise", variance))
+    # The response to a constant push in O(n): p' = 1 - fade p.
+    faded = np.cumsum(s.fade * s.bins.width) - 0.5 * s.fade * s.bins.width
+    grown = np.exp(faded) * s.bins.width
+    pushes = {"speed": np.exp(-faded) * (np.cumsum(grown) - 0.5 * grown), "acceleration": np.ones(size)}
+    return RunNoise(tuple(parts), np.zeros((1, 1)), np.concatenate([pushes[n] for n in channels]))
+
+
+def speed_noise(s: Surroundings) -> RunNoise:
+    """Of a simulated speed alone: white reading, gusts, wind and rolling resistance of the run."""
+    integral = integration(s.bins, s.fade)
+    gust = -integral * s.pull[None, :]
+    parts = (
+        White("speed_noise", s.speed_level**2 / s.bins.count),
+        Coloured("gust", "gust_time", gust, _lag(s.bins)),
+        Steady("run_wind", gust.sum(axis=1)),
+        Steady(s.own_force, integral.sum(axis=1)),
+    )
+    return RunNoise(parts, _walk(s), integral.sum(axis=1))
+
+
+def speed_and_force_noise(s: Surroundings) -> RunNoise:
+    """Of the speed (first b rows) and the specific force (last b rows): a slope moves the one, hardly the other."""
+    integral, here = integration(s.bins, np.zeros_like(s.pull)), np.eye(s.bins.time.size)
+    push = np.vstack([integral, here])
+    gust = -push * s.pull[None, :]
+    road = -9.81 * np.vstack([s.slope_share * integral, -(1.0 - s.slope_share) * here])
+    none, lag = np.zeros(s.bins.time.size), _lag(s.bins)
+    parts = (
+        White("speed_noise", np.r_[s.speed_level**2 / s.bins.count, none]),
+        White("acceleration_noise", np.r_[none, s.acceleration_level**2 / s.bins.count]),
+        Coloured("gust", "gust_time", gust, lag),
+        Coloured("road", "road_time", road, lag),
+        Steady("road_mean", road.sum(axis=1)),
+        Steady("run_wind", gust.sum(axis=1)),
+        Steady(s.own_force, push.sum(axis=1)),
+    )
+    known = np.zeros((2 * none.size, 2 * none.size))
+    known[: none.size, : none.size] = _walk(s)
+    return RunNoise(parts, known, push.sum(axis=1))
+
+
+def force_noise(s: Surroundings) -> RunNoise:
+    """Of the specific force alone, on an open road: coloured pushes of any cause, and a zero known to ``s.zero``."""
+    lag, ones = _lag(s.bins), np.ones(s.bins.time.size)
+    parts = (
+        White("acceleration_noise", s.acceleration_level**2 / s.bins.count),
+        Coloured("gust", "gust_time", np.diag(-s.pull), lag),
+        Coloured("push", "push_time", np.eye(ones.size), lag),
+        Steady("run_wind", -s.pull),
+        Steady(s.own_force, ones),
+    )
+    return RunNoise(parts, s.zero**2 * np.outer(ones, ones), ones)
+
+
+def _lag(bins: Bins) -> Array:
+    return np.asarray(np.abs(bins.time[:, None] - bins.time[None, :]))
+
+
+def _walk(s: Surroundings) -> Array:
+    since = s.bins.time - s.bins.time[0]
+    return np.asarray(s.jolt**2 * np.minimum(since[:, None], since[None, :]))

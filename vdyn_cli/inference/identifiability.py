@@ -1,0 +1,118 @@
+"""What the data determine, and what they do not, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.inference.qr_factors import Array
+
+SINGULAR = 1e-7  # singular value with columns of unit length: sensitivities are not exact beyond that
+WIDEST = 0.5  # of the physical range: an interval at a larger standard deviation tells less than the range
+NEGLIGIBLE_PART = 0.02  # of a direction's largest component: not worth a word
+TIED = 0.7  # correlation from which an unknown is said to go with another
+
+
+@dataclass(frozen=True)
+class Open:
+    """What the data leave open.
+
+    Parameters
+    ----------
+    directions : (s, d), moves of the unknowns that the data do not resist.
+    members : which unknowns such a move changes.
+    free : d of the members; the data do determine the others plus a multiple of these.
+    """
+
+    directions: Array
+    members: tuple[int, ...]
+    free: tuple[int, ...]
+
+    def combinations(self) -> list[Array]:
+        """Coefficients, (s,) each, of the combinations that are determined: p_i - N_i N_F^-1 p_F."""
+        free = list(self.free)
+        rows = []
+        for i in (i for i in self.members if i not in free):
+            row = np.zeros(len(self.directions))
+            row[i] = 1.0
+            row[free] = -np.linalg.solve(self.directions[free].T, self.directions[i])
+            rows.append(row)
+        return rows
+
+
+def find_open(triangle: Array, ranges: Array, lengths: Array) -> Open | None:
+    """What the data do not determine, or None where they determine everything.
+
+    Parameters
+    ----------
+    triangle : (s, s), triangle of the whitened Jacobian, per-run unknowns eliminated.
+    ranges : (s,), width of each unknown's physical range; infinite where it has none.
+    lengths : (s,), of the Jacobian's columns before the per-run unknowns were eliminated.
+
+    An unknown is open where sensitivities are parallel to 1e-7, or where its standard deviation exceeds half its
+    physical range.
+    """
+    unit = np.where(lengths > 0, lengths, 1.0)
+    _, values, axes = np.linalg.svd(triangle / unit)
+    parallel: Array = axes[values <= SINGULAR].T
+    if parallel.shape[1]:
+        return _of_null_space(parallel, unit)
+    inverse = np.linalg.inv(triangle)
+    return _of_wide(inverse @ inverse.T, ranges)
+
+
+def _of_null_space(parallel: Array, unit: Array) -> Open:
+    """From directions (s, d) in units of one over the columns' lengths."""
+    from scipy.linalg import qr
+
+    sizes = np.max(np.abs(parallel) / np.max(np.abs(parallel), axis=0), axis=1)
+    members = [i for i, size in enumerate(sizes) if size > NEGLIGIBLE_PART]
+    later = 1.0 + 1e-3 * np.arange(len(members))  # of equals the one named first is said to be determined
+    order = qr((parallel[members] * later[:, None]).T, pivoting=True, mode="r")[1]
+    free = sorted(members[i] for i in order[: parallel.shape[1]])
+    return _open(parallel / unit[:, None], members, free)
+
+
+def _of_wide(covariance: Array, ranges: Array) -> Open | None:
+    """From standard deviations that exceed the physical ranges: the widest is taken as given, then the next ..."""
+    left, free = covariance.copy(), list[int]()
+    while True:
+        share = np.sqrt(np.maximum(np.diag(left), 0.0)) / ranges
+        worst = int(np.argmax(share))
+        if share[worst] <= WIDEST:
+            break
+        free.append(worst)
+        left = left - np.outer(left[worst], left[worst]) / left[worst, worst]
+        left[worst], left[:, worst] = 0.0, 0.0
+    if not free:
+        return None
+    free.sort()
+    remaining = np.maximum(np.diag(left), 0.0) / np.diag(covariance)
+    members = [i for i in range(len(ranges)) if 1.0 - remaining[i] > TIED**2 or i in free]
+    return _open(covariance[:, free] @ np.linalg.inv(covariance[np.ix_(free, free)]), members, free)
+
+
+def _open(directions: Array, members: Sequence[int], free: Sequence[int]) -> Open:
+    kept = np.zeros_like(directions)
+    kept[list(members)] = directions[list(members)]
+    return Open(kept, tuple(members), tuple(free))
+
+
+def phrase(names: Sequence[str], row: Array) -> str:
+    """A linear combination in words, to two digits: ``rolling_resistance + 0.8 x drag_area``."""
+    text = ""
+    terms = [(name, float(f"{factor:.2g}")) for name, factor in zip(names, row, strict=True) if factor]
+    for name, factor in sorted(terms, key=lambda term: term[1] != 1.0):
+        term = name if abs(factor) == 1.0 else f"{abs(factor):g} x {name}"
+        if text:
+            text += f" {'-' if factor < 0 else '+'} {term}"
+        else:
+            text = f"-{term}" if factor < 0 else term
+    return text
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names as a sentence has them: a, b and c."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,158 @@
+"""Levenberg and Marquardt's iteration within bounds, on the triangles of a regression over runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.qr_factors import Array, reduce
+from vdyn_cli.inference.regression import Point
+
+NEGLIGIBLE = 1e-16  # of the cost: a step that promises less has arrived
+HARMLESS = 1e-4  # of one residual's variance: a stalled step that promises less moves nothing that matters
+KINKED = 2.0  # of one residual's variance, two standard errors: what a kink may promise and not keep
+BLIND = 1e-3  # of an unknown's sensitivity left after one step
+IDLE = 3  # steps in a row that gained less than the tolerance: a further one that fails ends the fit
+PARTS = (1.0, 0.3, 0.1, 0.03)
+LEAST_DAMPING = 1e-13
+MOST_DAMPING = 1e12
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """Where the iteration ended.
+
+    Parameters
+    ----------
+    active : unknowns that the fit pushes against a bound.
+    converged : whether it is a minimum.
+    promise : reduction of the cost that a full step would still promise.
+    step : that full step.
+    """
+
+    point: Point
+    active: NDArray[np.bool_]
+    converged: bool
+    promise: float
+    step: Array
+    iterations: int
+
+
+def minimise(
+    evaluate: Callable[[Array], Point | None],
+    start: Array,
+    lower: Array,
+    upper: Array,
+    most_iterations: int,
+    tolerance: float = 0.0,
+) -> Minimum:
+    """Least squares within bounds from one start.
+
+    Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that no bound holds, D the largest column norms
+    met so far; what would leave its range stops at the bound. mu falls where the linearisation predicts well and
+    rises where it does not.
+
+    Parameters
+    ----------
+    evaluate : cost and triangles at x, or None where the model cannot be computed.
+    tolerance : what a full step may still promise on arrival, as the fall of the sum of squares in variances of one
+        residual; where the fit stalls, a hundred times that. At a kink of the model, and where much is left over, the
+        linearisation promises what no step keeps: then what the step and parts of it keep is asked, of a promise of
+        less than two standard errors.
+
+    Raises
+    ------
+    ArithmeticError
+        The model cannot be computed at the start.
+    """
+    point = evaluate(np.clip(start, lower, upper))
+    if point is None:
+        raise ArithmeticError("the model has no finite value at the start")
+    scale = _positive(point.arrow.column_norms())
+    damping, growth = 1e-3, 2.0
+    idle = 0
+    for iteration in range(most_iterations):
+        active = _active(point, lower, upper)
+        full = _step(point, active, scale, LEAST_DAMPING)
+        promise = point.arrow.reduction(full)
+        variance = point.cost / max(point.n_rows - len(point.x), 1)  # halved as the cost is
+        if promise <= max(NEGLIGIBLE * point.cost, tolerance * variance):
+            return Minimum(point, active, True, promise, full, iteration)
+        while True:
+            step = _step_within(point, active, scale, damping, lower, upper)
+            trial = evaluate(_snapped(point.x + step, lower, upper))
+            predicted = point.arrow.reduction(step)
+            gain = (point.cost - trial.cost) / predicted if trial is not None and predicted > 0 else -1.0
+            if trial is not None and gain > 1e-4 and not _blinded(point, trial):
+                break
+            damping, growth = damping * growth, growth * 2
+            if damping > MOST_DAMPING or idle > IDLE or not np.any(point.x + step != point.x):
+                harmless = max(HARMLESS, 100 * tolerance) * variance
+                arrived = promise <= harmless or (
+                    promise <= KINKED * variance and _kept(evaluate, point, full, lower, upper) <= harmless
+                )
+                return Minimum(point, active, arrived, promise, full, iteration)
+        damping = max(damping * (0.3 if gain > 0.75 else 1.0 if gain > 0.25 else 2.0), LEAST_DAMPING)
+        growth = 2.0
+        idle = idle + 1 if point.cost - trial.cost < tolerance * variance else 0
+        point = trial
+        scale = np.maximum(scale, point.arrow.column_norms())
+    return Minimum(point, _active(point, lower, upper), False, promise, full, most_iterations)
+
+
+def _kept(evaluate: Callable[[Array], Point | None], point: Point, step: Array, lower: Array, upper: Array) -> float:
+    """The most by which a step, or a part of it, lowers the cost."""
+    tried = [evaluate(np.clip(point.x + part * step, lower, upper)) for part in PARTS]
+    return max((point.cost - t.cost for t in tried if t is not None), default=0.0)
+
+
+def _snapped(x: Array, lower: Array, upper: Array) -> Array:
+    """x with what rounding left beside a bound put on it."""
+    x = np.where(np.isclose(x, lower, rtol=1e-14, atol=0), lower, x)
+    return np.where(np.isclose(x, upper, rtol=1e-14, atol=0), upper, x)
+
+
+def _positive(norms: Array) -> Array:
+    return np.where(norms > 0, norms, 1.0)
+
+
+def _blinded(point: Point, trial: Point) -> bool:
+    """Whether a step threw an unknown onto a plateau, where the model has all but forgotten it."""
+    return bool(np.any(trial.arrow.column_norms() < BLIND * point.arrow.column_norms()))
+
+
+def _active(point: Point, lower: Array, upper: Array) -> NDArray[np.bool_]:
+    gradient = point.arrow.gradient()
+    return np.asarray(((point.x <= lower) & (gradient >= 0)) | ((point.x >= upper) & (gradient <= 0)))
+
+
+def _step(point: Point, active: NDArray[np.bool_], scale: Array, damping: float) -> Array:
+    """The damped step of the unknowns that no bound holds."""
+    return _rest(point, np.zeros_like(point.x), active, scale, damping)
+
+
+def _step_within(
+    point: Point, active: NDArray[np.bool_], scale: Array, damping: float, lower: Array, upper: Array
+) -> Array:
+    """The damped step within the bounds: what would leave stops at its bound, and the rest is solved again."""
+    held, step = active.copy(), np.zeros_like(point.x)
+    while True:
+        step = _rest(point, step, held, scale, damping)
+        inside = np.clip(point.x + step, lower, upper) - point.x
+        leaving = ~held & (inside != step) & ((point.x + step < lower) | (point.x + step > upper))
+        if not leaving.any():
+            return np.asarray(inside)
+        step, held = inside, held | leaving
+
+
+def _rest(point: Point, step: Array, held: NDArray[np.bool_], scale: Array, damping: float) -> Array:
+    """The step completed: what is held is given, the others make the best of it."""
+    arrow = point.arrow.after(step, held)
+    s = arrow.n_shared
+    reduced = reduce(arrow, scale * np.where(held, 1.0, np.sqrt(damping)))
+    columns = reduced.triangle[:, :s] / scale[:s]
+    shared: Array = np.linalg.lstsq(columns, -reduced.triangle[:, s], rcond=1e-15)[0] / scale[:s]
+    return np.where(held, step, np.concatenate([shared, reduced.own_step(shared).ravel()]))

@@ -1,0 +1,55 @@
+"""A minimum, and what every later question about it needs."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from vdyn_cli.inference.minimize import Minimum
+from vdyn_cli.inference.qr_factors import Array, Reduced, reduce
+from vdyn_cli.inference.regression import Loss, Regression
+
+
+class Solved:
+    """A minimum, and what every later question about it needs."""
+
+    def __init__(self, regression: Regression, minimum: Minimum, loss: Loss, scale: float) -> None:
+        self.regression, self.minimum, self.loss, self.scale = regression, minimum, loss, scale
+        self.point = minimum.point
+        self.s, self.m = len(regression.shared), len(regression.own)
+        weak = self.point.arrow.column_norms() * 1e-9
+        weak = np.where(weak > 0, weak, 1.0)
+        weak[: self.s] = 0.0
+        self.reduced: Reduced = reduce(self.point.arrow, weak)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Inverse information about the shared unknowns, (s, s)."""
+        inverse = np.linalg.inv(self.reduced.triangle[: self.s, : self.s]) if self.s else np.zeros((0, 0))
+        return inverse @ inverse.T
+
+    @cached_property
+    def own(self) -> Array:
+        """Covariance of each run's own unknowns were the shared ones known, (g, m, m)."""
+        inverse = np.linalg.inv(self.reduced.own[:, :, : self.m])
+        return np.asarray(inverse @ inverse.transpose(0, 2, 1))
+
+    @cached_property
+    def follow(self) -> Array:
+        """How each run's own unknowns follow the shared ones, (g, m, s)."""
+        return np.asarray(-np.linalg.solve(self.reduced.own[:, :, : self.m], self.reduced.own[:, :, self.m : -1]))
+
+    @property
+    def variance(self) -> float:
+        """Of one whitened row: 1 where the noise model holds."""
+        return self.point.squares / self.degrees / self.point.curvature
+
+    @property
+    def degrees(self) -> float:
+        """Rows, priors among them, less unknowns."""
+        return float(max(self.point.n_rows - len(self.point.x), 1))
+
+    def own_covariance(self, run: int) -> Array:
+        """Inverse information about one run's own unknowns, (m, m)."""
+        return np.asarray(self.own[run] + self.follow[run] @ self.covariance @ self.follow[run].T)

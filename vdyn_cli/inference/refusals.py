@@ -1,0 +1,101 @@
+"""Why an answer is none: the data do not determine it, the fit did not arrive, or a value lies at its bound."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vdyn_cli.inference.identifiability import SINGULAR, Open, find_open, listed, phrase
+from vdyn_cli.inference.normal_system import Solved
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.errors import Finding
+
+AT_BOUND = 1e-7  # of the physical range
+GIVEN = 0.1  # of the physical range
+DRAWN = 1e-3  # of what an own unknown could follow: it goes along with what is open
+
+
+def refusals(solved: Solved) -> list[Finding]:
+    """Every reason why the minimum is no result; of several only the deepest is given, since it explains the others."""
+    return _silent_runs(solved) or _undetermined(solved) or _unconverged(solved) or _at_bounds(solved)
+
+
+def _silent_runs(solved: Solved) -> list[Finding]:
+    """Runs that do not determine their own unknowns even if the shared ones are known."""
+    regression, m = solved.regression, solved.m
+    findings = []
+    for run, rows in enumerate(solved.reduced.own if m else ()):
+        norms = np.linalg.norm(solved.point.arrow.runs[run, :, :m], axis=0)
+        silent = [u.name for u, n in zip(regression.own, norms, strict=True) if n == 0]
+        if not silent:
+            _, values, axes = np.linalg.svd(rows[:, :m] / norms)
+            loose = np.abs(axes[values < SINGULAR * values.max()])
+            silent = [u.name for i, u in enumerate(regression.own) if loose.size and loose[:, i].max() > 0.1]
+        if silent:
+            what = f"the run does not determine its own {listed(silent)}"
+            findings.append(Finding(regression.runs[run], what, "", f"leave the run out, or fix {' or '.join(silent)}"))
+    return findings
+
+
+def _undetermined(solved: Solved) -> list[Finding]:
+    """Shared unknowns that the data leave open, and the combination that they hold."""
+    regression, s = solved.regression, solved.s
+    if not s:
+        return []
+    # What is given to a small part of its range is determined, however much the data scatter.
+    given = [u.prior is not None and u.prior[1] < GIVEN * (u.upper - u.lower) for u in regression.shared]
+    ranges = np.where(given, np.inf, [u.upper - u.lower for u in regression.shared])
+    noise = max(float(np.sqrt(solved.variance)), 1.0)
+    found = find_open(solved.reduced.triangle[:s, :s] / noise, ranges, solved.point.arrow.column_norms()[:s] / noise)
+    if found is None:
+        return []
+    names = [u.name for u in regression.shared]
+    members = [names[i] for i in found.members]
+    own = _drawn_along(solved, found)
+    rows = found.combinations()
+    if rows:
+        x = solved.point.x[:s]
+        held = [f"{phrase(names, row)} = {float(row @ x):.4g}" for row in rows]
+        what = f"only {listed(held)} {'is' if len(held) == 1 else 'are'} determined, not {listed(members)} alone"
+    elif own:
+        what = f"the data do not tell {listed(members)} from the runs' own {listed(own)}"
+    else:
+        what = f"the data do not determine {listed(members)}"
+    free = " and ".join(names[i] for i in found.free)
+    return [Finding("fit", what, "", f"fix {free}{' or ' + ' or '.join(own) if own else ''}, or add runs that tell")]
+
+
+def _drawn_along(solved: Solved, found: Open) -> list[str]:
+    """The runs' own unknowns that move with what is open."""
+    m = solved.m
+    if not m:
+        return []
+    rows: Array = solved.reduced.own[:, :, m:-1]
+    moved = np.max(np.abs(rows @ found.directions), axis=(0, 2))
+    could = np.max(np.abs(rows) @ np.abs(found.directions), axis=(0, 2))
+    along = moved > DRAWN * np.maximum(could, 1e-300)
+    return [u.name for u, a in zip(solved.regression.own, along, strict=True) if a]
+
+
+def _unconverged(solved: Solved) -> list[Finding]:
+    if solved.minimum.converged:
+        return []
+    step, x = solved.minimum.step, solved.point.x
+    worst = int(np.argmax(np.abs(step) / np.maximum(np.abs(x), 1e-300)))
+    got = f"{solved.regression.label(worst)} = {x[worst]:.4g}, still to move by {step[worst]:.2g}"
+    what = f"the fit did not converge in {solved.minimum.iterations} iterations"
+    return [Finding("fit", what, got, "start closer, fix an unknown, or check the logs")]
+
+
+def _at_bounds(solved: Solved) -> list[Finding]:
+    regression, x = solved.regression, solved.point.x
+    every = regression.shared + regression.own * len(regression.runs)
+    findings = []
+    for i, u in enumerate(every):
+        width = u.upper - u.lower
+        near = AT_BOUND * (width if np.isfinite(width) else max(abs(float(x[i])), 1e-12))
+        for bound, which in ((u.lower, "lower"), (u.upper, "upper")):
+            if abs(x[i] - bound) <= near:
+                what = f"{regression.label(i)} lies at its {which} bound"
+                remedy = "a physical value lies inside: check signs, units and fixed values, or widen the range"
+                findings.append(Finding("fit", what, f"{bound:g} {u.unit}".strip(), remedy))
+    return findings

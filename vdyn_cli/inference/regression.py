@@ -1,0 +1,230 @@
+"""A regression over runs: its unknowns, the rows that each run gives, and their assembly at one point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.qr_factors import Array, Arrow, fold
+
+Loss = Literal["none", "huber", "soft_l1"]
+
+HUBER = 1.345  # standard deviations: 95 % efficient where nothing is wrong
+LEAST_CURVATURE = 0.01  # of a row's weight, so that no row's curvature vanishes
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A quantity to be found.
+
+    Parameters
+    ----------
+    start, lower, upper : where to begin, and the physical range, in SI.
+    prior : mean and standard deviation of what is known before the data, or None.
+    prior_correlation : of the prior with those of other unknowns, by name; what is not named is independent.
+    per_run : every run has its own.
+    nuisance : the model needs it but nobody asks for it; it takes no part in choosing the units of evidence.
+    """
+
+    name: str
+    start: float
+    lower: float = -np.inf
+    upper: float = np.inf
+    unit: str = ""
+    prior: tuple[float, float] | None = None
+    per_run: bool = False
+    nuisance: bool = False
+    prior_correlation: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """One run's whitened residuals (simulated less measured) and their derivatives.
+
+    Parameters
+    ----------
+    residual : (n,), in units of its noise.
+    jacobian : (n, k), d residual / d local unknowns: the shared ones in order, then this run's own.
+    block : (n,), the unit of evidence of each row, or None: cut by equal information in the order of ``time``, or of
+        the rows where that is None too.
+    time : (n,), when each row was taken; give it where the rows of several channels follow one another.
+    plain : the main channel's residual (p,) in its own unit, with its derivatives (p, k), before it was whitened.
+    folded : (blocks,), how many rows each block had before it was folded to a triangle; None where none was.
+    plain_root : (p, m), a root of the covariance of the noise in ``plain``, where the step has a model of it.
+    """
+
+    residual: Array
+    jacobian: Array
+    block: NDArray[np.int64] | None = None
+    time: Array | None = None
+    plain: tuple[Array, Array] | None = None
+    folded: NDArray[np.int64] | None = None
+    plain_root: Array | None = None
+
+
+@dataclass(frozen=True)
+class Regression:
+    """What is to be solved.
+
+    Parameters
+    ----------
+    unknowns : shared and per-run unknowns, in any order.
+    runs : names of the runs, for messages.
+    rows : ``rows(i, theta)`` of run i at its local unknowns, shared first. It may raise ArithmeticError, or return
+        values that are not finite, where the model cannot be computed.
+    run_starts : (runs,) starts of a per-run unknown, by name, where one start does not suit all.
+    narrow : ``narrow(names)`` gives the rows over those shared unknowns and the run's own, all others staying where
+        they start: for models that cost less with fewer unknowns. None where nothing is saved.
+    """
+
+    unknowns: tuple[Unknown, ...]
+    runs: tuple[str, ...]
+    rows: Callable[[int, Array], Rows]
+    run_starts: Mapping[str, Array] = field(default_factory=dict)
+    narrow: Callable[[Sequence[str]], Callable[[int, Array], Rows]] | None = None
+
+    @property
+    def shared(self) -> tuple[Unknown, ...]:
+        return tuple(u for u in self.unknowns if not u.per_run)
+
+    @property
+    def own(self) -> tuple[Unknown, ...]:
+        return tuple(u for u in self.unknowns if u.per_run)
+
+    def local(self, x: Array, run: int) -> Array:
+        """The run's local unknowns out of all, (s + g m): shared first, then run by run."""
+        s, m = len(self.shared), len(self.own)
+        return np.concatenate([x[:s], x[s + run * m : s + (run + 1) * m]])
+
+    def start(self) -> Array:
+        own = np.array([self.run_starts.get(u.name, np.full(len(self.runs), u.start)) for u in self.own], dtype=float)
+        return np.concatenate([[u.start for u in self.shared], own.T.ravel()])
+
+    def bounds(self) -> tuple[Array, Array]:
+        every = self.shared + self.own * len(self.runs)
+        return np.array([u.lower for u in every], dtype=float), np.array([u.upper for u in every], dtype=float)
+
+    def label(self, index: int) -> str:
+        """The name of one of all unknowns, with its run where it is per run."""
+        s, m = len(self.shared), len(self.own)
+        if index < s:
+            return self.shared[index].name
+        return f"{self.own[(index - s) % m].name} of {self.runs[(index - s) // m]}"
+
+
+@dataclass(frozen=True)
+class Point:
+    """A regression at one place of its unknowns.
+
+    Parameters
+    ----------
+    x : (s + g m), shared first, then run by run.
+    cost : half the sum of squares, or of losses, priors included.
+    arrow : the linearisation.
+    squares : sum of rho'(r)^2, priors included: of r^2 where no loss is robust.
+    curvature : mean of rho''(r): 1 where no loss is robust.
+    n_rows : of all runs, before they were folded, and one for each prior.
+    """
+
+    x: Array
+    cost: float
+    arrow: Arrow
+    squares: float
+    curvature: float
+    n_rows: int
+
+
+def prior_rows(unknowns: tuple[Unknown, ...], values: Array) -> Array:
+    """Rows [J | r] over the unknowns that stand for their priors: L^-1 (value - mean) / standard deviation.
+
+    L is the Cholesky factor of the priors' correlation, the identity where they are independent.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError : correlations that no random numbers can have.
+    """
+    known = [(i, u.prior) for i, u in enumerate(unknowns) if u.prior is not None]
+    rows = np.zeros((len(known), len(unknowns) + 1))
+    for row, (i, (mean, std)) in zip(rows, known, strict=True):
+        row[i], row[-1] = 1 / std, (values[i] - mean) / std
+    related = [unknowns[i] for i, _ in known]
+    if any(u.prior_correlation for u in related):
+        correlation = np.array([[a.prior_correlation.get(b.name, float(a is b)) for b in related] for a in related])
+        rows = np.asarray(np.linalg.solve(np.linalg.cholesky(correlation), rows), dtype=np.float64)
+    return rows
+
+
+def evaluate(regression: Regression, x: Array, loss: Loss = "none", scale: float = 1.0) -> Point | None:
+    """Cost and triangles at x, or None where the model cannot be computed."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _evaluate(regression, x, loss, scale)
+
+
+def _evaluate(regression: Regression, x: Array, loss: Loss, scale: float) -> Point | None:
+    s, m = len(regression.shared), len(regression.own)
+    common = prior_rows(regression.shared, x[:s])
+    squares = float(np.sum(common[:, -1] ** 2))
+    cost, runs, curvatures, folded = 0.5 * squares, [], [np.ones(len(common))], 0
+    for run in range(len(regression.runs)):
+        local = regression.local(x, run)
+        try:
+            rows = regression.rows(run, local)
+        except ArithmeticError:
+            return None
+        matrix = matrix_of(rows, s, loss, scale)
+        if not np.all(np.isfinite(matrix)):
+            return None
+        own = prior_rows(regression.own, local[s:])
+        slope, curvature = slopes(rows.residual, loss, scale)
+        priors = float(np.sum(own[:, -1] ** 2))
+        cost += float(np.sum(losses(rows.residual, loss, scale))) + 0.5 * priors
+        squares += float(np.sum(slope**2)) + priors
+        curvatures += [curvature, np.ones(len(own))]
+        folded += 0 if rows.folded is None else int(rows.folded.sum()) - len(rows.residual)
+        known = np.column_stack([own[:, :m], np.zeros((len(own), s)), own[:, -1]])
+        runs.append(fold(np.vstack([matrix, known])))
+    if not np.isfinite(cost):
+        return None
+    every = np.concatenate(curvatures)
+    return Point(x, cost, Arrow(np.array(runs), common, m), squares, float(np.mean(every)), len(every) + folded)
+
+
+def matrix_of(rows: Rows, n_shared: int, loss: Loss = "none", scale: float = 1.0) -> Array:
+    """Rows of [own | shared | residual] whose squares and products are the loss's curvature and slope."""
+    slope, curvature = slopes(rows.residual, loss, scale)
+    root = np.sqrt(curvature)
+    jacobian = rows.jacobian * root[:, None] if loss != "none" else rows.jacobian
+    return np.column_stack([jacobian[:, n_shared:], jacobian[:, :n_shared], slope / root])
+
+
+def losses(residual: Array, loss: Loss, scale: float) -> Array:
+    """rho(r): r^2/2; Huber's, linear beyond 1.345 scale; or scale^2 (sqrt(1 + (r/scale)^2) - 1)."""
+    if loss == "huber":
+        size, knee = np.abs(residual), HUBER * scale
+        return np.where(size <= knee, 0.5 * size**2, knee * size - 0.5 * knee**2)
+    if loss == "soft_l1":
+        return np.asarray(scale**2 * (np.sqrt(1 + (residual / scale) ** 2) - 1))
+    return np.asarray(0.5 * residual**2)
+
+
+def slopes(residual: Array, loss: Loss, scale: float) -> tuple[Array, Array]:
+    """rho'(r) and rho''(r), the second kept positive."""
+    if loss == "huber":
+        slope = np.clip(residual, -HUBER * scale, HUBER * scale)
+        inside = slope == residual
+        return slope, np.where(inside, 1.0, LEAST_CURVATURE * slope / np.where(inside, 1.0, residual))
+    if loss == "soft_l1":
+        stretch = np.sqrt(1 + (residual / scale) ** 2)
+        return residual / stretch, np.maximum(stretch**-3, LEAST_CURVATURE / stretch)
+    return residual, np.ones_like(residual)
+
+
+def weights(residual: Array, loss: Loss, scale: float) -> Array:
+    """rho'(r)/r: 1 for a row that counts in full."""
+    slope, _ = slopes(residual, loss, scale)
+    zero = residual == 0
+    return np.where(zero, 1.0, slope / np.where(zero, 1.0, residual))

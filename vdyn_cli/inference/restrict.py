@@ -1,0 +1,60 @@
+"""Nested regressions: one model with every cause in it, of which a fit frees some and holds the others at nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.inference.regression import Regression, Rows
+from vdyn_cli.inference.solution import Solution
+
+
+@dataclass(frozen=True)
+class _Held:
+    """Rows of the full regression with some shared unknowns held, their columns left out."""
+
+    full: Regression
+    free: NDArray[np.int64]
+    at: Array
+
+    def __call__(self, run: int, theta: Array) -> Rows:
+        s = len(self.full.shared)
+        local = np.concatenate([self.at, theta[self.free.size :]])
+        local[self.free] = theta[: self.free.size]
+        rows = self.full.rows(run, local)
+        columns = np.concatenate([self.free, np.arange(s, rows.jacobian.shape[1])])
+        plain = None if rows.plain is None else (rows.plain[0], rows.plain[1][:, columns])
+        return replace(rows, jacobian=np.ascontiguousarray(rows.jacobian[:, columns]), plain=plain)
+
+
+def restricted(full: Regression, held: Mapping[str, float], starts: Solution | None = None) -> Regression:
+    """The regression in which the shared unknowns of ``held`` keep those values.
+
+    Parameters
+    ----------
+    full : with every unknown free.
+    starts : a solution whose values the others begin at.
+    """
+    shared = full.shared
+    free = np.array([i for i, u in enumerate(shared) if u.name not in held], dtype=np.int64)
+    at = np.array([held.get(u.name, 0.0) for u in shared])
+    kept = [shared[i] for i in free]
+    run_starts = dict(full.run_starts)
+    if starts is not None:
+        kept = [replace(u, start=float(np.clip(starts.values.get(u.name, u.start), u.lower, u.upper))) for u in kept]
+        run_starts |= dict(starts.per_run)
+    rows: Callable[[int, Array], Rows] = _Held(full, free, at)
+    if full.narrow is not None and all(held.get(u.name, u.start) == u.start for u in shared):
+        rows = full.narrow([u.name for u in kept])
+    return replace(full, unknowns=(*kept, *full.own), rows=rows, run_starts=run_starts, narrow=None)
+
+
+def without_priors(regression: Regression, names: Iterable[str]) -> Regression:
+    """The same with nothing known beforehand about some unknowns."""
+    left = set(names)
+    unknowns = tuple(replace(u, prior=None) if u.name in left else u for u in regression.unknowns)
+    return replace(regression, unknowns=unknowns)

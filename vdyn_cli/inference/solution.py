@@ -1,0 +1,111 @@
+"""The answer of a fit, with what it is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.inference.qr_factors import Array
+
+
+@dataclass(frozen=True)
+class Downweighted:
+    """Neighbouring rows of one run that a robust loss took for outliers."""
+
+    run: str
+    first: int
+    last: int
+    weight: float
+
+    def __str__(self) -> str:
+        return f"{self.run}, rows {self.first} to {self.last}: weight {self.weight:.2g}"
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One independent piece of evidence at the solution.
+
+    Parameters
+    ----------
+    run, block : index of the run, label of the block within it (0 where the run is the unit).
+    triangle : (k + 1, k + 1), T'T = [J r]'[J r] over [own | shared | residual] of its rows, priors left out.
+    change : (s,), change of the shared unknowns when the unit is left out.
+    """
+
+    run: int
+    block: int
+    triangle: Array
+    change: Array
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The answer, with what it is worth.
+
+    Parameters
+    ----------
+    names : the shared unknowns, in the order of every matrix here.
+    values, std, interval95 : of the shared unknowns; from units of evidence unless ``unit`` is "model".
+    per_run, per_run_std : (runs,) of each per-run unknown; these standard deviations are the noise model's.
+    covariance : (s, s), of the values.
+    classical_covariance : (s, s), the textbook's: sum of squares / (rows - unknowns) x inverse information.
+    cost : half the sum of squares (or of losses), priors included.
+    residuals : per run, at the solution.
+    unit, n_units, effective_units : what was taken as independent, how many there were, and how many equal ones they
+        are worth for the least favoured unknown.
+    degrees : of Student's t, for each shared unknown.
+    """
+
+    names: tuple[str, ...]
+    values: Mapping[str, float]
+    std: Mapping[str, float]
+    interval95: Mapping[str, tuple[float, float]]
+    per_run: Mapping[str, Array]
+    per_run_std: Mapping[str, Array]
+    covariance: Array
+    classical_covariance: Array
+    cost: float
+    residuals: tuple[Array, ...]
+    unit: Literal["run", "block", "model"]
+    n_units: int
+    effective_units: float
+    degrees: Mapping[str, float]
+    units: tuple[Unit, ...]
+    downweighted: tuple[Downweighted, ...]
+    warnings: tuple[str, ...]
+    iterations: int
+
+    @property
+    def correlation(self) -> dict[str, dict[str, float]]:
+        """Correlation of the shared unknowns, by name."""
+        size = np.sqrt(np.diag(self.covariance))
+        matrix = self.covariance / np.where(size > 0, np.outer(size, size), 1.0)
+        return {a: {b: float(matrix[i, j]) for j, b in enumerate(self.names)} for i, a in enumerate(self.names)}
+
+    @property
+    def classical_std(self) -> dict[str, float]:
+        """The textbook's standard errors, which count samples as if they were independent."""
+        return dict(zip(self.names, np.sqrt(np.diag(self.classical_covariance)).tolist(), strict=True))
+
+    def std_of(self, gradient: Mapping[str, float] | Array) -> float:
+        """Standard deviation, to first order, of a function of the shared unknowns with this gradient."""
+        g = self._gradient(gradient)
+        return float(np.sqrt(max(float(g @ self.covariance @ g), 0.0)))
+
+    def interval_of(self, value: float, gradient: Mapping[str, float] | Array) -> tuple[float, float]:
+        """95 % interval, to first order, of a function of the shared unknowns with this value and gradient."""
+        parts = np.abs(self._gradient(gradient)) * np.sqrt(np.diag(self.covariance))
+        degrees = [self.degrees[n] for n, p in zip(self.names, parts, strict=True) if p > 1e-3 * parts.max()]
+        half = t_quantile(min(degrees)) * self.std_of(gradient) if degrees else 0.0
+        return value - half, value + half
+
+    def _gradient(self, gradient: Mapping[str, float] | Array) -> Array:
+        if isinstance(gradient, Mapping):
+            if strange := sorted(set(gradient) - set(self.names)):
+                raise KeyError(f"not among the shared unknowns: {', '.join(strange)}")
+            return np.array([float(gradient.get(n, 0.0)) for n in self.names])
+        return np.asarray(gradient, dtype=float)

@@ -1,0 +1,1 @@
+"""Logs in: one reader a format, alignment of loggers, quality of channels."""

@@ -1,0 +1,1 @@
+"""CSV logs of any delimiter, encoding and decimal sign."""

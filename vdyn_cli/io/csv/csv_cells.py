@@ -1,0 +1,82 @@
+"""One cell of a table: a name, a unit, or a number, and which."""
+
+from __future__ import annotations
+
+import re
+
+from vdyn_cli.quantities.quantity import UnitError, to_si
+
+NOT_WRITTEN = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "#n/a", "null", "none", "<na>", "-nan"})
+
+_NUMBER = re.compile(
+    r"""[+-]?(?:
+        \d+(?:[eE][+-]?\d+)?                                     # 12, 1e5
+      | (?:(?P<dot>\d+(?:,\d{3})*\.\d*|\.\d+)                   # 1.5, 1,234.5
+          |(?P<comma>\d+(?:\.\d{3})*,\d*|,\d+))(?:[eE][+-]?\d+)?  # 1,5, 1.234,5
+      | inf | infinity
+    )""",
+    re.VERBOSE | re.IGNORECASE,
+)
+_GROUPED = {
+    ".": re.compile(r"[+-]?\d{1,3}(,\d{3})+\.\d*"),  # 1,234.5
+    ",": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d*"),  # 1.234,5
+}
+_TRUTH = {"true": 1.0, "false": 0.0}
+_UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
+
+
+def tidy(name: str) -> str:
+    """A header cell without outer or repeated blanks and line breaks."""
+    return " ".join(name.split())
+
+
+def unit_text(cell: str) -> str:
+    """A unit as a header writes it, without its brackets."""
+    return tidy(cell).strip("[](){}<> ")
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text from a file is a unit; what cannot be one is not given to the parser of units."""
+    if _UNIT.fullmatch(text) is None:
+        return False
+    try:
+        to_si(1.0, text, text)
+    except UnitError:
+        return False
+    return True
+
+
+def is_written(text: str) -> bool:
+    """Whether a cell holds anything but the usual signs of nothing."""
+    return text.strip().lower() not in NOT_WRITTEN
+
+
+def is_number(text: str) -> bool:
+    """Whether a cell is a number, with either decimal mark."""
+    return _NUMBER.fullmatch(text.strip()) is not None
+
+
+def decimal_mark(text: str) -> str:
+    """The decimal mark of a number; empty for a whole number or no number."""
+    match = _NUMBER.fullmatch(text.strip())
+    if match is None:
+        return ""
+    return "." if match["dot"] else "," if match["comma"] else ""
+
+
+def number_of(text: str, decimal: str) -> tuple[float | None, bool]:
+    """The number that a cell holds, None where it holds none, and whether it had thousands separators.
+
+    True and false count as 1 and 0. A separator is one only in a number that has both marks: ``1.234`` is ambiguous.
+    """
+    text = text.strip()
+    separator = "," if decimal == "." else "."
+    grouped = _GROUPED[decimal].fullmatch(text) is not None
+    if grouped:
+        text = text.replace(separator, "")
+    if separator in text or "_" in text:
+        return None, False
+    try:
+        return float(text.replace(decimal, ".")), grouped
+    except ValueError:
+        return _TRUTH.get(text.lower()), False

@@ -1,0 +1,279 @@
+"""How a text log is laid out: delimiter, decimal mark, where header, units row and numbers stand."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from typing import Literal
+
+from vdyn_cli.io.csv.csv_cells import decimal_mark, is_number, is_unit, is_written, tidy, unit_text
+from vdyn_cli.quantities.errors import Finding, InputError
+
+_HEADS = (1 << 16, 1 << 20)  # bytes to look at; the second for files of thousands of columns
+_RECORDS = 1000
+_SHOWN = 200  # rows that show the decimal mark
+_DELIMITERS = (";", "\t", ",", "|", " ")
+_NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """How a log is written, where guessing is not wanted.
+
+    Parameters
+    ----------
+    delimiter : ``;``, ``,``, ``|``, ``tab``, ``space`` (any run of blanks); guessed where None.
+    decimal : decimal mark; guessed where None.
+    encoding : such as utf-8, cp1252, utf-16; guessed where None.
+    clock : ``strict`` refuses a clock that does not rise, ``drop`` leaves out the rows that do not rise.
+    header_row : line of the column names, counted from 1; searched where None.
+    """
+
+    delimiter: str | None = None
+    decimal: Literal[".", ","] | None = None
+    encoding: str | None = None
+    clock: Literal["strict", "drop"] = "strict"
+    header_row: int | None = None
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What `find_layout` found; ``decimal`` is empty where the head of the file holds whole numbers only."""
+
+    delimiter: str
+    decimal: str
+    header: tuple[str, ...]
+    header_line: int
+    units: tuple[str, ...]  # as long as the header, or empty where there is no units row
+    first_line: int  # of the numbers, counted from 1
+    offset: int  # byte at which the numbers begin
+    findings: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Record:
+    line: int
+    fields: list[str]
+
+
+def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: ReadOptions, name: str) -> Layout:
+    """Find the header, the units row and the first row of numbers.
+
+    The header is the row that holds most of the wanted columns; where no row holds any, the text row above the
+    numbers that looks most like them, so that the message about missing columns can name what is there.
+
+    Parameters
+    ----------
+    head : the first block of the file; lines end where the block ends.
+    wanted : columns that the description names; the first is the clock.
+    name : of the file, for messages.
+
+    Raises
+    ------
+    InputError : no header, no numbers, or an impossible delimiter.
+    """
+    wanted = [tidy(w) for w in wanted]
+    for size in _HEADS:
+        lines = head[:size].splitlines(keepends=True)
+        if len(head) > size:
+            lines = lines[:-1]
+        lines = lines[:_RECORDS]
+        # Latin-1 gives one character a byte, whatever the encoding; header cells are decoded by themselves.
+        text = [line.decode("latin-1") for line in lines]
+        choices = [(d, _records(text, d)) for d in _delimiters(options, text, name)]
+        tables = [t for d, records in choices if (t := _table(d, records, encoding, wanted, options)) is not None]
+        if tables:
+            table = max(tables, key=lambda t: (t.hits, t.score))
+            return _layout(table, [len(line) for line in lines], options, name)
+        if len(head) <= size:
+            break
+    raise _no_table(choices, encoding, options, name)
+
+
+def _delimiters(options: ReadOptions, lines: Sequence[str], name: str) -> list[str]:
+    if options.delimiter is None:
+        return [d for d in _DELIMITERS if any(d in line for line in lines)]
+    given = _NAMED.get(options.delimiter.lower(), options.delimiter)
+    if len(given) != 1 or given in '\r\n"' or ord(given) > 126 or given.isalnum():
+        remedy = "use one character, or the words tab, space, comma, semicolon"
+        raise InputError(Finding(name, "cannot be a delimiter", repr(options.delimiter), remedy))
+    return [given]
+
+
+def _records(lines: Sequence[str], delimiter: str) -> list[_Record]:
+    """Rows with the line each starts on; a quoted cell may run over a line end."""
+    for quoting in (csv.QUOTE_MINIMAL, csv.QUOTE_NONE):
+        reader = csv.reader(
+            (line.strip(" ") if delimiter == " " else line for line in lines),
+            delimiter=delimiter,
+            skipinitialspace=delimiter == " ",
+            quoting=quoting,
+        )
+        records, line, longest = [], 1, 0
+        try:
+            for fields in reader:
+                records.append(_Record(line, fields))
+                longest = max(longest, reader.line_num + 1 - line)
+                line = reader.line_num + 1
+        except csv.Error:
+            continue
+        if longest <= 8:  # else a stray quote, such as that of 5" wheels, has swallowed lines
+            return records
+    return []
+
+
+@dataclass(frozen=True)
+class _Table:
+    delimiter: str
+    header: list[str]
+    between: list[_Record]  # rows between header and numbers
+    numbers: list[_Record]
+    header_line: int
+    mapped: tuple[int, ...]  # positions of wanted columns that were found
+    hits: int
+    score: float
+
+
+def _table(
+    delimiter: str, records: list[_Record], encoding: str, wanted: Sequence[str], options: ReadOptions
+) -> _Table | None:
+    """The table as this delimiter would have it, or None where it has none."""
+    cells = [_names(r.fields, encoding, wanted) for r in records]
+    hits = [len(set(wanted).intersection(row)) for row in cells]
+    at: int | None
+    if options.header_row is not None:
+        at = next((i for i, r in enumerate(records) if r.line == options.header_row), None)
+    elif any(hits):
+        at = max(range(len(records)), key=lambda i: hits[i])
+    else:
+        at = _likely_header(records, cells, wanted)
+    if at is None:
+        return None
+    header = cells[at]
+    if header[:1] == ["#"] and at + 1 < len(records) and len(header) == len(records[at + 1].fields) + 1:
+        header = header[1:]  # a header written as a comment
+    clock = header.index(wanted[0]) if wanted and wanted[0] in header else None
+    below = range(at + 1, len(records))
+    start = next((i for i in below if _is_numbers(records[i].fields, clock)), None)
+    if start is None:  # the clock may be a time of day, which deserves a message of its own
+        start = next((i for i in below if _is_numbers(records[i].fields, None)), None)
+    if start is None or len(header) < 2:
+        return None
+    numbers = records[start:]
+    shares = [_share_of_numbers(r.fields) for r in numbers[:30]]
+    fitting = sum(len(r.fields) == len(header) for r in numbers[:30]) / len(shares)
+    mapped = tuple(i for i, cell in enumerate(header) if cell in wanted)
+    score = fitting + sum(shares) / len(shares)
+    between = records[at + 1 : start]
+    return _Table(delimiter, header, between, numbers, records[at].line, mapped, hits[at], score)
+
+
+def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[str]:
+    """The cells as column names; none in a row that begins with a number, which saves decoding the data."""
+    if not fields or is_number(fields[0]):
+        return []
+    names = [_decoded(f, encoding) for f in fields]
+    if names[0] not in wanted and len(names[0]) > 1:
+        names[0] = names[0].removeprefix("#").strip()
+    return names
+
+
+def _decoded(cell: str, encoding: str) -> str:
+    return tidy(cell.encode("latin-1").decode(encoding, "replace").removeprefix("\ufeff"))
+
+
+def _likely_header(records: list[_Record], cells: list[list[str]], wanted: Sequence[str]) -> int | None:
+    """The text row above the first numbers that resembles the wanted names most."""
+    first = next((i for i, r in enumerate(records) if len(r.fields) > 1 and _is_numbers(r.fields, None)), None)
+    if first is None:
+        return None
+    width, rows = len(records[first].fields), []
+    for i in range(first - 1, max(first - 6, -1), -1):
+        if not cells[i] or abs(len(cells[i]) - width) > 1:
+            break
+        rows.append(i)
+    return max(rows, key=lambda i: sum(_resemblance(w, cells[i]) for w in wanted), default=None)
+
+
+def _resemblance(name: str, cells: Sequence[str]) -> float:
+    return max(SequenceMatcher(None, name.lower(), cell.lower()).ratio() for cell in cells)
+
+
+def _is_numbers(fields: Sequence[str], clock: int | None) -> bool:
+    if clock is not None:
+        return clock < len(fields) and is_number(fields[clock])
+    return _share_of_numbers(fields) > 0.5
+
+
+def _share_of_numbers(fields: Sequence[str]) -> float:
+    written = [f for f in fields if is_written(f)]
+    return sum(map(is_number, written)) / len(written) if written else 0.0
+
+
+def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: str) -> Layout:
+    first = table.numbers[0].line
+    units, findings = _units_row(table, name)
+    return Layout(
+        table.delimiter,
+        options.decimal or _decimal(table),
+        tuple(table.header),
+        table.header_line,
+        units,
+        first,
+        sum(lengths[: first - 1]),
+        findings,
+    )
+
+
+def _units_row(table: _Table, name: str) -> tuple[tuple[str, ...], tuple[Finding, ...]]:
+    """The row under the header where it holds units; other rows there are skipped, and said to be."""
+    rows = [r for r in table.between if any(f.strip() for f in r.fields)]
+    units: tuple[str, ...] = ()
+    if rows and _holds_units(rows[0].fields):
+        cells = [unit_text(f) for f in rows[0].fields]
+        units = tuple((cells + [""] * len(table.header))[: len(table.header)])
+        rows = rows[1:]
+    findings = tuple(
+        Finding(f"{name}:{r.line}", "row between header and numbers skipped", repr(table.delimiter.join(r.fields)[:60]))
+        for r in rows[:3]
+    )
+    return units, findings
+
+
+def _holds_units(fields: Sequence[str]) -> bool:
+    written = [unit_text(f) for f in fields if is_written(f)]
+    known = sum(is_unit(f) for f in written)
+    return known > 0 and known >= 0.5 * len(written)
+
+
+def _decimal(table: _Table) -> str:
+    """The decimal mark that most numbers of the mapped columns have."""
+    counts = {".": 0, ",": 0, "": 0}
+    for record in table.numbers[:_SHOWN]:
+        for i in table.mapped or range(len(record.fields)):
+            if i < len(record.fields):
+                counts[decimal_mark(record.fields[i])] += 1
+    if not counts["."] and not counts[","]:
+        return ""
+    return "," if counts[","] > counts["."] else "."
+
+
+def _no_table(
+    choices: Sequence[tuple[str, list[_Record]]], encoding: str, options: ReadOptions, name: str
+) -> InputError:
+    if options.header_row is not None:
+        what = f"line {options.header_row} is no header with numbers below it"
+        return InputError(Finding(name, what, remedy="give header_row the line of the column names, counted from 1"))
+    if not choices:
+        return InputError(Finding(name, "has no columns: no comma, semicolon, tab, bar or blank in it"))
+    delimiter, records = max(choices, key=lambda c: max((len(r.fields) for r in c[1]), default=0))
+    numbers = [r for r in records if _is_numbers(r.fields, None)]
+    if numbers and numbers[0].line == 1:
+        remedy = "put a line with the columns' names first"
+        got = repr(delimiter.join(numbers[0].fields)[:60])
+        return InputError(Finding(f"{name}:1", "has no header: the first line holds numbers", got, remedy))
+    text = next((r for r in records if any(f.strip() for f in r.fields)), None)
+    got = repr(_decoded(delimiter.join(text.fields), encoding)[:60]) if text else ""
+    return InputError(Finding(name, "holds no numbers, at most a header", got, "export the log again, with its data"))

@@ -1,0 +1,223 @@
+"""The numbers of a text log, block by block into one array a column. The one door to pandas."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.csv.csv_cells import NOT_WRITTEN, is_written, number_of
+from vdyn_cli.io.csv.csv_layout import Layout
+from vdyn_cli.quantities.errors import Finding, InputError
+
+Array = NDArray[np.float64]
+T = TypeVar("T", bound=np.generic)
+
+MOST_BAD = 1000  # cells that are no numbers, after which reading on would only repeat the message
+
+_WHITE = r"\s+"
+_END_MARK = b"\x1a"  # as DOS programs write it
+
+
+@dataclass(frozen=True)
+class BadCell:
+    """A cell that is no number; column -1 is the field after the last column."""
+
+    row: int
+    column: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Lines:
+    """The file's line of each row: rows run on within a block; blocks are where line counts are exact."""
+
+    rows: tuple[int, ...]
+    lines: tuple[int, ...]
+
+    def of(self, row: int) -> int:
+        block = int(np.searchsorted(self.rows, row, "right")) - 1
+        return self.lines[block] + row - self.rows[block]
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What stands below the header.
+
+    Parameters
+    ----------
+    columns : (n,) for each position asked for, NaN where nothing is written or the cell is no number.
+    bad : cells that are no numbers, in file order; reading stops after `MOST_BAD` of them.
+    lines : the file's line of each row.
+    grouped : how many numbers had thousands separators.
+    infinite : how many numbers were infinite; they count as not written.
+    multiline : how many rows had a quoted line break, so that lines within a block are approximate.
+    unfinished : whether the last row ends without a line end and short of fields.
+    complete : whether the whole file was read.
+    """
+
+    columns: dict[int, Array]
+    bad: tuple[BadCell, ...]
+    lines: Lines
+    grouped: int = 0
+    infinite: int = 0
+    multiline: int = 0
+    unfinished: bool = False
+    complete: bool = True
+
+
+class _Growing:
+    """An array that grows; pages that are never written cost no memory, so room to grow is free."""
+
+    def __init__(self) -> None:
+        self._room: Array = np.empty(1 << 16)
+        self._size = 0
+
+    def extend(self, values: Array) -> None:
+        size = self._size + values.size
+        if size > self._room.size:
+            room = np.empty(max(size, 2 * self._room.size))
+            room[: self._size] = self._room[: self._size]
+            self._room = room
+        self._room[self._size : size] = values
+        self._size = size
+
+    @property
+    def values(self) -> Array:
+        return self._room[: self._size]
+
+
+def read_numbers(
+    blocks: Iterable[bytes], layout: Layout, positions: Sequence[int], encoding: str, name: str
+) -> Numbers:
+    """Read the columns at ``positions`` from blocks of whole lines, the first of which holds the header.
+
+    Memory is that of the columns asked for, one of them again while growing, and a few blocks.
+
+    Raises
+    ------
+    InputError : a quote that is never closed.
+    """
+    positions = sorted(set(positions))
+    growing = {p: _Growing() for p in positions}
+    rows, lines = [0], [layout.first_line]
+    bad: list[BadCell] = []
+    grouped = infinite = multiline = row = 0
+    line, skip, last = layout.first_line, layout.offset, b""
+    for block in blocks:
+        text, skip = block[skip:].rstrip(_END_MARK), 0
+        if not text:
+            continue
+        table, cells, n_grouped = _parse(text, layout, positions, encoding, f"{name}:{line}")
+        size, height = table[positions[0]].size, _count_lines(text)
+        for position in positions:
+            values, count = _finite(table[position])
+            infinite += count
+            growing[position].extend(values)
+        bad += [BadCell(row + c.row, c.column, c.text) for c in cells]
+        grouped, multiline = grouped + n_grouped, multiline + height - size
+        row, line, last = row + size, line + height, text
+        rows.append(row)
+        lines.append(line)
+        if len(bad) > MOST_BAD:
+            break
+    columns = {p: g.values for p, g in growing.items()}
+    where = Lines(tuple(rows), tuple(lines))
+    unfinished = _unfinished(last, layout)
+    return Numbers(columns, tuple(bad), where, grouped, infinite, multiline, unfinished, len(bad) <= MOST_BAD)
+
+
+def _finite(values: Array) -> tuple[Array, int]:
+    """Values without the infinite ones, and the number of these."""
+    infinite = np.isinf(values)
+    count = int(np.count_nonzero(infinite))
+    return (np.where(infinite, np.nan, values) if count else values), count
+
+
+def _count_lines(text: bytes) -> int:
+    ends = text.count(b"\n")
+    if b"\r" in text:
+        ends += text.count(b"\r") - text.count(b"\r\n")
+    return ends + (not text.endswith((b"\n", b"\r")))
+
+
+def _unfinished(text: bytes, layout: Layout) -> bool:
+    last = text[text.rfind(b"\n") + 1 :]
+    delimiter = layout.delimiter.encode()
+    fields = len(last.split()) if layout.delimiter == " " else last.count(delimiter) + 1
+    return bool(last.strip()) and fields < len(layout.header)
+
+
+def _parse(
+    text: bytes, layout: Layout, positions: Sequence[int], encoding: str, where: str
+) -> tuple[dict[int, Array], list[BadCell], int]:
+    """One block as numbers, its bad cells, and how many numbers had thousands separators."""
+    extra = len(layout.header)  # a field beyond the last column: rows that are too long must not pass
+    try:
+        frame = _frame(text, layout, [*positions, extra], np.float64, where)
+        if np.isnan(frame[extra]).all():
+            return {p: frame[p] for p in positions}, [], 0
+    except ValueError:
+        pass
+    cells = _frame(text, layout, [*positions, extra], np.object_, where)
+    columns, bad, grouped = {}, [], 0
+    for position in positions:
+        columns[position], wrong, n = _converted(cells[position], layout.decimal or ".")
+        bad += [BadCell(i, position, _shown(cells[position][i], encoding)) for i in wrong]
+        grouped += n
+    bad += [
+        BadCell(i, -1, _shown(c, encoding)) for i, c in enumerate(cells[extra]) if isinstance(c, str) and is_written(c)
+    ]
+    return columns, sorted(bad, key=lambda c: (c.row, c.column)), grouped
+
+
+def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T], where: str) -> dict[int, NDArray[T]]:
+    import pandas as pd
+
+    # The parser pads each row to the width of the one before: a first row of full width makes all rows that wide.
+    width = len(layout.header) + 1
+    first = (layout.delimiter.join(["0"] * width) + "\n").encode()
+    try:
+        frame = pd.read_csv(
+            io.BytesIO(first + text),
+            sep=_WHITE if layout.delimiter == " " else layout.delimiter,
+            header=None,
+            names=range(width),
+            usecols=list(positions),
+            index_col=False,
+            dtype=dtype,
+            decimal=layout.decimal or ".",
+            encoding="latin-1",
+            engine="c",
+            low_memory=False,
+            skip_blank_lines=False,
+            na_values=list(NOT_WRITTEN),
+        )
+    except pd.errors.ParserError:
+        what = "a quote that is opened is never closed, at this line or after"
+        raise InputError(Finding(where, what, remedy='remove the stray " or close it')) from None
+    return {p: frame[p].to_numpy()[1:] for p in positions}
+
+
+def _shown(cell: object, encoding: str) -> str:
+    return str(cell).encode("latin-1", "replace").decode(encoding, "replace").strip()
+
+
+def _converted(cells: NDArray[np.object_], decimal: str) -> tuple[Array, list[int], int]:
+    """Cells as numbers; the places that hold something else; how many had thousands separators."""
+    values = np.full(cells.size, np.nan)
+    wrong, grouped = [], 0
+    for i, cell in enumerate(cells):
+        if not isinstance(cell, str) or not is_written(cell):
+            continue
+        number, separated = number_of(cell, decimal)
+        grouped += separated
+        if number is None:
+            wrong.append(i)
+        else:
+            values[i] = number
+    return values, wrong, grouped

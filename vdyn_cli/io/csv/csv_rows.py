@@ -1,0 +1,128 @@
+"""Which rows of a table are data: a summary below, blank rows, a cut-off last line are left out and said to be."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.csv.csv_layout import Layout
+from vdyn_cli.io.csv.csv_numbers import MOST_BAD, BadCell, Numbers
+from vdyn_cli.io.sample_times import lines_of
+from vdyn_cli.quantities.errors import Finding
+
+Rows = NDArray[np.intp]
+
+_MOST_SUMMARY = 50  # rows below the data that may be a bench's summary
+_OF_DAY = re.compile(r"\d+:\d\d|\d{4}-\d\d-\d\d|\d\d?[./]\d\d?[./]\d{2,4}")
+_EITHER_MARK = re.compile(r"[+-]?\d+[.,]\d+([eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class DataRows:
+    """The rows that are data (None: all up to ``stop``), what was left out, and what may not be passed over."""
+
+    stop: int
+    kept: Rows | None
+    findings: tuple[Finding, ...]
+    problems: tuple[Finding, ...]
+
+
+def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], name: str) -> DataRows:
+    """Tell data from what else stands below a header.
+
+    The data end at the last row that has a time and numbers only; up to 50 rows after it are a summary. Text in a
+    row before it is a problem, as is a row longer than the header.
+    """
+    time = numbers.columns[position["time"]]
+    line_of = numbers.lines.of
+    bad_rows = np.unique(np.array([c.row for c in numbers.bad], dtype=np.intp))
+    good = ~np.isnan(time)
+    good[bad_rows] = False
+    findings: list[Finding] = []
+    if numbers.unfinished and time.size:
+        findings.append(Finding(f"{name}:{line_of(time.size - 1)}", "the last line is cut off and left out"))
+        good[-1] = False
+    stop = int(np.flatnonzero(good)[-1]) + 1 if good.any() else time.size
+    blank = _blank_rows(numbers, bad_rows)
+    below = np.flatnonzero(~blank[stop:]) + stop
+    below = below[: below.size - numbers.unfinished]
+    summary = 0 < below.size <= _MOST_SUMMARY and numbers.complete
+    if summary:
+        what = f"{below.size} row(s) below the data left out (line {lines_of(below, line_of)})"
+        findings.append(Finding(name, what, _first_text(numbers.bad, stop)))
+    elif below.size:
+        stop = time.size
+    if numbers.multiline:
+        what = "quoted line breaks: line numbers are approximate"
+        findings.append(Finding(name, what, remedy="look for a stray quote if rows seem to be missing"))
+    if numbers.grouped:
+        findings.append(Finding(name, f"thousands separators removed from {numbers.grouped} numbers"))
+    if numbers.infinite:
+        findings.append(Finding(name, f"{numbers.infinite} infinite number(s) taken as not written"))
+    empty = np.flatnonzero(blank[:stop])
+    if empty.size:
+        what = f"{empty.size} row(s) without any mapped value left out (line {lines_of(empty, line_of)})"
+        findings.append(Finding(name, what))
+    problems = _problems([c for c in numbers.bad if c.row < stop], numbers, layout, position, name)
+    kept = np.flatnonzero(~blank[:stop]) if empty.size else None
+    return DataRows(stop, kept, tuple(findings), problems)
+
+
+def has_decimal_commas(numbers: Numbers) -> bool:
+    """Whether cells that are no numbers would be with a decimal comma."""
+    return any(_EITHER_MARK.fullmatch(c.text) and "," in c.text for c in numbers.bad)
+
+
+def _blank_rows(numbers: Numbers, bad_rows: Rows) -> NDArray[np.bool_]:
+    columns = iter(numbers.columns.values())
+    blank = np.isnan(next(columns))
+    for values in columns:
+        if not blank.any():
+            break
+        blank &= np.isnan(values)
+    blank[bad_rows] = False
+    return blank
+
+
+def _first_text(bad: tuple[BadCell, ...], stop: int) -> str:
+    return next((repr(c.text[:40]) for c in bad if c.row >= stop), "")
+
+
+def _problems(
+    bad: list[BadCell], numbers: Numbers, layout: Layout, position: Mapping[str, int], name: str
+) -> tuple[Finding, ...]:
+    """Text among the numbers, one finding a column, and rows that are too long."""
+    line_of = numbers.lines.of
+    problems = []
+    for channel, column in position.items():
+        cells = [c for c in bad if c.column == column]
+        if not cells:
+            continue
+        header = layout.header[column]
+        count = f"{'more than ' if len(bad) > MOST_BAD else ''}{len(cells)} cell{'s' if len(cells) > 1 else ''}"
+        lines = lines_of([c.row for c in cells], line_of)
+        what = f"text among the numbers of channel '{channel}', column '{header}': {count}, line {lines}"
+        remedy = _remedy(channel, cells[0].text, header, layout)
+        problems.append(Finding(f"{name}:{line_of(cells[0].row)}", what, repr(cells[0].text[:40]), remedy))
+    long = [c for c in bad if c.column == -1]
+    if long:
+        lines = lines_of([c.row for c in long], line_of)
+        what = f"{len(long)} row(s) longer than the header's {len(layout.header)} columns (line {lines})"
+        remedy = "quote cells that hold the delimiter; a decimal comma needs another delimiter"
+        problems.append(Finding(f"{name}:{line_of(long[0].row)}", what, repr(long[0].text[:40]), remedy))
+    return tuple(problems)
+
+
+def _remedy(channel: str, text: str, header: str, layout: Layout) -> str:
+    if text == header:
+        return "the header is repeated: two files were joined; split them"
+    if channel == "time" and _OF_DAY.search(text):
+        return "time must be a number; export it as seconds instead of a time of day"
+    if _EITHER_MARK.fullmatch(text):
+        mark = "," if (layout.decimal or ".") == "." else "."
+        return f"if all numbers are written so, add 'reading: {{decimal: \"{mark}\"}}'"
+    return "mend or remove these cells; an empty cell means no value"

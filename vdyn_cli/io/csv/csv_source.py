@@ -1,0 +1,182 @@
+"""The bytes of a log file: opened, unpacked, in an encoding that keeps ASCII, in blocks of whole lines."""
+
+from __future__ import annotations
+
+import codecs
+import gzip
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, cast
+
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
+
+BLOCK = 1 << 20  # bytes; a few blocks in memory are small beside the channels, and larger ones are not faster
+_LONGEST_LINE = 64 << 20
+
+# In these every ASCII byte means itself, so numbers and delimiters can be read without decoding the file.
+_KEEPS_ASCII = {"utf-8", "ascii", "iso8859-1", "cp1252", "iso8859-15", "cp1250", "cp850", "mac-roman"}
+
+_FORMATS = {
+    b"PK\x03\x04": "a zip archive or an Excel workbook (.xlsx)",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls)",
+    b"MDF  ": "an MDF/MF4 measurement",
+    b"UnFinMF ": "an unfinished MF4 measurement",
+    b"\x89HDF": "an HDF5 or MATLAB 7.3 file",
+    b"MATLAB 5.0": "a MATLAB file",
+    b"PAR1": "a Parquet file",
+    b"TDSm": "a TDMS measurement",
+    b"BZh": "a bzip2 archive",
+    b"\xfd7zXZ": "an xz archive",
+    b"\x28\xb5\x2f\xfd": "a zstd archive",
+    b"%PDF": "a PDF",
+    b"\x89PNG": "a picture",
+}
+
+
+@dataclass(frozen=True)
+class Source:
+    """Blocks of whole lines whose ASCII is plain, and the encoding of the rest; the first block may be empty."""
+
+    encoding: str
+    blocks: Iterator[bytes]
+
+
+@contextmanager
+def open_source(path: Path, encoding: str | None = None, block: int = BLOCK) -> Iterator[Source]:
+    """Open a text log, plain or gzip, in any encoding, without a byte order mark.
+
+    Raises
+    ------
+    InputError : the file is missing, a folder, unreadable, damaged, empty, or no text; raised when the bytes are read.
+    """
+    known = _lookup(path, encoding)
+    with _open(path) as stream:
+        chunks = _chunks(path, stream, block)
+        first = next(chunks, b"")
+        if not first.strip(b"\r\n\t \0\x1a\xef\xbb\xbf\xff\xfe"):
+            raise InputError(Finding(str(path), "the file is empty", remedy="export the log again"))
+        found, skip = _sniff(path, first, known)
+        text = _joined(first[skip:], chunks)
+        if found not in _KEEPS_ASCII:
+            text, found = _transcoded(text, found), "utf-8"
+        yield Source(found, _whole_lines(path, text))
+
+
+def _lookup(path: Path, encoding: str | None) -> str | None:
+    if encoding is None:
+        return None
+    try:
+        codecs.getincrementaldecoder(encoding)(errors="replace").decode(b"\xff;1\n" + encoding.encode(encoding), True)
+        return codecs.lookup(encoding).name
+    except (LookupError, ValueError, AssertionError):  # unknown, or one that makes no text of bytes, such as base64
+        remedy = "use utf-8, utf-16, latin-1 or cp1252, or leave it out"
+        raise InputError(Finding(str(path), "unknown encoding", repr(encoding), remedy)) from None
+
+
+@contextmanager
+def _open(path: Path) -> Iterator[BinaryIO]:
+    try:
+        raw = path.open("rb")
+    except FileNotFoundError:
+        raise InputError(Finding(str(path), "no such file", remedy=_similar(path))) from None
+    except IsADirectoryError:
+        raise InputError(Finding(str(path), "is a folder, not a log", remedy="name a file in it")) from None
+    except PermissionError:
+        raise InputError(Finding(str(path), "may not be read (permission denied)", remedy=f"chmod +r {path}")) from None
+    except (OSError, ValueError) as error:
+        raise InputError(Finding(str(path), f"cannot be opened: {getattr(error, 'strerror', None) or error}")) from None
+    with raw:
+        packed = raw.read(2) == b"\x1f\x8b"
+        raw.seek(0)
+        yield cast(BinaryIO, gzip.GzipFile(fileobj=raw)) if packed else raw
+
+
+def _similar(path: Path) -> str:
+    try:
+        return did_you_mean(path.name, [p.name for p in path.parent.iterdir()])
+    except (OSError, ValueError):
+        return f"there is no folder {path.parent}"
+
+
+def _chunks(path: Path, stream: BinaryIO, size: int) -> Iterator[bytes]:
+    done = 0
+    while True:
+        try:
+            chunk = stream.read(size)
+        except (EOFError, zlib.error, gzip.BadGzipFile):
+            what = f"the gzip file is damaged or cut off after {done} unpacked bytes"
+            raise InputError(Finding(str(path), what, remedy="copy or export the file again")) from None
+        except OSError as error:
+            raise InputError(Finding(str(path), f"cannot be read: {error.strerror or error}")) from None
+        if not chunk:
+            return
+        done += len(chunk)
+        yield chunk
+
+
+def _sniff(path: Path, first: bytes, known: str | None) -> tuple[str, int]:
+    """Encoding and length of the byte order mark."""
+    for mark, name in (
+        (codecs.BOM_UTF8, "utf-8"),
+        (codecs.BOM_UTF32_LE, "utf-32-le"),
+        (codecs.BOM_UTF32_BE, "utf-32-be"),
+        (codecs.BOM_UTF16_LE, "utf-16-le"),
+        (codecs.BOM_UTF16_BE, "utf-16-be"),
+    ):
+        if first.startswith(mark):
+            return name, len(mark)
+    if known is not None:
+        return ("utf-16-le" if known == "utf-16" else known), 0
+    head = first[: 1 << 16]
+    for magic, what in _FORMATS.items():
+        if head.startswith(magic):
+            raise InputError(Finding(str(path), f"is {what}, not a text log", remedy="export the channels as CSV"))
+    nuls = head.count(0)
+    if nuls > 0.2 * len(head):
+        half = len(head) // 2
+        if head[1::2].count(0) > 0.8 * half and head[::2].count(0) < 0.05 * half:
+            return "utf-16-le", 0
+        if head[::2].count(0) > 0.8 * half and head[1::2].count(0) < 0.05 * half:
+            return "utf-16-be", 0
+    odd = len(head) - len(head.translate(None, bytes(range(9)) + bytes(range(14, 26)) + bytes(range(27, 32)) + b"\x7f"))
+    if odd > 0.01 * len(head):
+        raise InputError(Finding(str(path), "is not a text file", remedy="export the channels as CSV"))
+    for name in ("utf-8", "cp1252"):
+        try:
+            codecs.getincrementaldecoder(name)().decode(head)
+        except UnicodeDecodeError:
+            continue
+        return name, 0
+    return "iso8859-1", 0
+
+
+def _joined(first: bytes, rest: Iterator[bytes]) -> Iterator[bytes]:
+    yield first
+    yield from rest
+
+
+def _transcoded(chunks: Iterator[bytes], encoding: str) -> Iterator[bytes]:
+    decoder = codecs.getincrementaldecoder(encoding)(errors="replace")
+    for chunk in chunks:
+        yield decoder.decode(chunk).encode("utf-8", errors="replace")
+    yield decoder.decode(b"", final=True).encode("utf-8", errors="replace")
+
+
+def _whole_lines(path: Path, chunks: Iterator[bytes]) -> Iterator[bytes]:
+    """Cut at line ends; only the last block may end without one."""
+    rest = b""
+    for chunk in chunks:
+        rest += chunk
+        cut = rest.rfind(b"\n") + 1
+        if not cut and len(rest) > BLOCK // 2:  # a file with the old line end CR alone
+            cut = rest.rfind(b"\r", 0, len(rest) - 1) + 1
+        if cut:
+            yield rest[:cut]
+            rest = rest[cut:]
+        elif len(rest) > _LONGEST_LINE:
+            raise InputError(Finding(str(path), "has no line ends: not a text log", remedy="export it as CSV"))
+    if rest:
+        yield rest

@@ -1,0 +1,43 @@
+"""Pictures as grey levels. The one door to Pillow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.errors import Finding, InputError
+
+MOST_PIXELS = 60_000_000
+FORMATS = ("PNG", "JPEG")
+
+
+def read_grey(path: Path, where: str = "") -> NDArray[np.float64]:
+    """Grey levels of a PNG or JPEG, (rows, columns), 0 black to 1 white, turned as the camera says.
+
+    Raises
+    ------
+    InputError : missing, no picture, another format, damaged, or larger than 60 million pixels.
+    """
+    from PIL import Image, ImageOps, UnidentifiedImageError
+
+    place = where or str(path)
+    try:
+        with Image.open(path, formats=FORMATS) as picture:
+            wide, high = picture.size
+            if wide * high > MOST_PIXELS:
+                got = f"{wide} x {high} pixels"
+                raise InputError(Finding(place, f"{path.name} is too large", got, "scale it down to some 4000 pixels"))
+            turned = ImageOps.exif_transpose(picture)
+            deep = turned.mode in ("I", "I;16", "F")
+            grey = np.asarray(turned if deep else turned.convert("L"), dtype=np.float64)
+    except FileNotFoundError:
+        raise InputError(Finding(place, f"{path} does not exist", remedy="check the path of the picture")) from None
+    except UnidentifiedImageError:
+        raise InputError(Finding(place, f"{path.name} is no PNG or JPEG picture")) from None
+    except Image.DecompressionBombError:
+        raise InputError(Finding(place, f"{path.name} is too large to be a photo")) from None
+    except (OSError, SyntaxError, ValueError, EOFError) as error:
+        raise InputError(Finding(place, f"{path.name} can't be read as a picture", str(error)[:80])) from None
+    return grey / (65_535.0 if deep else 255.0)

@@ -1,0 +1,259 @@
+"""Is a channel a measurement? Missing, held, clipped and frozen values, told from rest, plateaus and quantisation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.interpolation import own_rows
+from vdyn_cli.quantities.errors import Finding
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+LineOf = Callable[[int], int]
+
+_LEVELS = 16  # a channel of so few values is a switch or a gear, which may rest anywhere
+_SAMPLE = 20_000  # values that show how fine a channel is
+_CHUNK = 1 << 20
+_CLIPPED = 4  # equal values in a row, at least
+_FROZEN = 20
+_STUCK = 50
+_APART = 5.0  # times the longest ordinary stretch
+_MOST = 5  # stretches that are worth naming one by one
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What is doubtful about a channel, and what makes it useless."""
+
+    findings: tuple[Finding, ...] = ()
+    problems: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """Stretches of equal values: first index, length and value of each."""
+
+    start: NDArray[np.int32]
+    length: NDArray[np.int32]
+
+
+def check_channel(values: Array, unit: str, where: str, line_of: LineOf, trembles: bool = False) -> Quality:
+    """Look at one channel as the logger wrote it.
+
+    Parameters
+    ----------
+    values : (n,) in the logger's unit, NaN where it wrote nothing.
+    unit : the logger's, for messages.
+    where : file and column.
+    line_of : the file's line of a row.
+    trembles : whether it never stands at one value as long as it measures.
+
+    Notes
+    -----
+    *Stuck*: it holds a single value, and not zero: whatever moves, or trembles, does not.
+
+    *Clipped*: the largest or smallest value stands for several samples, more than once, and the signal comes and goes
+    too steeply for a natural peak. A parabola that spends L samples in its top quantum q enters it at a slope s with
+    s L / 4 <= q, so an overshoot s L / 4 of many quanta means that the top was cut off. Zero, and 100 %, are places
+    of rest, and a channel that holds other values too, as a slow or well-controlled one does, shows nothing by holding
+    these.
+
+    *Frozen*: one value, neither extreme nor zero, stands far longer than any other, since a channel that rests at times
+    has rests of every length; and the signal flickers before and after, or jumps at the end.
+
+    *Held*: it changes every k-th row only, by more than its resolution, as a slower sensor does on a faster clock.
+
+    *Interpolated*: it bends at every k-th row only: see ``own_rows``.
+    """
+    missing = np.isnan(values)
+    rows: Rows | None = None
+    findings: list[Finding] = []
+    if missing.any():
+        rows = np.flatnonzero(~missing)
+        found, useless = _missing(missing, rows, where, line_of)
+        if useless:
+            return Quality(problems=(found,))
+        findings.append(found)
+        values = values[rows]
+
+    def line(index: int) -> int:
+        return line_of(int(index if rows is None else rows[index]))
+
+    if values.size >= _STUCK and values[0] != 0.0 and trembles and np.all(values == values[0]):
+        what = "holds one value all through: it did not measure"
+        remedy = "take the channel out, or repair it and repeat the test"
+        return Quality(
+            (*findings, Finding(where, what, f"{values[0]:g} {unit}".strip(), remedy, fault=True, doubt=True))
+        )
+    sample = values[:: -(-values.size // _SAMPLE)]
+    if np.unique(sample).size <= _LEVELS:
+        return Quality(tuple(findings))
+    runs = _equal_runs(values)
+    held = _held(values, runs, where)
+    findings += held[1] or _interpolated(values, where)
+    for extreme, word in ((float(values.max()), "largest"), (float(values.min()), "smallest")):
+        findings += _clipped(values, runs, extreme, word, unit, where, line)
+    findings += _frozen(values, runs, held[0], unit, where, line)
+    return Quality(tuple(findings))
+
+
+def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, line_of: LineOf) -> tuple[Finding, bool]:
+    """The finding about missing values, and whether they make the channel useless."""
+    n = missing.size
+    if rows.size == 0:
+        return Finding(where, "is empty", remedy="map another column, or take the channel out"), True
+    steps = np.diff(rows)
+    usual = float(np.median(steps)) if steps.size else 1.0
+    near = np.abs(steps - usual) <= max(1.0, 0.25 * usual)
+    if usual >= 2.0 and steps.size >= 3 and near.mean() > 0.9:
+        what = f"is written only once in {usual:.0f} rows, {rows.size} values in {n}: a slower rate"
+        return Finding(where, what, remedy="the rows between stay empty, nothing is interpolated"), False
+    runs = _stretches(missing)
+    longest = max(runs, key=lambda r: r[1])
+    share = (n - rows.size) / n
+    what = (
+        f"has no value in {n - rows.size} of {n} rows ({share:.2g} of them), {_times(len(runs))},"
+        f" the longest in {_span(longest, line_of)}"
+    )
+    if share > 0.5:
+        return Finding(where, what, remedy="map another column, or cut the log to where the channel was recorded"), True
+    return Finding(where, what), False
+
+
+def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First index and length of each stretch of true flags."""
+    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
+    return [(int(a), int(b - a)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _equal_runs(values: Array) -> _Runs:
+    # In chunks and short integers: a noisy channel has as many stretches as samples.
+    parts = [np.zeros(1, np.int32)]
+    for first in range(1, values.size, _CHUNK):
+        last = min(first + _CHUNK, values.size)
+        parts.append((np.flatnonzero(values[first:last] != values[first - 1 : last - 1]) + first).astype(np.int32))
+    start = np.concatenate(parts)
+    return _Runs(start, np.diff(start, append=np.int32(values.size)))
+
+
+def _held(values: Array, runs: _Runs, where: str) -> tuple[int, list[Finding]]:
+    """How many rows each value is held for, 1 where it is not."""
+    usual = int(np.median(runs.length))
+    near = np.abs(runs.length - usual) <= (0 if usual < 5 else 1)
+    if usual < 2 or runs.length.size < 30 or near.mean() < 0.8:
+        return 1, []
+    # A steady slope of a coarse channel changes as regularly, but always by its resolution.
+    if np.median(np.abs(np.diff(values[runs.start]))) < 1.5 * _quantum(values):
+        return 1, []
+    what = f"changes only once in {usual} rows: a slower sensor whose value is held"
+    return usual, [Finding(where, what, remedy="map a faster channel if there is one; its delay is up to one hold")]
+
+
+def _interpolated(values: Array, where: str) -> list[Finding]:
+    own = own_rows(values)
+    if own is None:
+        return []
+    what = f"bends only once in {own[1] - own[0]} rows: a slower sensor whose values were joined by straight lines"
+    return [Finding(where, what, remedy="map it as it was measured: the rows between are no measurements")]
+
+
+def _clipped(
+    values: Array, runs: _Runs, extreme: float, word: str, unit: str, where: str, line: LineOf
+) -> list[Finding]:
+    if extreme == 0.0 or (extreme == 100.0 and unit in ("%", "percent")) or (extreme == 1.0 and unit in ("", "1")):
+        return []
+    value = values[runs.start]
+    at = np.flatnonzero((value == extreme) & (runs.length >= _CLIPPED))
+    if at.size == 0:
+        return []
+    at = at[runs.length[at] >= 3.0 * _usual_hold(values, value, runs)]
+    overshoot, quantum = _overshoot(values, extreme, runs.start[at].astype(np.intp), runs.length[at])
+    cut = at[overshoot > 5.0 * quantum]
+    # One stretch alone must be so short that what is missing is of the size of what was measured.
+    once = (overshoot > 20.0 * quantum) & (overshoot < 2.0 * (values.max() - values.min()))
+    if cut.size < 2 and not once.any():
+        return []
+    length = runs.length[cut]
+    worst = cut[np.argmax(length)]
+    others = np.delete(runs.length, worst)
+    alone = cut.size == 1 and length[0] >= _APART * max(int(others.max(initial=0)), _FROZEN)
+    why = "frozen, or clipped" if alone else "clipped"
+    what = (
+        f"stands at its {word} value, {extreme:.6g} {unit}, {_times(cut.size)}, {int(length.sum())} samples in all,"
+        f" the longest in {_span((int(runs.start[worst]), int(runs.length[worst])), line)}: {why}"
+    )
+    remedy = "the true values lie beyond: check the sensor's range, or leave those runs out"
+    return [Finding(where, what, remedy=remedy)]
+
+
+def _usual_hold(values: Array, value: Array, runs: _Runs) -> float:
+    """The length of stretch within which 95 % of the samples lie that are neither extreme nor zero."""
+    inner = runs.length[(value != 0.0) & (value != values.max()) & (value != values.min())]
+    count = np.bincount(inner) * np.arange(inner.max(initial=0) + 1)
+    return float(np.searchsorted(np.cumsum(count), 0.95 * count.sum()))
+
+
+def _overshoot(
+    values: Array, extreme: float, start: NDArray[np.intp], length: NDArray[np.int32]
+) -> tuple[Array, float]:
+    """How far a peak of each stretch's length and flank would have risen above it, and the channel's resolution."""
+    stop = start + length
+    quantum = _quantum(values)
+    before, after = np.minimum(start, 5), np.minimum(values.size - stop, 5)
+    inside = (before > 0) & (after > 0)
+    rise = np.abs(extreme - values[start - before]) - quantum
+    fall = np.abs(extreme - values[np.minimum(stop + after, values.size) - 1]) - quantum
+    flank = np.minimum(rise / np.maximum(before, 1), fall / np.maximum(after, 1))
+    return np.where(inside, flank * length / 4.0, 0.0), quantum
+
+
+def _quantum(values: Array) -> float:
+    """The smallest step between neighbours, which is the resolution of a quantised channel."""
+    steps = np.abs(np.diff(values[:_SAMPLE]))
+    steps = steps[steps > 1e-12 * np.abs(values[:_SAMPLE]).max()]
+    return float(steps.min()) if steps.size else 0.0
+
+
+def _frozen(values: Array, runs: _Runs, held: int, unit: str, where: str, line: LineOf) -> list[Finding]:
+    lengths = np.sort(runs.length)
+    # Rests come in every length; a fault stands alone, far above the longest of the ordinary stretches.
+    above = np.flatnonzero((lengths[1:] >= _APART * lengths[:-1]) & (lengths[1:] >= _FROZEN * held)) + 1
+    if above.size == 0 or above[-1] < 100 or lengths[above[-1] :].sum() > 0.3 * values.size:
+        return []
+    value = values[runs.start]
+    long = np.flatnonzero(runs.length >= lengths[above[-1]])
+    found: list[Finding] = []
+    for i in long:
+        span = (int(runs.start[i]), int(runs.length[i]))
+        rest = value[i] in (0.0, values.max(), values.min()) or np.count_nonzero(value[long] == value[i]) > 1
+        if rest or len(found) == _MOST or not _broken_off(values, *span):
+            continue
+        what = f"holds {value[i]:.6g} {unit} for {span[1]} samples in {_span(span, line)} as nowhere else: frozen"
+        remedy = "the sensor or its signal stood still: leave that part out"
+        found.append(Finding(where, what, remedy=remedy, fault=True, doubt=True))
+    return found
+
+
+def _broken_off(values: Array, start: int, length: int) -> bool:
+    """Whether a signal flickers around a stretch, or jumps at its end, rather than coming to rest in it."""
+    before, after = np.diff(values[max(start - 50, 0) : start + 1]), np.diff(values[start + length - 1 :][:51])
+    jump = np.abs(after[0]) if after.size else 0.0
+    steps = np.concatenate([before, after])
+    steps = steps[steps != 0.0]
+    bends = np.concatenate([np.diff(before), np.diff(after[1:])])
+    # Noise bends to and fro, three times in four; a smooth signal keeps bending one way.
+    flickers = bends.size > 20 and float(np.mean(bends[1:] * bends[:-1] < 0.0)) > 0.5
+    return flickers or bool(jump > 3.0 * np.quantile(np.abs(steps), 0.9, method="higher") > 0.0)
+
+
+def _times(n: int) -> str:
+    return "once" if n == 1 else f"{n} times"
+
+
+def _span(run: tuple[int, int], line: LineOf) -> str:
+    first, last = line(run[0]), line(run[0] + run[1] - 1)
+    return f"line {first}" if first == last else f"lines {first} to {last}"

@@ -1,0 +1,126 @@
+"""Redundant channels held against each other: a wrong unit or scale shows where two of them measure the same motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+NOTICED, REFUSED = 0.03, 0.25  # relative difference of two scales
+LONG = 20.0  # m, distance below which position says nothing
+STRETCH = 1.0  # s over which accelerations are compared
+AXLES = (("wheel_speed_fl", "wheel_speed_fr"), ("wheel_speed_rl", "wheel_speed_rr"))
+SIDES = (*AXLES, ("shaft_torque_left", "shaft_torque_right"))
+TURNING = 5.0  # rad/s, above which wheel speeds are compared
+FEWEST = 100  # samples
+UNEQUAL = 0.01  # of one wheel's speed that another of the axle may differ by throughout: tires are not that unlike
+BEND, BENT = 0.2, 0.05  # a tight bend parts them by so much, for so much of the time
+LIVELY = 0.8  # m/s^2, standard deviation of the acceleration above which its scale can be checked: slopes are less
+
+
+def with_cross_checks(log: Log) -> Log:
+    """The log with a finding for every pair of channels that contradict each other.
+
+    Position moves by the integral of speed; speed changes by the integral of acceleration (that an accelerometer also
+    feels slopes hardly matters where the car is driven and braked hard).
+
+    Raises
+    ------
+    InputError : the scales differ by more than a quarter: one channel's unit is wrong.
+    """
+    findings = []
+    for first, second, ratio in _ratios(log):
+        off = abs(ratio - 1.0)
+        if off <= NOTICED:
+            continue
+        what = f"{first} and {second} contradict each other: by {second} it would be {ratio:.3g} times as large"
+        turned = f"add 'sign: -1' to the channel {first}"
+        finding = Finding(
+            log.name, what, "", turned if ratio < 0 else "check units and scale of both channels", doubt=True
+        )
+        if off > REFUSED:
+            raise InputError(finding, *(f for f in log.findings if f.fault))
+        findings.append(finding)
+    findings += [f for left, right in AXLES if left in log and right in log for f in _apart(log, left, right)]
+    findings += [f for left, right in SIDES if left in log and right in log for f in _dead(log, left, right)]
+    return replace(log, findings=(*log.findings, *findings)) if findings else log
+
+
+def _dead(log: Log, left: str, right: str) -> list[Finding]:
+    """A side that reads nothing all through, while the other does."""
+    still = [n for n in (left, right) if not np.any(np.nan_to_num(log[n]))]
+    if len(still) != 1:
+        return []
+    what = f"{still[0]} reads 0 all through, and {right if still[0] == left else left} does not: it did not measure"
+    remedy = "take the channel out, or repair it and repeat the test"
+    return [Finding(log.name, what, "", remedy, fault=True, doubt=True)]
+
+
+def _apart(log: Log, left: str, right: str) -> list[Finding]:
+    """The wheels of an axle turn alike, but for bends."""
+    a, b = log[left], log[right]
+    moving = np.isfinite(a) & np.isfinite(b) & (np.maximum(np.abs(a), np.abs(b)) > TURNING)
+    if np.count_nonzero(moving) < FEWEST:
+        return []
+    a, b = np.abs(a[moving]), np.abs(b[moving])
+    differ = np.abs(a - b) > BEND * np.maximum(a, b)
+    ratio = float(np.median(a[~differ] / b[~differ])) if np.any(~differ) else float(np.median(a) / np.median(b))
+    if differ.mean() > BENT:
+        first, share = log.time[moving][np.argmax(differ)], differ.mean()
+        what = f"{left} and {right} differ by more than {BEND:.0%} for {share:.0%} of the time, from {first:.1f} s on"
+    elif abs(ratio - 1.0) > UNEQUAL:
+        what = f"{left} reads {ratio:.3f} times what {right} reads, all through"
+    else:
+        return []
+    remedy = "check scale and sensor of both, or leave the one that is wrong unmapped"
+    return [Finding(log.name, what, remedy=remedy, fault=True, doubt=True)]
+
+
+def _ratios(log: Log) -> list[tuple[str, str, float]]:
+    """(channel, the one it is held against, size by the second over size by the first)."""
+    name = "speed" if "speed" in log else "vehicle_speed"
+    if name not in log:
+        return []
+    speed = log[name]
+    found = []
+    if "position" in log and (ratio := _distance_ratio(log.time, speed, log["position"])) is not None:
+        found.append((name, "position", ratio))
+    if "acceleration" in log and (ratio := _change_ratio(log.time, speed, log["acceleration"])) is not None:
+        found.append(("acceleration", name, ratio))
+    return found
+
+
+def _integral(time: Array, values: Array) -> Array:
+    steps = np.diff(time) * (values[1:] + values[:-1]) / 2
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
+    good = np.isfinite(speed) & np.isfinite(position)
+    if np.count_nonzero(good) < 10:
+        return None
+    distance = float(np.ptp(_integral(time[good], np.abs(speed[good]))))
+    coarse = np.linspace(0, good.sum() - 1, min(51, good.sum())).astype(int)
+    moved = float(np.sum(np.abs(np.diff(position[good][coarse]))))
+    return moved / distance if distance > LONG else None
+
+
+def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:
+    """Size of the change of speed over that of the integral of acceleration, over stretches of a second; its sign."""
+    good = np.isfinite(speed) & np.isfinite(acceleration)
+    if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < LIVELY:
+        return None
+    time, speed, change = time[good], speed[good], _integral(time[good], acceleration[good])
+    ends = np.searchsorted(time, np.arange(time[0], time[-1], STRETCH))
+    by_speed, by_force = np.diff(speed[ends]), np.diff(change[ends])
+    by_speed, by_force = by_speed - by_speed.mean(), by_force - by_force.mean()
+    alike = float(by_force @ by_speed)
+    if abs(alike) < 0.9 * np.sqrt((by_force @ by_force) * (by_speed @ by_speed)):
+        return None
+    return float(np.copysign(np.sqrt((by_speed @ by_speed) / (by_force @ by_force)), alike))

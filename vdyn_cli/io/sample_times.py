@@ -1,0 +1,123 @@
+"""Is a log's clock one? Rows that do not rise, gaps, jitter, a wrong unit: found, never mended in silence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.errors import Finding
+
+Array = NDArray[np.float64]
+Kept = NDArray[np.bool_]
+LineOf = Callable[[int], int]
+
+_MOST_DROPPED = 0.2  # of the rows; a clock that is wrong more often than this is no clock
+_ENOUGH = 200_000  # steps that give the usual step and its scatter well
+
+
+@dataclass(frozen=True)
+class Rising:
+    """Which rows rise (None: all), what that means, and what may not be passed over."""
+
+    kept: Kept | None
+    findings: tuple[Finding, ...] = ()
+    problems: tuple[Finding, ...] = ()
+
+
+def check_rising(time: Array, mode: Literal["strict", "drop"], where: str, line_of: LineOf) -> Rising:
+    """Find rows whose time does not rise above all rows before.
+
+    Parameters
+    ----------
+    time : (n,) s.
+    mode : ``strict`` makes such rows a problem, ``drop`` leaves them out and says so.
+    where : the file and its column.
+    line_of : the file's line of a row.
+    """
+    missing = np.isnan(time)
+    if not missing.any() and (time[1:] > time[:-1]).all():
+        return Rising(None)
+    filled = np.where(missing, -np.inf, time)
+    high = np.maximum.accumulate(filled)
+    kept = ~missing
+    kept[1:] &= filled[1:] > high[:-1]
+    dropped = np.flatnonzero(~kept)
+    what = _description(time, high, dropped, line_of)
+    share = dropped.size / time.size
+    if mode == "drop" and share <= _MOST_DROPPED:
+        left = f"{what}; {_count(dropped.size, 'row')} left out"
+        return Rising(kept, findings=(Finding(where, left),))
+    if mode == "drop":
+        remedy = f"more than {_MOST_DROPPED:.0%} of the rows would be left out: export the log again, or split it"
+    elif share > _MOST_DROPPED and not (time[1:] < time[:-1]).any():
+        remedy = "the clock is written too coarsely: export it with more digits"
+    else:
+        remedy = "export the log again, or write 'reading: {clock: drop}' to leave these rows out"
+    return Rising(kept, problems=(Finding(where, what, remedy=remedy),))
+
+
+def _description(time: Array, high: Array, dropped: NDArray[np.int64], line_of: LineOf) -> str:
+    """What is wrong with the rows that do not rise, and where."""
+    before = high[np.maximum(dropped - 1, 0)]
+    kinds = (
+        ("is not written", np.isnan(time[dropped])),
+        ("repeats", time[dropped] == before),
+        ("steps back", time[dropped] < before),
+    )
+    parts = []
+    for words, which in kinds:
+        rows = dropped[which]
+        if rows.size:
+            parts.append(f"{words} in {_count(rows.size, 'row')} (line {lines_of(rows, line_of)})")
+    back = np.flatnonzero(np.diff(time) < 0.0)
+    text = "time " + ", ".join(parts)
+    if back.size:
+        row = int(back[np.argmin(np.diff(time)[back])])
+        step = f"from {time[row]:.10g} s to {time[row + 1]:.10g} s"
+        text += f"; the largest step back is {step} at line {line_of(row + 1)}"
+    return text
+
+
+def check_steps(time: Array, where: str, line_of: LineOf) -> tuple[Finding, ...]:
+    """Gaps, uneven steps, and steps so large or small that the unit is doubtful, of a rising clock."""
+    steps = np.diff(time)
+    if steps.size < 3:
+        return ()
+    some = steps[:: -(-steps.size // _ENOUGH)]
+    low, usual, high = (float(x) for x in np.quantile(some, (0.05, 0.5, 0.95)))
+    findings = []
+    uneven = high - low
+    limit = max(1.6 * usual, usual + 4.0 * uneven)
+    gaps = np.flatnonzero(steps > limit)
+    if gaps.size:
+        worst = int(gaps[np.argmax(steps[gaps])])
+        lost = float(np.sum(steps[gaps]) - usual * gaps.size)
+        what = (
+            f"{_count(gaps.size, 'gap')} in the clock, {lost:.3g} s in all"
+            f" (usual step {usual:.4g} s): after line {lines_of(gaps, line_of)}"
+        )
+        if gaps.size > 1:
+            what += f"; the longest is {steps[worst]:.4g} s after line {line_of(worst)}"
+        findings.append(Finding(where, what))
+    if uneven > 0.1 * usual:
+        what = f"uneven clock: 90 % of the steps lie between {low:.4g} s and {high:.4g} s"
+        remedy = "the times are used as written, nothing is resampled"
+        findings.append(Finding(where, what, remedy=remedy, minor=True))
+    if usual > 10.0 or usual < 1e-5:
+        what = f"the usual step is {usual:.3g} s and the log lasts {time[-1] - time[0]:.4g} s"
+        findings.append(Finding(where, what, remedy="is the unit of time right?"))
+    return tuple(findings)
+
+
+def lines_of(rows: Sequence[int] | NDArray[np.int64], line_of: LineOf, most: int = 4) -> str:
+    """The first few line numbers of some rows."""
+    shown = ", ".join(str(line_of(int(row))) for row in rows[:most])
+    return shown + (", ..." if len(rows) > most else "")
+
+
+def _count(n: int, noun: str) -> str:
+    return f"{n} {noun}" + ("s" if n != 1 else "")

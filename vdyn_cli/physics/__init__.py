@@ -1,0 +1,1 @@
+"""Laws of single elements (laws/) and the models assembled from them (models/)."""

@@ -1,0 +1,19 @@
+"""Lift of the body in the air."""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.maths import fabs
+from vdyn_cli.engine.model_builder import Number, Signals
+
+
+def lift(s: Signals) -> Number:
+    """Aerodynamic lift, N, upward: what the axles carry less at speed.
+
+    Fl = 1/2 rho Cl A (V + w) |V + w|
+
+    Parameters
+    ----------
+    s : air_density kg/m^3, lift_area m^2 (Cl A), speed m/s, wind m/s (against the vehicle).
+    """
+    flow = s.speed + s.wind
+    return 0.5 * s.air_density * s.lift_area * flow * fabs(flow)

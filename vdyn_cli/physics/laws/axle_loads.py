@@ -1,0 +1,43 @@
+"""The moments about the rear axle's contact: what the loads do, and what the motion takes."""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.model_builder import Number, Signals
+
+
+def load_moment(s: Signals) -> Number:
+    """Moment of the axle loads and the weight about the rear contact, N m, nose-up.
+
+    L Ff - lr (Ff + Fr)
+
+    With both axles' loads measured the body's heave drops out.
+
+    Signals: ``front_load``, ``rear_load`` N, what each axle is pushed up with; ``front_axle_acceleration``,
+    ``rear_axle_acceleration`` m/s^2, upward, of what rides on the tires; ``mass``, ``wheelbase``, ``cg_to_rear``.
+    """
+    return s.wheelbase * s.front_load - s.cg_to_rear * (s.front_load + s.rear_load)
+
+
+def motion_moment(s: Signals) -> Number:
+    """Moment of drive, brakes, slope and drag less what the motion takes, about the rear contact, N m, nose-up.
+
+    (M h + J) a + h W + Fd hd - I th'',   a = a_antenna + (H - h) th'' + d th'^2
+
+    J = sum of the wheels' inertia over their radius: wheels that spin up take load off the front axle as if the centre
+    of gravity were higher by J/M (some 10 mm for a car).
+
+    Signals: ``acceleration`` m/s^2 of the antenna, free of gravity; ``pitch`` rad, ``pitch_rate``,
+    ``pitch_acceleration`` nose-up, rad/s, rad/s^2; ``climb`` N, the weight along the road (W), positive uphill;
+    ``drag`` N at ``drag_height`` m; ``mass``, ``cg_height``, ``pitch_inertia``, ``antenna_height``,
+    ``antenna_offset`` (ahead of the centre of gravity), ``spin`` kg m (J).
+
+    Assumes a body that pitches as one; source: SAE 2017-01-1574, equations (5) to (7), with the wheels' spin added.
+    """
+    lever = s.antenna_height - s.cg_height
+    acceleration = s.acceleration + lever * s.pitch_acceleration + s.antenna_offset * s.pitch_rate**2
+    return (
+        (s.mass * s.cg_height + s.spin) * acceleration
+        + s.cg_height * s.climb
+        + s.drag * s.drag_height
+        - s.pitch_inertia * s.pitch_acceleration
+    )

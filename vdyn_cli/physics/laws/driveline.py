@@ -1,0 +1,36 @@
+"""Between the torque sensor and the driven wheels."""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.model_builder import Number, Signals
+
+
+def drive(s: Signals) -> Number:
+    """Drive force at the tire contacts, N.
+
+    F = eta T i / r
+
+    Parameters
+    ----------
+    s : drive_torque T in N m at the driveline's input, gear_ratio i (turns of the sensor's shaft per turn of the
+        wheel), wheel_radius r in m, driveline_efficiency eta.
+
+    Notes
+    -----
+    eta takes the share of power that teeth and bearings turn into heat under load. It holds for driving; a driveline
+    that is driven by the wheels loses on the other side.
+    """
+    return s.driveline_efficiency * s.drive_torque * s.gear_ratio / s.wheel_radius
+
+
+def driveline(s: Signals) -> Number:
+    """Spin loss of the driveline, N at the tire contacts, against the motion; there without any torque.
+
+    F = (F0 + c V) s
+
+    Parameters
+    ----------
+    s : driveline_drag F0 in N, driveline_viscous c in N s/m, speed m/s, sense s (-1 to 1, see ``standstill``), share
+        (of the driven wheels that this call stands for).
+    """
+    return (s.driveline_drag + s.driveline_viscous * s.speed) * s.sense

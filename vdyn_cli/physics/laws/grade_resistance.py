@@ -1,0 +1,30 @@
+"""What a slope is, and what it takes."""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.maths import GRAVITY, sqrt
+from vdyn_cli.engine.model_builder import Number, Signals
+
+
+def climb(s: Signals) -> Number:
+    """Weight along the road, N, positive uphill.
+
+    M g sin(atan(i)) = M g i / sqrt(1 + i^2)
+
+    Parameters
+    ----------
+    s : mass kg, grade i (rise over run).
+    """
+    return s.mass * GRAVITY * s.grade / sqrt(1.0 + s.grade**2)
+
+
+def slope(s: Signals) -> Number:
+    """Grade in the direction of driving, of a road that leads up on the way out.
+
+    i = i_known + h i_road
+
+    Parameters
+    ----------
+    s : grade (known, in the direction of driving), road_slope (uphill on the way out), heading h (+1 out, -1 back).
+    """
+    return s.grade + s.heading * s.road_slope

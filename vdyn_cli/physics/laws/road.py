@@ -1,0 +1,62 @@
+"""Height of the road where a tire touches it, and the shapes that a bump can have."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+from vdyn_cli.engine.maths import fmax, fmin, sin
+from vdyn_cli.engine.model_builder import Number, Signals
+
+Shape = Callable[[Number], Number]
+
+
+def road(s: Signals) -> Number:
+    """Height of the road under a contact point, m, beyond that before the bump.
+
+    u = A shape(x / lambda)
+
+    Parameters
+    ----------
+    s : position m (x, past the bump's near edge), height m (A), width m (lambda), shape (a function of x / lambda).
+
+    Notes
+    -----
+    Assumes a road that is flat but for the bump, and a tire that touches it in one point.
+    Source: doi:10.4271/2017-01-1574, equations (12) and (13).
+    """
+    return s.height * s.shape(s.position / s.width)
+
+
+def haversine(share: Number) -> Number:
+    """A whole period of a cosine, 1/2 (1 - cos(2 pi x / lambda)) = sin^2(pi x / lambda): no corner at its edges."""
+    return sin(math.pi * fmin(fmax(share, 0.0), 1.0)) ** 2
+
+
+def half_sine(share: Number) -> Number:
+    """Half a sine, sin(pi x / lambda): a corner at either edge."""
+    return sin(math.pi * fmin(fmax(share, 0.0), 1.0))
+
+
+def straight_lines(points: Sequence[tuple[float, float]]) -> Shape:
+    """A measured profile: straight lines between its points, level before and after.
+
+    u(x) = sum_i c_i max(0, x - x_i), c_i the change of slope at point i
+
+    Parameters
+    ----------
+    points : (position, height) in m, positions rising. The road before lies at the first height, that after at the
+        last: a kerb is a profile that ends higher.
+    """
+    slopes = [(h2 - h1) / (x2 - x1) for (x1, h1), (x2, h2) in pairwise(points)]
+    bends = [after - before for before, after in zip([0.0, *slopes], [*slopes, 0.0], strict=True)]
+    corners = [(x, bend) for (x, _), bend in zip(points, bends, strict=True) if bend != 0.0]
+
+    def profile(position: Number) -> Number:
+        height: Number = 0.0
+        for corner, bend in corners:
+            height = height + bend * fmax(position - corner, 0.0)
+        return height
+
+    return profile

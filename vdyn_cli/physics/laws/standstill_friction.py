@@ -1,0 +1,59 @@
+"""Dry contacts that turn with the motion and hold at rest: rolling tires, brakes, teeth.
+
+Their laws take a ``sense`` s in [-1, 1]: the share of the full friction that acts, and against which direction. Small
+models turn it with the speed alone (``turned``); at rest they yield like treacle. The vehicle model carries for each
+contact a bristle that bends until it slips, and so rests without creep: ``bristle_rate`` and ``bristle_sense``.
+"""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.maths import soft_abs, tanh
+from vdyn_cli.engine.model_builder import Number, Signals
+
+STANDSTILL = 0.05  # m/s, over which friction turns with the direction of motion; exactly 1 above 1 m/s
+BEND = 2e-3  # m, over which a bristle bends before it slips
+QUICKEST = 5e-3  # s, no bristle turns faster, so that a fixed step can follow it
+STILL = 1e-4  # m/s, below which a bristle does not creep
+SLIDING = 0.1  # m/s, beyond which a bristle's own damping is gone
+
+
+def turned(speed: Number) -> Number:
+    """Sense of friction from the speed alone, tanh(V / 0.05 m/s)."""
+    return tanh(speed / STANDSTILL)
+
+
+def bristle_rate(s: Signals) -> Number:
+    """Rate, 1/s, of the bend of a bristle between two dry surfaces: a spring that slips.
+
+    z' = (v - |v| z) / (l + t0 |v|)
+
+    At small bends z' = v/l: a spring. At z = 1 it slips: z' = 0. No rate is beyond 1/t0.
+
+    Parameters
+    ----------
+    s : speed v m/s (of one surface over the other), bend z (-1 to 1).
+
+    Notes
+    -----
+    l = 2 mm, t0 = 5 ms; |v| is soft within 0.1 mm/s, so that what holds does not creep.
+    Source: after P. R. Dahl, A Solid Friction Model, 1968, with a cap on the rate.
+    """
+    size = soft_abs(s.speed, STILL)
+    return (s.speed - size * s.bend) / (BEND + QUICKEST * size)
+
+
+def bristle_sense(s: Signals) -> Number:
+    """Sense of friction from a bristle, with a damping of its own while it does not slide.
+
+    s = z + t1 z' / (1 + (v / 0.1)^2)
+
+    Parameters
+    ----------
+    s : bend z, bend_rate z' 1/s, speed v m/s, damping_time t1 s.
+
+    Notes
+    -----
+    Without the damping a car that has stopped rocks on its bristles for a minute.
+    Source: after Canudas de Wit et al., IEEE Trans. Autom. Control 40(3), 1995, doi:10.1109/9.376053.
+    """
+    return s.bend + s.damping_time * s.bend_rate / (1.0 + (s.speed * (1.0 / SLIDING)) ** 2)

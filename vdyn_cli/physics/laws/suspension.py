@@ -1,0 +1,40 @@
+"""Springs and dampers between the body and an axle, as felt at the wheels."""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.model_builder import Number, Signals
+
+
+def spring(s: Signals) -> Number:
+    """Force of an axle's springs, N, beyond that at rest; positive in extension: it pulls the body down.
+
+    F = K x
+
+    Parameters
+    ----------
+    s : stiffness N/m (both wheels of the axle), stroke m (extension from rest, compression negative),
+        share (of the axle that this call stands for: 1, or 1/2 for one wheel with half the axle's stiffness).
+
+    Notes
+    -----
+    Assumes a constant rate: no bump stop, no progression. Source: doi:10.4271/2017-01-1574, equations (8)-(11).
+    """
+    return s.stiffness * s.stroke
+
+
+def damper(s: Signals) -> Number:
+    """Force of an axle's dampers, N; positive in rebound: it pulls the body down.
+
+    F = C x'
+
+    Parameters
+    ----------
+    s : damping N s/m (both wheels of the axle), stroke_rate m/s (positive in rebound),
+        share (of the axle, as for ``spring``).
+
+    Notes
+    -----
+    Assumes the same rate in rebound and compression, and no dry friction.
+    Source: doi:10.4271/2017-01-1574, equations (8)-(11).
+    """
+    return s.damping * s.stroke_rate

@@ -1,0 +1,26 @@
+"""A wheel about its axle: what turns it, what holds it back."""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.engine.model_builder import Number, Signals
+
+
+def bearing(s: Signals) -> Number:
+    """Friction torque inside the wheel force sensor's reach, N m: T = T_b, none in the baseline."""
+    return s.bearing_torque
+
+
+def wheel_spin(s: Signals) -> Number:
+    """Angular acceleration of a wheel between its hub and the road, rad/s^2.
+
+    Jw om' = T - Tb - (Fx + mw a) r - frr (Fz + mw g) r
+
+    with T the hub torque and Fx, Fz the hub forces (N m, N), a the specific force along the road (so that slope needs
+    no term of its own), mw the mass and r (m) the radius between hub and road. Assumes one radius for both levers and
+    a rolling wheel. Source: the wheel's moment balance, equations (19)-(22) of doi:10.4271/2017-01-1574.
+    """
+    ground = s.hub_force_x + s.wheel_mass * s.acceleration
+    load = s.hub_force_z + s.wheel_mass * GRAVITY
+    torque = s.hub_torque - s.bearing_torque - (ground + s.rolling_resistance * load) * s.wheel_radius
+    return torque / s.wheel_inertia

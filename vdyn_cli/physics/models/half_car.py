@@ -1,0 +1,133 @@
+"""The half car: a body on two axles that roll over a bump, one a wheelbase after the other."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Literal
+
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.physics.laws.road import Shape, half_sine, haversine, road, straight_lines
+from vdyn_cli.physics.laws.suspension import damper, spring
+from vdyn_cli.physics.laws.tire_vertical import tire_vertical
+
+SOUGHT = (
+    "suspension_stiffness_front",
+    "suspension_stiffness_rear",
+    "suspension_damping_front",
+    "suspension_damping_rear",
+    "tire_vertical_stiffness",
+)
+GIVEN = (
+    *("mass", "sprung_pitch_inertia", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_mass_rear"),
+    *("bump_height", "bump_width", "antenna_offset", "outboard_mass"),
+)
+CROSSING = ("distance_front", "speed_scale", "speed_ramp")
+BODY = ("heave", "heave_rate", "pitch", "pitch_rate")
+SLOPE_STEP = 5e-4  # m, for the rate at which the road rises
+
+Points = tuple[tuple[float, float], ...]
+
+
+def sprung_body(
+    mass: Number, cg_to_front: Number, wheelbase: Number, unsprung_mass_front: Number, unsprung_mass_rear: Number
+) -> tuple[Number, Number]:
+    """Mass of the sprung body, kg, and how far its centre lies behind the front axle, m.
+
+    Ms = M - mf - mr,   Ms lf = M cg_to_front - mr L   (moments about the front axle)
+    """
+    sprung = mass - unsprung_mass_front - unsprung_mass_rear
+    return sprung, (mass * cg_to_front - unsprung_mass_rear * wheelbase) / sprung
+
+
+BODY_OF = ("mass", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_mass_rear")
+
+
+@cache
+def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
+    """Heave and pitch of the body, two axles, tires that lift off; everything beyond its rest.
+
+    Ms z'' = -Sf - Sr,   Is th'' = -lf Sf + lr Sr,   mf zf'' = Sf + Fzf - F0f,   mr zr'' = Sr + Fzr - F0r
+
+    with th nose-up; Sf = spring + damper over the stroke z + lf th - zf, Sr over z - lr th - zr; Fz the load between
+    tires and road, F0 that at rest.
+
+    Returns
+    -------
+    Model with outputs front_load, rear_load (N), vertical_acceleration (m/s^2, of the body ``antenna_offset`` m ahead
+    of its centre, zero at rest) and pitch_rate (rad/s); states of the body and the axles, and ``position`` m along the
+    road, where the bump begins at ``distance_front``; the rear axle meets it a ``wheelbase`` later.
+
+    Notes
+    -----
+    Inputs: speed m/s and elapsed s, from which speed_scale (relative) and speed_ramp (m/s^2) correct the speed.
+    ``mass`` and ``cg_to_front`` are the whole car's, ``sprung_pitch_inertia`` that of the body about its own centre,
+    which lies lf behind the front axle (``sprung_body``). ``outboard_mass`` is the mass of an axle's wheels
+    outside the load sensors: 0 where the loads are those on the road, else a sensor reads Fz - m (g + z'').
+    Assumes small angles, vertical motion independent of the longitudinal one, both wheels of an axle alike.
+    Source: doi:10.4271/2017-01-1574, equations (8) to (15).
+    """
+    return _model({"haversine": haversine, "half_sine": half_sine}[shape])
+
+
+@cache
+def half_car_on_profile(points: Points) -> Model:
+    """The half car on a measured profile, (position, height) in m; ``bump_height`` and ``bump_width`` scale it."""
+    return _model(straight_lines(points))
+
+
+def _model(shape: Shape) -> Model:
+    def assemble(e: Bench, u: Signals) -> None:
+        p = e.p
+        z, w, pitch, turn = (e.state(name) for name in BODY)
+        x = e.state("position")
+        speed = e("speed", value=u.speed) * (1.0 + p.speed_scale) + p.speed_ramp * u.elapsed
+        sprung, to_front = sprung_body(*(getattr(p, name) for name in BODY_OF))
+        share = p.cg_to_front / p.wheelbase
+        past = x - p.distance_front
+        front = _axle(e, "front", (z + to_front * pitch, w + to_front * turn), past, speed, shape, 1.0 - share)
+        arm = to_front - p.wheelbase
+        rear = _axle(e, "rear", (z + arm * pitch, w + arm * turn), past - p.wheelbase, speed, shape, share)
+        heave_acceleration = -(front + rear) / sprung
+        pitch_acceleration = -(to_front * front + arm * rear) / p.sprung_pitch_inertia
+        e.integrate(heave=w, heave_rate=heave_acceleration, pitch=turn, pitch_rate=pitch_acceleration, position=speed)
+        e.sensor("vertical_acceleration", heave_acceleration + p.antenna_offset * pitch_acceleration)
+        e.sensor("pitch_rate", turn, pitch_acceleration)
+
+    return Model("half_car", assemble, (*SOUGHT, *GIVEN, *CROSSING), ("speed", "elapsed"))
+
+
+def _axle(
+    e: Bench, end: str, body: tuple[Number, Number], past: Number, speed: Number, shape: Shape, share: Number
+) -> Number:
+    """One axle's motion and load; returns what its springs and dampers pull the body down by, N."""
+    p, at = e.p, f"_{end}"
+    stiffness, damping = getattr(p, f"suspension_stiffness{at}"), getattr(p, f"suspension_damping{at}")
+    mass, rigid = getattr(p, f"unsprung_mass{at}"), p.tire_vertical_stiffness
+    # A body that is not at rest at first carries its wheels along as far as the tires let it.
+    follow = stiffness / (stiffness + rigid)
+    y = e.state(f"wheel{at}", follow * body[0])
+    v = e.state(f"wheel_rate{at}", follow * body[1])
+
+    def level(position: Number) -> Number:
+        return e(road, at, position=position, height=p.bump_height, width=p.bump_width, shape=shape)
+
+    rise = (level(past + SLOPE_STEP) - level(past - SLOPE_STEP)) / (2 * SLOPE_STEP) * speed
+    static = p.mass * GRAVITY * share
+    load = e(
+        tire_vertical,
+        at,
+        static_load=static,
+        stiffness=rigid,
+        damping=0.0,
+        compression=level(past) - y,
+        compression_rate=rise - v,
+        share=1.0,
+    )
+    strut = e(spring, at, stiffness=stiffness, stroke=body[0] - y, share=1.0)
+    strut = strut + e(damper, at, damping=damping, stroke_rate=body[1] - v, share=1.0)
+    acceleration = (strut + load - static) / mass
+    e.integrate(**{f"wheel{at}": v, f"wheel_rate{at}": acceleration})
+    e.sensor(f"{end}_load", load - p.outboard_mass * (GRAVITY + acceleration))
+    return strut

@@ -1,0 +1,102 @@
+"""Load transfer as a model: loads and motion in, the moment balance out. A static map."""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.physics.laws.aerodynamic_lift import lift
+from vdyn_cli.physics.laws.air_drag import air
+from vdyn_cli.physics.laws.axle_loads import load_moment, motion_moment
+from vdyn_cli.physics.laws.grade_resistance import climb
+
+SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
+GIVEN = (
+    *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density", "spin"),
+    *("tire_vertical_stiffness", "slope_felt"),
+)
+ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
+MOMENTS = ("loads", "motion")  # their sum is zero where loads and motion agree
+UNIT = "unit"  # N, what one newton read stands for: what makes the moments comparable with the loads' noise
+MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed")
+
+
+def _lift(e: Bench, u: Signals) -> Number:
+    return e(lift, speed=u.speed, wind=0.0, lift_area=0.0, air_density=e.p.air_density)
+
+
+def _moments(e: Bench, u: Signals, front: Number, rear: Number, front_bend: Number, rear_bend: Number) -> None:
+    """Both moments as sensors, so that loads and motion may come from loggers whose clocks differ.
+
+    ``front``, ``rear`` N push the axles up, lift included; their bends, N/s^2, are second derivatives of the loads on
+    the tires, on whose springs the axles ride. ``slope_felt`` is 1 where the accelerometer feels gravity along the
+    road, 0 where it does not.
+    """
+    p = e.p
+    e.sensor(
+        MOMENTS[0],
+        e(
+            load_moment,
+            front_load=front,
+            rear_load=rear,
+            front_axle_acceleration=-front_bend / p.tire_vertical_stiffness,
+            rear_axle_acceleration=-rear_bend / p.tire_vertical_stiffness,
+            mass=p.mass,
+            wheelbase=p.wheelbase,
+            cg_to_rear=p.cg_to_rear,
+        ),
+    )
+    e.sensor(UNIT, e("wheel_force", "_unit", value=1.0))
+    weight = e(climb, mass=p.mass, grade=e("grade", value=0.0))
+    read = e("acceleration", value=u.acceleration) - p.acceleration_zero
+    e.sensor(
+        MOMENTS[1],
+        e(
+            motion_moment,
+            acceleration=read - p.slope_felt * weight / p.mass,
+            pitch=u.pitch,
+            pitch_rate=u.pitch_rate,
+            pitch_acceleration=u.pitch_acceleration,
+            climb=weight,
+            drag=e(air, speed=u.speed, wind=0.0, drag_area=p.drag_area, air_density=p.air_density),
+            drag_height=p.drag_height,
+            mass=p.mass,
+            cg_height=p.cg_height,
+            pitch_inertia=p.pitch_inertia,
+            antenna_height=p.antenna_height,
+            antenna_offset=p.antenna_offset,
+            spin=p.spin,
+        ),
+    )
+
+
+def _both(e: Bench, u: Signals) -> None:
+    up = _lift(e, u) / 2  # on each axle
+    front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero)
+    rear = e("wheel_force", "_rear", value=u.rear_load - e.p.rear_load_zero)
+    _moments(e, u, front + up, rear + up, u.front_load_bend, u.rear_load_bend)
+
+
+def _front(e: Bench, u: Signals) -> None:
+    up = _lift(e, u) / 2
+    front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero)
+    rear = e.p.mass * GRAVITY - front - 2 * up
+    _moments(e, u, front + up, rear + up, u.front_load_bend, -u.front_load_bend)
+
+
+LOAD_TRANSFER = Model(
+    "load_transfer",
+    _both,
+    (*SOUGHT, *GIVEN, *ZEROS),
+    ("front_load", "rear_load", "front_load_bend", "rear_load_bend", *MOTION),
+    ("heading",),
+)
+
+# The paper's equation (5): without the rear axle's load the body is taken not to heave.
+FRONT_LOAD_TRANSFER = Model(
+    "front_load_transfer",
+    _front,
+    (*SOUGHT, *GIVEN, "front_load_zero", "acceleration_zero"),
+    ("front_load", "front_load_bend", *MOTION),
+    ("heading",),
+)

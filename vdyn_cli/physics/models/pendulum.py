@@ -1,0 +1,88 @@
+"""A hung wheel that swings: three ways of hanging it, and the moment of inertia that each period tells."""
+
+from __future__ import annotations
+
+from math import cos, pi
+
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Law, Signals
+from vdyn_cli.physics.laws.pendulum_motion import bifilar, compound, slowing, torsional
+
+_OWN = ("period", "damping", "drag", "friction", "angle_zero", "rate_zero")
+
+
+def _swinging(law: Law, *geometry: str) -> Model:
+    """The model of one way of hanging: states angle and rate, read by a sensor each."""
+
+    def assemble(e: Bench, u: Signals) -> None:
+        p = e.p
+        angle, rate = e.state("angle"), e.state("angular_rate")
+        given = {name: getattr(p, name) for name in geometry}
+        stiffness = (2 * pi / p.period) ** 2
+        slowed = e(slowing, rate=rate, damping=p.damping, drag=p.drag, friction=p.friction)
+        turning = e(law, angle=angle, rate=rate, stiffness=stiffness, slowing=slowed, **given)
+        e.integrate(angle=rate, angular_rate=turning)
+        e.sensor("angle", angle + p.angle_zero, rate)
+        e.sensor("angular_rate", rate + p.rate_zero, turning)
+
+    return Model(f"{law.__name__} pendulum", assemble, (*_OWN, *geometry), ())
+
+
+MODELS = {
+    "compound": _swinging(compound),
+    "bifilar": _swinging(bifilar, "half_spacing", "cord_length", "gravity"),
+    "torsional": _swinging(torsional),
+}
+
+
+def compound_inertia(period: float, mass: float, pivot_distance: float, gravity: float) -> float:
+    """Moment of inertia about the centre of mass, kg m^2, of a body swinging about a pivot.
+
+    J = m g d T^2 / (4 pi^2) - m d^2, d from pivot to centre of mass, T (s) of small swings.
+    """
+    return mass * pivot_distance * (gravity * (period / (2 * pi)) ** 2 - pivot_distance)
+
+
+def bifilar_inertia(period: float, mass: float, separation: float, length: float, gravity: float) -> float:
+    """Moment of inertia about the vertical axis, kg m^2, of a body on two parallel cords.
+
+    J = m g b^2 T^2 / (4 pi^2 l), b half the separation of the cords, l their length, T (s) of small swings. Assumes
+    the axis midway between the cords.
+    """
+    return mass * gravity * (separation / 2) ** 2 / length * (period / (2 * pi)) ** 2
+
+
+def torsional_inertia(period: float, torsional_stiffness: float) -> float:
+    """Moment of inertia about the rod, kg m^2: J = kt T^2 / (4 pi^2)."""
+    return torsional_stiffness * (period / (2 * pi)) ** 2
+
+
+def bar_inertia(mass: float, length: float, diameter: float) -> float:
+    """Moment of inertia of a round bar about the middle, across its axis, kg m^2: m (L^2 / 12 + D^2 / 16)."""
+    return mass * (length**2 / 12 + diameter**2 / 16)
+
+
+def small_swing(
+    kind: str, period: float, amplitude: float, separation: float = 0.0, length: float = 1.0, gravity: float = 1.0
+) -> float:
+    """The period of small swings, s, from the period at an amplitude a (rad).
+
+    compound    T0 = T agm(1, cos(a/2)), exact; about T / (1 + a^2/16)
+    bifilar     besides, to order a^2: T0 = T agm(1, cos(a/2)) / (1 + a^2 (w^2 b^2/(4 g l) - 3 b^2/(16 l^2))), for the
+                energy of the body's rise and the cords' height that shrinks
+    torsional   T0 = T
+    """
+    if kind == "torsional":
+        return period
+    sine = period * _agm(1.0, cos(amplitude / 2))
+    if kind == "compound":
+        return sine
+    half = separation / 2
+    rise = (2 * pi / period) ** 2 * half**2 / (4 * gravity * length) - 3 * (half / length) ** 2 / 16
+    return sine / (1 + amplitude**2 * rise)
+
+
+def _agm(a: float, b: float) -> float:
+    while abs(a - b) > 1e-15 * abs(a):
+        a, b = (a + b) / 2, (a * b) ** 0.5
+    return a

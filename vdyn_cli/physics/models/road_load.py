@@ -1,0 +1,132 @@
+"""The car as a mass on a road: drive against air, tires, slope and inertia."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Literal
+
+from vdyn_cli.engine.maths import GRAVITY, sqrt
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.physics.laws.air_drag import air, gust_drag
+from vdyn_cli.physics.laws.brake import brake
+from vdyn_cli.physics.laws.driveline import drive, driveline
+from vdyn_cli.physics.laws.grade_resistance import climb, slope
+from vdyn_cli.physics.laws.rolling_resistance import rolling
+from vdyn_cli.physics.laws.standstill_friction import turned
+
+Driven = Literal["coasting", "torque", "force"]
+
+CAR = ("mass", "rotating_mass", "rolling_resistance", "rolling_speed", "drag_area", "air_density", "wind_variance")
+DRIVELINE = ("gear_ratio", "wheel_radius", "driveline_efficiency")
+ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
+
+
+@cache
+def road_load(
+    driven: Driven = "coasting", accelerometer: bool = False, located: bool = False, felt: bool = False
+) -> Model:
+    """The longitudinal model.
+
+    (M + mr) V' = F - Fd - Rr - Fb - Fs - M g sin(grade)
+
+    with drive force F, air drag Fd, rolling resistance Rr, brake force Fb, spin loss Fs, and mr = sum J/r^2 the
+    inertia of all that turns, as mass at the tire contact.
+
+    Parameters
+    ----------
+    driven : what is known of the drive: "coasting" (F = 0), "torque" (input drive_torque, N m) or "force" (input
+        drive_force, N).
+    accelerometer : the resistances then see the measured speed (input ``speed``), and a second reading is the specific
+        force f = (1 + k) (V' + g sin(grade)) + zero. Over M f + mr V' = F - Fd - Rr the slope drops out, so that
+        hills do not drive the simulated speed away from the measured one. road_slope is the road's mean slope, uphill
+        on the way out, as far as the grade does not tell it.
+    located : it is known where the car is: the input ``position`` (m) rises in the direction of driving, and heading
+        times position is the road's coordinate. What the road does is then a matter of the place. It is an input, and
+        not the speed's integral, so that a simulated speed that is off does not also meet the hills too late.
+    felt : an accelerometer told the slope beyond the known grade (input ``felt_slope``), for what asks for it. Such
+        runs are driven throughout.
+
+    Returns
+    -------
+    Model with outputs speed (m/s) and, with accelerometer, acceleration (m/s^2).
+
+    Notes
+    -----
+    Inputs: grade, wind_speed (m/s), elapsed (s since the first run began). Context of a run: heading (+1 out, -1 back,
+    0 unknown), temperature (K). wind_variance (m^2/s^2) is what gusts add to the mean drag. The state run_time (s since
+    the run's log began) starts at zero unless a drive's start says how much of the log goes before. A located car's
+    context also holds road_begin and road_end (m), between which the runs took place.
+    Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass that they leave out.
+    """
+
+    def assemble(e: Bench, u: Signals) -> None:
+        state = e.state("speed", 15.0)
+        speed = e("measured_speed", value=u.speed) if accelerometer else state
+        place = {"position": u.position} if located else {}
+        e.integrate(run_time=1.0)
+        hills = {"felt_slope": u.felt_slope} if felt else {}
+        grade = e("grade", value=u.grade, **place, **hills)
+        if accelerometer:
+            grade = e(slope, grade=grade, road_slope=e.p.road_slope)
+        rate = (
+            _drive_force(e, u, driven, felt) - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)
+        ) / (e.p.mass + e.p.rotating_mass)
+        e.integrate(speed=rate)
+        e.sensor("speed", state, rate)
+        if accelerometer:
+            force = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
+            e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * force + e.p.accelerometer_zero)
+
+    drive_input = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}[driven]
+    return Model(
+        name="road load",
+        assemble=assemble,
+        parameters=(
+            *CAR,
+            *(DRIVELINE if driven == "torque" else ()),
+            *(ACCELEROMETER if accelerometer else ()),
+        ),
+        inputs=(
+            *("grade", "wind_speed", "elapsed", *drive_input),
+            *(("speed",) if accelerometer else ()),
+            *(("position",) if located else ()),
+            *(("felt_slope",) if felt else ()),
+        ),
+        context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
+    )
+
+
+def _drive_force(e: Bench, u: Signals, driven: Driven, throughout: bool) -> Number:
+    if driven == "torque":
+        torque = e("drive_torque", value=u.drive_torque)
+        always: dict[str, Number] = {"driven": 1.0} if throughout else {}
+        radius, ratio = e.p.wheel_radius, e.p.gear_ratio
+        return e(
+            drive,
+            drive_torque=torque,
+            gear_ratio=ratio,
+            wheel_radius=radius,
+            driveline_efficiency=e.p.driveline_efficiency,
+            **always,
+        )
+    return e("drive_force", value=u.drive_force) if driven == "force" else 0.0
+
+
+def _resistance(e: Bench, u: Signals, speed: Number, grade: Number) -> Number:
+    """All that opposes the motion but the slope, N."""
+    p = e.p
+    day = {"elapsed": u.elapsed, "run_time": e.state("run_time"), "speed": speed}
+    wind = e("wind_speed", value=u.wind_speed)
+    drag = e(air, air_density=p.air_density, drag_area=p.drag_area, wind=wind, **day)
+    day |= {"sense": turned(speed), "share": 1.0}
+    drag = drag + e(gust_drag, air_density=p.air_density, drag_area=p.drag_area, wind_variance=p.wind_variance)
+    tires = e(
+        rolling,
+        rolling_resistance=p.rolling_resistance,
+        rolling_speed=p.rolling_speed,
+        load=p.mass * GRAVITY / sqrt(1.0 + grade**2),
+        **day,
+    )
+    spin = e(driveline, driveline_drag=0.0, driveline_viscous=0.0, **day)
+    return drag + tires + spin + e(brake, brake_force=0.0, **day)

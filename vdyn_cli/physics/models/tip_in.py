@@ -1,0 +1,153 @@
+"""The driveline after tip-in and back-out: how far the half-shafts and the car overshoot, and how that rings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.physics.models.vehicle import Driven, vehicle
+from vdyn_cli.physics.models.vibration_modes import cruise
+
+Array = NDArray[np.float64]
+
+STEP = 1e-3  # s
+BEFORE = 0.2  # s of cruise before the pedal moves
+SETTLED = 0.3  # s at the end of each phase that tell where it settles
+RINGING = 0.6  # s after the pedal has moved from which frequency and damping are read
+SPARSE = 5  # every so many samples are enough for that
+SLOWEST = 2.0  # Hz, below which it is the body that swings
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A decaying oscillation: Hz at which it goes to and fro, and share of critical damping."""
+
+    frequency: float
+    damping: float
+
+
+@dataclass(frozen=True)
+class Phase:
+    """What one movement of the pedal does.
+
+    Parameters
+    ----------
+    shaft_peak : N m, of each half-shaft's torque: the farthest beyond where it settles.
+    overshoot : of each half-shaft: how far the peak lies beyond that, as a share of the change.
+    jerk_peak : m/s^3, the largest, with its sign.
+    swing : of each half-shaft's torque; None where it does not swing.
+    """
+
+    shaft_peak: Mapping[str, float]
+    overshoot: Mapping[str, float]
+    jerk_peak: float
+    swing: Mapping[str, Swing | None]
+
+
+@dataclass(frozen=True, eq=False)
+class TipIn:
+    """A tip-in followed by a back-out.
+
+    Parameters
+    ----------
+    time : (n,) s, 0 where the pedal first moves.
+    traces : each (n,), SI: drive_torque and all outputs of the vehicle.
+    tip_in, back_out : the two movements.
+    """
+
+    time: Array
+    traces: Mapping[str, Array]
+    tip_in: Phase
+    back_out: Phase
+
+
+def tip_in(
+    parameters: Mapping[str, float],
+    speed: float,
+    torque_step: float,
+    driven: Driven = "front",
+    rise: float = 0.05,
+    hold: float = 2.0,
+) -> TipIn:
+    """Simulate a tip-in from a steady cruise, and the back-out after it.
+
+    Parameters
+    ----------
+    parameters : values of all parameters of ``models.vehicle``.
+    speed : m/s, of the cruise.
+    torque_step : N m at the planetary output, beyond what the cruise takes.
+    driven : the driven axle, or "both" (half-shafts are then the front axle's).
+    rise, hold : s, in which the torque moves, and for which it then stays.
+
+    Raises
+    ------
+    ResultError : the car cannot cruise at this speed, or the simulation leaves the numbers.
+
+    Notes
+    -----
+    Flat road, no wind. Frequency and damping come from the simulated torque alone (``ringing``), so that for small
+    steps they can be compared with the eigenmodes.
+    """
+    state, model = cruise(parameters, speed, driven), vehicle(driven)
+    moves = (BEFORE, BEFORE + rise + hold)
+    n = round((moves[1] + rise + hold) / STEP) + 1
+    time: Array = np.linspace(0.0, (n - 1) * STEP, n)
+    knots = [moves[0], moves[0] + rise, moves[1], moves[1] + rise]
+    torque = state.inputs["drive_torque"] + np.interp(time, knots, [0.0, torque_step, torque_step, 0.0])
+    context = {"heading": 1.0, "temperature": 293.15}
+    run = Drive(time, {**state.inputs, "drive_torque": torque}, state.states, {}, context)
+    outputs = Simulator(model, {name: parameters[name] for name in model.parameters})(run).outputs
+    phases = [_phase(time, outputs, begin, begin + rise, begin + rise + hold) for begin in moves]
+    return TipIn(time - BEFORE, {"drive_torque": torque, **outputs}, *phases)
+
+
+def _phase(time: Array, outputs: Mapping[str, Array], begin: float, moved: float, end: float) -> Phase:
+    """From where the pedal begins to move to where the torque has long been steady, s."""
+    there = (time > begin - STEP / 2) & (time < end + STEP / 2)
+    rung = (time > moved + STEP / 2) & (time < moved + RINGING)
+    last = time > end - SETTLED
+    peak, overshoot, swing = {}, {}, {}
+    for side in ("left", "right"):
+        trace = outputs[f"shaft_torque_{side}"]
+        before, settled = trace[there][0], float(np.mean(trace[there & last]))
+        way = np.sign(settled - before)
+        peak[side] = float(way * np.max(way * trace[there]))
+        overshoot[side] = float((peak[side] - settled) / (settled - before))
+        swing[side] = ringing(trace[rung][::SPARSE], SPARSE * STEP)
+    jerk = outputs["jerk"][there]
+    return Phase(peak, overshoot, float(jerk[np.argmax(np.abs(jerk))]), swing)
+
+
+def ringing(trace: Array, step: float) -> Swing | None:
+    """The strongest oscillation of a trace that decays, by the matrix pencil: y_k = sum a exp(s k step).
+
+    Parameters
+    ----------
+    trace : (n,) evenly spaced; step : s.
+
+    Returns
+    -------
+    The oscillation above 2 Hz with the largest energy |a|^2 / -2 Re s; None where there is none.
+
+    Notes
+    -----
+    Source: Hua and Sarkar, IEEE Trans. Acoust. Speech Signal Process. 38(5), 1990, doi:10.1109/29.56027.
+    """
+    n = trace.size
+    rows = np.lib.stride_tricks.sliding_window_view(trace, n // 2)
+    _, sizes, right = np.linalg.svd(rows, full_matrices=False)
+    kept = right[: int(np.sum(sizes > 1e-5 * sizes[0]))].T
+    poles = np.linalg.eigvals(np.linalg.lstsq(kept[:-1], kept[1:], rcond=None)[0])
+    poles = poles[np.abs(poles) > 1e-3]
+    amplitudes = np.linalg.lstsq(poles[None, :] ** np.arange(n)[:, None], trace.astype(complex), rcond=None)[0]
+    roots = np.log(poles) / step
+    swinging = (roots.imag > 2 * np.pi * SLOWEST) & (roots.imag < 0.8 * np.pi / step) & (roots.real < 0)
+    if not swinging.any():
+        return None
+    energy = np.where(swinging, np.abs(amplitudes) ** 2 / np.maximum(-2 * roots.real, 1e-9), 0.0)
+    s = roots[np.argmax(energy)]
+    return Swing(float(s.imag / (2 * np.pi)), float(-s.real / np.abs(s)))

@@ -1,0 +1,63 @@
+"""The tyre's force over slip as a model: slip and load in, longitudinal force out. A static map."""
+
+from __future__ import annotations
+
+from math import atan, pi, tan
+
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.physics.laws.tire_forces import friction, tire
+
+SHAPE = ("tire_B", "tire_C", "tire_D", "tire_E")
+
+
+def _force(e: Bench, load: Number, slip: Number, **sliding: Number) -> None:
+    """Friction as the load and the sliding leave it, and the curve; ``static_load`` is the load at which D is meant."""
+    p = e.p
+    grip = e(
+        friction, load=load, static_load=p.static_load, tire_D=p.tire_D, tire_load_sensitivity=0.0, **sliding
+    )  # fmt: skip
+    force = e(tire, slip=slip, load=load, tire_B=p.tire_B, tire_C=p.tire_C, tire_D=grip, tire_E=p.tire_E)
+    e.sensor("force_x", force, 0.0)
+
+
+def _driven(e: Bench, u: Signals) -> None:
+    # Slow sweeps: the tire feels the slip of a relaxation length before.
+    read = (1 + u.slip) * (1 + e.p.radius_error) - 1 - e.p.tire_relaxation_length * u.slip_gradient
+    slip = e("slip", value=read)
+    _force(e, u.load, slip, sliding=slip * u.speed)
+
+
+def _slipped(e: Bench, u: Signals) -> None:
+    _force(e, u.load, e("slip", value=(1 + u.slip) * (1 + e.p.radius_error) - 1))
+
+
+_CONSTANTS = (*SHAPE, "radius_error", "static_load")
+
+# ``slip_gradient`` is the slip's change per distance rolled, 1/m.
+TIRE_CURVE = Model(
+    "tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), ("slip", "load", "speed", "slip_gradient")
+)
+
+# Where slip was logged but not the speed: nothing can depend on how fast the tread slides, or on distance.
+SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, ("slip", "load"))
+
+
+def peak_slip(b: float, c: float, e: float) -> float:
+    """Slip at which the magic formula is largest: B s - E (B s - atan(B s)) = tan(pi / 2 C); infinite for C <= 1."""
+    if c <= 1:
+        return float("inf")
+    target = tan(pi / (2 * c))
+    low, high = 0.0, 1.0
+
+    def inner(x: float) -> float:
+        return x - e * (x - atan(x))
+
+    while inner(high) < target:
+        high *= 2
+        if high > 1e6:
+            return float("inf")
+    for _ in range(80):
+        middle = (low + high) / 2
+        low, high = (middle, high) if inner(middle) < target else (low, middle)
+    return (low + high) / 2 / b

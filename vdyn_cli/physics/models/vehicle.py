@@ -1,0 +1,187 @@
+"""The full vehicle: a body on four suspended wheels that slip, driven through half-shafts that twist."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Literal
+
+from vdyn_cli.engine.maths import GRAVITY, cos, sin, sqrt
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.physics.laws.air_drag import air, gust_drag
+from vdyn_cli.physics.laws.driveline import drive
+from vdyn_cli.physics.laws.grade_resistance import climb
+from vdyn_cli.physics.models.half_car import sprung_body
+from vdyn_cli.physics.models.vehicle_corner import corner
+from vdyn_cli.physics.models.vehicle_parts import CORNERS, Body, Forces
+
+Driven = Literal["front", "rear", "both"]
+Torque = Literal["axle", "sides"]
+
+BODY = (
+    *("mass", "wheelbase", "cg_to_front", "cg_height", "track_front", "track_rear"),
+    *("pitch_inertia", "roll_inertia", "yaw_inertia", "unsprung_mass_front", "unsprung_mass_rear"),
+    *("suspension_stiffness_front", "suspension_stiffness_rear"),
+    *("suspension_damping_front", "suspension_damping_rear"),
+)
+TIRES = (
+    *("tire_vertical_stiffness", "tire_vertical_damping", "wheel_inertia", "wheel_radius"),
+    *("tire_B", "tire_C", "tire_D", "tire_E", "tire_load_sensitivity", "tire_relaxation_length"),
+    *("tire_cornering_stiffness", "rolling_resistance", "rolling_speed"),
+)
+AIR = ("drag_area", "drag_height", "air_density", "wind_variance")
+AXLE_TORQUE = ("gear_ratio", "driveline_efficiency")
+DRIVELINE = (
+    *("driveline_inertia", "shaft_stiffness_left", "shaft_stiffness_right"),
+    *("shaft_damping_left", "shaft_damping_right", "brake_share_front", "hub_swing", "driveline_pitch"),
+)
+ROAD = tuple(f"road{at.name}" for at in CORNERS)
+
+
+@cache
+def vehicle(driven: Driven = "front", torque: Torque = "axle", located: bool = False) -> Model:
+    """Rigid chassis with 6 degrees of freedom, 4 suspensions, 4 spinning wheels and a half-shaft to each driven one.
+
+    M (V' - vy yaw')   = sum Fx - Fd - M g sin(grade)          M (vy' + V yaw') = sum Fy
+    Ms z''             = -sum S + Ms g (1 - cos(grade))        mw zw'' = S + Fz - F0 + mw g (1 - cos(grade))
+    I pitch''          = -sum l S + (h - r) sum Fx + sum T + (hd - h) Fd
+    Ir roll''          = -sum b S + h sum Fy                   Iz yaw'' = sum (l Fy - b Fx)
+    J om'              = T - Fx r - Rr r                       Je omi'  = Td - Ts
+
+    over the wheels: Fx, Fy, Fz between tire and road, S of spring and damper beyond rest, T what the body turns the
+    wheel with (half-shaft less brake) and so is turned back by, Td the drive torque at the inner end of a half-shaft.
+
+    Parameters
+    ----------
+    driven : the driven axle, or "both".
+    torque : "axle": input drive_torque, N m at the planetary output, shared equally by all driven wheels; "sides":
+        inputs drive_torque_left and _right, N m at the half-shafts' inner ends (a side's two where both are driven).
+    located : heading times the state ``position`` is the road's coordinate, m, which a drive's start gives; the context
+        then also holds road_begin and road_end, between which the drives took place.
+
+    Returns
+    -------
+    Model with outputs speed (m/s), wheel_speed_fl, _fr, _rl, _rr (rad/s), shaft_torque_left, _right (N m, the front
+    axle's where both are driven), acceleration (m/s^2, specific force along the road at the centre of gravity),
+    front_load, rear_load (N at the road), jerk (m/s^3, the time derivative of V').
+
+    Notes
+    -----
+    Inputs: drive torque, brake_torque (N m, all wheels together), grade, wind_speed, elapsed, road_fl to road_rr (m,
+    height of the road under each wheel). Context: heading, temperature. Step: Runge-Kutta, at most 1 ms. The state
+    run_time (s since the run's log began) starts at zero unless a drive's start says otherwise.
+    Axes: x forward, y left, z up; roll left side up, pitch nose-up, yaw to the left. Heave, pitch, roll and the wheels'
+    heights are zero at rest on a flat road of height zero; a run starts at rest on the heights of its first sample,
+    rolling freely at its start speed, with shafts twisted by the torque of the first sample.
+    Stiffness, damping and unsprung mass are per axle; ``pitch_inertia`` and ``roll_inertia`` are the whole car's about
+    its centre, wheels staying on the ground. V is the speed of the whole car's centre; the hubs, carried along by a
+    body that pitches, move at V + a (h - r) pitch': with the share a = ``hub_swing`` of 1 the sprung body's inertia,
+    I - mu M/Ms (h - r)^2, needs no term, and energy is kept. Links that keep the hubs back make it less, as soft mounts
+    make ``driveline_pitch`` less than 1, the share of the pitching that the inner ends follow; wheels turn with respect
+    to the road.
+    Assumes small angles, no steering, roll centres on the ground, vertical wheel travel, no aerodynamic lift, no
+    gyroscopic moments, an open differential, and half of ``driveline_inertia`` on each side of it.
+    Source: the model described in doi:10.4271/2017-01-1574; equations of motion by virtual work.
+    """
+
+    def assemble(e: Bench, u: Signals) -> None:
+        body = _body(e, u)
+        axles = ("front", "rear") if driven == "both" else (driven,)
+        torques = _drive_torques(e, u, torque, 2 * len(axles))
+        total = Forces()
+        for at in CORNERS:
+            turned_by = torques[at.side] if at.axle in axles else None
+            total = total + corner(e, u, at, body, turned_by, 1.0 / (2 * len(axles)))
+        _move(e, u, body, total)
+        front = axles[0] == "front"
+        for at in CORNERS:
+            e.sensor(f"wheel_speed{at.name}", e.state(f"wheel_speed{at.name}"), e.rates[f"wheel_speed{at.name}"])
+        for at in CORNERS[:2] if front else CORNERS[2:]:
+            e.sensor(f"shaft_torque_{at.side}", total.shafts[at.name])
+        e.sensor("front_load", total.loads["_fl"] + total.loads["_fr"])
+        e.sensor("rear_load", total.loads["_rl"] + total.loads["_rr"])
+
+    inputs = {"axle": ("drive_torque",), "sides": ("drive_torque_left", "drive_torque_right")}[torque]
+    return Model(
+        name="vehicle",
+        assemble=assemble,
+        parameters=(*BODY, *TIRES, *AIR, *(AXLE_TORQUE if torque == "axle" else ()), *DRIVELINE),
+        inputs=(*inputs, "brake_torque", "grade", "wind_speed", "elapsed", *ROAD),
+        context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
+    )
+
+
+def _body(e: Bench, u: Signals) -> Body:
+    """The chassis's states, at rest on the first sample's road heights."""
+    p = e.p
+    front, rear = (u.road_fl + u.road_fr) / 2, (u.road_rl + u.road_rr) / 2
+    tilt = (front - rear) / p.wheelbase
+    lean = ((u.road_fl - u.road_fr) / p.track_front + (u.road_rl - u.road_rr) / p.track_rear) / 2
+    sprung, to_front = sprung_body(p.mass, p.cg_to_front, p.wheelbase, p.unsprung_mass_front, p.unsprung_mass_rear)
+    position = e.state("position")
+    grade = e("grade", value=u.grade, position=position)
+    return Body(
+        speed=e.state("speed"),
+        lateral_speed=e.state("lateral_speed"),
+        heave=e.state("heave", front - to_front * tilt),
+        heave_rate=e.state("heave_rate"),
+        pitch=e.state("pitch", tilt),
+        pitch_rate=e.state("pitch_rate"),
+        roll=e.state("roll", lean),
+        roll_rate=e.state("roll_rate"),
+        yaw=e.state("yaw"),
+        yaw_rate=e.state("yaw_rate"),
+        sprung_mass=sprung,
+        sprung_to_front=to_front,
+        grade=grade,
+        lightness=GRAVITY * (1.0 - 1.0 / sqrt(1.0 + grade**2)),
+    )
+
+
+def _drive_torques(e: Bench, u: Signals, torque: Torque, wheels: int) -> dict[str, Number]:
+    """Drive torque at the inner end of each half-shaft, by side, N m."""
+    p = e.p
+    if torque == "sides":
+        return {
+            side: e(f"drive_torque_{side}", value=getattr(u, f"drive_torque_{side}")) * (2.0 / wheels)
+            for side in ("left", "right")
+        }
+    force = e(
+        drive,
+        drive_torque=e("drive_torque", value=u.drive_torque),
+        gear_ratio=p.gear_ratio,
+        wheel_radius=p.wheel_radius,
+        driveline_efficiency=p.driveline_efficiency,
+    )
+    return dict.fromkeys(("left", "right"), force * p.wheel_radius / wheels)
+
+
+def _move(e: Bench, u: Signals, body: Body, total: Forces) -> None:
+    """The chassis's rates under all forces, and the readings of its motion."""
+    p = e.p
+    wind = e("wind_speed", value=u.wind_speed)
+    flow = {"air_density": p.air_density, "drag_area": p.drag_area}
+    drag = e(air, wind=wind, elapsed=u.elapsed, speed=body.speed, **flow)
+    drag = drag + e(gust_drag, wind_variance=p.wind_variance, **flow)
+    force = (total.forward - drag) / p.mass
+    acceleration = force - e(climb, mass=p.mass, grade=body.grade) / p.mass + body.yaw_rate * body.lateral_speed
+    heading, side = (cos(body.yaw), sin(body.yaw))
+    e.integrate(
+        run_time=1.0,
+        position=body.speed * heading - body.lateral_speed * side,
+        lateral_position=body.speed * side + body.lateral_speed * heading,
+        speed=acceleration,
+        lateral_speed=total.left / p.mass - body.yaw_rate * body.speed,
+        heave=body.heave_rate,
+        heave_rate=body.lightness - total.strut / body.sprung_mass,
+        pitch=body.pitch_rate,
+        pitch_rate=(total.pitch + (p.drag_height - p.cg_height) * drag) / p.pitch_inertia,
+        roll=body.roll_rate,
+        roll_rate=total.roll / p.roll_inertia,
+        yaw=body.yaw_rate,
+        yaw_rate=total.yaw / p.yaw_inertia,
+    )
+    e.state("lateral_position")
+    e.sensor("speed", body.speed, acceleration)
+    e.sensor("acceleration", force)
+    e.rate("jerk", of=acceleration)

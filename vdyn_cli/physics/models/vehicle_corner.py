@@ -1,0 +1,140 @@
+"""One corner of the vehicle: suspension, the tire's contact with the road, and the wheel between them."""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.physics.laws.suspension import damper, spring
+from vdyn_cli.physics.laws.tire_forces import cornering, friction, tire
+from vdyn_cli.physics.laws.tire_slip import damped_slip, fresh_tread, slip_rate
+from vdyn_cli.physics.laws.tire_vertical import tire_vertical
+from vdyn_cli.physics.models.vehicle_parts import Body, Corner, Forces
+from vdyn_cli.physics.models.vehicle_wheel import spin
+
+CONTACT_LAG = 2e-3  # s, within which a tire's damping follows the road's height
+
+
+def corner(e: Bench, u: Signals, at: Corner, body: Body, drive_torque: Number | None, driven_share: float) -> Forces:
+    """One wheel's motion; returns what it does to the body.
+
+    Parameters
+    ----------
+    drive_torque : N m at the inner end of its half-shaft; None where there is none.
+    driven_share : the part of all driven wheels that one stands for.
+    """
+    p = e.p
+    along = p.cg_to_front if at.axle == "front" else p.cg_to_front - p.wheelbase  # ahead of the whole car's centre
+    arm = body.sprung_to_front if at.axle == "front" else body.sprung_to_front - p.wheelbase  # of the sprung body's
+    across = getattr(p, f"track_{at.axle}") * (0.5 if at.side == "left" else -0.5)
+    strut, load, static = _suspension(e, u, at, body, arm, across)
+    swing = p.hub_swing * (p.cg_height - p.wheel_radius)
+    speed = body.speed - across * body.yaw_rate + swing * body.pitch_rate
+    sideways = body.lateral_speed + along * body.yaw_rate + p.cg_height * body.roll_rate
+    forward, left = _contact(e, at, speed, sideways, load, static)
+    torque, shaft_torque = spin(e, u, at, body, load, forward, drive_torque, driven_share)
+    return Forces(
+        forward=forward,
+        left=left,
+        strut=strut,
+        pitch=torque + (p.cg_height - p.wheel_radius) * forward - arm * strut,
+        roll=p.cg_height * left - across * strut,
+        yaw=along * left - across * forward,
+        loads={at.name: load},
+        shafts={} if shaft_torque is None else {at.name: shaft_torque},
+    )
+
+
+def _suspension(
+    e: Bench, u: Signals, at: Corner, body: Body, arm: Number, across: Number
+) -> tuple[Number, Number, Number]:
+    """Pull of spring and damper beyond rest, load on the road, and that at rest, N."""
+    p, name = e.p, at.name
+    road = getattr(u, f"road{name}")
+    height, rate = e.state(f"wheel_height{name}", road), e.state(f"wheel_rate{name}")
+    contact = e.state(f"contact{name}", road)
+    rise = (road - contact) / CONTACT_LAG
+    strut = e(
+        spring,
+        name,
+        stiffness=getattr(p, f"suspension_stiffness_{at.axle}") / 2,
+        stroke=body.heave + arm * body.pitch + across * body.roll - height,
+        share=0.5,
+    ) + e(
+        damper,
+        name,
+        damping=getattr(p, f"suspension_damping_{at.axle}") / 2,
+        stroke_rate=body.heave_rate + arm * body.pitch_rate + across * body.roll_rate - rate,
+        share=0.5,
+    )
+    to_front = p.cg_to_front / p.wheelbase
+    static = p.mass * GRAVITY * ((1.0 - to_front) if at.axle == "front" else to_front) / 2
+    load = e(
+        tire_vertical,
+        name,
+        static_load=static,
+        stiffness=p.tire_vertical_stiffness / 2,
+        damping=p.tire_vertical_damping / 2,
+        compression=road - height,
+        compression_rate=rise - rate,
+        share=0.5,
+    )
+    mass = getattr(p, f"unsprung_mass_{at.axle}") / 2
+    e.integrate(
+        **{
+            f"wheel_height{name}": rate,
+            f"wheel_rate{name}": (strut + load - static) / mass + body.lightness,
+            f"contact{name}": rise,
+        }
+    )
+    return strut, load, static
+
+
+def _contact(
+    e: Bench, at: Corner, speed: Number, sideways: Number, load: Number, static: Number
+) -> tuple[Number, Number]:
+    """Forces between tire and road, forward and to the left, N, from the hub's speed along and across."""
+    p, name = e.p, at.name
+    sliding = e.state(f"wheel_speed{name}", e.state("speed") / p.wheel_radius) * p.wheel_radius - speed
+    slip, lateral = e.state(f"slip{name}"), e.state(f"lateral_slip{name}")
+    fresh = e(fresh_tread, name, speed=speed, sliding=sliding, sideways=sideways, slip=slip, lateral_slip=lateral)
+    lag = {"fresh": fresh, "relaxation_length": p.tire_relaxation_length}
+    e.integrate(
+        **{
+            f"slip{name}": e(slip_rate, name, sliding=sliding, slip=slip, **lag),
+            f"lateral_slip{name}": e(slip_rate, f"_lateral{name}", sliding=-sideways, slip=lateral, **lag),
+        }
+    )
+    grip = e(
+        friction,
+        name,
+        load=load,
+        static_load=static,
+        tire_D=p.tire_D,
+        tire_load_sensitivity=p.tire_load_sensitivity,
+    )
+    forward = e(
+        tire,
+        name,
+        load=load,
+        slip=e(damped_slip, name, slip=slip, sliding=sliding, speed=speed, stiffness=p.tire_B),
+        tire_B=p.tire_B,
+        tire_C=p.tire_C,
+        tire_D=grip,
+        tire_E=p.tire_E,
+    )
+    left = e(
+        cornering,
+        name,
+        load=load,
+        slip=e(
+            damped_slip,
+            f"_lateral{name}",
+            slip=lateral,
+            sliding=-sideways,
+            speed=speed,
+            stiffness=p.tire_cornering_stiffness,
+        ),
+        tire_D=grip,
+        tire_cornering_stiffness=p.tire_cornering_stiffness,
+    )
+    return forward, left

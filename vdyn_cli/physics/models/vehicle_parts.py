@@ -1,0 +1,71 @@
+"""What the vehicle's assembly passes around: where a wheel is, how the body moves, what acts on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from vdyn_cli.engine.model_builder import Number
+
+
+@dataclass(frozen=True)
+class Corner:
+    """Where a wheel is: ``name`` as the suffix of its states, ``axle`` and ``side``."""
+
+    name: str
+    axle: str
+    side: str
+
+
+CORNERS = tuple(Corner(f"_{axle[0]}{side[0]}", axle, side) for axle in ("front", "rear") for side in ("left", "right"))
+
+
+@dataclass(frozen=True)
+class Body:
+    """The chassis's states, SI, and what follows from them and the parameters.
+
+    ``sprung_mass`` kg has its centre ``sprung_to_front`` m behind the front axle; ``lightness`` m/s^2 is what a slope
+    takes from gravity across the road, g (1 - cos).
+    """
+
+    speed: Number
+    lateral_speed: Number
+    heave: Number
+    heave_rate: Number
+    pitch: Number
+    pitch_rate: Number
+    roll: Number
+    roll_rate: Number
+    yaw: Number
+    yaw_rate: Number
+    sprung_mass: Number
+    sprung_to_front: Number
+    grade: Number
+    lightness: Number
+
+
+@dataclass(frozen=True)
+class Forces:
+    """What corners do to the body: forces (N) ``forward`` and ``left`` at the road, the struts' pull beyond rest, and
+    moments (N m) nose-up, left side up and to the left; loads and half-shaft torques by corner."""
+
+    forward: Number = 0.0
+    left: Number = 0.0
+    strut: Number = 0.0
+    pitch: Number = 0.0
+    roll: Number = 0.0
+    yaw: Number = 0.0
+    loads: Mapping[str, Number] = field(default_factory=dict)
+    shafts: Mapping[str, Number] = field(default_factory=dict)
+
+    def __add__(self, other: Forces) -> Forces:
+        return Forces(
+            self.forward + other.forward,
+            self.left + other.left,
+            self.strut + other.strut,
+            self.pitch + other.pitch,
+            self.roll + other.roll,
+            self.yaw + other.yaw,
+            {**self.loads, **other.loads},
+            {**self.shafts, **other.shafts},
+        )

@@ -1,0 +1,53 @@
+"""One wheel between its force sensor and the road: the measured torque and forces turn it."""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Bench, Signals
+from vdyn_cli.physics.laws.brake import brake
+from vdyn_cli.physics.laws.standstill_friction import turned
+from vdyn_cli.physics.laws.wheel import bearing, wheel_spin
+
+INPUTS = ("hub_torque", "hub_force_x", "hub_force_z", "acceleration", "wheel_speed")
+
+
+READINGS = ("hub", "carried")  # their sum is the wheel's speed
+LEVER = "lever"  # m, of the forces at the hub: what makes a moment comparable with their noise
+
+
+def _assemble(e: Bench, u: Signals) -> None:
+    """The wheel's speed from the readings at its hub; ``u.wheel_speed`` only says how fast it starts.
+
+    What speeding the wheel's own mass up along the road takes comes from the car's accelerometer, and is read apart:
+    the hub's sensor may have a clock of its own.
+    """
+    p = e.p
+    speed, carried = e.state("wheel_speed", u.wheel_speed), e.state("carried")
+    rim = speed * p.wheel_radius
+    rubbing = e(brake, brake_force=0.0, speed=rim, sense=turned(rim), share=1.0) * p.wheel_radius
+    acceleration = e("acceleration", value=u.acceleration)
+    turning = e(
+        wheel_spin,
+        hub_torque=e("hub_torque", value=u.hub_torque) - p.hub_torque_zero,
+        hub_force_x=e("hub_force_x", value=u.hub_force_x),
+        hub_force_z=e("hub_force_z", value=u.hub_force_z),
+        acceleration=acceleration,
+        bearing_torque=e(bearing, bearing_torque=0.0, wheel_speed=speed) + rubbing,
+        wheel_mass=p.wheel_mass,
+        wheel_radius=p.wheel_radius,
+        rolling_resistance=p.rolling_resistance,
+        wheel_inertia=p.wheel_inertia,
+    )
+    taken = -p.wheel_mass * acceleration * p.wheel_radius / p.wheel_inertia
+    e.integrate(wheel_speed=turning, carried=taken)
+    e.sensor(READINGS[0], speed - carried, turning - taken)
+    e.sensor(READINGS[1], carried, taken)
+    e.sensor(LEVER, p.wheel_radius)
+
+
+WHEEL_SPIN = Model(
+    "wheel spin",
+    _assemble,
+    ("wheel_inertia", "wheel_mass", "wheel_radius", "rolling_resistance", "hub_torque_zero"),
+    INPUTS,
+)

@@ -1,0 +1,1 @@
+"""One description to documents: inputs, one step, the pipeline."""

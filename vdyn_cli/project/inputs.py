@@ -1,0 +1,278 @@
+"""Gathering one test's inputs: its description, its logs, and the parameters already known. Reads files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.description.test_description import (
+    Channel,
+    Environment,
+    Logger,
+    Run,
+    TestSpec,
+    Vehicle,
+    check_channels,
+    load_spec,
+)
+from vdyn_cli.description.yaml_source import Location, Source
+from vdyn_cli.effects import candidates
+from vdyn_cli.io.align import merge
+from vdyn_cli.io.csv.csv_reader import Column, ReadOptions, read_csv
+from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.physics.laws.atmosphere import air_density
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate, Parameters, read_parameters
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps import Step
+
+CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
+STUCK = 100  # samples of one value, from which a sensor may have stood still
+SAME = 1e-3  # share by which such values may differ however well they are known
+Array = NDArray[np.float64]
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Everything a step's estimate reads, and the files it came from."""
+
+    spec: Any
+    source: Source
+    data: Any
+    logs: tuple[Log, ...]
+    known: Parameters
+    files: tuple[Path, ...]
+    findings: tuple[Finding, ...] = ()
+
+
+def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
+    """Read a test's description and all that it refers to, reporting every problem at once.
+
+    Raises
+    ------
+    InputError : whatever is wrong in the description, the logs or the parameter files.
+    """
+    spec, source = load_spec(path, step.spec)
+    known_files = tuple(known_files)
+    unreadable = [*_wrong_test(step, spec, source), *_wrong_channels(step, spec, source)]
+    problems = [*unreadable, *_wrong_effects(step, spec, source), *_repeated(spec, source)]
+    stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
+    known = stated
+    for file in known_files:
+        later = _attempt(problems, read_parameters, file)
+        known = known.updated(later) if later is not None else known
+    # A wrong channel map would only repeat itself for every log.
+    read = [] if unreadable else [_attempt(problems, _read_run, step, spec, source, i) for i in range(len(spec.runs))]
+    logs = tuple(log for log in read if log is not None)
+    data, extra = logs, None
+    if step.load is not None:
+        extra = _attempt(problems, step.load, spec, path.parent, logs)
+    raise_all(problems)
+    if extra is not None:
+        data, own_files = extra
+    else:
+        own_files = ()
+    run_files = (path.parent / name for run in spec.runs for name in _log_names(run))
+    files = (path, *source.included, *run_files, *own_files, *known_files)
+    overruled = tuple(_overruled(stated, known, source))
+    return Inputs(spec, source, data, logs, known, tuple(dict.fromkeys(files)), overruled)
+
+
+def _overruled(stated: Parameters, known: Parameters, source: Source) -> Iterator[Finding]:
+    """Values of the description that a parameter file contradicts, and that are not used."""
+    for name, given in stated.estimates.items():
+        used = known[name]
+        apart, spread = abs(given.value - used.value), float(np.hypot(given.std, used.std))
+        if apart > max(CONTRADICTS * spread, SAME * abs(given.value)):
+            what = f"{name} = {given.value:.5g} is not used: a parameter file says {used.value:.5g}"
+            told = f", {apart / spread:.0f} standard deviations off" if spread > 0 else ""
+            yield Finding(source.where(("vehicle", name)), what + told, "", "take it out of one of them", doubt=True)
+
+
+def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R | None:
+    """Call, keeping what is wrong for one report at the end."""
+    try:
+        return call(*args, **kwargs)
+    except InputError as error:
+        problems.extend(f for f in error.findings if f not in problems)
+        return None
+
+
+def _wrong_test(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
+    if spec.test == step.name:
+        return []
+    remedy = f"run 'vdyn {spec.test} {source.path.name}', or write 'test: {step.name}'"
+    return [Finding(source.where(("test",)), f"describes another test than '{step.name}'", repr(spec.test), remedy)]
+
+
+def _wrong_channels(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
+    """Unknown channels, and needed channels that no logger maps."""
+    known = step.channels()
+    findings = check_channels(spec.channels, known, source, ("channels",))
+    for i, logger in enumerate(spec.loggers):
+        findings += check_channels(logger.channels, known, source, ("loggers", i, "channels"))
+    if not spec.runs:
+        return findings
+    mapped = {n for channels, _ in _channel_maps(spec) for n in channels}
+    place = source.where(("loggers",) if spec.loggers else ("channels",))
+    for entry in step.required:
+        ways = [way.split("+") for way in entry.split("|")]
+        if not any(set(way) <= mapped for way in ways):
+            names = " or ".join(" + ".join(way) for way in ways)
+            quantity = known[ways[0][0]]
+            line = f"{ways[0][0]}: {{column: '<header>', unit: {quantity.unit or '1'}}}"
+            findings.append(Finding(place, f"channel {names} is needed", remedy=f"add '{line}' to the channels"))
+    return findings
+
+
+def _wrong_effects(step: Step, spec: TestSpec, source: Source) -> Iterator[Finding]:
+    """Causes to look for, or to extend the model by, that this step does not know, or that are there twice; and those
+    to extend it by that nobody looks for."""
+    asked = spec.diagnose
+    for key in ("effects", "extend"):
+        named = getattr(asked, key)
+        names = named if isinstance(named, list) else []
+        known = [e.name for e in candidates(step.name)] if names else []
+        for i, name in enumerate(names):
+            what, remedy = "", ""
+            if name not in known:
+                what, remedy = f"no effect that '{step.name}' knows of", did_you_mean(name, known, _there_are(known))
+            elif name in names[:i]:
+                what, remedy = "is listed twice", "take one out"
+            elif key == "extend" and isinstance(asked.effects, list) and name not in asked.effects:
+                what, remedy = "is not among diagnose.effects, so nobody looks for it", "add it there"
+            if what:
+                yield Finding(source.where(("diagnose", key, i)), f"'diagnose.{key}': {what}", name, remedy)
+
+
+def _there_are(names: Iterable[str]) -> str:
+    return f"there are {', '.join(names)}"
+
+
+def _repeated(spec: TestSpec, source: Source) -> list[Finding]:
+    """Runs that are the same stretch of the same log: they would count as independent evidence."""
+    seen: dict[tuple[object, ...], int] = {}
+    findings = []
+    for i, run in enumerate(spec.runs):
+        key = (*_log_names(run), run.from_time, run.to_time)
+        if key in seen:
+            where, first = source.where(("runs", i)), source.where(("runs", seen[key]))
+            findings.append(Finding(where, "the same log is listed twice", f"{_log_names(run)[0]}, first at {first}"))
+        seen.setdefault(key, i)
+    return findings
+
+
+def _channel_maps(spec: TestSpec) -> list[tuple[Mapping[str, Channel], Location]]:
+    if not spec.loggers:
+        return [(spec.channels, ("channels",))]
+    return [(logger.channels, ("loggers", i, "channels")) for i, logger in enumerate(spec.loggers)]
+
+
+def _log_names(run: Run) -> list[str]:
+    return [run.log] if run.log is not None else list(run.logs or [])
+
+
+def _read_run(step: Step, spec: TestSpec, source: Source, index: int) -> Log:
+    """One run's log, from one logger or merged from several, cut to its window."""
+    run = spec.runs[index]
+    names = _log_names(run)
+    loggers = spec.loggers or [Logger(channels=spec.channels, reading=spec.reading)]
+    place = source.where(("runs", index))
+    if len(names) != len(loggers):
+        remedy = "give one log per entry of 'loggers', in the same order"
+        raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
+    problems: list[Finding] = []
+    read = []
+    for name, logger, (channels, at) in zip(names, loggers, _channel_maps(spec), strict=True):
+        columns = {n: _column(step.channels()[n], c, source, (*at, n)) for n, c in channels.items()}
+        options = ReadOptions(**logger.reading.model_dump())
+        read.append(_attempt(problems, read_csv, source.path.parent / name, columns, options, name))
+    raise_all(problems)
+    logs = [log for log in read if log is not None]
+    log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
+    log = with_cross_checks(_summed(step, _within_physics(step, log)))
+    if run.from_time is None and run.to_time is None:
+        return log
+    start = run.from_time.value if run.from_time else log.time[0]
+    stop = run.to_time.value if run.to_time else log.time[-1]
+    cut = log.between(start, stop)
+    if cut.time.size < 2:
+        got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
+        raise InputError(Finding(place, "the time window holds no samples of the log", got))
+    headers = {n: c.column for one in loggers for n, c in one.channels.items()}
+    return replace(cut, findings=tuple(f for f in cut.findings if not (f.fault and _cut_out(f, cut, headers))))
+
+
+def _cut_out(fault: Finding, cut: Log, headers: Mapping[str, str]) -> bool:
+    """Is it of a channel that stands still no longer, now that the run is cut?"""
+    named = [n for n, column in headers.items() if n in cut and fault.where.endswith(f"column '{column}'")]
+    return bool(named) and all(_longest_rest(cut[n]) < STUCK for n in named)
+
+
+def _longest_rest(values: Array) -> int:
+    """How many samples in a row hold one value, at most."""
+    moves = np.flatnonzero(np.diff(values) != 0.0)
+    return int(np.max(np.diff(np.concatenate([[-1], moves, [values.size - 1]]))))
+
+
+def _within_physics(step: Step, log: Log) -> Log:
+    """The log, unless a channel holds what no vehicle does: then its unit is likely another one.
+
+    Raises
+    ------
+    InputError : a hundredth of a channel's samples or more lie outside its physical range, all channels at once.
+    """
+    problems = []
+    for name, quantity in step.channels().items():
+        values = log[name] if name in log and name != "time" else None
+        if values is None or not np.isfinite(values).any():
+            continue
+        outside = (values < quantity.lower) | (values > quantity.upper)
+        if np.mean(outside) > 0.01 or np.nanmax(np.abs(values)) > 1e12:
+            worst = values[np.nanargmax(np.abs(values))]
+            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
+            got = f"{worst:.4g} {quantity.unit}".strip()
+            remedy = "check the unit and the column of this channel"
+            problems.append(Finding(f"{log.name}, channel '{name}'", f"lies outside {span}", got, remedy))
+    raise_all(problems)
+    return log
+
+
+def _column(quantity: Quantity, channel: Channel, source: Source, at: Location) -> Column:
+    return Column(channel.column, channel.unit, quantity.unit, channel.sign, where=source.where(at))
+
+
+def _summed(step: Step, log: Log) -> Log:
+    """The log with totals made of mapped parts: ``front_load|front_left_load+front_right_load``."""
+    for entry in (*step.required, *step.optional):
+        total, *alternatives = entry.split("|")
+        for way in alternatives:
+            parts = way.split("+")
+            if total not in log and all(part in log for part in parts):
+                log = log.with_channels(**{total: sum(log[part] for part in parts)})
+    return log
+
+
+def given_parameters(vehicle: Vehicle) -> Parameters:
+    """What the description states of the vehicle."""
+    return Parameters({name: Estimate.given(PARAMETERS[name], g.value, g.std) for name, g in vehicle.items()})
+
+
+def given_air(air: Environment) -> Parameters:
+    """What the description states of the air; its density where temperature and pressure are both there."""
+    stated = {"temperature": air.temperature, "pressure": air.pressure}
+    estimates = {n: Estimate.given(PARAMETERS[n], g.value, g.std) for n, g in stated.items() if g is not None}
+    if air.temperature is not None and air.pressure is not None:
+        humidity = air.humidity.value if air.humidity else 0.0
+        density = air_density(air.temperature.value, air.pressure.value, humidity)
+        estimates["air_density"] = Estimate.given(PARAMETERS["air_density"], density)
+    return Parameters(estimates)

@@ -1,0 +1,202 @@
+"""Estimates and the parameter set: what one step gives and the next one needs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+
+FORMAT = "vdyn/parameters/1"
+
+
+class MissingParameterError(InputError):
+    """A step needs a parameter that neither the vehicle's description nor another step gave."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter's value with what is known of its error, in SI units.
+
+    ``source`` is ``given``, ``measured`` or the step that estimated it; ``baseline`` is the value
+    before the model was extended by a named cause. ``std`` 0 means: given as exact.
+    """
+
+    value: float
+    std: float
+    interval95: tuple[float, float]
+    unit: str
+    meaning: str
+    source: str
+    baseline: float | None = None
+
+    @classmethod
+    def given(cls, quantity: Quantity, value: float, std: float = 0.0, source: str = "given") -> Estimate:
+        """A number stated by the user; its interval is the normal one of its standard deviation."""
+        half = 1.959963984540054 * std
+        return cls(value, std, (value - half, value + half), quantity.unit, quantity.meaning, source)
+
+    @classmethod
+    def of(cls, name: str, value: float, std: float, interval95: tuple[float, float], source: str) -> Estimate:
+        """An estimate of a parameter of the vocabulary, which gives its unit and meaning."""
+        quantity = PARAMETERS[name]
+        low, high = interval95
+        return cls(
+            float(value), float(std), (float(low), float(high)), quantity.unit, quantity.meaning, source, float(value)
+        )
+
+
+Extensions = Mapping[str, Mapping[str, Estimate]]
+
+
+@dataclass(frozen=True)
+class Parameters(Mapping[str, Estimate]):
+    """Named estimates, with the correlation of those estimated together.
+
+    ``extensions`` are the causes that were accepted and belong to the vehicle: effect, its unknowns, their estimates.
+    """
+
+    estimates: Mapping[str, Estimate] = field(default_factory=dict)
+    correlation: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    extensions: Extensions = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Estimate:
+        return self.estimates[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.estimates)
+
+    def __len__(self) -> int:
+        return len(self.estimates)
+
+    def value(self, name: str, default: float) -> float:
+        """The parameter's value, or the default where nothing is known of it."""
+        estimate = self.estimates.get(name)
+        return default if estimate is None else estimate.value
+
+    def updated(self, later: Parameters) -> Parameters:
+        """These parameters with the later ones in their place or beside them."""
+        correlation = {**self.correlation}
+        for name, row in later.correlation.items():
+            correlation[name] = {**correlation.get(name, {}), **row}
+        extensions = {**self.extensions, **later.extensions}
+        return Parameters({**self.estimates, **later.estimates}, correlation, extensions)
+
+    def require(self, *names: str, where: str) -> None:
+        """Refuse with every missing parameter at once, each with who could give it.
+
+        Raises
+        ------
+        MissingParameterError : when a name is not known.
+        """
+        missing = [n for n in names if n not in self.estimates]
+        if missing:
+            by_giver: dict[str, list[str]] = {}
+            for name in missing:
+                by_giver.setdefault(GIVERS.get(name, name), []).append(name)
+            raise MissingParameterError(*(_missing(names, where) for names in by_giver.values()))
+
+
+_BY_STEP = {
+    "area": "frontal_area",
+    "coastdown": "rolling_resistance drag_area drag_coefficient road_load_f0 road_load_f1 road_load_f2",
+    "cg": "cg_height cg_to_rear cg_to_front pitch_inertia",
+    "bump": "suspension_stiffness_front suspension_stiffness_rear suspension_damping_front suspension_damping_rear "
+    "tire_vertical_stiffness",
+    "inertia": "wheel_inertia",
+    "tire": "tire_B tire_C tire_D tire_E tire_longitudinal_stiffness",
+    "shaft": "shaft_stiffness_left shaft_stiffness_right shaft_damping_left shaft_damping_right",
+}
+
+# Which step gives a parameter, for the remedy where it is missing; a test holds it against the steps themselves.
+GIVERS: Mapping[str, str] = {name: step for step, names in _BY_STEP.items() for name in names.split()}
+
+
+def _missing(names: Sequence[str], where: str) -> Finding:
+    """What is missing, all that one step gives together."""
+    giver = GIVERS.get(names[0])
+    lines = "', '".join(f"{n}: <number> {PARAMETERS[n].unit}".rstrip() for n in names)
+    remedy = f"add '{lines}' under vehicle"
+    if giver:
+        remedy += f", or pass the result of 'vdyn {giver}' or of the pipeline with --known"
+    if len(names) > 1:
+        return Finding(where, f"{', '.join(names)} are needed and not given", remedy=remedy)
+    return Finding(where, f"{names[0]} ({PARAMETERS[names[0]].meaning}) is needed and not given", remedy=remedy)
+
+
+def to_document(parameters: Parameters) -> dict[str, Any]:
+    """The ``parameters``, ``correlation`` and ``extensions`` parts of a result's JSON."""
+    return {
+        "parameters": {name: _entry(e) for name, e in parameters.items()},
+        "correlation": {a: dict(row) for a, row in parameters.correlation.items()},
+        "extensions": {
+            effect: {name: _entry(e) for name, e in unknowns.items()}
+            for effect, unknowns in parameters.extensions.items()
+        },
+    }
+
+
+def _entry(e: Estimate) -> dict[str, Any]:
+    return {
+        "value": e.value,
+        "std": e.std,
+        "interval95": list(e.interval95),
+        "unit": e.unit,
+        "meaning": e.meaning,
+        "baseline": e.baseline,
+        "source": e.source,
+    }
+
+
+def read_parameters(path: Path) -> Parameters:
+    """Read a parameter JSON that a step or the pipeline wrote.
+
+    Raises
+    ------
+    InputError : missing or unreadable file, another format, a malformed entry (all at once).
+    """
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(Finding(str(path), f"can't be read: {error.strerror}")) from None
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise InputError(Finding(str(path), "is not JSON", str(error)[:80])) from None
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        got = repr(document.get("format")) if isinstance(document, dict) else type(document).__name__
+        remedy = "pass a JSON written by a vdyn step"
+        raise InputError(Finding(str(path), f"is not a parameter file of format {FORMAT}", got, remedy))
+    findings: list[Finding] = []
+    estimates = _estimates(document.get("parameters"), f"{path}, parameter", findings)
+    entries = document.get("extensions")
+    extensions = {
+        str(effect): _estimates(unknowns, f"{path}, extension '{effect}',", findings)
+        for effect, unknowns in (entries if isinstance(entries, dict) else {}).items()
+    }
+    if findings:
+        raise InputError(*findings)
+    return Parameters(estimates, document.get("correlation") or {}, extensions)
+
+
+def _estimates(entries: Any, where: str, findings: list[Finding]) -> dict[str, Estimate]:
+    found = {}
+    for name, entry in (entries if isinstance(entries, dict) else {}).items():
+        try:
+            low, high = entry["interval95"]
+            baseline = entry.get("baseline")
+            found[name] = Estimate(
+                float(entry["value"]),
+                float(entry["std"]),
+                (float(low), float(high)),
+                str(entry["unit"]),
+                str(entry["meaning"]),
+                str(entry["source"]),
+                None if baseline is None else float(baseline),
+            )
+        except (KeyError, TypeError, ValueError, AttributeError):
+            findings.append(Finding(f"{where} '{name}'", "lacks value, std, interval95, unit or source"))
+    return found

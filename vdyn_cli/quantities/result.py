@@ -1,0 +1,126 @@
+"""What a step gives: parameters, how well the simulation follows the data, and what to show of it.
+
+Figures are described here as data, so that no step knows how they are drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Parameters
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One run of one channel, measured against simulated; the standard figure of every step.
+
+    ``x`` is what the channel is drawn over (time, slip); ``baseline`` is the simulation before the model
+    was extended; ``used`` marks the samples that entered the fit (all, when None). Arrays are (n,), in ``unit``.
+    """
+
+    run: str
+    channel: str
+    unit: str
+    x: Array
+    x_label: str
+    measured: Array
+    simulated: Array
+    baseline: Array | None = None
+    used: NDArray[np.bool_] | None = None
+    held_out: bool = False
+
+
+@dataclass(frozen=True)
+class Series:
+    """One line, cloud of points, band (between ``y`` and ``y2``) or set of bars of a figure.
+
+    ``error`` is the half-width of error bars; ``role`` chooses the colour.
+    """
+
+    label: str
+    x: Array
+    y: Array
+    kind: Literal["line", "points", "band", "bars", "step"] = "line"
+    y2: Array | None = None
+    error: Array | None = None
+    role: Literal["measured", "simulated", "baseline", "residual", "accent", "muted", "reference"] = "measured"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture as data; the caption says what to see and how good and bad look."""
+
+    key: str
+    title: str
+    caption: str
+    x_label: str
+    y_label: str
+    series: tuple[Series, ...]
+    equal_axes: bool = False
+    image: NDArray[np.uint8] | None = None  # (rows, columns, 3), drawn behind the series in pixel coordinates
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: cells are text already in the units and digits to show."""
+
+    key: str
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    caption: str = ""
+
+
+MISFIT = 2.5  # residual over what noise explains, beyond which the law itself is in doubt
+
+
+@dataclass(frozen=True)
+class FitSummary:
+    """How the fit went: ``rms`` and ``noise_floor`` in ``unit`` of the fitted channel."""
+
+    runs: tuple[str, ...]
+    rms: float
+    noise_floor: float
+    unit: str
+    unknowns: tuple[str, ...]
+    interval_unit: str = ""  # "run" or "block": the independent unit behind the intervals
+    interval_units: int = 0
+    held_out_rms: float | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def misfit(self) -> str:
+        """That data are missed by far more than noise explains, in words; empty where they are not."""
+        if not self.rms > MISFIT * self.noise_floor > 0:
+            return ""
+        return f"the simulation misses the data by {self.rms / self.noise_floor:.0f} times what noise explains"
+
+
+@dataclass(frozen=True)
+class Result:
+    """The outcome of one step.
+
+    ``sentence`` is the closing sentence an engineer would say; ``extra`` holds further numbers for the JSON
+    (for example the road load in dynamometer units), keyed by topic.
+    """
+
+    step: str
+    sentence: str
+    parameters: Parameters
+    fit: FitSummary
+    methods: str
+    comparisons: tuple[Comparison, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    tables: tuple[Table, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    extra: Mapping[str, Any] = field(default_factory=dict)
+    diagnosis: Mapping[str, Any] | None = None

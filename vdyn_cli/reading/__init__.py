@@ -1,1 +1,0 @@
-"""Reading what instruments wrote: CSV logs and pictures. Nothing here knows physics."""

@@ -1,0 +1,30 @@
+"""Springs, dampers and tire stiffness from driving over a bump: half car, both axles, wheels that leave the road.
+
+Heave z and pitch th (nose-up) of the sprung body, heights zf, zr of the axles, all beyond rest::
+
+    Ms z'' = -Sf - Sr              Is th'' = -lf Sf + lr Sr
+    mf zf'' = Sf + Fzf - F0f       mr zr'' = Sr + Fzr - F0r
+    Sf = Kf e + Cf e',  e = z + lf th - zf        (rear: z - lr th - zr)
+    Fz = max(0, F0 + Kt (u - zt))                 a tire cannot pull: the wheel lifts off
+
+The road u is a bump met after some distance, by the rear axle a wheelbase later: haversine
+A/2 (1 - cos(2 pi x/lambda)), half sine A sin(pi x/lambda), or a measured profile. Kf, Kr, Cf, Cr are those of an axle
+at the wheels, Kt that of its two tires.
+
+Simulated and measured axle loads, and vertical acceleration and pitch rate where they are logged, are compared over
+all runs at once, each channel weighted by its noise (setting ``rear_weight``: the paper's weighting of the two loads).
+In each run the place of the bump, the speed's scale and slope, the body's motion before the bump and the sensors' zeros
+are unknowns of its own: a millimetre of position is some hundred newtons. Where the bump lies in a log is looked for;
+``distance_front`` helps where there are several.
+
+The pitch inertia meant here is the sprung body's about its own centre. ``pitch_inertia``, as `vdyn cg` gives it, is the
+whole car's with wheels that do not pitch along; it holds in addition what the axles' fore-and-aft motion against the
+body contributes: I = Is + mu M/Ms (h - r)^2, mu the unsprung mass, h and r the heights of the centre of gravity and of
+the wheels (some 0.7 % of I). State ``sprung_pitch_inertia`` where that is known.
+
+A bump so gentle that the wheels do not hop does not tell Kt: a heavier axle on a stiffer tire moves alike.
+
+Assumes loads between tires and road (setting ``load_sensor: hub`` for sensors in the wheel, which lack the inertia of
+what turns outside them), linear springs and dampers, and a tire that touches the road in one point.
+Source: SAE 2017-01-1574, equations (8) to (18), with lift-off added.
+"""

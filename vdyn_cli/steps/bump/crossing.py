@@ -1,0 +1,91 @@
+"""One crossing, ready to be fitted: the part of a log around the bump, channels, their noise, and a smooth speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.bump.speed import SmoothSpeed, smooth_speed
+
+Array = NDArray[np.float64]
+
+LOADS = ("front_load", "rear_load")
+BODY_CHANNELS = ("vertical_acceleration", "pitch_rate")
+CHANNELS = (*LOADS, *BODY_CHANNELS)
+BEFORE, AFTER = 1.0, 2.5  # s that are fitted before the front axle meets the bump and after the rear axle does
+ALIKE = 3  # samples at a channel's very top that make it clipped
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """One run around its bump.
+
+    Parameters
+    ----------
+    run : the log's name. time : (n,) s, as logged.
+    channels : each (n,), NaN where nothing can be compared. noise : of each, its white standard deviation.
+    speed : smooth. origin : m travelled since the log's start at the first sample.
+    distance : m from the log's start to the bump's near edge, as found by looking for it.
+    clipped : samples of each channel that stood at the sensor's limit and were left out.
+    """
+
+    run: str
+    time: Array
+    channels: Mapping[str, Array]
+    noise: Mapping[str, float]
+    speed: SmoothSpeed
+    origin: float
+    distance: float
+    clipped: Mapping[str, int]
+
+    @property
+    def pace(self) -> float:
+        """Mean speed, m/s."""
+        return float(np.mean(self.speed.value))
+
+
+def travelled(log: Log) -> Array:
+    """(n,) m since the log's start, by the speed as measured."""
+    good = np.isfinite(log["speed"])
+    speed = np.interp(log.time, log.time[good], log["speed"][good])
+    return np.concatenate([[0.0], np.cumsum(np.diff(log.time) * (speed[1:] + speed[:-1]) / 2)])
+
+
+def cut_crossing(log: Log, distance: float, wheelbase: float) -> Crossing:
+    """The part of a log that tells of the bump at ``distance`` m from its start."""
+    way = travelled(log)
+    meets = np.interp([distance, distance + wheelbase], way, log.time)
+    part = log.between(float(meets[0]) - BEFORE, float(meets[1]) + AFTER)
+    first = int(np.searchsorted(log.time, part.time[0]))
+    names = [n for n in CHANNELS if n in log]
+    noise = {n: white_level(part[n], part.time) for n in names}
+    channels, clipped = {}, {}
+    for name in names:
+        cut_off = at_limit(part[name], noise[name])
+        channels[name] = np.where(cut_off, np.nan, part[name])
+        clipped[name] = int(np.count_nonzero(cut_off))
+    speed = smooth_speed(part.time, part["speed"])
+    return Crossing(log.name, part.time, channels, noise, speed, float(way[first]), distance, clipped)
+
+
+def at_limit(values: Array, noise: float) -> NDArray[np.bool_]:
+    """Samples where the sensor was at its end: three or more in a row at the very top or bottom but zero.
+
+    Noise that would have gone on beyond the limit is cut off one-sidedly up to three deviations before it, so
+    neighbours as close as that go with them.
+    """
+    found = np.zeros(values.size, dtype=bool)
+    for end in (np.nanmax(values), np.nanmin(values)):
+        at = values == end
+        row = at[:-2] & at[1:-1] & at[2:]
+        if end == 0.0 or noise == 0.0 or not row.any():
+            continue
+        at[:-1] |= at[1:]
+        at[1:] |= at[:-1]
+        found |= np.abs(values - end) <= 3 * noise
+    return found

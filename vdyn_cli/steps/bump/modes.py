@@ -1,0 +1,97 @@
+"""How the half car swings by itself: natural frequencies and damping ratios of body and wheels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
+
+Array = NDArray[np.float64]
+
+NAMES = ("bounce", "pitch", "wheel hop front", "wheel hop rear")
+STEP = 1e-4  # relative, of an unknown, for slopes by central differences
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A way of swinging: Hz (undamped natural frequency) and share of critical damping, each with its 95 % interval."""
+
+    name: str
+    frequency: float
+    frequency95: tuple[float, float]
+    damping: float
+    damping95: tuple[float, float]
+
+
+def matrices(values: Mapping[str, float]) -> tuple[Array, Array, Array]:
+    """Mass, damping and stiffness (4, 4) over (heave, pitch, front axle, rear axle), tires on the ground.
+
+    With e the stroke of each axle as a row over these, K = sum K_i e_i' e_i + diag(0, 0, Kt, Kt), C alike without Kt.
+    """
+    v = values
+    sprung, to_front = sprung_body(*(v[name] for name in BODY_OF))
+    strokes = np.array([[1.0, to_front, -1.0, 0.0], [1.0, to_front - v["wheelbase"], 0.0, -1.0]])
+    mass = np.diag([sprung, v["sprung_pitch_inertia"], v["unsprung_mass_front"], v["unsprung_mass_rear"]])
+    stiffness, damping = (
+        strokes.T @ np.diag([v[f"suspension_{kind}_{end}"] for end in ("front", "rear")]) @ strokes
+        for kind in ("stiffness", "damping")
+    )
+    stiffness[2:, 2:] += np.eye(2) * v["tire_vertical_stiffness"]
+    return mass, damping, stiffness
+
+
+def swings(values: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """Natural frequency (Hz) and damping ratio of bounce, pitch and both wheel hops.
+
+    From the eigenvalues s of (M s^2 + C s + K) q = 0: frequency |s|/2 pi, damping -Re s/|s|. Wheel hops are those in
+    which an axle moves most; of the body's two, bounce turns about the point farther from the car's middle. A mode
+    so damped that it does not swing is left out.
+    """
+    mass, damping, stiffness = matrices(values)
+    inverse = np.linalg.inv(mass)
+    system = np.block([[np.zeros((4, 4)), np.eye(4)], [-inverse @ stiffness, -inverse @ damping]])
+    roots, shapes = np.linalg.eig(system)
+    upper = roots.imag > 1e-9 * np.abs(roots)
+    half = values["wheelbase"] / 2
+    body, found = [], {}
+    for root, shape in zip(roots[upper], shapes[:4, upper].T, strict=True):
+        size = np.abs(shape) * np.array([1.0, half, 1.0, 1.0])
+        mode = float(np.abs(root) / (2 * np.pi)), float(-root.real / np.abs(root))
+        if size[2:].max() > size[:2].max():
+            found[f"wheel hop {'front' if size[2] > size[3] else 'rear'}"] = mode
+        else:
+            body.append((size[0] / size[1], mode))
+    body.sort(key=lambda entry: -entry[0])
+    found |= dict(zip(("bounce", "pitch"), (mode for _, mode in body), strict=False))
+    return {name: found[name] for name in NAMES if name in found}
+
+
+def modes(solution: Solution, given: Mapping[str, float]) -> tuple[Mode, ...]:
+    """The modes at a solution, intervals to first order."""
+    at = {**given, **solution.values}
+    base = swings(at)
+    slopes: dict[str, list[tuple[float, float]]] = {name: [] for name in base}
+    for unknown in solution.names:
+        step = STEP * abs(at[unknown]) or STEP
+        up, down = (swings({**at, unknown: at[unknown] + s}) for s in (step, -step))
+        for name in base:
+            first, second = up.get(name, base[name]), down.get(name, base[name])
+            slopes[name].append(tuple((a - b) / (2 * step) for a, b in zip(first, second, strict=True)))  # type: ignore[arg-type]
+    found = []
+    for name, (frequency, damping) in base.items():
+        by_frequency, by_damping = np.array(slopes[name]).T
+        found.append(
+            Mode(
+                name,
+                frequency,
+                solution.interval_of(frequency, by_frequency),
+                damping,
+                solution.interval_of(damping, by_damping),
+            )
+        )
+    return tuple(found)

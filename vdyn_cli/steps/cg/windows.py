@@ -1,0 +1,116 @@
+"""A run cut into short windows over which the moment balance is integrated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+WINDOW = 0.02  # s over which the balance is integrated; the body pitches at 1 to 3 Hz
+NOISY = ("front_load", "rear_load", "acceleration", "pitch_rate", "speed")
+
+
+@dataclass(frozen=True)
+class Windows:
+    """One run's measured channels, and the integrals taken of them over windows that share their ends.
+
+    Parameters
+    ----------
+    run : the log's name. time : (n,) s of the samples. heading : +1 out, -1 back, 0 unknown.
+    channels : each (n,): front_load, [rear_load], acceleration, pitch_rate, pitch, [speed].
+    weights : (k, m + 1), Simpson's weights of each window's samples. first : (k,), index of its first sample.
+    noise : of each channel but the pitch, its white standard deviation.
+    """
+
+    run: str
+    time: Array
+    heading: float
+    channels: Mapping[str, Array]
+    weights: Array
+    first: NDArray[np.int64]
+    noise: Mapping[str, float]
+
+    @property
+    def step(self) -> float:
+        """Usual time between samples, s."""
+        return float(np.median(np.diff(self.time)))
+
+    @property
+    def middle(self) -> Array:
+        """Middle of each window, s."""
+        return np.asarray(self.time[self.first + self.weights.shape[1] // 2])
+
+    @property
+    def width(self) -> Array:
+        """Length of each window, s."""
+        return np.asarray(self.weights.sum(axis=1))
+
+    def integral(self, values: Array) -> Array:
+        """Integrals over the windows of a row of n samples, or of each column of (n, j)."""
+        reach = self.first[:, None] + np.arange(self.weights.shape[1])
+        return np.asarray(np.einsum("kw,kw...->k...", self.weights, values[reach]))
+
+    def spread(self, values: Array) -> Array:
+        """The transpose of :meth:`integral`: (k,) onto the n samples."""
+        reach = self.first[:, None] + np.arange(self.weights.shape[1])
+        result = np.zeros(self.time.size)
+        np.add.at(result, reach, self.weights * values[:, None])
+        return result
+
+    def change(self, values: Array) -> Array:
+        """Last less first sample of each window."""
+        return np.asarray(values[self.first + self.weights.shape[1] - 1] - values[self.first])
+
+
+def cut_windows(log: Log, heading: float = 0.0) -> Windows:
+    """Cut a run into windows of some 20 ms; windows with a gap or a missing sample are left out."""
+    names = [n for n in NOISY if n in log]
+    channels = {n: log[n] for n in names}
+    step = float(np.median(np.diff(log.time)))
+    half = max(1, round(WINDOW / step / 2))
+    first = np.arange(0, log.time.size - 2 * half, 2 * half)
+    reach = first[:, None] + np.arange(2 * half + 1)
+    gaps = np.diff(log.time[reach], axis=1)
+    good = gaps.max(axis=1) < 3 * step
+    for values in channels.values():
+        good &= np.isfinite(values[reach]).all(axis=1)
+    weights = _simpson(gaps[good])
+    clean = {n: np.where(np.isfinite(v), v, 0.0) for n, v in (*channels.items(), ("pitch", pitch_angle(log)))}
+    noise = {n: white_level(v, log.time) for n, v in channels.items()}
+    return Windows(log.name, log.time, heading, clean, weights, first[good].astype(np.int64), noise)
+
+
+def pitch_angle(log: Log) -> Array:
+    """Pitch (rad) about that at rest, from its channel or by integrating its rate.
+
+    A gyro's zero makes the integral drift: th = c + b t + k a is fitted, since a body on springs pitches in proportion
+    to the acceleration, and c + b t is taken off. A trend in the acceleration thus stays a trend of the pitch.
+    """
+    rate = np.where(np.isfinite(log["pitch_rate"]), log["pitch_rate"], 0.0) if "pitch" not in log else np.zeros(0)
+    steps = np.diff(log.time) * (rate[1:] + rate[:-1]) / 2
+    angle = log["pitch"] if "pitch" in log else np.concatenate([[0.0], np.cumsum(steps)])
+    elapsed = log.time - log.time[0]
+    trend = np.column_stack([np.ones_like(elapsed), elapsed, log["acceleration"]])
+    good = np.isfinite(angle) & np.isfinite(trend).all(axis=1)
+    kept = [0, 2] if "pitch" in log else [0, 1, 2]
+    found = np.linalg.lstsq(trend[np.ix_(good, kept)], angle[good], rcond=None)[0]
+    return np.asarray(angle - trend[:, kept[:-1]] @ found[:-1])
+
+
+def _simpson(gaps: Array) -> Array:
+    """Weights of Simpson's rule on uneven samples, (k, 2 j + 1) for gaps (k, 2 j)."""
+    weights = np.zeros((len(gaps), gaps.shape[1] + 1))
+    for j in range(0, gaps.shape[1], 2):
+        a, b = gaps[:, j], gaps[:, j + 1]
+        sixth = (a + b) / 6
+        weights[:, j] += sixth * (2 - b / a)
+        weights[:, j + 1] += sixth * (a + b) ** 2 / (a * b)
+        weights[:, j + 2] += sixth * (2 - a / b)
+    return weights

@@ -1,0 +1,149 @@
+"""The pictures of a coast-down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.result import Comparison, Figure, Series
+from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
+from vdyn_cli.steps.coastdown.residuals import by_speed, run_forces
+from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.times import Timed
+
+Array = NDArray[np.float64]
+Role = Literal["measured", "accent", "muted"]
+
+WAYS: tuple[tuple[float, str, Role], ...] = ((1.0, "out", "measured"), (-1.0, "back", "accent"), (0.0, "all", "muted"))
+ELLIPSE = 2.447746830680816  # standard deviations in two dimensions that hold 95 %
+
+
+def comparisons(fit: RoadLoadFit) -> tuple[Comparison, ...]:
+    """Speed (or specific force, in bins) of every run, measured and simulated."""
+    found = []
+    for k, run in enumerate(fit.campaign.runs):
+        seen = fit.simulate(k)
+        if fit.campaign.speed_fitted:
+            since, measured, simulated = run.time - run.time[0], run.speed, seen.outputs["speed"]
+            found.append(Comparison(run.name, "speed", "m/s", since, "time in the run [s]", measured, simulated))
+            continue
+        bins = fit.campaign.bins[k]
+        force, model = bins.mean(run.channel("acceleration")), bins.mean(seen.outputs["acceleration"])
+        found.append(Comparison(run.name, "acceleration", "m/s^2", bins.time, "time of the log [s]", force, model))
+    return tuple(found)
+
+
+def figures(fit: RoadLoadFit, load: RoadLoad, timed: Sequence[Timed]) -> tuple[Figure, ...]:
+    made = (road_load(fit, load, timed), left_over(fit), runs(fit), ellipse(fit))
+    return tuple(f for f in made if f is not None)
+
+
+def road_load(fit: RoadLoadFit, load: RoadLoad, timed: Sequence[Timed]) -> Figure:
+    """The result: force over speed."""
+    low = min(r.speed.min() for r in fit.campaign.runs)
+    high = max(r.speed.max() for r in fit.campaign.runs)
+    speed = np.linspace(low, high, 60)
+    force, half = np.asarray(load.force(speed)), load.half_width(speed)
+    series = [
+        Series("95 % band", 3.6 * speed, force - half, "band", force + half, role="muted"),
+        Series("fitted", 3.6 * speed, force, role="simulated"),
+    ]
+    if timed:
+        inertia = fit.at["mass"] + fit.at["rotating_mass"]
+        at, each = np.array([t.speed for t in timed]), np.array([t.force(inertia) for t in timed])
+        error = np.array([_force_error(t, inertia) for t in timed])
+        series.append(Series("from coast-down times", 3.6 * at, each, "points", error=error, role="measured"))
+    return Figure(
+        "road_load",
+        "Road load",
+        "Line and band: the fitted road load with its 95 % interval. Points, where there are pairs of runs: force from "
+        "their coast-down times, with no model but inertia. Good: the points scatter about the line within their bars. "
+        "Bad: they bend away from it at one end; then the law of force over speed is wrong, or brake or wind came in.",
+        "speed [km/h]",
+        "force [N]",
+        tuple(series),
+    )
+
+
+def _force_error(timed: Timed, inertia: float) -> float:
+    from vdyn_cli.inference.intervals import t_quantile
+
+    n = timed.pairs.size
+    if n < 2:
+        return 0.0
+    slowing = 1.0 / timed.pairs
+    half = t_quantile(float(n - 1)) * float(np.std(slowing, ddof=1)) / np.sqrt(n)
+    return float(inertia * (timed.upper - timed.lower) * half)
+
+
+def left_over(fit: RoadLoadFit) -> Figure | None:
+    """Unexplained force over speed, each direction apart."""
+    headings = np.array([r.heading for r in fit.campaign.runs])
+    series = []
+    for heading, way, role in WAYS:
+        which = np.flatnonzero(headings == heading).tolist()
+        if len(which) >= 2:
+            left = by_speed(fit, which)
+            series.append(Series(way, 3.6 * left.speed, left.force, "points", error=2 * left.error, role=role))
+    if not series:
+        return None
+    return Figure(
+        "left_over",
+        "Force left over at each speed",
+        "What the runs resisted beyond the fitted road load, mean and two standard errors over the runs. Good: all "
+        "about zero. Out and back apart by a constant: the road slopes. Apart by more at speed: a steady wind. Both "
+        "bent alike: the law of force over speed is wrong.",
+        "speed [km/h]",
+        "force [N]",
+        tuple(series),
+    )
+
+
+def runs(fit: RoadLoadFit) -> Figure:
+    """Each run's own force."""
+    force, error = run_forces(fit)
+    number = np.arange(1, force.size + 1, dtype=float)
+    headings = np.array([r.heading for r in fit.campaign.runs])
+    series = []
+    for heading, way, role in WAYS:
+        mine = headings == heading
+        if mine.any():
+            series.append(Series(way, number[mine], force[mine], "points", error=2 * error[mine], role=role))
+    return Figure(
+        "runs",
+        "Each run's own force",
+        "How much more each run resisted than the common road load, with two standard deviations. Good: scatter about "
+        "zero without order. A fall from run to run: tires warm up. Out above and back below, or the reverse: slope or "
+        "wind. One far off: look at that run.",
+        "run",
+        "force [N]",
+        tuple(series),
+    )
+
+
+def ellipse(fit: RoadLoadFit) -> Figure | None:
+    """Where rolling resistance and drag area lie together."""
+    names = ("rolling_resistance", "drag_area")
+    solution = fit.solution
+    if not set(names) <= set(solution.names):
+        return None
+    at = [solution.names.index(n) for n in names]
+    spread = np.linalg.cholesky(solution.covariance[np.ix_(at, at)])
+    turn = np.linspace(0, 2 * np.pi, 90)
+    edge = ELLIPSE * spread @ np.array([np.cos(turn), np.sin(turn)])
+    centre = np.array([solution.values[n] for n in names])
+    return Figure(
+        "ellipse",
+        "Rolling resistance against drag area",
+        "The 95 % region of both together. Round: the runs tell them apart. A thin slanted sliver: they don't, one can "
+        "be had for the other; coasts from faster down to slower make it round.",
+        "rolling resistance",
+        "drag area [m^2]",
+        (
+            Series("95 % region", centre[0] + edge[0], centre[1] + edge[1], role="simulated"),
+            Series("estimate", centre[:1], centre[1:], "points", role="accent"),
+        ),
+    )

@@ -1,0 +1,169 @@
+"""Road load as a polynomial of speed: units of dynamometers, and the correction to reference conditions.
+
+F = f0 + f1 V + f2 V^2, in SI here, in N and km/h as F0, F1, F2, in lbf and mph as A, B, C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.maths import GRAVITY
+
+Array = NDArray[np.float64]
+
+POUND_FORCE = 4.4482216152605  # N, exact (international pound, standard gravity)
+MILE_PER_HOUR = 0.44704  # m/s, exact
+KILOMETRE_PER_HOUR = 3.6  # per m/s
+ROLLING_BY_TEMPERATURE = 8.6e-3  # 1/K, K0 of the coast-down standards
+DRY_AIR = 287.055  # J/(kg K)
+
+DYNO_KEYS = ("F0_N", "F1_N_per_kmh", "F2_N_per_kmh2")
+EPA_KEYS = ("A_lbf", "B_lbf_per_mph", "C_lbf_per_mph2")
+
+
+@dataclass(frozen=True)
+class RoadLoad:
+    """f0 N, f1 N s/m, f2 N s^2/m^2, with their covariance (3, 3) and the degrees of freedom behind it."""
+
+    f0: float
+    f1: float
+    f2: float
+    covariance: Array | None = None
+    degrees: float = float("inf")
+
+    @classmethod
+    def from_epa(cls, a: float, b: float, c: float) -> RoadLoad:
+        """From A lbf, B lbf/mph, C lbf/mph^2."""
+        return cls(a * POUND_FORCE, b * POUND_FORCE / MILE_PER_HOUR, c * POUND_FORCE / MILE_PER_HOUR**2)
+
+    @classmethod
+    def from_dyno(cls, f0: float, f1: float, f2: float) -> RoadLoad:
+        """From F0 N, F1 N/(km/h), F2 N/(km/h)^2."""
+        return cls(f0, f1 * KILOMETRE_PER_HOUR, f2 * KILOMETRE_PER_HOUR**2)
+
+    @property
+    def coefficients(self) -> Array:
+        return np.array([self.f0, self.f1, self.f2])
+
+    def epa(self) -> tuple[float, float, float]:
+        """A lbf, B lbf/mph, C lbf/mph^2."""
+        return (
+            self.f0 / POUND_FORCE,
+            self.f1 * MILE_PER_HOUR / POUND_FORCE,
+            self.f2 * MILE_PER_HOUR**2 / POUND_FORCE,
+        )
+
+    def dyno(self) -> tuple[float, float, float]:
+        """F0 N, F1 N/(km/h), F2 N/(km/h)^2."""
+        return self.f0, self.f1 / KILOMETRE_PER_HOUR, self.f2 / KILOMETRE_PER_HOUR**2
+
+    def force(self, speed: float | Array) -> float | Array:
+        """N at a speed in m/s."""
+        return self.f0 + self.f1 * speed + self.f2 * speed**2
+
+    def half_width(self, speed: float | Array) -> Array:
+        """Half the 95 % interval of the force, N, at speeds (n,) in m/s."""
+        from vdyn_cli.inference.intervals import t_quantile
+
+        v = np.atleast_1d(np.asarray(speed, dtype=float))
+        if self.covariance is None:
+            return np.zeros(v.size)
+        gradient = np.column_stack([np.ones(v.size), v, v**2])
+        variance = np.einsum("ni,ij,nj->n", gradient, self.covariance, gradient)
+        return np.asarray(t_quantile(min(self.degrees, 1e6)) * np.sqrt(np.maximum(variance, 0.0)))
+
+    def half_widths(self) -> Array:
+        """Half the 95 % intervals of f0, f1, f2."""
+        from vdyn_cli.inference.intervals import t_quantile
+
+        if self.covariance is None:
+            return np.zeros(3)
+        return np.asarray(t_quantile(min(self.degrees, 1e6)) * np.sqrt(np.diag(self.covariance)))
+
+    def document(self) -> dict[str, float | list[float]]:
+        """Every form with its interval, for the JSON."""
+        low = self._moved(-1).dyno() + self._moved(-1).epa()
+        high = self._moved(1).dyno() + self._moved(1).epa()
+        found: dict[str, float | list[float]] = {}
+        for key, value, a, b in zip(DYNO_KEYS + EPA_KEYS, self.dyno() + self.epa(), low, high, strict=True):
+            found[key] = value
+            found[f"{key}_interval95"] = [a, b]
+        return found
+
+    def _moved(self, way: float) -> RoadLoad:
+        f0, f1, f2 = (self.coefficients + way * self.half_widths()).tolist()
+        return RoadLoad(f0, f1, f2)
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Air and mass: temperature K, air_density kg/m^3, mass kg as tested."""
+
+    temperature: float
+    air_density: float
+    mass: float
+
+
+def density_of(temperature: float, pressure: float) -> float:
+    """Dry air, kg/m^3, at K and Pa."""
+    return pressure / (DRY_AIR * temperature)
+
+
+def corrected(load: RoadLoad, test: Conditions, reference: Conditions) -> RoadLoad:
+    """The road load as it would have been under reference conditions.
+
+    F* = (f0 TM/m + f1 V)(1 + K0 (T - T0)) + (rho0/rho) f2 V^2,  K0 = 8.6e-3 1/K
+
+    Notes
+    -----
+    The wind's own share (w1 = f2 w^2 in the standards) is taken out before: the fit reckons with gusts and mean winds.
+    Assumes that f0 and f1 are the tires' and the driveline's, f2 the air's. After UN GTR 15 (WLTP), annex 4, and
+    SAE J2263, with their temperature factor; T0 = 20 degC and 100 kPa in the one, 98.21 kPa in the other.
+    """
+    warm = 1.0 + ROLLING_BY_TEMPERATURE * (test.temperature - reference.temperature)
+    scale = np.array([warm * reference.mass / test.mass, warm, reference.air_density / test.air_density])
+    f0, f1, f2 = (scale * load.coefficients).tolist()
+    covariance = None if load.covariance is None else load.covariance * np.outer(scale, scale)
+    return replace(load, f0=f0, f1=f1, f2=f2, covariance=covariance)
+
+
+def of_parameters(
+    at: Mapping[str, float],
+    names: tuple[str, ...],
+    covariance: Array,
+    degrees: float,
+    lasting: Mapping[str, Array] = MappingProxyType({}),
+) -> RoadLoad:
+    """The road load of the model's parameters.
+
+    f0 = frr M g,  f1 = frr1 M g,  f2 = 1/2 rho Cd A
+
+    Parameters
+    ----------
+    at : rolling_resistance, rolling_speed, drag_area, mass, air_density in SI.
+    names, covariance : of those that were estimated, (k, k).
+    lasting : what causes that stay with the car add to f0, f1, f2, (3,) per unit of each of their sizes.
+    """
+    weight, density = at["mass"] * GRAVITY, 0.5 * at["air_density"]
+    slopes = {
+        "rolling_resistance": (weight, 0.0, 0.0),
+        "rolling_speed": (0.0, weight, 0.0),
+        "drag_area": (0.0, 0.0, density),
+        "mass": (at["rolling_resistance"] * GRAVITY, at["rolling_speed"] * GRAVITY, 0.0),
+        "air_density": (0.0, 0.0, 0.5 * at["drag_area"]),
+        **{n: tuple(c.tolist()) for n, c in lasting.items()},
+    }
+    more = sum((at[n] * c for n, c in lasting.items()), np.zeros(3)).tolist()
+    gradient = np.array([slopes.get(n, (0.0, 0.0, 0.0)) for n in names]).reshape(len(names), 3)
+    return RoadLoad(
+        at["rolling_resistance"] * weight + more[0],
+        at["rolling_speed"] * weight + more[1],
+        density * at["drag_area"] + more[2],
+        gradient.T @ covariance @ gradient,
+        degrees,
+    )

@@ -1,0 +1,64 @@
+"""Where a road load fit begins: a straight line through decelerations of a few seconds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.inference import Unknown
+from vdyn_cli.inference.bins import Bins
+from vdyn_cli.steps.coastdown.road_runs import Campaign, RoadRun
+
+Array = NDArray[np.float64]
+
+STRIDE = 2  # bins, over which a deceleration is taken
+INSIDE = 0.01  # of the physical range that a start stays off its bounds
+
+
+def started(campaign: Campaign) -> tuple[Unknown, ...]:
+    """The campaign's unknowns, those of the road load beginning where least squares on the decelerations put them.
+
+    A simulation from far off may stop before the car did, and where it stands still nothing tells the fit which way.
+    """
+    at = campaign.values
+    parts = [_slowed(campaign, run, bins) for run, bins in zip(campaign.runs, campaign.bins, strict=True)]
+    speed, wind, force = (np.concatenate(column) for column in zip(*parts, strict=True))
+    flow = speed + wind
+    columns = {
+        "rolling_resistance": np.full(speed.size, at["mass"] * GRAVITY),
+        "rolling_speed": speed * at["mass"] * GRAVITY,
+        "drag_area": 0.5 * at["air_density"] * flow * np.abs(flow),
+    }
+    sought = [u.name for u in campaign.unknowns if u.name in columns]
+    if not sought or speed.size < 2 * len(sought):
+        return campaign.unknowns
+    for name in set(columns) - set(sought):
+        force = force - at[name] * columns[name]
+    line = np.linalg.lstsq(np.column_stack([columns[n] for n in sought]), force, rcond=None)[0]
+    found = dict(zip(sought, line.tolist(), strict=True))
+    return tuple(_moved(u, found[u.name]) if u.name in found else u for u in campaign.unknowns)
+
+
+def _moved(unknown: Unknown, start: float) -> Unknown:
+    margin = INSIDE * (unknown.upper - unknown.lower)
+    return replace(unknown, start=float(np.clip(start, unknown.lower + margin, unknown.upper - margin)))
+
+
+def _slowed(campaign: Campaign, run: RoadRun, bins: Bins) -> tuple[Array, Array, Array]:
+    """Speed, headwind, and the force that slowed the car, from bin to bin: (k,) m/s, m/s, N."""
+    at, zeros = campaign.values, np.zeros(run.time.size)
+    if "drive_torque" in run.inputs:
+        drive = run.inputs["drive_torque"] * (at["driveline_efficiency"] * at["gear_ratio"] / at["wheel_radius"])
+    else:
+        drive = run.inputs.get("drive_force", 0.0)
+    pushed = zeros + drive - at["mass"] * GRAVITY * run.inputs["grade"]
+    means = bins.mean(np.column_stack([run.speed, zeros + run.inputs["wind_speed"], pushed]))
+    part = run.part[bins.first]
+    within = part[STRIDE:] == part[:-STRIDE]
+    rate = (means[STRIDE:, 0] - means[:-STRIDE, 0]) / (bins.time[STRIDE:] - bins.time[:-STRIDE])
+    middle = 0.5 * (means[STRIDE:] + means[:-STRIDE])
+    force = middle[:, 2] - (at["mass"] + at["rotating_mass"]) * rate
+    return middle[within, 0], middle[within, 1], force[within]

@@ -1,0 +1,95 @@
+"""A wheel's inertia from its pendulum, with the share that each measured quantity has in the uncertainty."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from vdyn_cli.inference.uncertainty_budget import Budget, propagate
+from vdyn_cli.physics.models.pendulum import (
+    bar_inertia,
+    bifilar_inertia,
+    compound_inertia,
+    small_swing,
+    torsional_inertia,
+)
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.quantity import Given
+
+UNITS = {
+    "period": "s",
+    "amplitude": "rad",
+    "mass": "kg",
+    "pivot_distance": "m",
+    "separation": "m",
+    "length": "m",
+    "gravity": "m/s^2",
+    "torsional_stiffness": "N m/rad",
+    "bar_mass": "kg",
+    "bar_length": "m",
+    "bar_diameter": "m",
+    "bar_period": "s",
+}
+
+
+STILL = Given(0.0)
+
+
+@dataclass(frozen=True)
+class Period:
+    """A period with where it came from.
+
+    ``amplitude`` (rad) is that of the swings that were timed: 0 where the period is already that of small swings.
+    ``degrees`` of freedom stand behind the standard deviation.
+    """
+
+    value: Given
+    degrees: float = math.inf
+    amplitude: Given = STILL
+
+
+def inertia_budget(kind: str, hung: Mapping[str, Given], period: Period) -> Budget:
+    """Moment of inertia, kg m^2, of a hung wheel.
+
+    Parameters
+    ----------
+    kind : compound, bifilar or torsional.
+    hung : what was measured of the rig, by the names of ``UNITS``; a torsion rod is given by its stiffness, or by the
+        mass, length, diameter and period of a bar that was hung on it.
+
+    Raises
+    ------
+    ResultError : the numbers leave no inertia: period too short for that pivot distance.
+    """
+
+    def formula(period: float, amplitude: float = 0.0, **rig: float) -> float:
+        if kind == "compound":
+            return compound_inertia(small_swing(kind, period, amplitude), **rig)
+        if kind == "bifilar":
+            lengths = {name: rig[name] for name in ("separation", "length", "gravity")}
+            return bifilar_inertia(small_swing(kind, period, amplitude, **lengths), **rig)
+        return torsional_inertia(period, rod_stiffness(**rig))
+
+    wide = {} if period.amplitude == STILL or kind == "torsional" else {"amplitude": period.amplitude}
+    inputs = {"period": period.value, **wide, **hung}
+    budget = propagate(formula, inputs, UNITS, {"period": period.degrees})
+    if budget.value <= 0:
+        shortest = 2 * math.pi * (hung["pivot_distance"].value / hung["gravity"].value) ** 0.5
+        got = f"{period.value.value:.4g} s"
+        what = f"a wheel of any inertia at this pivot distance swings slower than {shortest:.4g} s"
+        raise ResultError(Finding("pendulum", what, got, "check pivot_distance (pivot to axle) and the period"))
+    return budget
+
+
+def rod_stiffness(
+    torsional_stiffness: float | None = None,
+    bar_mass: float = 0.0,
+    bar_length: float = 0.0,
+    bar_diameter: float = 0.0,
+    bar_period: float = 1.0,
+) -> float:
+    """Stiffness of a torsion rod, N m/rad, as given or from a bar hung on it: kt = 4 pi^2 J / T^2."""
+    if torsional_stiffness is not None:
+        return torsional_stiffness
+    return bar_inertia(bar_mass, bar_length, bar_diameter) * (2 * math.pi / bar_period) ** 2

@@ -1,0 +1,86 @@
+"""Slip sweeps averaged over short stretches of time, so that the noise in slip falls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+LONGEST = 40  # samples averaged into one bin
+WIDEST = 0.015  # slip over which a bin may extend: a fifth of the width of a stiff tyre's knee
+
+
+@dataclass(frozen=True)
+class Bins:
+    """A slip sweep averaged over short stretches of time, in which slip moves little.
+
+    Parameters
+    ----------
+    run : the log's name; time, slip, load, force : (n,) means of each bin.
+    speed : (n,) m/s, or None where it was not logged. slip_gradient : (n,) 1/m, change of slip per distance.
+    spread : (n,), variance of the true slip inside the bin, from its drift.
+    slip_variance, force_variance, load_variance : (n,), of the bin's means, from the white noise of the channels.
+    """
+
+    run: str
+    time: Array
+    slip: Array
+    load: Array
+    force: Array
+    speed: Array | None
+    slip_gradient: Array
+    spread: Array
+    slip_variance: Array
+    force_variance: Array
+    load_variance: Array
+
+
+def bin_sweep(log: Log) -> Bins:
+    """Average a log with ``slip``, ``force_x`` and ``force_z`` so that the noise in slip falls.
+
+    Noise in the slip itself pulls a least-squares fit of the curve flat; averaging m samples takes away all but 1/m
+    of that, the fit's errors-in-variables residual the rest.
+    """
+    good = np.isfinite(log["slip"]) & np.isfinite(log["force_x"]) & np.isfinite(log["force_z"])
+    time, slip, force, load = (log[n][good] for n in ("time", "slip", "force_x", "force_z"))
+    edges = _edges(slip)
+    count = np.diff(edges)
+
+    def mean(values: Array) -> Array:
+        return np.asarray(np.add.reduceat(values, edges[:-1]) / count)
+
+    centre = mean(slip)
+    middle = mean(time)
+    rate = np.gradient(centre, middle)
+    speed = mean(log["vehicle_speed"][good]) if "vehicle_speed" in log else None
+    drift = rate * (mean(np.concatenate([np.diff(time), [0.0]])) * count)
+    return Bins(
+        log.name,
+        middle,
+        centre,
+        mean(load),
+        mean(force),
+        speed,
+        np.zeros_like(rate) if speed is None else rate / speed,
+        drift**2 / 12,
+        white_level(slip, time) ** 2 / count,
+        white_level(force, time) ** 2 / count,
+        white_level(load, time) ** 2 / count,
+    )
+
+
+def _edges(slip: Array) -> NDArray[np.int64]:
+    """Where bins begin and end: as long as allowed, and shorter where the smoothed slip moves fast."""
+    width = min(15, slip.size)
+    smooth = np.convolve(np.pad(slip, width // 2, mode="edge"), np.ones(width) / width, mode="valid")[: slip.size]
+    steps = np.abs(np.diff(smooth, append=smooth[-1]))
+    share = np.maximum(steps / WIDEST, 1 / LONGEST)
+    label = np.floor(np.cumsum(share) + 1e-9).astype(np.int64)
+    starts = np.flatnonzero(np.diff(label, prepend=label[0] - 1))
+    return np.concatenate([starts, [slip.size]]).astype(np.int64)

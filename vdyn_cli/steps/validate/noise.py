@@ -1,0 +1,105 @@
+"""The noise of the slow rows: gusts, winds, uneven road and the torque's own noise, all integrated by the car."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.inference.bins import Bins, cut
+from vdyn_cli.inference.gust_covariance import Coloured, RunNoise, Steady, White, integration
+from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
+from vdyn_cli.steps.validate.drives import Stretch
+from vdyn_cli.steps.validate.felt import FELT
+from vdyn_cli.steps.validate.rows import Plan
+
+Array = NDArray[np.float64]
+
+SIZING = 1.0  # s of a bin when the sizes are found: in coarser ones a sensor's white noise looks like a rough road
+DEPARTURE = 0.003  # m/s by which a car may leave rest otherwise: brakes let go, tires creep, friction breaks away
+MOST_SIZED = 40  # stretches from which the sizes are found
+
+
+def inertia_of(values: Mapping[str, float]) -> float:
+    """kg, of the car with all that turns."""
+    if "rotating_mass" in values:
+        return values["mass"] + values["rotating_mass"]
+    turning = 4 * values["wheel_inertia"] + values["driveline_inertia"]
+    return values["mass"] + turning / values["wheel_radius"] ** 2
+
+
+def slow_noise(s: Stretch, plan: Plan, bins: Bins, values: Mapping[str, float], torque_level: float) -> RunNoise:
+    """Covariance of the slow rows of a stretch, averaged over ``bins``, by the sizes of its sources.
+
+    Parameters
+    ----------
+    torque_level : N m of white noise in a sample of the drive torque.
+    """
+    inertia = inertia_of(values)
+    speed = np.maximum(bins.mean(s.outputs["speed"][plan.keep] + s.inputs["wind_speed"][plan.keep]), 0.0)
+    pull = values["air_density"] * values["drag_area"] * speed / inertia
+    driven = values["driveline_efficiency"] * values["gear_ratio"] / values["wheel_radius"] / inertia * torque_level
+    together = plan.section(bins)[:, None] == plan.section(bins)[None, :]
+    moved, here = integration(bins, pull) * together, np.eye(bins.time.size)
+    since = np.cumsum(bins.width)
+    spacing = float(np.median(np.diff(s.time)))
+    walk = driven**2 * spacing * np.minimum(since[:, None], since[None, :]) * together
+    walk += DEPARTURE**2 * together * (plan.section(bins) > 0)  # after a rest
+    count = bins.count.astype(float)
+    level = plan.common_level
+    if not plan.felt:
+        gust = -moved * pull
+        parts: list[White | Steady | Coloured] = [
+            White("speed_noise", level**2 / count),
+            Coloured("gust", "gust_time", gust, _lag(bins)),
+            Steady("run_wind", gust.sum(axis=1)),
+            Steady("run_drive", moved.sum(axis=1)),
+        ]
+        if (
+            FELT in s.inputs
+        ):  # what an accelerometer takes for a slope, and torque that is reckoned, are off by stretches
+            parts.append(Coloured("push", "push_time", moved, _lag(bins)))
+        return RunNoise(tuple(parts), walk, moved.sum(axis=1))
+    felt = here - pull[:, None] * moved
+    push, none = np.vstack([moved, felt]), np.zeros(count.size)
+    gust = -push * pull
+    share = values["mass"] / inertia
+    road = -GRAVITY * np.vstack([share * moved, share * felt - here])
+    lag = _lag(bins)
+    force = plan.levels["acceleration"]
+    parts = [
+        White("speed_noise", np.r_[level**2 / count, none]),
+        White("acceleration_noise", np.r_[none, (force**2 + driven**2) / count]),
+        Coloured("gust", "gust_time", gust, lag),
+        Coloured("road", "road_time", road, lag),
+        Steady("road_mean", road.sum(axis=1)),
+        Steady("run_wind", gust.sum(axis=1)),
+        Steady("run_drive", push.sum(axis=1)),
+    ]
+    known = np.zeros((2 * count.size, 2 * count.size))
+    known[: count.size, : count.size] = walk
+    return RunNoise(tuple(parts), known, push.sum(axis=1))
+
+
+def _lag(bins: Bins) -> Array:
+    return np.asarray(np.abs(bins.time[:, None] - bins.time[None, :]))
+
+
+def sizing_bins(plan: Plan) -> Bins:
+    """Coarser bins, in which sizes are found quickly; never finer than the rows that are fitted."""
+    width = plan.bins.width
+    return cut(plan.time, max(SIZING, float(np.median(width)), float(np.sum(width)) / 100), plan.part)
+
+
+def sizes(runs: Sequence[NoisyRun], priors: Array) -> dict[str, float]:
+    """The sizes of all sources from the slow rows of the stretches, what is fitted being reckoned with.
+
+    Parameters
+    ----------
+    priors : (s,) information about the shared unknowns.
+    """
+    step = max(1, -(-len(runs) // MOST_SIZED))
+    some = runs[::step]
+    return find_sizes(some, typical_sizes(some[0].noise), priors)

@@ -1,0 +1,85 @@
+"""What a car is doing at every sample: launching, accelerating, cruising, coasting, braking, or hardly moving."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.bins import cut
+
+Array = NDArray[np.float64]
+Marks = NDArray[np.int64]
+
+REGIMES = ("launch", "acceleration", "cruise", "coast", "braking", "low speed")
+SLOW = 3.0  # m/s, below which the car hardly moves
+LAUNCHED = 6.0  # m/s, at which a start from rest is over
+STEADY = 0.3  # m/s^2 between cruising and accelerating
+PRESSED = 0.02  # of the largest brake torque: the brake is on
+IDLE = 0.03  # of the largest drive torque: nobody drives
+SMOOTH = 1.0  # s over which the acceleration is judged
+RESTING = 0.1  # m/s
+CREEPING = 1.0  # m/s, below which a car that slows down is about to stop
+SETTLED = 1.0  # s after which a car that stopped has come to rest on its tires
+HARD = 0.8  # m/s^2 of deceleration without drive, which no road load explains: a brake is on
+
+
+def marked(time: Array, speed: Array, drive: Array, brake: Array) -> Marks:
+    """Index into REGIMES of every sample.
+
+    Parameters
+    ----------
+    time : (n,) s. speed : (n,) m/s, may hold NaN. drive, brake : (n,) N m.
+
+    A start from rest counts as launch until 6 m/s; the rest below 3 m/s as low speed.
+    """
+    good = np.isfinite(speed)
+    speed = np.interp(time, time[good], speed[good])
+    rate = _rate(time, speed)
+    driven = drive > IDLE * max(float(np.max(np.abs(drive))), 1e-9)
+    top = float(np.max(np.abs(brake)))
+    braked = np.abs(brake) > PRESSED * top if top > 0 else (rate < -HARD) & ~driven
+    marks = np.where(driven, np.where(np.abs(rate) > STEADY, 1, 2), 3)
+    marks = np.where(braked, 4, marks)
+    marks = np.where((speed < SLOW) & ~driven, 5, marks)
+    marks = np.where((speed < SLOW) & braked & (rate > -STEADY), 5, marks)
+    return np.where(_launching(speed, driven), 0, marks).astype(np.int64)
+
+
+def _launching(speed: Array, driven: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """From the last moment at rest to 6 m/s, while driven."""
+    launching, found = False, np.zeros(speed.size, dtype=bool)
+    for i, (v, on) in enumerate(zip(speed.tolist(), driven.tolist(), strict=True)):
+        if not on or v > LAUNCHED:
+            launching = False
+        elif v < 0.3:
+            launching = True
+        found[i] = launching
+    return found
+
+
+def _rate(time: Array, speed: Array) -> Array:
+    """m/s^2, over about a second."""
+    later = np.interp(time + SMOOTH / 2, time, speed)
+    earlier = np.interp(time - SMOOTH / 2, time, speed)
+    span = np.minimum(time + SMOOTH / 2, time[-1]) - np.maximum(time - SMOOTH / 2, time[0])
+    return np.asarray((later - earlier) / np.maximum(span, 1e-9))
+
+
+def stops(time: Array, speed: Array) -> NDArray[np.bool_]:
+    """Samples from 1 m/s down to rest, and the moment in which the car settles."""
+    smooth = smoothed(time, speed)
+    found = np.zeros(time.size, dtype=bool)
+    rest = smooth < RESTING
+    for i in np.flatnonzero(rest[1:] & ~rest[:-1]) + 1:
+        faster = np.flatnonzero(smooth[:i] > CREEPING)
+        if faster.size:
+            found |= (time >= time[faster[-1]]) & (time <= time[i] + SETTLED)
+    return found
+
+
+def smoothed(time: Array, speed: Array) -> Array:
+    """The speed averaged over 0.1 s; gaps bridged."""
+    good = np.isfinite(speed)
+    speed = np.interp(time, time[good], speed[good])
+    bins = cut(time, 0.1)
+    return np.asarray(np.interp(time, bins.time, bins.mean(speed)))

@@ -1,0 +1,91 @@
+"""How the outputs of a simulated drive are read: sensors' gains, the same in all stretches, and zeros of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.engine.simulate import Simulated
+from vdyn_cli.inference import Unknown
+from vdyn_cli.steps.validate.drives import OUTPUTS, Stretch
+
+Array = NDArray[np.float64]
+
+GAINS = ("speed", "shaft_torque", "acceleration")
+FARTHEST_GAIN = 0.5
+FARTHEST_ZERO = 50.0  # standard deviations
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """What is doubted of the sensors.
+
+    Parameters
+    ----------
+    channels : outputs that are fitted.
+    zeros : standard deviation of a sensor's zero, by channel or drive_torque; each stretch has its own.
+    gains : standard deviation of a sensor's gain, by channel; the same in all stretches, and of both shaft torques.
+    """
+
+    channels: tuple[str, ...]
+    zeros: Mapping[str, float]
+    gains: Mapping[str, float]
+
+    @cached_property
+    def zeroed(self) -> tuple[str, ...]:
+        """Channels whose zero is a nuisance of every stretch; the drive torque's, which drives the car, first."""
+        return tuple(n for n in ("drive_torque", *self.channels) if self.zeros.get(n, 0.0) > 0)
+
+    @property
+    def driving(self) -> int:
+        """How many of the zeros are those of an input."""
+        return int("drive_torque" in self.zeroed)
+
+    @cached_property
+    def instruments(self) -> dict[str, float]:
+        """Unknowns of the readings that all stretches share, with their standard deviations about zero."""
+        return {f"{n}_gain": self.gains[n] for n in GAINS if self.gains.get(n, 0.0) > 0 and self._reading(n)}
+
+    def _reading(self, group: str) -> tuple[str, ...]:
+        return tuple(n for n in self.channels if n.startswith(group))
+
+    def read(self, name: str, true: Array, gains: Array, zeros: Array) -> tuple[Array, tuple[Array, Array]]:
+        """What the sensor of a channel reads, (n,), and the derivatives to gains, (n, k), and zeros, (n, m)."""
+        to_gains, to_zeros = np.zeros((true.size, gains.size)), np.zeros((true.size, zeros.size))
+        for i, instrument in enumerate(self.instruments):
+            if name in self._reading(instrument.removesuffix("_gain")):
+                to_gains[:, i] = true
+        if name in self.zeroed:
+            to_zeros[:, self.zeroed.index(name) - self.driving] = 1.0
+        return true + to_gains @ gains + to_zeros @ zeros, (to_gains, to_zeros)
+
+    def gain_unknowns(self) -> tuple[Unknown, ...]:
+        return tuple(
+            Unknown(n, 0.0, -FARTHEST_GAIN, FARTHEST_GAIN, "", (0.0, std), nuisance=True)
+            for n, std in self.instruments.items()
+        )
+
+    def zero_unknowns(self) -> tuple[Unknown, ...]:
+        far = {n: FARTHEST_ZERO * self.zeros[n] for n in self.zeroed}
+        return tuple(
+            Unknown(f"{n}_zero", 0.0, -far[n], far[n], "", (0.0, self.zeros[n]), per_run=True, nuisance=True)
+            for n in self.zeroed
+        )
+
+
+def true_readings(seen: Simulated, s: Stretch) -> tuple[dict[str, Array], dict[str, Array]]:
+    """What perfect sensors would read of a simulated stretch, (n,), and the derivatives, (n, k), by output."""
+    names = [n for n in OUTPUTS if n in seen.outputs]
+    values = {n: seen.outputs[n] for n in names}
+    slopes = {n: seen.sensitivities[n] for n in names}
+    if "acceleration" not in seen.outputs and s.time.size > 2:
+        # A mass on a road has no acceleration of its own to read: the rate of its speed and gravity along the road.
+        grade = s.inputs["grade"]
+        values["acceleration"] = np.gradient(values["speed"], s.time) + GRAVITY * grade / np.sqrt(1 + grade**2)
+        slopes["acceleration"] = np.gradient(slopes["speed"], s.time, axis=0)
+    return values, slopes
