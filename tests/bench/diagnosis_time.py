@@ -65,9 +65,10 @@ def once(step_name: str, description: Path, known: Sequence[Path]) -> Timed:
     """One diagnosis, after the step's estimate."""
     step = load_step(step_name)
     inputs = gather(step, description, known)
-    base = step.estimate(inputs.spec, inputs.data, inputs.known)
+    problem = step.prepare(inputs.spec, inputs.data, inputs.known)
+    base = problem.publish()
     processor, clock = time.process_time(), time.perf_counter()
-    told: Any = diagnosed(step, inputs.spec, inputs.data, inputs.known, base).diagnosis
+    told: Any = diagnosed(step, inputs.spec, problem, inputs.known, base).diagnosis
     seconds = time.process_time() - processor, time.perf_counter() - clock
     return Timed(*seconds, told["verdict"], len(told["ranking"]) + len(told["not_testable"]))
 

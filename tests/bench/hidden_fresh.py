@@ -59,4 +59,6 @@ def _simulated(bench: Workbench, sizes: Mapping[str, float], causes: Sequence[st
 def _bench(name: str, description: Path) -> Workbench:
     step = load_step(name)
     inputs = gather(step, description, ())
-    return open_workbench(case_of(step, inputs.spec, inputs.data, inputs.known))
+    return open_workbench(
+        case_of(step, inputs.spec, inputs.known, step.prepare(inputs.spec, inputs.data, inputs.known))
+    )

@@ -19,7 +19,7 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, FitSummary, Result
-from vdyn_cli.steps import Diagnosable, Step
+from vdyn_cli.steps.contract import Diagnosable, Step, from_functions
 from vdyn_cli.steps.effect_estimates import sizes_found
 
 SLOPE, WIND, WAVE = (
@@ -64,11 +64,13 @@ STEP = Step(
     optional=(),
     needs=(),
     gives=tuple(BASE),
-    estimate=estimate,
+    prepare=from_functions(
+        estimate=estimate,
+        regression=regression,
+        model=lambda *_: Model("line", lambda e, u: None, (), ()),
+        profiles=lambda *_: (SHAPE,),
+    ),
     diagnosable=Diagnosable(
-        regression,
-        lambda *_: Model("line", lambda e, u: None, (), ()),
-        lambda *_: (SHAPE,),
         ("height", "m"),
         two_way=lambda spec: True,
     ),
@@ -84,8 +86,9 @@ def spec_of(campaign: Campaign, **diagnose: Any) -> TestSpec:
 def diagnosed(campaign: Campaign, step: Step = STEP, level: float = 0.05, **diagnose: Any) -> tuple[Result, Result]:
     """The baseline, and the diagnosed result."""
     spec, known = spec_of(campaign, **diagnose), Parameters()
-    base = step.estimate(spec, campaign, known)
-    return base, extend.diagnosed(step, spec, campaign, known, base, level)
+    problem = step.prepare(spec, campaign, known)
+    base = problem.publish()
+    return base, extend.diagnosed(step, spec, problem, known, base, level)
 
 
 def unsure_sizes(answer: Any, case: Case) -> dict[str, Estimate]:

@@ -152,7 +152,7 @@ def test_what_an_earlier_step_found_is_neither_refused_nor_taken_in_twice() -> N
     step = replace(STEP, diagnosable=replace(STEP.diagnosable, carries=True))
     spec = spec_of(HIDDEN_SLOPE, extend=["wind", "slope"])
     base = step.estimate(spec, HIDDEN_SLOPE, known)
-    result = extend.diagnosed(step, spec, HIDDEN_SLOPE, known, base)
+    result = extend.diagnosed(step, spec, step.prepare(spec, HIDDEN_SLOPE, known), known, base)
     assert result.diagnosis is not None
     assert result.diagnosis["extended"] == ["slope"]
     (finding,) = result.findings
@@ -218,7 +218,7 @@ def test_runs_that_do_not_say_which_way_they_went_are_no_second_way() -> None:
     silent = [r.model_copy(update={"direction": None}) if r.direction == "back" else r for r in spec.runs]
     spec = spec.model_copy(update={"runs": silent})
     base = STEP.estimate(spec, HIDDEN_WIND, Parameters())
-    told = extend.diagnosed(STEP, spec, HIDDEN_WIND, Parameters(), base).diagnosis
+    told = extend.diagnosed(STEP, spec, STEP.prepare(spec, HIDDEN_WIND, Parameters()), Parameters(), base).diagnosis
     assert told is not None
     assert told["verdict"] == "not_testable"
     assert "some runs do not say which way they went" in told["sentence"]
@@ -239,7 +239,7 @@ def test_a_misfit_that_no_cause_explains_is_not_called_adequate_in_words() -> No
     spec = spec_of(Campaign(4))
     base = STEP.estimate(spec, Campaign(4), Parameters())
     base = replace(base, fit=replace(base.fit, rms=11.0, noise_floor=1.0))
-    told = extend.diagnosed(STEP, spec, Campaign(4), Parameters(), base).diagnosis
+    told = extend.diagnosed(STEP, spec, STEP.prepare(spec, Campaign(4), Parameters()), Parameters(), base).diagnosis
     assert told is not None
     assert told["sentence"].startswith("No cause shows for certain (p = ")
     assert "misses the data by 11 times what noise explains" in told["sentence"]
@@ -251,7 +251,7 @@ def test_what_the_extended_model_no_longer_misses_is_in_doubt_no_more(asked: str
     spec = spec_of(HIDDEN_SLOPE, extend=asked)
     base = STEP.estimate(spec, HIDDEN_SLOPE, Parameters())
     base = replace(base, fit=replace(base.fit, rms=11.0, noise_floor=1.0))
-    told = extend.diagnosed(STEP, spec, HIDDEN_SLOPE, Parameters(), base).diagnosis
+    told = extend.diagnosed(STEP, spec, STEP.prepare(spec, HIDDEN_SLOPE, Parameters()), Parameters(), base).diagnosis
     assert told is not None
     assert bool(told["doubt"]) == (asked == "never")
 

@@ -47,7 +47,9 @@ def bench(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], folder: P
     path = cases.write(folder, "coastdown", known, CHANNELS, [r.record for r in runs], notes, settings=settings)
     step = load_step("coastdown")
     inputs = gather(step, path)
-    return open_workbench(case_of(step, inputs.spec, inputs.data, inputs.known))
+    return open_workbench(
+        case_of(step, inputs.spec, inputs.known, step.prepare(inputs.spec, inputs.data, inputs.known))
+    )
 
 
 def beside(of: Workbench, hidden: Mapping[str, float], rival: str) -> tuple[Asked, ...]:

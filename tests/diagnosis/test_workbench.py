@@ -48,7 +48,7 @@ def bench(knocks: bool) -> Workbench:
     play = replace(cause("step"), probes=(0.5, 1.0) if knocks else (), alike=("wave",))
     campaign = Knocking(3, runs=8)
     case = campaign.case(play, cause("wave"), cause("hat"))
-    return open_workbench(replace(case, straight=True, likely=lambda effect, begun: (begun(LIKELY)[0].start, RISE)))
+    return open_workbench(replace(case, straight=True, likely=lambda effect, start: (start(LIKELY)[0].start, RISE)))
 
 
 def test_lines_through_a_likely_size_find_the_true_one() -> None:
@@ -73,13 +73,13 @@ def test_lines_of_a_model_that_knocks_are_laid_until_they_hold(bent: bool, passe
     case = replace(Knocking(3, runs=8).case(cause("wave")), straight=True, bent=bent)
     laid: list[dict[str, float]] = []
 
-    def regression(effects: Sequence[Effect], extra: Sequence[Unknown], begun: Mapping[str, float]) -> Regression:
+    def regression(effects: Sequence[Effect], extra: Sequence[Unknown], start: Mapping[str, float]) -> Regression:
         """Lines that are far off at first, and right once they are laid through what they gave."""
         found = case.regression(effects, extra)
         if extra:
             return found
-        laid.append(dict(begun))
-        off = 0.0 if begun else 5.0
+        laid.append(dict(start))
+        off = 0.0 if start else 5.0
 
         def rows(run: int, theta: np.ndarray) -> Rows:
             given = found.rows(run, theta)

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import inf
-from typing import Any
-
-import numpy as np
 
 from vdyn_cli.description.test_description import Diagnose, TestSpec
 from vdyn_cli.diagnosis.case import Case
@@ -15,11 +11,11 @@ from vdyn_cli.effects import Effect, candidates
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.parameters import Parameters
-from vdyn_cli.steps import Diagnosable, Step
+from vdyn_cli.steps import Diagnosable, Problem, Step
 
 
-def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: float = LEVEL) -> Case:
-    """A diagnosable step's data and model, open to the causes that its description allows.
+def case_of(step: Step, spec: TestSpec, known: Parameters, problem: Problem, level: float = LEVEL) -> Case:
+    """A diagnosable step's problem, open to the causes that its description allows.
 
     Raises
     ------
@@ -27,29 +23,28 @@ def case_of(step: Step, spec: TestSpec, data: Any, known: Parameters, level: flo
     """
     lent = step.diagnosable
     assert lent is not None
-    effects, carried = _offered(step, spec, data, known)
+    effects, carried = _offered(step, problem, known)
     _refuse_others(spec.diagnose, effects, carried)
     if isinstance(spec.diagnose.effects, list):
         effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
-    likely = lent.likely
     return Case(
         step=step.name,
-        regression=lambda effects, extra, **begun: lent.regression(spec, data, known, effects, extra, **begun),
+        regression=problem.regression,
         effects=effects,
-        profiles=lent.profiles(spec, data, known),
+        profiles=problem.profiles,
         one_way=_one_way(spec) if lent.two_way(spec) else "",
         repeated=lent.run,
         fewest_runs=lent.fewest_runs,
-        too_short=_too_short(lent, data),
+        too_short=_too_short(lent, problem),
         level=level,
-        straight=lent.straight(spec),
+        straight=lent.linearized(spec),
         bent=any(e.probes for e in carried),
-        likely=None if likely is None else (lambda effect, begun: likely(spec, data, known, effect, begun)),
-        manoeuvres=lambda full, values: lent.manoeuvres(spec, data, known, full, values),
+        likely=problem.likely_size if lent.linearized(spec) else None,
+        manoeuvres=problem.plans,
     )
 
 
-def refuse_unknown(step: Step, spec: TestSpec, data: Any, known: Parameters) -> None:
+def refuse_unknown(step: Step, spec: TestSpec, problem: Problem, known: Parameters) -> None:
     """Refuse, before anything is estimated, a description that names an effect that this model does not have.
 
     Raises
@@ -57,22 +52,23 @@ def refuse_unknown(step: Step, spec: TestSpec, data: Any, known: Parameters) -> 
     InputError : all of them.
     """
     if step.diagnosable is not None and any(_listed(spec.diagnose)):
-        _refuse_others(spec.diagnose, *_offered(step, spec, data, known))
+        _refuse_others(spec.diagnose, *_offered(step, problem, known))
 
 
-def _offered(step: Step, spec: TestSpec, data: Any, known: Parameters) -> tuple[tuple[Effect, ...], tuple[Effect, ...]]:
+def _offered(step: Step, problem: Problem, known: Parameters) -> tuple[tuple[Effect, ...], tuple[Effect, ...]]:
     """The causes that the step's model can take, and those that an earlier step has found, which are in it."""
     lent = step.diagnosable
     assert lent is not None
-    every = offered(lent.model(spec, data, known), candidates(step.name))
+    every = offered(problem.model, candidates(step.name))
     carried = tuple(e for e in every if lent.carries and e.name in known.extensions)
     return tuple(e for e in every if e not in carried), carried
 
 
-def _too_short(lent: Diagnosable, data: Any) -> str:
+def _too_short(lent: Diagnosable, problem: Problem) -> str:
     """Why no run of the logs is long enough; empty where one is."""
-    lasted = max((float(np.ptp(log.time)) for log in data), default=0.0) if lent.shortest else inf
-    return f"no {lent.run} lasts longer than {lasted:.2g} s" if lasted < lent.shortest else ""
+    if not lent.shortest or problem.duration >= lent.shortest:
+        return ""
+    return f"no {lent.run} lasts longer than {problem.duration:.2g} s"
 
 
 def _one_way(spec: TestSpec) -> str:

@@ -49,7 +49,7 @@ class Case:
     level: float = LEVEL
     straight: bool = False
     bent: bool = False
-    likely: Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], tuple[float, float]] | None = None
+    likely: Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], tuple[float, float] | None] | None = None
     manoeuvres: Callable[[Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = lambda regression, values: ()
 
     @property

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from vdyn_cli.description.test_description import TestSpec
@@ -23,13 +22,13 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, Result
-from vdyn_cli.steps import Step
+from vdyn_cli.steps import Problem, Step
 
 
 def diagnosed(
     step: Step,
     spec: TestSpec,
-    data: Any,
+    problem: Problem,
     known: Parameters,
     result: Result,
     level: float = LEVEL,
@@ -52,15 +51,14 @@ def diagnosed(
     lent = step.diagnosable
     if lent is None or spec.diagnose.effects == "none" or not result.comparisons:
         return result  # nothing was simulated, as of a drawing alone
-    case = case_of(step, spec, data, known, level)
+    case = case_of(step, spec, known, problem, level)
     try:
         bench = open_workbench(case)
         verdict = judge(bench, faults)
     except (ResultError, ArithmeticError) as error:
         first = error.findings[0] if isinstance(error, ResultError) else Finding("fit", str(error))
         return _undiagnosed(result, first, faults)
-    estimate = partial(step.estimate, spec, data, known)
-    verdict, taken = extension(bench, verdict, spec.diagnose.extend, estimate, result)
+    verdict, taken = extension(bench, verdict, spec.diagnose.extend, problem, result)
     # Beside other causes than the verdict's, what was taken in has another size than the verdict has for it.
     as_named = any(set(answer.causes) == set(taken.causes) for answer in verdict.answers)
     sizes = _fitted(verdict, case) | (dict(taken.sizes) if as_named else {})

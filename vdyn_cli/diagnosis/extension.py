@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -12,11 +12,11 @@ from vdyn_cli.diagnosis.sizes import estimate_of, sizes_of
 from vdyn_cli.diagnosis.verdict import Verdict
 from vdyn_cli.diagnosis.workbench import Workbench
 from vdyn_cli.effects import Effect
-from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import Failure, Problem, published
 
-Again = Callable[..., Result]  # (effects, extra) -> the step's estimate with these in its model
 NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
@@ -41,20 +41,20 @@ class Extension:
 
 
 def extension(
-    bench: Workbench, verdict: Verdict, extend: str | list[str], estimate: Again, base: Result
+    bench: Workbench, verdict: Verdict, extend: str | list[str], problem: Problem, base: Result
 ) -> tuple[Verdict, Extension]:
     """The extension that a verdict and a description ask for, and the verdict, refuted where its cause has no size.
 
     Parameters
     ----------
     extend : the description's: never, named, or the causes to take in.
-    estimate : makes the step's estimate with causes in its model.
+    problem : publishes the result with causes in its model.
     base : the baseline's result.
     """
     case = bench.case
     wanted = _wanted(extend, case, verdict)
     begun = bench.near(verdict.answer.fitted).values if verdict.answer else NOTHING
-    result, failed = _extended(estimate, [case.causes[c] for c in wanted], begun)
+    result, failed = _extended(problem, [case.causes[c] for c in wanted], begun)
     if isinstance(extend, list):  # who asked for a cause has to know that the model is without it
         failed = tuple(replace(f, doubt=True) for f in failed)
     if nothing := _of_no_size(verdict, case, wanted, result):
@@ -64,7 +64,7 @@ def extension(
     if result is None:
         return verdict, Extension(failed=failed)
     sizes = _sizes(result, [case.causes[c] for c in wanted])
-    return verdict, Extension(wanted, result, sizes, _biased(estimate, base, result, wanted, case), failed)
+    return verdict, Extension(wanted, result, sizes, _biased(problem, base, result, wanted, case), failed)
 
 
 def _wanted(extend: str | list[str], case: Case, verdict: Verdict) -> tuple[str, ...]:
@@ -77,7 +77,7 @@ def _wanted(extend: str | list[str], case: Case, verdict: Verdict) -> tuple[str,
 
 
 def _extended(
-    estimate: Again, causes: Sequence[Effect], begun: Mapping[str, float] = NOTHING
+    problem: Problem, causes: Sequence[Effect], begun: Mapping[str, float] = NOTHING
 ) -> tuple[Result | None, tuple[Finding, ...]]:
     """The step's estimate with causes in its model, or why there is none; what shapes them is free where data allow it.
 
@@ -89,10 +89,10 @@ def _extended(
     extra = [begun_at(u, begun) for e in causes for u in unknowns_of(e)]
     shapes = {n for e in causes for n in shapes_of(e)}
     for free in (extra, [u for u in extra if u.name not in shapes]) if shapes else (extra,):
-        try:
-            return estimate(effects=tuple(causes), extra=tuple(free)), ()
-        except ResultError as error:
-            failed = _not_extended(causes, error.findings[0])
+        result = published(problem, tuple(causes), tuple(free))
+        if not isinstance(result, Failure):
+            return result, ()
+        failed = _not_extended(causes, result.findings[0])
     return None, failed
 
 
@@ -143,7 +143,7 @@ def _sizes(extended: Result, causes: Sequence[Effect]) -> dict[str, Estimate]:
 
 
 def _biased(
-    estimate: Again,
+    problem: Problem,
     base: Result,
     extended: Result,
     accepted: Sequence[str],
@@ -153,7 +153,7 @@ def _biased(
     found = {}
     for cause in accepted:
         others = [case.causes[c] for c in accepted if c != cause]
-        without = _extended(estimate, others)[0] if others and extended.parameters else base
+        without = _extended(problem, others)[0] if others and extended.parameters else base
         found[cause] = {} if without is None else _moved(without, extended)
     return found
 

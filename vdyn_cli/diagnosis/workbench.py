@@ -247,7 +247,7 @@ class Workbench:
             effects = [self.case.causes[c] for c in causes]
             extra = [begun_at(u, through) for e in effects for u in unknowns_of(e)]
             begun = {n: v for n, v in through.items() if n in self.base}
-            self._last = {key: self.case.regression(effects, extra, begun=begun)}
+            self._last = {key: self.case.regression(effects, extra, start=begun)}
         return self._last[key]
 
     def simulated(
@@ -347,7 +347,7 @@ def open_workbench(case: Case, begun: Mapping[str, float] = NOTHING) -> Workbenc
     extra = [begun_at(u, begun) for e in every for u in unknowns_of(e, prior=True)]
     added = {u.name for u in extra}
     own = {n: v for n, v in begun.items() if n not in added}
-    full = case.regression(every, extra, begun=own) if case.straight else case.regression(every, extra)
+    full = case.regression(every, extra, start=own) if case.straight else case.regression(every, extra)
     causes = {n for e in every for n in scanned(e)}
     base = tuple(u.name for u in full.shared if u.name not in added)
     if case.straight:
@@ -361,7 +361,7 @@ def _baseline(case: Case) -> Mapping[str, float]:
     """The baseline's fit on a straight line, laid again through what it gave where the model knocks."""
     begun = NOTHING
     for _ in range(1 + LINES * case.bent):
-        found = solve(frozen(case.regression((), (), begun=begun)), tolerance=LEAST_STEP)
+        found = solve(frozen(case.regression((), (), start=begun)), tolerance=LEAST_STEP)
         held = begun and all(abs(found.values[n] - v) < CLOSE * found.std[n] for n, v in begun.items())
         begun = found.values
         if held:

@@ -14,7 +14,7 @@ from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import step_command, step_document
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, alike
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps import load_step
+from vdyn_cli.steps import Failure, load_step, published
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,16 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
     step = load_step(step_name)
     inputs = gather(step, path, known_files)
     try:
+        problem = step.prepare(inputs.spec, inputs.data, inputs.known)
         if level is not None:
-            refuse_unknown(step, inputs.spec, inputs.data, inputs.known)
-        result = step.estimate(inputs.spec, inputs.data, inputs.known)
+            refuse_unknown(step, inputs.spec, problem, inputs.known)
+        result = published(problem)
+        if isinstance(result, Failure):
+            raise result.error()
         if level is not None:
             told = tuple(f for f in inputs.findings if f.doubt)
             faults = _faults(inputs, result.fit.runs)
-            result = diagnosed(step, inputs.spec, inputs.data, inputs.known, result, level, faults, told)
+            result = diagnosed(step, inputs.spec, problem, inputs.known, result, level, faults, told)
     except (InputError, ResultError) as error:
         raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
     result = _doubted(replace(result, findings=(*inputs.findings, *result.findings)))

@@ -170,7 +170,8 @@ def test_what_earlier_steps_found_beside_the_parameters_is_simulated_and_not_sou
     assert trial.beliefs.std[trial.beliefs.names.index("extra_drag_area")] == 0.02
     speeds = [t.first[0].values["speed"][-1] for t in (plain, trial)]
     assert speeds[1] < speeds[0] - 0.5
-    case = case_of(load_step("validate"), found.spec, found.data, extended)
+    step = load_step("validate")
+    case = case_of(step, found.spec, extended, step.prepare(found.spec, found.data, extended))
     assert "extra_drag_area" not in case.causes
     assert "headwind" in case.causes
 

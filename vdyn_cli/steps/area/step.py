@@ -18,8 +18,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Figure, FitSummary, Result, Series, Table
-from vdyn_cli.steps import Step
 from vdyn_cli.steps.area.silhouette import Silhouette, find_silhouette, outline
+from vdyn_cli.steps.contract import Step, from_functions
 
 Pixels = NDArray[np.float64]
 
@@ -246,6 +246,6 @@ STEP = Step(
     optional=(),
     needs=(),
     gives=("frontal_area",),
-    estimate=estimate,
+    prepare=from_functions(estimate=estimate),
     load=load,
 )

@@ -22,7 +22,6 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import FitSummary, Result
-from vdyn_cli.steps import Diagnosable, Step
 from vdyn_cli.steps.bump import views as bump_views
 from vdyn_cli.steps.bump import words as bump_words
 from vdyn_cli.steps.bump.budget import budget_table, slopes
@@ -33,6 +32,7 @@ from vdyn_cli.steps.bump.modes import modes
 from vdyn_cli.steps.bump.profile import thinned
 from vdyn_cli.steps.bump.regression import BumpFit
 from vdyn_cli.steps.bump.select import select_crossings
+from vdyn_cli.steps.contract import Diagnosable, Step, from_functions
 from vdyn_cli.steps.effect_estimates import sizes_found
 from vdyn_cli.steps.free_profiles import profile
 
@@ -268,7 +268,7 @@ STEP = Step(
         *("pitch_inertia", "sprung_pitch_inertia", "cg_height", "wheel_radius", "wheel_mass", "antenna_offset"),
     ),
     gives=SOUGHT,
-    estimate=estimate,
-    diagnosable=Diagnosable(regression, model, profiles, metric=("front load", "N"), run="crossing"),
+    prepare=from_functions(estimate=estimate, regression=regression, model=model, profiles=profiles),
+    diagnosable=Diagnosable(metric=("front load", "N"), run="crossing"),
     load=load,
 )

@@ -21,10 +21,10 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result, Series, Table
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps import Diagnosable, Step
 from vdyn_cli.steps.cg.gps_zero import gps_zero
 from vdyn_cli.steps.cg.load_regression import LoadFit
 from vdyn_cli.steps.cg.windows import Windows, cut_windows, pitch_angle
+from vdyn_cli.steps.contract import Diagnosable, Step, from_functions
 from vdyn_cli.steps.effect_estimates import sizes_found, unbounded
 from vdyn_cli.steps.free_profiles import profile, span_of
 
@@ -392,6 +392,6 @@ STEP = Step(
         *("wheel_inertia", "wheel_radius"),
     ),
     gives=("cg_height", "cg_to_rear", "cg_to_front", "pitch_inertia"),
-    estimate=estimate,
-    diagnosable=Diagnosable(regression, model, profiles, metric=("front load", "N"), run="run"),
+    prepare=from_functions(estimate=estimate, regression=regression, model=model, profiles=profiles),
+    diagnosable=Diagnosable(metric=("front load", "N"), run="run"),
 )

@@ -19,7 +19,6 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given, Quantity
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps import Diagnosable, Step
 from vdyn_cli.steps.coastdown import figures as coast_figures
 from vdyn_cli.steps.coastdown import manoeuvres as coast_manoeuvres
 from vdyn_cli.steps.coastdown import result as coast_result
@@ -28,6 +27,7 @@ from vdyn_cli.steps.coastdown.reference_conditions import Conditions, density_of
 from vdyn_cli.steps.coastdown.result import SOURCE, Answer
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load, scan_road_load
 from vdyn_cli.steps.coastdown.times import timed
+from vdyn_cli.steps.contract import Diagnosable, Step, from_functions
 from vdyn_cli.steps.effect_estimates import sizes_found
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.manoeuvre import Manoeuvre
@@ -256,16 +256,14 @@ STEP = Step(
         "road_load_f1",
         "road_load_f2",
     ),
-    estimate=estimate,
+    prepare=from_functions(
+        estimate=estimate, regression=regression, model=model, profiles=profiles, manoeuvres=manoeuvres
+    ),
     diagnosable=Diagnosable(
-        regression,
-        model,
-        profiles,
         metric=("speed", "m/s"),
         run="coast",
         fewest_runs=4,
         two_way=_on_one_road,
-        manoeuvres=manoeuvres,
     ),
     extra_channels=(Quantity("elevation", "m", "height of the road above the sea", "z", -500, 9_000),),
 )

@@ -23,7 +23,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import FitSummary, Result, Table
 from vdyn_cli.quantities.vocabulary import CHANNELS
-from vdyn_cli.steps import Diagnosable, Step
+from vdyn_cli.steps.contract import Diagnosable, Step, from_functions
 from vdyn_cli.steps.effect_estimates import sizes_found
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.inertia import pendulum_views, wheel_views
@@ -279,7 +279,7 @@ STEP = Step(
     optional=("vehicle_speed",),
     needs=("wheel_mass", "wheel_radius", "rolling_resistance"),
     gives=("wheel_inertia",),
-    estimate=estimate,
-    diagnosable=Diagnosable(regression, model, profiles, metric=("wheel speed", "rad/s"), run="drive"),
+    prepare=from_functions(estimate=estimate, regression=regression, model=model, profiles=profiles),
+    diagnosable=Diagnosable(metric=("wheel speed", "rad/s"), run="drive"),
     load=load,
 )

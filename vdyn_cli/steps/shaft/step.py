@@ -22,7 +22,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps import Diagnosable, Step
+from vdyn_cli.steps.contract import Diagnosable, Step, from_functions
 from vdyn_cli.steps.free_profiles import profile
 from vdyn_cli.steps.pendulum.pendulum_inertia import UNITS, rod_stiffness
 from vdyn_cli.steps.pendulum.pendulum_rig import Bar
@@ -377,6 +377,6 @@ STEP = Step(
     optional=("twist", "motor_speed", "wheel_speed"),
     needs=(),
     gives=("shaft_stiffness_left", "shaft_stiffness_right", "shaft_damping_left", "shaft_damping_right"),
-    estimate=estimate,
-    diagnosable=Diagnosable(regression, model, profiles, metric=("shaft torque", "N m"), run="tip-in"),
+    prepare=from_functions(estimate=estimate, regression=regression, model=model, profiles=profiles),
+    diagnosable=Diagnosable(metric=("shaft torque", "N m"), run="tip-in"),
 )

@@ -19,7 +19,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result, Series, Table
-from vdyn_cli.steps import Diagnosable, Step
+from vdyn_cli.steps.contract import Diagnosable, Step, from_functions
 from vdyn_cli.steps.effect_estimates import sizes_found, unbounded
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.tire.bins import Bins, bin_sweep
@@ -345,6 +345,6 @@ STEP = Step(
     optional=("slip", "wheel_speed", "vehicle_speed"),
     needs=("wheel_radius",),
     gives=(*SHAPE, "tire_longitudinal_stiffness"),
-    estimate=estimate,
-    diagnosable=Diagnosable(regression, model, profiles, metric=("force", "N"), run="sweep"),
+    prepare=from_functions(estimate=estimate, regression=regression, model=model, profiles=profiles),
+    diagnosable=Diagnosable(metric=("force", "N"), run="sweep"),
 )

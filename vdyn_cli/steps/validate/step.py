@@ -22,7 +22,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import GIVERS, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Figure, FitSummary, Result, Table
-from vdyn_cli.steps import Diagnosable, Step
+from vdyn_cli.steps.contract import Diagnosable, Step, from_functions
 from vdyn_cli.steps.effect_estimates import sizes_found
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.validate import hill_views, views, windows, words
@@ -333,18 +333,14 @@ STEP = Step(
     optional=("brake_torque", *OUTPUTS[1:], "jerk", "grade", "wind_speed"),
     needs=tuple(GIVERS),
     gives=(),
-    estimate=estimate,
+    prepare=from_functions(estimate=estimate, regression=regression, model=model, profiles=profiles, likely=likely),
     diagnosable=Diagnosable(
-        regression,
-        model,
-        profiles,
         metric=("speed", "m/s"),
         run="drive",
         fewest_runs=2,
         shortest=SHORTEST,
         two_way=_along_one_road,
-        straight=lambda spec: True,
-        likely=likely,
+        linearized=lambda spec: True,
         carries=True,
     ),
 )
