@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
-from vdyn_cli.engine.maths import GRAVITY, both, cos, fabs, fmax, sin, where
+from vdyn_cli.engine.maths import both, cos, fabs, fmax, sin, where
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.quantities.constants import GRAVITY
 
 
 def air(s: Signals) -> Number:

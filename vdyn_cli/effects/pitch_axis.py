@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from vdyn_cli.effects import effect
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.quantity import Quantity
 
 

@@ -10,8 +10,6 @@ from typing import Any
 
 import casadi as ca
 
-GRAVITY = 9.80665  # m/s^2, standard gravity (ISO 80000-3)
-
 sin, cos, tan, asin, acos, atan, atan2 = ca.sin, ca.cos, ca.tan, ca.asin, ca.acos, ca.atan, ca.atan2
 sqrt, exp, log, tanh, fabs, floor, sign = ca.sqrt, ca.exp, ca.log, ca.tanh, ca.fabs, ca.floor, ca.sign
 fmax, fmin, copysign = ca.fmax, ca.fmin, ca.copysign

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.export import Made, Options
 from vdyn_cli.export.given import Given, completed
+from vdyn_cli.quantities.constants import GRAVITY
 
 NEEDED = (
     *("tire_B", "tire_C", "tire_D", "tire_E", "wheel_radius", "tire_vertical_stiffness", "mass"),

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.steps.validate.validate_cases import STD, true_parameters
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS

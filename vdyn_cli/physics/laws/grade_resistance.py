@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from vdyn_cli.engine.maths import GRAVITY, sqrt
+from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.engine.model_builder import Number, Signals
+from vdyn_cli.quantities.constants import GRAVITY
 
 
 def climb(s: Signals) -> Number:

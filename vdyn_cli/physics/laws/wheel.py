@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model_builder import Number, Signals
+from vdyn_cli.quantities.constants import GRAVITY
 
 
 def bearing(s: Signals) -> Number:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import cache
 from typing import Literal
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Bench, Number, Signals
 from vdyn_cli.physics.laws.road import Shape, half_sine, haversine, road, straight_lines
 from vdyn_cli.physics.laws.suspension import damper, spring
 from vdyn_cli.physics.laws.tire_vertical import tire_vertical
+from vdyn_cli.quantities.constants import GRAVITY
 
 SOUGHT = (
     "suspension_stiffness_front",

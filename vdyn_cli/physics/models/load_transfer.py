@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Bench, Number, Signals
 from vdyn_cli.physics.laws.aerodynamic_lift import lift
 from vdyn_cli.physics.laws.air_drag import air
 from vdyn_cli.physics.laws.axle_loads import load_moment, motion_moment
 from vdyn_cli.physics.laws.grade_resistance import climb
+from vdyn_cli.quantities.constants import GRAVITY
 
 SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 GIVEN = (

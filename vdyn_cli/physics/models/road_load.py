@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Literal
 
-from vdyn_cli.engine.maths import GRAVITY, sqrt
+from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Bench, Number, Signals
 from vdyn_cli.physics.laws.air_drag import air, gust_drag
@@ -14,6 +14,7 @@ from vdyn_cli.physics.laws.driveline import drive, driveline
 from vdyn_cli.physics.laws.grade_resistance import climb, slope
 from vdyn_cli.physics.laws.rolling_resistance import rolling
 from vdyn_cli.physics.laws.standstill_friction import turned
+from vdyn_cli.quantities.constants import GRAVITY
 
 Driven = Literal["coasting", "torque", "force"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Literal
 
-from vdyn_cli.engine.maths import GRAVITY, cos, sin, sqrt
+from vdyn_cli.engine.maths import cos, sin, sqrt
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Bench, Number, Signals
 from vdyn_cli.physics.laws.air_drag import air, gust_drag
@@ -14,6 +14,7 @@ from vdyn_cli.physics.laws.grade_resistance import climb
 from vdyn_cli.physics.models.half_car import sprung_body
 from vdyn_cli.physics.models.vehicle_corner import corner
 from vdyn_cli.physics.models.vehicle_parts import CORNERS, Body, Forces
+from vdyn_cli.quantities.constants import GRAVITY
 
 Driven = Literal["front", "rear", "both"]
 Torque = Literal["axle", "sides"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model_builder import Bench, Number, Signals
 from vdyn_cli.physics.laws.suspension import damper, spring
 from vdyn_cli.physics.laws.tire_forces import cornering, friction, tire
@@ -10,6 +9,7 @@ from vdyn_cli.physics.laws.tire_slip import damped_slip, fresh_tread, slip_rate
 from vdyn_cli.physics.laws.tire_vertical import tire_vertical
 from vdyn_cli.physics.models.vehicle_parts import Body, Corner, Forces
 from vdyn_cli.physics.models.vehicle_wheel import spin
+from vdyn_cli.quantities.constants import GRAVITY
 
 CONTACT_LAG = 2e-3  # s, within which a tire's damping follows the road's height
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Simulator
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from vdyn_cli.description.test_description import Si, Strict, TestSpec
 from vdyn_cli.effects import Effect
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.physics.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 
 LONGEST_GAP = 1.0  # s between samples that still count as neighbours

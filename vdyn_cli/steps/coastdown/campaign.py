@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.inference import Unknown
 from vdyn_cli.io.interpolation import own_rows
 from vdyn_cli.physics.models.road_load import Driven
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given

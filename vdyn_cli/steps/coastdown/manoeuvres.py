@@ -13,9 +13,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.road_load_fit import campaign_of, transferred
 from vdyn_cli.steps.coastdown.road_runs import Campaign, RoadRun
 from vdyn_cli.steps.manoeuvre import Manoeuvre

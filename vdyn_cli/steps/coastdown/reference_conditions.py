@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.maths import GRAVITY
+from vdyn_cli.quantities.constants import GRAVITY
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.bins import Bins
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.road_runs import Campaign, RoadRun
 
 Array = NDArray[np.float64]

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.gust_covariance import Surroundings, speed_noise
 from vdyn_cli.physics.models.road_load import road_load
+from vdyn_cli.quantities.constants import GRAVITY
 
 PAIR = ("rolling_resistance", "drag_area")
 STEP = 0.5  # s

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect, effect
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference.smoothed_slope import smoothed_slope
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Quantity
 

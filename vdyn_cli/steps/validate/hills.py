@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.engine.drive import Drive
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, approach
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.felt import DRIVE_SLOPE, Felt, felt

@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.inference import Regression, Rows, Unknown
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.validate.felt import DRIVE_SLOPE, MEAN_SLOPE, SEEMING_DELAYS
 from vdyn_cli.steps.validate.regression import Weighed, weigh
 from vdyn_cli.steps.validate.trial import Trial

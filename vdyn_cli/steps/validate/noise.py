@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.inference.gust_covariance import Coloured, RunNoise, Steady, White, integration
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.validate.drives import Stretch
 from vdyn_cli.steps.validate.felt import FELT
 from vdyn_cli.steps.validate.rows import Plan

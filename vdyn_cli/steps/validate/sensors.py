@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.maths import GRAVITY
 from vdyn_cli.engine.simulate import Simulated
 from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.validate.drives import OUTPUTS, Stretch
 
 Array = NDArray[np.float64]

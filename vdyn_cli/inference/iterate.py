@@ -1,0 +1,34 @@
+"""Fits whose weights or linearization depend on their own answer: repeat until it settles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+S = TypeVar("S")
+
+
+@dataclass(frozen=True)
+class Settled(Generic[S]):
+    """Where the repetition ended: its last state, the last relative move, and whether that is below the tolerance."""
+
+    state: S
+    moved: float
+    converged: bool
+
+
+def until_settled(step: Callable[[S], tuple[S, float]], start: S, rounds: int, tolerance: float) -> Settled[S]:
+    """Apply ``step`` until its move falls below ``tolerance``, at most ``rounds`` times.
+
+    Parameters
+    ----------
+    step : state -> (next state, its move, usually the largest change of an unknown in standard deviations).
+    rounds : most applications; with none, the start is the end and has not converged.
+    """
+    state, moved = start, float("inf")
+    for _ in range(rounds):
+        state, moved = step(state)
+        if moved < tolerance:
+            return Settled(state, moved, True)
+    return Settled(state, moved, False)

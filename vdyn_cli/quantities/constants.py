@@ -1,0 +1,6 @@
+"""Constants of nature and of statistics that more than one room uses."""
+
+from __future__ import annotations
+
+GRAVITY = 9.80665  # m/s^2, standard gravity (ISO 80000-3)
+NORMAL95 = 1.959963984540054  # standard deviations to either side that hold 95 % of a normal distribution

@@ -1,0 +1,24 @@
+"""Numbers as text: as many digits as their uncertainty leaves."""
+
+from __future__ import annotations
+
+from math import floor, isfinite, log10
+
+
+def decimals(uncertainty: float, most: int = 8) -> int:
+    """Decimals that show two significant digits of an uncertainty: 1 - floor(log10 u), between 0 and ``most``."""
+    if not isfinite(uncertainty) or uncertainty <= 0:
+        return most
+    return min(max(1 - floor(log10(uncertainty)), 0), most)
+
+
+def two_digits(uncertainty: float) -> str:
+    """An uncertainty with two significant digits, ``"0"`` for none."""
+    return f"{uncertainty:.{decimals(abs(uncertainty), 12)}f}" if uncertainty else "0"
+
+
+def number(value: float, half: float) -> str:
+    """A value with the digits that its half-width leaves, five significant digits where that is not known."""
+    if not isfinite(half) or half <= 0:
+        return f"{value:.5g}"
+    return f"{value:.{decimals(half)}f}"

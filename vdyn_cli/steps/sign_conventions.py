@@ -1,0 +1,23 @@
+"""Channels whose sign contradicts physics: how alike two signals are, and what to tell the user."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.errors import Finding
+
+Array = NDArray[np.float64]
+REMEDY = "add 'sign: -1' to its channel"
+
+
+def cosine(a: Array, b: Array) -> float:
+    """a . b / (|a| |b|) of two signals (n,) where both are finite; 0 where either is zero throughout."""
+    good = np.isfinite(a) & np.isfinite(b)
+    size = float(np.linalg.norm(a[good]) * np.linalg.norm(b[good]))
+    return float(a[good] @ b[good]) / size if size > 0 else 0.0
+
+
+def wrong_sign(log: str, channel: str, what: str, got: str = "", remedy: str = REMEDY) -> Finding:
+    """The finding of a channel whose sign contradicts physics, with the line of the description that corrects it."""
+    return Finding(f"{log}, {channel}", what, got, remedy)
