@@ -1,0 +1,74 @@
+"""The rules that keep the code readable for a stranger, read from the source itself."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parent.parent / "vdyn_cli"
+LONGEST_FUNCTION, MOST_METHODS, MOST_PARAMETERS = 70, 15, 6
+FORBIDDEN = {"words", "views", "given", "loose", "thin", "sizes", "level", "nearer", "utils", "misc"}
+REASON = "# parameters:"  # behind the 'def' line of a function with more of them, with the reason
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def _nodes(path: Path) -> Iterator[ast.AST]:
+    yield from ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_functions_and_classes_stay_small(path: Path) -> None:
+    lines, wrong = path.read_text(encoding="utf-8").splitlines(), []
+    for node in _nodes(path):
+        if isinstance(node, Function):
+            length = (node.end_lineno or node.lineno) - node.lineno + 1
+            if length > LONGEST_FUNCTION:
+                wrong.append(f"{node.name} has {length} lines")
+            every = [a.arg for a in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
+            many = [a for a in every if a not in ("self", "cls")]
+            head = "\n".join(lines[node.lineno - 1 : node.body[0].lineno])
+            if len(many) > MOST_PARAMETERS and REASON not in head:
+                wrong.append(f"{node.name} has {len(many)} parameters and no '{REASON} reason'")
+        elif isinstance(node, ast.ClassDef):
+            methods = [n for n in node.body if isinstance(n, Function)]
+            if len(methods) > MOST_METHODS:
+                wrong.append(f"class {node.name} has {len(methods)} methods")
+    assert not wrong
+
+
+def test_no_two_classes_have_one_name() -> None:
+    owners: dict[str, list[str]] = defaultdict(list)
+    for path in MODULES:
+        for node in _nodes(path):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                owners[node.name].append(str(path.relative_to(PACKAGE)))
+    assert {n: p for n, p in owners.items() if len(p) > 1} == {}
+
+
+def test_no_two_modules_have_one_name_outside_the_step_folders() -> None:
+    owners: dict[str, list[str]] = defaultdict(list)
+    for path in MODULES:
+        parts = path.relative_to(PACKAGE).parts
+        if path.stem != "__init__" and not (parts[0] == "steps" and len(parts) > 2):
+            owners[path.stem].append("/".join(parts))
+    assert {n: p for n, p in owners.items() if len(p) > 1} == {}
+
+
+def test_modules_are_named_after_what_they_hold() -> None:
+    assert [str(p.relative_to(PACKAGE)) for p in MODULES if p.stem in FORBIDDEN] == []
+
+
+@pytest.mark.parametrize("room", ["steps", "diagnosis", "project", "report", "export", "commands"])
+def test_rooms_that_ask_keep_no_results_in_modules(room: str) -> None:
+    """Results of a fit or a preparation belong to the problem, not to a module (templates and catalogues may be)."""
+    found = []
+    for path in sorted((PACKAGE / room).rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        found += [f"{path.relative_to(PACKAGE)}: lru_cache" for _ in range(text.count("lru_cache"))]
+    assert found == []
