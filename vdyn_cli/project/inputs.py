@@ -23,8 +23,8 @@ from vdyn_cli.description.test_description import (
 from vdyn_cli.description.yaml_source import Location, Source
 from vdyn_cli.effects import candidates
 from vdyn_cli.io.align import merge
-from vdyn_cli.io.csv.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.io.reader import Column, ReadOptions, read_log
 from vdyn_cli.physics.laws.atmosphere import air_density
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
 from vdyn_cli.quantities.log import Log
@@ -202,7 +202,7 @@ def _read_run(step: Step, spec: TestSpec, source: Source, index: int) -> Log:
     for name, logger, (channels, at) in zip(names, loggers, _channel_maps(spec), strict=True):
         columns = {n: _column(step.channels()[n], c, source, (*at, n)) for n, c in channels.items()}
         options = ReadOptions(**logger.reading.model_dump())
-        read.append(_attempt(problems, read_csv, source.path.parent / name, columns, options, name))
+        read.append(_attempt(problems, read_log, source.path.parent / name, columns, options, name))
     raise_all(problems)
     logs = [log for log in read if log is not None]
     log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
