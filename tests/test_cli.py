@@ -82,7 +82,7 @@ def test_same_inputs_give_the_same_bytes(vdyn, tmp_path: Path) -> None:  # type:
 
 BAD = {
     "no such file": ("nowhere.yaml", None, "does not exist"),
-    "another test": ("t.yaml", "test: bump\n", "describes another test"),
+    "another test": ("t.yaml", "test: bump\n", "test type mismatch"),
     "unknown key": ("t.yaml", "test: tire\nchanels: {}\n", "did you mean channels"),
     "unknown channel": ("t.yaml", "test: tire\nchannels: {sped: {column: a, unit: m/s}}\n", "unknown channel 'sped'"),
     "no channels": ("t.yaml", "test: tire\nruns: [{log: a.csv}]\n", "channel force_x is needed"),

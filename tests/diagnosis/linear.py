@@ -69,11 +69,9 @@ def cause(
         on="line",
         unknowns=tuple(Quantity(n, "m", n, n, low, reach) for n in (unknowns or (name,))),
         reference="made up",
-        kind="between_run" if between else "within_run",
         label=f"a {name}",
         confirm=f"Show the {name} alone.",
-        sensor=sensor,
-        lasts=lasts,
+        tags={tag for tag, given in (("between_runs", between), ("sensor", sensor), ("test_only", not lasts)) if given},
         nominal=nominal or {},
     )(law)
 

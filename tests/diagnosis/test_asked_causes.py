@@ -27,7 +27,7 @@ def test_all_that_is_wrong_with_the_causes_that_are_listed_is_told_at_once(tmp_p
     assert (unknown.where, unknown.remedy) == (line_of(path, "headwinds"), "did you mean headwind?")
     assert (twice.where, twice.what) == (line_of(path, "again"), "'diagnose.effects': is listed twice")
     assert unsought.where == line_of(path, "extend:")
-    assert unsought.what == "'diagnose.extend': is not among diagnose.effects, so nobody looks for it"
+    assert unsought.what == "'diagnose.extend': is not in diagnose.effects, so it is not tested"
     assert unsought.got == "road_grade"
 
 

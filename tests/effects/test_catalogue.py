@@ -28,9 +28,9 @@ def add(tmp_path, monkeypatch):
     def write(name: str, function: str, unknown: str) -> None:
         (tmp_path / f"{name}.py").write_text(FILE.format(function=function, unknown=unknown))
 
-    catalogue.cache_clear()
+    effects._found.cache_clear()
     yield write
-    catalogue.cache_clear()
+    effects._found.cache_clear()
     for path in tmp_path.glob("*.py"):
         sys.modules.pop(f"vdyn_cli.effects.{path.stem}", None)
 

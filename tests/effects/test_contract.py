@@ -19,7 +19,7 @@ import vdyn_cli.physics.models
 from tests.engine.plants import HALF_CAR, ROAD_LOAD
 from vdyn_cli import steps
 from vdyn_cli.commands.explain import explanation
-from vdyn_cli.effects import Effect, candidates, catalogue
+from vdyn_cli.effects import PROPERTIES, SITUATIONS, Effect, candidates, catalogue
 from vdyn_cli.engine.graph import Graph, trace
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.offer import offered
@@ -165,7 +165,8 @@ def test_it_says_what_it_is_in_units_ranges_and_a_reference(effect):
         assert quantity.lower < quantity.upper
     assert set(effect.nominal) < set(effect.unknowns), "something must be zero for the effect to be nothing"
     assert all(quantity.allows(size) for size in effect.probes for quantity in [next(iter(effect.unknowns.values()))])
-    assert set(effect.steps) <= set(steps.names())
+    assert effect.tags <= PROPERTIES.keys() | SITUATIONS.keys()
+    assert effect.situations
 
 
 @EACH
@@ -188,7 +189,9 @@ def test_it_says_what_it_looks_like_what_else_does_and_what_would_settle_it(effe
 
 
 def test_each_step_looks_for_its_own():
-    coastdown, validate = ({one.name for one in candidates(step)} for step in ("coastdown", "validate"))
+    coastdown, validate = (
+        {one.name for one in candidates(steps.load_step(step).situations)} for step in ("coastdown", "validate")
+    )
     assert {"headwind", "temperature_rolling"} <= coastdown
     assert {"headwind", "backlash", "motor_inertia"} <= validate
     assert "backlash" not in coastdown

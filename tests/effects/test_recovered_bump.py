@@ -14,6 +14,7 @@ from vdyn_cli.effects import candidates
 from vdyn_cli.engine.offer import offered
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import load_step
 from vdyn_cli.steps.bump import step as step
 
 SPEC = step.BumpSpec.model_validate({"test": "bump", "bump": {"height": 0.07, "width": 0.48}})
@@ -63,4 +64,4 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
     model = step.model(SPEC, step.Measured(()), given({}))
-    assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates("bump"))}
+    assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates(load_step("bump").situations))}

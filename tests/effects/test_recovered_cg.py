@@ -15,6 +15,7 @@ from vdyn_cli.engine.offer import offered
 from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import load_step
 from vdyn_cli.steps.cg import step as step
 
 SEED = 2
@@ -92,4 +93,4 @@ def test_the_door_with_every_cause_in_finds_the_same() -> None:
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
     model = step.model(*logs(SHOWN[0], 1.0), KNOWN)
     names = {h.plant for h in (*SHOWN, *FAINT)} | {"accelerometer_tilt", "accelerometer_offset"}
-    assert {e.name for e in offered(model, candidates("cg"))} == names
+    assert {e.name for e in offered(model, candidates(load_step("cg").situations))} == names

@@ -15,6 +15,7 @@ from vdyn_cli.engine.offer import offered
 from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import load_step
 from vdyn_cli.steps.inertia import step as step
 
 SPEC = step.InertiaSpec.model_validate({"test": "inertia", "settings": {"torque_zero": 1.0, "force_zero": 10.0}})
@@ -93,4 +94,4 @@ def test_the_door_finds_the_same() -> None:
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
     model = step.model(SPEC, data(HIDDEN[0], 1.0), KNOWN)
-    assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates("inertia"))}
+    assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates(load_step("inertia").situations))}

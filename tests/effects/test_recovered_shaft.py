@@ -15,6 +15,7 @@ from vdyn_cli.engine.offer import offered
 from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import load_step
 from vdyn_cli.steps.shaft import step as step
 
 SEED = 2
@@ -96,4 +97,4 @@ def test_both_sides_share_the_causes_and_have_a_bar_each() -> None:
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
     model = step.model(spec(False), (log(HIDDEN[0], 1.0),), KNOWN)
-    assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates("shaft"))}
+    assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates(load_step("shaft").situations))}

@@ -15,6 +15,7 @@ from vdyn_cli.engine.offer import offered
 from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import load_step
 from vdyn_cli.steps.tire import step as step
 
 SPEC = step.TireSpec.model_validate({"test": "tire"})
@@ -83,7 +84,7 @@ def test_the_door_finds_the_same() -> None:
 
 def test_the_step_takes_every_cause_that_it_looks_for_and_without_a_speed_what_needs_none() -> None:
     sweeps = logs(HIDDEN[0], 1.0)
-    wanted = candidates("tire")
+    wanted = candidates(load_step("tire").situations)
     assert {h.plant for h in HIDDEN} == {e.name for e in offered(step.model(SPEC, sweeps, KNOWN), wanted)}
     slips = tuple(Log(s.name, s.time, {n: s[n] for n in ("force_x", "force_z")}) for s in sweeps)
     names = {e.name for e in offered(step.model(SPEC, slips, KNOWN), wanted)}

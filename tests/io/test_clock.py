@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vdyn_cli.io.sample_times import Rising, check_rising, check_steps
+from vdyn_cli.quantities.log import Log, LogSource
 
 Array = NDArray[np.float64]
 
@@ -20,7 +21,7 @@ def rising(time: list[float] | Array, mode: str = "strict") -> Rising:
 
 
 def steps(time: Array) -> str:
-    return "\n".join(str(f) for f in check_steps(time, "run.csv", line_of))
+    return "\n".join(str(f) for f in check_steps(Log("run.csv", time, {}, source=LogSource({"time": "t"}, line_of))))
 
 
 def test_a_rising_clock_is_silent() -> None:

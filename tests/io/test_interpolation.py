@@ -7,6 +7,7 @@ import pytest
 
 from vdyn_cli.io.interpolation import own_rows
 from vdyn_cli.io.quality.channel_quality import check_channel
+from vdyn_cli.quantities.log import Log
 
 SLOW = np.arange(0.0, 60.0, 0.1)
 FAST = np.arange(0.0, 59.9, 0.01)
@@ -82,5 +83,6 @@ def test_other_signals_are_not_interpolated(values: np.ndarray) -> None:
 
 def test_the_reader_says_so() -> None:
     joined = np.round(np.interp(FAST, SLOW, speed(SLOW)), 3)
-    (found,) = check_channel(joined, "km/h", "run.csv, column 'v'", lambda row: row + 2).findings
+    log = Log("run.csv", FAST, {"speed": joined})
+    (found,) = check_channel(log, "speed", "km/h").findings
     assert "bends only once in 10 rows" in found.what

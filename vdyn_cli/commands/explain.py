@@ -6,11 +6,12 @@ import inspect
 from collections.abc import Sequence
 
 from vdyn_cli import steps
-from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.effects import Effect, candidates, catalogue, refused
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.parameters import GIVERS
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
+from vdyn_cli.steps import Step
 
 LONG = 6  # unknowns of an effect that are listed one by one
 
@@ -70,13 +71,31 @@ def _effect(effect: Effect) -> str:
         inspect.cleandoc(effect.law.__doc__ or effect.summary),
         "",
         *_ranges(effect),
-        f"looked for in:  {', '.join(effect.steps) or 'every step whose model has that law'}",
+        f"looked for in:  {', '.join(_looked_for_in(effect)) or 'no installed step'}",
         f"in the data:    {effect.signature}",
         f"can be taken for: {', '.join(effect.alike) or 'nothing else known'}",
         f"would confirm it: {effect.confirm}",
         f"source: {effect.reference}",
     ]
     return "\n".join(lines)
+
+
+def _looked_for_in(effect: Effect) -> list[str]:
+    """The steps of which the effect is a candidate."""
+    steps_found = _loaded()[0]
+    return [s.name for s in steps_found if s.diagnosable is not None and effect in candidates(s.situations)]
+
+
+def _loaded() -> tuple[list[Step], list[Finding]]:
+    """Every step that can be imported, and why others cannot: a broken package must not stop the list."""
+    found: list[Step] = []
+    broken: list[Finding] = []
+    for name in steps.names():
+        try:
+            found.append(steps.load_step(name))
+        except InputError as error:
+            broken += error.findings
+    return found, broken
 
 
 def _ranges(effect: Effect) -> list[str]:
@@ -103,15 +122,16 @@ def _quantity(quantity: Quantity) -> str:
 def listing() -> str:
     """The steps with their channels, and the effects."""
     lines = ["steps"]
-    for name in steps.names():
-        step = steps.load_step(name)
+    found, broken = _loaded()
+    for step in found:
         lines += [
-            f"  {name:<10} {steps.summary(name)}",
+            f"  {step.name:<10} {steps.summary(step.name)}",
             f"             reads {', '.join(step.required) or 'no log'}; optional {', '.join(step.optional) or 'none'}",
             f"             gives {', '.join(step.gives) or 'no parameters'}",
         ]
     lines.append("effects, with the steps that look for them ('vdyn explain NAME' says more)")
+    wanted = {s.name: candidates(s.situations) for s in found if s.diagnosable is not None}
     for e in catalogue():
         fault = " (sensor)" if e.sensor else ""
-        lines += [f"  {e.name:<24} {e.label}{fault}: {', '.join(e.steps) or 'any step with its law'}"]
-    return "\n".join(lines)
+        lines += [f"  {e.name:<24} {e.label}{fault}: {', '.join(n for n, of in wanted.items() if e in of)}"]
+    return "\n".join([*lines, *(str(f) for f in (*broken, *refused()))])

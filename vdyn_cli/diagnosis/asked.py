@@ -59,7 +59,7 @@ def _offered(step: Step, problem: Problem, known: Parameters) -> tuple[tuple[Eff
     """The causes that the step's model can take, and those that an earlier step has found, which are in it."""
     lent = step.diagnosable
     assert lent is not None
-    every = offered(problem.model, candidates(step.name))
+    every = offered(problem.model, candidates(step.situations))
     carried = tuple(e for e in every if lent.carries and e.name in known.extensions)
     return tuple(e for e in every if e not in carried), carried
 

@@ -1,9 +1,12 @@
-"""The catalogue of candidate causes: one file each, found by itself; adding a cause is adding a file."""
+"""The catalogue of candidate effects: one file each, found by itself; adding an effect is adding a file.
+
+An installed package adds one by the entry point ``vdyn.effects: NAME = package.module:NAME``.
+"""
 
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -11,40 +14,65 @@ from types import MappingProxyType
 from typing import Literal
 
 from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.io.plugins import Plugin, plugins
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.quantity import Quantity
 
 Kind = Literal["within_run", "between_run"]
+GROUP = "vdyn.effects"
 EffectLaw = Callable[[Law, Signals, Signals], Number]
 _NONE: Mapping[str, float] = MappingProxyType({})
+
+# What an effect is, whatever the test.
+PROPERTIES: Mapping[str, str] = MappingProxyType(
+    {
+        "sensor": "a fault of a sensor, not of the vehicle",
+        "test_only": "belongs to the test, not to the vehicle: later steps and exports do not keep it",
+        "between_runs": "shows only as a difference between runs",
+        "turns_with_heading": "changes its sign with the direction of driving: only runs both ways separate it",
+        "daily": "has another value on another day",
+    }
+)
+# The tests in which an effect is a candidate; a step states those that its test is (Step.situations).
+SITUATIONS: Mapping[str, str] = MappingProxyType(
+    {
+        "open_road": "force balance of a vehicle on an open road",
+        "coasting": "the vehicle rolls out in neutral",
+        "driving": "the drive torque moves the vehicle",
+        "pitching": "axle loads while the vehicle accelerates and brakes",
+        "bump_crossing": "vertical motion over an obstacle",
+        "wheel_spin": "moment balance of one wheel",
+        "slip_sweep": "tire force over slip",
+        "shaft_twist": "torque and twist of a half-shaft",
+    }
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """A candidate cause: a correction of an element's law that is exactly nothing when its unknowns are zero.
+    """A candidate effect: a correction of an element's law that is exactly nothing when its unknowns are zero.
 
     Parameters
     ----------
-    name : the cause, as in the report; the name of its function and file.
+    name : as in the report; the name of its function and file.
     on : the element laws that it corrects; "parameters", an input, a sensor, or ``<sensor>_clock``.
     laws : for each of them ``law(element, s, q)``, which calls the element it corrects; ``s`` are its signals, ``q``
         the unknowns.
     unknowns : each with unit, meaning and the plausible range; the first is the effect's size. A name belongs to one
         effect.
-    kind : does it show within a run, or only between runs?
     reference : where law and range come from.
     summary : one sentence for the report.
     nominal : values of the unknowns that shape the effect (a decay time): zero would mean nothing for them, and they
         do nothing while the others are zero.
     states : states of its own and their rates, ``rate(s)``; ``s`` also holds the unknowns. They start at zero.
     probes : sizes of the first unknown from which a fit is started where the derivative at zero is useless.
-    label : the cause as a noun phrase, "a headwind".
+    label : a noun phrase, "a headwind".
     signature : what it looks like in the data, one sentence.
-    alike : effects and parameters that it can be taken for.
+    alike : effects and parameters with which it can be confused.
     confirm : the cheapest manoeuvre that would show it, one sentence.
-    sensor : a fault of a sensor, not of the car.
-    lasts : it belongs to the vehicle, so that later steps and exports keep it; a wind or a slope stays with its day.
     sense : words that follow a value and its unit, such as "along the out direction".
-    steps : the steps in which it is looked for; none: wherever the model has its laws.
+    tags : of PROPERTIES, and the situations in which it is a candidate (of SITUATIONS, or of a step of an installed
+        package); without a situation it is a candidate wherever the model calls its laws.
     covers : unknowns of a step that lie within its own: with it in, they stay where they start.
     """
 
@@ -52,7 +80,6 @@ class Effect:
     on: tuple[str, ...]
     laws: Mapping[str, EffectLaw]
     unknowns: Mapping[str, Quantity]
-    kind: Kind
     reference: str
     summary: str
     nominal: Mapping[str, float]
@@ -62,16 +89,34 @@ class Effect:
     signature: str
     alike: tuple[str, ...]
     confirm: str
-    sensor: bool
-    lasts: bool
     sense: str
-    steps: tuple[str, ...]
+    tags: frozenset[str]
     covers: tuple[str, ...]
 
     @property
     def law(self) -> EffectLaw:
         """The correction of the first law: the effect's own function, whose docstring explains it."""
         return self.laws[self.on[0]]
+
+    @property
+    def sensor(self) -> bool:
+        """Whether it is a fault of a sensor, not of the vehicle."""
+        return "sensor" in self.tags
+
+    @property
+    def lasts(self) -> bool:
+        """Whether it belongs to the vehicle, so that later steps and exports keep it."""
+        return not self.tags & {"sensor", "test_only"}
+
+    @property
+    def kind(self) -> Kind:
+        """Whether it shows within a run, or only between runs."""
+        return "between_run" if "between_runs" in self.tags else "within_run"
+
+    @property
+    def situations(self) -> frozenset[str]:
+        """The situations in which it is a candidate; none: wherever the model calls its laws."""
+        return self.tags - PROPERTIES.keys()
 
 
 def effect(
@@ -80,7 +125,6 @@ def effect(
     unknowns: tuple[Quantity, ...],
     reference: str,
     also: Mapping[str, EffectLaw] = MappingProxyType({}),
-    kind: Kind = "within_run",
     nominal: Mapping[str, float] = _NONE,
     states: Mapping[str, Callable[[Signals], Number]] = MappingProxyType({}),
     probes: tuple[float, ...] = (),
@@ -88,16 +132,14 @@ def effect(
     signature: str = "",
     alike: tuple[str, ...] = (),
     confirm: str = "",
-    sensor: bool = False,
-    lasts: bool = True,
     sense: str = "",
-    steps: tuple[str, ...] = (),
+    tags: Collection[str] = frozenset(),
     covers: tuple[str, ...] = (),
 ) -> Callable[[EffectLaw], Effect]:
     """Make a function ``law(element, s, q)`` an effect; it takes the name, and the docstring gives the summary.
 
     ``on`` names the law, or laws, that the function corrects; ``also`` further laws that other functions correct: the
-    same cause may enter two models, or a sensor and an input, in two ways. The rest is Effect's.
+    same effect may enter two models, or a sensor and an input, in two ways. The rest is Effect's.
     """
 
     def make(law: EffectLaw) -> Effect:
@@ -107,7 +149,6 @@ def effect(
             on=(*own, *also),
             laws={**dict.fromkeys(own, law), **also},
             unknowns={quantity.name: quantity for quantity in unknowns},
-            kind=kind,
             reference=reference,
             summary=(law.__doc__ or "").strip().partition("\n")[0],
             nominal=dict(nominal),
@@ -117,10 +158,8 @@ def effect(
             signature=signature,
             alike=alike,
             confirm=confirm,
-            sensor=sensor,
-            lasts=lasts and not sensor,
             sense=sense,
-            steps=steps,
+            tags=frozenset(tags),
             covers=covers,
         )
 
@@ -132,20 +171,32 @@ def reads(s: Signals) -> bool:
     return hasattr(s, "sensor")
 
 
-def candidates(step: str) -> tuple[Effect, ...]:
-    """The effects that a step looks for, as far as its model can take them."""
-    return tuple(one for one in catalogue() if not one.steps or step in one.steps)
+def candidates(situations: Collection[str] = ()) -> tuple[Effect, ...]:
+    """The effects to look for in a test, as far as its model calls their laws.
+
+    ``situations`` are those of the step; a step without any takes every effect.
+    """
+    return tuple(one for one in catalogue() if not situations or not one.situations or one.situations & set(situations))
 
 
-@cache
 def catalogue() -> tuple[Effect, ...]:
-    """Every effect, in the order of their file names.
+    """Every effect of vdyn and of installed packages, in the order of their names.
 
     Raises
     ------
-    ValueError : a file does not hold the effect it is named after, or two effects share the name of an unknown.
+    ValueError : a file of vdyn does not hold the effect it is named after, or two effects share a name of an unknown.
     """
-    found: list[Effect] = []
+    return _found()[0]
+
+
+def refused() -> tuple[Finding, ...]:
+    """The effects of installed packages that are left out of the catalogue, and why."""
+    return _found()[1]
+
+
+@cache
+def _found() -> tuple[tuple[Effect, ...], tuple[Finding, ...]]:
+    found: dict[str, Effect] = {}
     owner: dict[str, str] = {}
     for name in sorted(info.name for info in pkgutil.iter_modules(__path__)):
         candidate = getattr(import_module(f"{__name__}.{name}"), name, None)
@@ -155,5 +206,27 @@ def catalogue() -> tuple[Effect, ...]:
             if unknown in owner:
                 raise ValueError(f"effects {owner[unknown]!r} and {name!r} share the unknown {unknown!r}")
             owner[unknown] = name
-        found.append(candidate)
-    return tuple(found)
+        found[name] = candidate
+    refused: list[Finding] = []
+    for name, entry in plugins(GROUP).items():
+        try:
+            candidate = _of_plugin(entry, found, owner)
+        except InputError as error:
+            refused += error.findings
+            continue
+        found[name] = candidate
+        owner.update(dict.fromkeys(candidate.unknowns, name))
+    return tuple(found[name] for name in sorted(found)), tuple(refused)
+
+
+def _of_plugin(entry: Plugin, found: Mapping[str, Effect], owner: Mapping[str, str]) -> Effect:
+    """The effect of an installed package; raises InputError with the package's name."""
+    candidate = entry.load(Effect)
+    shared = [unknown for unknown in candidate.unknowns if unknown in owner]
+    if candidate.name != entry.name:
+        entry.refuse(f"holds an effect of another name, {candidate.name!r}", "give both the same name")
+    if entry.name in found:
+        entry.refuse("has the name of an effect of vdyn", "choose another name")
+    if shared:
+        entry.refuse(f"shares the unknown {shared[0]!r} with {owner[shared[0]]!r}", "rename the unknown")
+    return candidate

@@ -17,8 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The measured acceleration is off by the same share of itself everywhere; speed and position agree.",
     alike=("speed_scale", "a body that pitches as the car speeds up"),
     confirm="Turn the accelerometer over, nose up and nose down: it has to read plus and minus 1 g.",
-    sensor=True,
-    steps=("coastdown",),
+    tags={"sensor", "coasting"},
     covers=("accelerometer_scale",),
 )
 def accelerometer_gain(acceleration: Law, s: Signals, q: Signals) -> Number:

@@ -17,8 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The measured acceleration differs by the same amount at all times and in both directions.",
     alike=("accelerometer_tilt", "road_grade", "cg_to_rear"),
     confirm="Read the accelerometer at rest on one spot, facing both ways.",
-    sensor=True,
-    steps=("coastdown", "validate", "cg"),
+    tags={"sensor", "open_road", "pitching"},
 )
 def accelerometer_offset(acceleration: Law, s: Signals, q: Signals) -> Number:
     """An accelerometer with a wrong zero.

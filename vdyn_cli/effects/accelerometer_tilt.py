@@ -19,9 +19,8 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The measured acceleration is larger by the same amount at all times and in both directions.",
     alike=("accelerometer_offset", "road_grade", "cg_to_rear"),
     confirm="Read the accelerometer at rest on one spot, facing both ways.",
-    sensor=True,
     sense="nose up",
-    steps=("coastdown", "validate", "cg"),
+    tags={"sensor", "open_road", "pitching"},
 )
 def accelerometer_tilt(acceleration: Law, s: Signals, q: Signals) -> Number:
     """An accelerometer whose axis points up instead of ahead: it feels a share of gravity.

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The axles carry less the faster the car is, with the square of the speed.",
     alike=("drag_height", "drag_area"),
     confirm="Hold a high speed on a level road and compare the axle loads with those at walking speed.",
-    steps=("cg",),
+    tags={"pitching"},
 )
 def aero_lift(lift: Law, s: Signals, q: Signals) -> Number:
     """Air that lifts the body, as much at the front axle as at the rear.

@@ -18,7 +18,7 @@ CORNER = 2e-3  # m/s, over which the two slopes meet; far below the stroke rates
     signature="What is left of the loads, over the stroke's rate, is a V with its corner at zero.",
     alike=("progressive_spring", "suspension_friction"),
     confirm="Cross the bump slowly and fast: the V keeps its slope over the stroke's rate, a spring's bend does not.",
-    steps=("bump",),
+    tags={"bump_crossing"},
 )
 def asymmetric_damping(damper: Law, s: Signals, q: Signals) -> Number:
     """Dampers that resist rebound (extension, positive stroke rate) more than compression.

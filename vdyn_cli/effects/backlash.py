@@ -25,7 +25,7 @@ SOFT = 0.1  # N m
     alike=("shaft_stiffness", "shaft_damping", "torque_delay"),
     confirm="Turn the inner end to and fro by hand with the wheel held, or tip in and back out slowly.",
     sense="to either side",
-    steps=("validate", "shaft"),
+    tags={"driving", "shaft_twist"},
 )
 def backlash(shaft: Law, s: Signals, q: Signals) -> Number:
     """Free play: within it nothing touches, beyond it the shaft feels the twist less the play; flanks never pull.

@@ -21,9 +21,8 @@ def early(clock: Law, s: Signals, q: Signals) -> Number:
     signature="What is left follows the rate at which the late channels change, so that they draw loops.",
     alike=("tire_damping", "tire_relaxation", "pitch inertia"),
     confirm="Knock the car once at rest with every channel logging, and compare when each one sees it.",
-    sensor=True,
     sense="late (on a bump the body's acceleration and pitch rate, else loads, torque and forces)",
-    steps=("bump", "cg", "inertia"),
+    tags={"sensor", "bump_crossing", "pitching", "wheel_spin"},
 )
 def clock_offset(clock: Law, s: Signals, q: Signals) -> Number:
     """One device's channels are logged late against another's.

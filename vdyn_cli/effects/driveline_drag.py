@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The car needs more drive than its road load, by the same force at every speed.",
     alike=("brake_drag", "rolling_resistance", "torque_offset", "torque_gain"),
     confirm="Coast down with the half-shafts taken out, or turn the driven wheels on stands by a torque wrench.",
-    steps=("coastdown", "validate"),
+    tags={"open_road"},
 )
 def driveline_drag(driveline: Law, s: Signals, q: Signals) -> Number:
     """Spin losses of the driven axle that are there without any torque.

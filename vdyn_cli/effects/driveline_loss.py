@@ -16,7 +16,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The simulated car outruns the real one in proportion to the torque that drives it.",
     alike=("torque_gain", "wheel_radius", "mass_error", "driveline_efficiency", "driveline_drag"),
     confirm="Weigh the car, then measure the torque at the hubs or the pull of the car against a load cell.",
-    steps=("validate",),
+    tags={"driving"},
 )
 def driveline_loss(drive: Law, s: Signals, q: Signals) -> Number:
     """Drive force that does not arrive: F = (1 - e) eta T i / r.

@@ -15,8 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The car loses speed wherever the accelerometer reads more than the speed's own rate.",
     alike=("grade_profile", "road_grade", "headwind"),
     confirm="Drive the same road once more, or back: the hills must be found again, and in a survey's heights.",
-    lasts=False,
-    steps=("validate",),
+    tags={"test_only", "driving"},
 )
 def felt_slope(grade: Law, s: Signals, q: Signals) -> Number:
     """A road that rises and falls where the simulation has it flat, as an accelerometer in the car felt it.

@@ -15,8 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="Force over slip is shifted up or down by the same everywhere, plateaus as well as slope.",
     alike=("slip_offset",),
     confirm="Lift the wheel and read the force.",
-    sensor=True,
-    steps=("tire",),
+    tags={"sensor", "slip_sweep"},
 )
 def force_offset(force_x: Law, s: Signals, q: Signals) -> Number:
     """A force channel that is off by the same everywhere.

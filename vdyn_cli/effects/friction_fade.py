@@ -18,7 +18,7 @@ CORNER = 0.05  # m/s
     signature="Beyond the peak a fast sweep falls more steeply than a slow one.",
     alike=("tire_C", "tire_E", "load_sensitivity"),
     confirm="Sweep beyond the peak at a third of the speed.",
-    steps=("tire",),
+    tags={"slip_sweep"},
 )
 def friction_fade(friction: Law, s: Signals, q: Signals) -> Number:
     """Rubber that grips less the faster it slides, beyond what the curve's own fall over slip says.

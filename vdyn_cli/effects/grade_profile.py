@@ -25,8 +25,7 @@ def _slope(name: str, knot: int) -> Quantity:
     alike=("road_grade", "headwind", "brake_drag_fading"),
     confirm="Log the position, and run the stretch both ways from several start points, or survey its height.",
     sense="uphill on the way out",
-    lasts=False,
-    steps=("coastdown", "validate"),
+    tags={"test_only", "open_road"},
     covers=("road_slope",),
 )
 def grade_profile(grade: Law, s: Signals, q: Signals) -> Number:

@@ -16,8 +16,7 @@ from vdyn_cli.quantities.quantity import Quantity
     alike=("road_grade", "extra_drag_area", "rolling_resistance"),
     confirm="Drive the same track both ways from high to walking speed: wind fades with the speed, a slope does not.",
     sense="along the out direction",
-    lasts=False,
-    steps=("coastdown", "validate"),
+    tags={"test_only", "turns_with_heading", "daily", "open_road"},
 )
 def headwind(air: Law, s: Signals, q: Signals) -> Number:
     """A steady wind along the track, against the vehicle on the way out and behind it on the way back.

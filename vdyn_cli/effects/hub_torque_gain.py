@@ -15,8 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="What is left of the torque follows the torque itself, in step with the longitudinal force.",
     alike=("wheel_radius", "wheel_mass", "wheel_inertia"),
     confirm="Hold torque and force steady against each other: a lever arm of known length with weights on it.",
-    sensor=True,
-    steps=("inertia",),
+    tags={"sensor", "wheel_spin"},
 )
 def hub_torque_gain(hub_torque: Law, s: Signals, q: Signals) -> Number:
     """A torque sensor at the hub whose scale is off against that of the force sensor.

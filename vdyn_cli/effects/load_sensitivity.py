@@ -17,7 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="Sweeps at a higher load lie below those at a lower one, most of all at the peak.",
     alike=("tire_D", "friction_fade"),
     confirm="Sweep at half and at twice the load, at one speed.",
-    steps=("tire",),
+    tags={"slip_sweep"},
 )
 def load_sensitivity(friction: Law, s: Signals, q: Signals) -> Number:
     """A tire that grips less, per newton, the more it carries.

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="In coasts all forces are scaled alike; under power the car speeds up too fast or too slowly.",
     alike=("rotating_mass", "torque_gain", "wheel_radius", "rolling_resistance", "drag_area"),
     confirm="Weigh the car as it was driven, with crew and fuel.",
-    steps=("coastdown", "validate"),
+    tags={"open_road"},
 )
 def mass_error(parameters: Law, s: Signals, q: Signals) -> Number:
     """A vehicle that is heavier or lighter than the description says.

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The half-shafts see less torque than the drive gives whenever the car speeds up, and shake more slowly.",
     alike=("rotating_mass", "wheel_inertia", "torque_gain", "shaft_stiffness"),
     confirm="Step the torque and watch the half-shafts' frequency, or spin the wheels up off the ground.",
-    steps=("validate",),
+    tags={"driving"},
 )
 def motor_inertia(parameters: Law, s: Signals, q: Signals) -> Number:
     """Motors, gears and shafts inside the half-shafts whose inertia is not in the model.

@@ -18,7 +18,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="What is left follows the pitch angle: height reads some per cent high.",
     alike=("cg_height", "accelerometer_tilt"),
     confirm="Lift the rear axle of the parked car by some degrees: the front axle's load gives the height directly.",
-    steps=("cg",),
+    tags={"pitching"},
 )
 def pitch_axis(motion_moment: Law, s: Signals, q: Signals) -> Number:
     """A centre of gravity that moves to the rear when the nose rises, since the body turns about an axis below it.

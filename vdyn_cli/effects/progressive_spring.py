@@ -17,7 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="What is left of the loads, over the stroke, bends upwards at both ends.",
     alike=("asymmetric_damping",),
     confirm="Load the parked car with ballast and read ride height against axle load: the line is bent.",
-    steps=("bump",),
+    tags={"bump_crossing"},
 )
 def progressive_spring(spring: Law, s: Signals, q: Signals) -> Number:
     """Springs whose stiffness grows with compression: progressive coils, bump stops, levers that turn.

@@ -16,8 +16,7 @@ from vdyn_cli.quantities.quantity import Quantity
     alike=("headwind", "rolling_resistance", "torque_offset", "accelerometer_offset"),
     confirm="Let the car roll slowly, below 20 km/h, both ways over the same stretch, or level the road.",
     sense="uphill on the way out",
-    lasts=False,
-    steps=("coastdown", "validate", "cg"),
+    tags={"test_only", "turns_with_heading", "open_road", "pitching"},
     covers=("road_slope",),
 )
 def road_grade(grade: Law, s: Signals, q: Signals) -> Number:

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The car speeds up and slows down less than all forces call for, but climbs as its mass says.",
     alike=("mass_error", "rolling_resistance", "drag_area", "torque_gain", "wheel_inertia", "motor_inertia"),
     confirm="Drive hard and gently by a known torque, or coast on a known slope: weight climbs, inertia does not.",
-    steps=("coastdown", "validate"),
+    tags={"open_road"},
 )
 def rotating_mass(parameters: Law, s: Signals, q: Signals) -> Number:
     """Wheels, shafts and machines that turn with the car and are not in its rotating mass.

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="After a step of torque the half-shafts' shake dies out faster or slower than simulated.",
     alike=("shaft_stiffness", "tire_relaxation", "backlash"),
     confirm="Step the torque and let go at once, several times, at one speed.",
-    steps=("validate",),
+    tags={"driving"},
 )
 def shaft_damping(parameters: Law, s: Signals, q: Signals) -> Number:
     """Half-shafts that damp more or less than the model says, left and right by the same share.

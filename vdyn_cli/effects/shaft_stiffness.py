@@ -17,7 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="After a step of torque the half-shafts shake at another frequency than simulated.",
     alike=("motor_inertia", "tire_relaxation", "backlash", "shaft_damping"),
     confirm="Clamp the wheel and twist the inner end by a known torque, or step the torque at several speeds.",
-    steps=("validate",),
+    tags={"driving"},
 )
 def shaft_stiffness(parameters: Law, s: Signals, q: Signals) -> Number:
     """Half-shafts that are softer or stiffer than the model says, left and right by the same share.

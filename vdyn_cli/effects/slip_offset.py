@@ -15,8 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The curve crosses zero force beside zero slip.",
     alike=("force_offset", "wheel_radius"),
     confirm="Let the wheel roll free at the speed of the sweeps: its slip there is the zero.",
-    sensor=True,
-    steps=("tire",),
+    tags={"sensor", "slip_sweep"},
 )
 def slip_offset(slip: Law, s: Signals, q: Signals) -> Number:
     """A slip that is off by the same everywhere: the radius it was computed with, or one of the speeds.

@@ -15,8 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="Where the acceleration changes, the measured speed follows the simulated one late by a fixed time.",
     alike=("torque_delay", "tire_relaxation", "shaft_stiffness"),
     confirm="Tap the throttle or the brake sharply a few times and compare the speed with an accelerometer.",
-    sensor=True,
-    steps=("coastdown", "validate"),
+    tags={"sensor", "open_road"},
 )
 def speed_delay(clock: Law, s: Signals, q: Signals) -> Number:
     """A speed channel whose clock lags that of the other channels.

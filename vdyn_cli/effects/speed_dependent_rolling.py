@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="What slows the car rises in proportion to its speed, in both directions alike.",
     alike=("drag_area", "extra_drag_area", "rolling_resistance"),
     confirm="Coast down over a wider range of speed: from as fast as allowed to walking speed.",
-    steps=("coastdown", "validate"),
+    tags={"open_road"},
 )
 def speed_dependent_rolling(rolling: Law, s: Signals, q: Signals) -> Number:
     """Tires whose rolling resistance rises with speed, where the baseline has it constant.

@@ -15,8 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The rear axle meets the bump sooner or later than wheelbase over speed says, in proportion.",
     alike=("wheelbase", "bump width"),
     confirm="Time the car between two marks a measured way apart.",
-    sensor=True,
-    steps=("bump",),
+    tags={"sensor", "bump_crossing"},
 )
 def speed_error(speed: Law, s: Signals, q: Signals) -> Number:
     """A speed channel whose scale is off, so that the bump seems longer or shorter, and the axles further apart.

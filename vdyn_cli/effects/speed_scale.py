@@ -15,8 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="Speed is off by the same share everywhere: in a coast like other rolling resistance and drag together.",
     alike=("rolling_resistance", "drag_area", "wheel_radius", "mass_error", "torque_gain"),
     confirm="Compare the speed, integrated, with a distance that was measured: kilometre stones, GPS positions.",
-    sensor=True,
-    steps=("coastdown", "validate"),
+    tags={"sensor", "open_road"},
 )
 def speed_scale(speed: Law, s: Signals, q: Signals) -> Number:
     """A speed channel whose scale is wrong.

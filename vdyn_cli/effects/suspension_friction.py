@@ -35,7 +35,7 @@ def bristle(s: Signals) -> Number:
     signature="What is left of the loads, over the stroke's rate, is a step at zero, as high in slow strokes as fast.",
     alike=("asymmetric_damping", "tire_damping"),
     confirm="Rock the car slowly by hand over load cells: springs with friction draw a loop of twice its height.",
-    steps=("bump",),
+    tags={"bump_crossing"},
 )
 def suspension_friction(damper: Law, s: Signals, q: Signals) -> Number:
     """Dry friction of struts, bushings and seals, the same force at every stroke rate, against the motion.

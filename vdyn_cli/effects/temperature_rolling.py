@@ -13,12 +13,11 @@ REFERENCE = 293.15  # K
     on="rolling",
     unknowns=(Quantity("temperature_rolling", "1/K", "fall of rolling resistance per kelvin", "k", 0.0, 0.03),),
     reference="coast-down standards correct by 8.6e-3 per kelvin to 20 degC; range: published tires have 5e-3 to 2e-2",
-    kind="between_run",
     label="rolling resistance that falls with temperature",
     signature="Runs at a lower temperature slow down faster, each of them evenly.",
     alike=("tire_warmup", "rolling_resistance"),
     confirm="Repeat the runs on a day that is 10 K warmer or colder, and state each run's temperature.",
-    steps=("coastdown", "validate"),
+    tags={"between_runs", "open_road"},
 )
 def temperature_rolling(rolling: Law, s: Signals, q: Signals) -> Number:
     """Rolling resistance that depends on the temperature of each run, where the baseline has one for all.

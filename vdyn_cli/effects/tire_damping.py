@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="Loads differ in step with how fast the road rises and the wheel hops, and hopping dies out sooner.",
     alike=("suspension_friction", "unsprung masses"),
     confirm="Let a wheel drop from a jack by a centimetre and time how its hopping decays with the damper taken off.",
-    steps=("bump",),
+    tags={"bump_crossing"},
 )
 def tire_damping(tire_vertical: Law, s: Signals, q: Signals) -> Number:
     """Tires that resist being pressed in, beside their spring.

@@ -20,7 +20,7 @@ NODES = ((0.119309593041598, 0.467913934572691), (0.330604693233132, 0.360761573
     signature="The bump's peak load is lower and its edges are softer than the profile says.",
     alike=("bump height", "bump width", "tire_damping"),
     confirm="Cross a long ramp and a short step of the same height: only the short one is softened.",
-    steps=("bump",),
+    tags={"bump_crossing"},
 )
 def tire_enveloping(road: Law, s: Signals, q: Signals) -> Number:
     """A contact patch that bridges what is shorter than itself: the tire feels the mean height under the patch.

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="After a step of torque the tire's force follows late, the later the slower the car goes.",
     alike=("shaft_stiffness", "speed_delay", "torque_delay", "clock_offset"),
     confirm="Step the torque at a third of the speed: a delay in time stays as it is, one in distance grows threefold.",
-    steps=("validate", "tire"),
+    tags={"driving", "slip_sweep"},
 )
 def tire_relaxation(parameters: Law, s: Signals, q: Signals) -> Number:
     """A tire that has to roll farther, or less far, than the model says until its slip has built up.

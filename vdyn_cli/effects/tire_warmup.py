@@ -20,8 +20,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="Early runs slow down faster than late ones, and the difference dies out in some ten minutes.",
     alike=("brake_drag_fading", "temperature_rolling", "rolling_resistance"),
     confirm="Drive for half an hour and repeat the first runs: they must not differ from the last.",
-    lasts=False,
-    steps=("coastdown", "validate"),
+    tags={"test_only", "open_road"},
 )
 def tire_warmup(rolling: Law, s: Signals, q: Signals) -> Number:
     """Tires that roll harder while they are cold.

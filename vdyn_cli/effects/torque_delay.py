@@ -17,8 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The real car answers a step of the torque sooner than the simulated one, by a fixed time.",
     alike=("speed_delay", "backlash", "shaft_stiffness", "tire_relaxation"),
     confirm="Tap the throttle sharply a few times and compare the torque with an accelerometer.",
-    sensor=True,
-    steps=("coastdown", "validate"),
+    tags={"sensor", "open_road"},
 )
 def torque_delay(lead: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel whose clock lags that of the other channels.

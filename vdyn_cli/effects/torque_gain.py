@@ -15,8 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The simulated car outruns the real one in proportion to the torque, and not at all while coasting.",
     alike=("wheel_radius", "mass_error", "wheel_inertia", "driveline_drag", "driveline_efficiency"),
     confirm="Hang a known weight on a lever at the hub, or drive up a known slope slowly.",
-    sensor=True,
-    steps=("coastdown", "validate"),
+    tags={"sensor", "open_road"},
 )
 def torque_gain(drive_torque: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel with a wrong scale.

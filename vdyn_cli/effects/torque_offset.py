@@ -15,9 +15,8 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="A force that is the same at every speed and torque pushes or holds the simulated car, coasting as well.",
     alike=("rolling_resistance", "brake_drag", "driveline_drag", "road_grade"),
     confirm="Read the torque channel with the wheels off the ground and at rest, before and after the drive.",
-    sensor=True,
     sense="at no torque",
-    steps=("coastdown", "validate"),
+    tags={"sensor", "open_road"},
 )
 def torque_offset(drive_torque: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel with a wrong zero.

@@ -16,7 +16,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="What is left follows the second derivative of the axle loads: largest at fast steps of the pedals.",
     alike=("clock_offset", "pitch_inertia"),
     confirm="Weigh a wheel with its carrier, half of the links and shafts added.",
-    steps=("cg",),
+    tags={"pitching"},
 )
 def unsprung_mass(load_moment: Law, s: Signals, q: Signals) -> Number:
     """Axles whose own mass moves up and down on the tires while the body pitches.

@@ -15,8 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="Every load, at rest and moved, is off by the same share; at rest the axles do not carry the weight.",
     alike=("cg_to_rear", "cg_height", "pitch_inertia", "mass_error"),
     confirm="Put the car on scales with the sensors on.",
-    sensor=True,
-    steps=("cg",),
+    tags={"sensor", "pitching"},
 )
 def wheel_force_gain(wheel_force: Law, s: Signals, q: Signals) -> Number:
     """Wheel load sensors that all read too much, or too little.

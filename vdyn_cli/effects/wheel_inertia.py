@@ -17,7 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The car answers a change of torque more slowly, and more so the harder it is accelerated or braked.",
     alike=("rotating_mass", "motor_inertia", "torque_gain", "mass_error"),
     confirm="Swing a wheel on a pendulum.",
-    steps=("validate",),
+    tags={"driving"},
 )
 def wheel_inertia(parameters: Law, s: Signals, q: Signals) -> Number:
     """Wheels that are harder or easier to turn than the model says.

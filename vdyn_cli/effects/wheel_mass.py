@@ -19,7 +19,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="What is left of the torque follows the car's acceleration, not the torque in steady driving.",
     alike=("wheel_inertia", "hub_torque_gain", "wheel_radius"),
     confirm="Weigh wheel, tire and the sensor's rotating half.",
-    steps=("inertia",),
+    tags={"wheel_spin"},
 )
 def wheel_mass(parameters: Law, s: Signals, q: Signals) -> Number:
     """A wheel whose mass is not the stated one, so that hub and road forces differ by more than thought.

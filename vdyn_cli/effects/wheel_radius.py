@@ -17,7 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The same torque gives less force, and the wheels turn slower at the same speed of the car.",
     alike=("torque_gain", "mass_error", "speed_scale", "wheel_mass"),
     confirm="Roll ten turns of the wheel along a tape, loaded as driven.",
-    steps=("coastdown", "validate", "inertia"),
+    tags={"open_road", "wheel_spin"},
 )
 def wheel_radius(parameters: Law, s: Signals, q: Signals) -> Number:
     """Wheels that are larger or smaller than the description says.

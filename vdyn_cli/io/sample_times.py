@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
 
 Array = NDArray[np.float64]
 Kept = NDArray[np.bool_]
@@ -82,8 +83,9 @@ def _description(time: Array, high: Array, dropped: NDArray[np.int64], line_of: 
     return text
 
 
-def check_steps(time: Array, where: str, line_of: LineOf) -> tuple[Finding, ...]:
-    """Gaps, uneven steps, and steps so large or small that the unit is doubtful, of a rising clock."""
+def check_steps(log: Log) -> tuple[Finding, ...]:
+    """Gaps, uneven steps, and steps so large or small that the unit is doubtful, of a log's clock."""
+    time, where, line_of = log.time, log.place("time"), log.line
     steps = np.diff(time)
     if steps.size < 3:
         return ()

@@ -23,8 +23,8 @@ from vdyn_cli.description.test_description import (
 from vdyn_cli.description.yaml_source import Location, Source
 from vdyn_cli.effects import candidates
 from vdyn_cli.io.align import merge
-from vdyn_cli.io.csv.csv_reader import Column, ReadOptions, read_csv
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.io.reader import Column, ReadOptions, read_log
 from vdyn_cli.physics.laws.atmosphere import air_density
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
 from vdyn_cli.quantities.log import Log
@@ -110,8 +110,15 @@ def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwa
 def _wrong_test(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
     if spec.test == step.name:
         return []
-    remedy = f"run 'vdyn {spec.test} {source.path.name}', or write 'test: {step.name}'"
-    return [Finding(source.where(("test",)), f"describes another test than '{step.name}'", repr(spec.test), remedy)]
+    remedy = f"run 'vdyn {spec.test} {source.path.name}', or correct the key 'test'"
+    return [
+        Finding(
+            source.where(("test",)),
+            f"test type mismatch: this command needs 'test: {step.name}'",
+            repr(spec.test),
+            remedy,
+        )
+    ]
 
 
 def _wrong_channels(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
@@ -135,21 +142,21 @@ def _wrong_channels(step: Step, spec: TestSpec, source: Source) -> list[Finding]
 
 
 def _wrong_effects(step: Step, spec: TestSpec, source: Source) -> Iterator[Finding]:
-    """Causes to look for, or to extend the model by, that this step does not know, or that are there twice; and those
-    to extend it by that nobody looks for."""
-    asked = spec.diagnose
+    """Effects to look for, or to extend the model by, that are no candidates of this step, are listed twice, or are to
+    extend the model and are not looked for."""
+    requested = spec.diagnose
     for key in ("effects", "extend"):
-        named = getattr(asked, key)
+        named = getattr(requested, key)
         names = named if isinstance(named, list) else []
-        known = [e.name for e in candidates(step.name)] if names else []
+        known = [e.name for e in candidates(step.situations)] if names else []
         for i, name in enumerate(names):
             what, remedy = "", ""
             if name not in known:
-                what, remedy = f"no effect that '{step.name}' knows of", did_you_mean(name, known, _there_are(known))
+                what, remedy = f"not a candidate effect for '{step.name}'", did_you_mean(name, known, _there_are(known))
             elif name in names[:i]:
-                what, remedy = "is listed twice", "take one out"
-            elif key == "extend" and isinstance(asked.effects, list) and name not in asked.effects:
-                what, remedy = "is not among diagnose.effects, so nobody looks for it", "add it there"
+                what, remedy = "is listed twice", "remove one"
+            elif key == "extend" and isinstance(requested.effects, list) and name not in requested.effects:
+                what, remedy = "is not in diagnose.effects, so it is not tested", "add it there"
             if what:
                 yield Finding(source.where(("diagnose", key, i)), f"'diagnose.{key}': {what}", name, remedy)
 
@@ -195,7 +202,7 @@ def _read_run(step: Step, spec: TestSpec, source: Source, index: int) -> Log:
     for name, logger, (channels, at) in zip(names, loggers, _channel_maps(spec), strict=True):
         columns = {n: _column(step.channels()[n], c, source, (*at, n)) for n, c in channels.items()}
         options = ReadOptions(**logger.reading.model_dump())
-        read.append(_attempt(problems, read_csv, source.path.parent / name, columns, options, name))
+        read.append(_attempt(problems, read_log, source.path.parent / name, columns, options, name))
     raise_all(problems)
     logs = [log for log in read if log is not None]
     log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,22 @@ from numpy.typing import ArrayLike, NDArray
 from vdyn_cli.quantities.errors import Finding
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class LogSource:
+    """Where the samples of a log stand in the file that it was read from.
+
+    Parameters
+    ----------
+    columns : the file's name of each channel.
+    line_of : the file's line of a sample.
+    problems : what makes the log unusable, kept so that one message holds them and those of its channels.
+    """
+
+    columns: Mapping[str, str]
+    line_of: Callable[[int], int]
+    problems: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +39,7 @@ class Log:
     time : (n,) s, finite and strictly increasing.
     channels : each (n,), SI, NaN where the logger wrote nothing.
     findings : what is doubtful about the data.
+    source : of a log as a reader gives it, whose channels still have the file's units and signs; None for all others.
 
     Notes
     -----
@@ -39,6 +56,7 @@ class Log:
     time: Array
     channels: Mapping[str, Array]
     findings: tuple[Finding, ...] = ()
+    source: LogSource | None = None
 
     def __post_init__(self) -> None:
         time = _frozen(self.time)
@@ -62,6 +80,14 @@ class Log:
     def duration(self) -> float:
         """Time from the first to the last sample, s."""
         return float(self.time[-1] - self.time[0]) if self.time.size else 0.0
+
+    def place(self, channel: str) -> str:
+        """File and column of a channel, for messages."""
+        return f"{self.name}, column '{self.source.columns[channel]}'" if self.source else f"{self.name}, {channel}"
+
+    def line(self, sample: int) -> int:
+        """The file's line of a sample; its number, counted from 1, where the log was not read from a file."""
+        return self.source.line_of(sample) if self.source else sample + 1
 
     def between(self, start: float, stop: float) -> Log:
         """The part with start <= time <= stop, as views; empty when no sample lies there."""

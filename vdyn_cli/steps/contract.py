@@ -152,6 +152,8 @@ class Step:
     load : reads what is not a run's log (a picture, a pendulum recording): (spec, folder, logs) -> (data, paths read);
         None for steps that need the runs' logs alone, whose data is the tuple of Logs.
     diagnosable : how it is diagnosed; None where nothing is simulated.
+    situations : tags of the effects to look for (``effects.SITUATIONS``, or the step's own); none: every effect whose
+        laws its model calls.
     """
 
     name: str
@@ -164,6 +166,7 @@ class Step:
     load: Callable[[Any, Path, tuple[Log, ...]], tuple[Any, tuple[Path, ...]]] | None = None
     extra_channels: tuple[Quantity, ...] = ()
     diagnosable: Diagnosable | None = None
+    situations: frozenset[str] = frozenset()
 
     def estimate(
         self,

@@ -9,32 +9,12 @@ from difflib import get_close_matches
 
 from vdyn_cli.io.csv.csv_cells import is_unit, tidy, unit_text
 from vdyn_cli.io.csv.csv_layout import Layout
+from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
 _BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*$")
 _NTH = re.compile(r"(.*)#(\d+)")
-
-
-@dataclass(frozen=True)
-class Column:
-    """Where a channel stands in a file.
-
-    Parameters
-    ----------
-    column : its name in the header; ``Name#2`` is the second of several of that name.
-    unit, si_unit : unit in the file, and the SI unit that the channel has inside.
-    sign : -1 where the logger's convention is the opposite.
-    optional : a missing or empty column is left out rather than refused.
-    where : file and line of the description that asks for it.
-    """
-
-    column: str
-    unit: str
-    si_unit: str
-    sign: int = 1
-    optional: bool = False
-    where: str = ""
 
 
 @dataclass(frozen=True)
@@ -137,3 +117,11 @@ def _contradict(stated: str, column: Column, only_scale: bool) -> bool:
         return not only_scale
     ours = [to_si(x, column.unit, column.si_unit) for x in (0.0, 1.0)]
     return any(abs(a - b) > 1e-9 * max(abs(a), abs(b)) for a, b in zip(file, ours, strict=True))
+
+
+def unit_in_header(layout: Layout, at: int) -> str:
+    """The unit that the file states for a column, in its units row or in brackets; empty where it states none."""
+    bracket = _BRACKET.search(layout.header[at])
+    stated = [unit_text(layout.units[at])] if layout.units else []
+    stated += [unit_text(bracket[2])] if bracket else []
+    return next((unit for unit in stated if unit and is_unit(unit)), "")

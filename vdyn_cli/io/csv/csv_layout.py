@@ -6,9 +6,9 @@ import csv
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
-from typing import Literal
 
 from vdyn_cli.io.csv.csv_cells import decimal_mark, is_number, is_unit, is_written, tidy, unit_text
+from vdyn_cli.io.reader import ReadOptions
 from vdyn_cli.quantities.errors import Finding, InputError
 
 _HEADS = (1 << 16, 1 << 20)  # bytes to look at; the second for files of thousands of columns
@@ -16,26 +16,6 @@ _RECORDS = 1000
 _SHOWN = 200  # rows that show the decimal mark
 _DELIMITERS = (";", "\t", ",", "|", " ")
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
-
-
-@dataclass(frozen=True)
-class ReadOptions:
-    """How a log is written, where guessing is not wanted.
-
-    Parameters
-    ----------
-    delimiter : ``;``, ``,``, ``|``, ``tab``, ``space`` (any run of blanks); guessed where None.
-    decimal : decimal mark; guessed where None.
-    encoding : such as utf-8, cp1252, utf-16; guessed where None.
-    clock : ``strict`` refuses a clock that does not rise, ``drop`` leaves out the rows that do not rise.
-    header_row : line of the column names, counted from 1; searched where None.
-    """
-
-    delimiter: str | None = None
-    decimal: Literal[".", ","] | None = None
-    encoding: str | None = None
-    clock: Literal["strict", "drop"] = "strict"
-    header_row: int | None = None
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,11 @@
-"""Reading a CSV log as test benches write it: only the mapped columns, in SI, with everything doubtful said."""
+"""CSV logs as test benches write them: only the mapped columns, with a finding for everything doubtful."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -11,73 +13,106 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.csv.csv_columns import Column, match_columns
-from vdyn_cli.io.csv.csv_layout import Layout, ReadOptions, find_layout
+from vdyn_cli.io.csv.csv_columns import match_columns, unit_in_header
+from vdyn_cli.io.csv.csv_layout import Layout, find_layout
 from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
-from vdyn_cli.io.csv.csv_source import open_source
-from vdyn_cli.io.quality.channel_quality import check_channel
-from vdyn_cli.io.sample_times import LineOf, check_rising, check_steps
+from vdyn_cli.io.csv.csv_source import is_other_format, open_source
+from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, checked
+from vdyn_cli.io.sample_times import LineOf, check_rising
 from vdyn_cli.quantities.errors import Finding, raise_all
-from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.quantity import to_si
-from vdyn_cli.quantities.vocabulary import TREMBLING
+from vdyn_cli.quantities.log import Log, LogSource
+from vdyn_cli.quantities.quantity import UnitError, to_si
 
-__all__ = ["Column", "ReadOptions", "read_csv"]
+__all__ = ["CSV", "Column", "ReadOptions", "read_csv"]
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
+
+_CLOCK = re.compile(r"(time|t|zeit)\b", re.IGNORECASE)  # a header that begins with it is the clock's
+
+
+class CsvReader:
+    """Comma, semicolon, tab, bar or blank separated text, plain or gzip, in any common encoding."""
+
+    def matches(self, path: Path) -> bool:
+        """Whether it may be text: a file of a known binary format is not."""
+        return path.is_file() and not is_other_format(path)
+
+    def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
+        """Every named column; the clock is the column called time or t.
+
+        Raises
+        ------
+        InputError : no such file, no header, no numbers.
+        """
+        layout, numbers = _whole_table(path)
+        names = {i: cell for i, cell in enumerate(layout.header) if cell}
+        clock = next((i for i, cell in names.items() if _CLOCK.match(cell)), None)
+        time = None if clock is None else _seconds(numbers.columns[clock], unit_in_header(layout, clock))
+        return tuple(_info(name, unit_in_header(layout, i), time, numbers.columns[i]) for i, name in names.items())
+
+    def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
+        """The mapped columns in the file's units; see ``vdyn_cli.io.reader.Reader``.
+
+        Rows without any value and a summary below the data are left out. A decimal comma is recognized. Thousands
+        separators are removed where a number holds both marks, ``1.234,5`` or ``1,234.5``, and a finding says so.
+        Headers and units rows are compared with the units of the mapping.
+
+        Raises
+        ------
+        InputError : with every problem of the file: no such file or column, text among the numbers, no two rows of
+            data. A clock that does not rise is a problem of the log's source.
+        """
+        layout, numbers, position, findings = _read(path, mapping, options, name)
+        rows = data_rows(numbers, layout, position, name)
+        raise_all(rows.problems)
+        raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
+        columns = {channel: layout.header[at] for channel, at in position.items()}
+        place = f"{name}, column '{columns['time']}'"
+        written = _rising(raw, rows.kept, numbers.lines, mapping["time"], options, place)
+        numbers.columns.clear()
+        source = LogSource(columns, written.line_of, written.problems)
+        every = (*findings, *rows.findings, *written.findings)
+        return Log(name, written.time, written.channels, every, source)
+
+
+CSV = CsvReader()
 
 
 def read_csv(
     path: Path, columns: Mapping[str, Column], options: ReadOptions | None = None, name: str | None = None
 ) -> Log:
-    """Read the mapped columns of a log.
-
-    Parameters
-    ----------
-    path : comma, semicolon, tab, bar or blank separated text, plain or gzip, in any common encoding.
-    columns : where each channel stands; ``time`` among them.
-    options : how the file is written, where guessing is not wanted.
-    name : what it is called in the log and in all findings; else as the file: each day may have its ``run_1.csv``.
-
-    Returns
-    -------
-    Log : SI, on the clock as written. Rows without any value and a summary below the data are left out; a missing
-        value is NaN. Nothing is interpolated or sorted. Its findings say all that is doubtful.
+    """Read the mapped columns of a text log, in SI, whatever its name: see ``vdyn_cli.io.reader.read_log``.
 
     Raises
     ------
-    InputError : with every problem of the file: no such file or column, text among the numbers, a clock that does
-        not rise, a channel without data.
-
-    Notes
-    -----
-    A decimal comma is recognised. Thousands separators are removed where a number holds both marks, ``1.234,5`` or
-    ``1,234.5``, and that is said. Headers and units rows are compared with the units of the description.
+    InputError : with every problem of the file.
     """
-    options, name = options or ReadOptions(), name or path.name
-    layout, numbers, position, findings = _read(path, columns, options, name)
-    rows = data_rows(numbers, layout, position, name)
-    findings += rows.findings
-    raise_all(rows.problems)
-    place = {channel: f"{name}, column '{layout.header[at]}'" for channel, at in position.items()}
-    raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
-    raw, line_of, problems = _rising(raw, rows.kept, numbers.lines, columns["time"], options, place["time"], findings)
-    numbers.columns.clear()
-    channels = {}
-    for channel in [c for c in raw if c != "time"]:
-        values = raw.pop(channel)
-        quality = check_channel(values, columns[channel].unit, place[channel], line_of, channel in TREMBLING)
-        findings += quality.findings
-        if quality.problems and columns[channel].optional:
-            findings += [replace(p, remedy=f"channel '{channel}' is left out") for p in quality.problems]
-        elif quality.problems:
-            problems += quality.problems
-        else:
-            channels[channel] = _si(values, columns[channel])
-    raise_all(problems)
-    return Log(name, raw["time"], channels, tuple(findings))
+    return checked(CSV.read(path, columns, options or ReadOptions(), name or path.name), columns)
+
+
+def _whole_table(path: Path) -> tuple[Layout, Numbers]:
+    """Every column of a file whose mapping is not known."""
+    with open_source(path) as source:
+        first = next(source.blocks, b"")
+        layout = find_layout(first, source.encoding, (), ReadOptions(), path.name)
+        positions = range(len(layout.header))
+        return layout, read_numbers(chain([first], source.blocks), layout, positions, source.encoding, path.name)
+
+
+def _seconds(time: Array, unit: str) -> Array:
+    try:
+        return to_si(time, unit or "s", "s")
+    except UnitError:
+        return time
+
+
+def _info(name: str, unit: str, time: Array | None, values: Array) -> ChannelInfo:
+    at = time[np.isfinite(values) & np.isfinite(time)] if time is not None else np.empty(0)
+    duration = float(at[-1] - at[0]) if at.size > 1 else 0.0
+    rate = (at.size - 1) / duration if duration > 0 else math.nan
+    return ChannelInfo(name, unit, rate, (float(at[0]), float(at[-1])) if at.size else (math.nan, math.nan))
 
 
 def _read(
@@ -97,38 +132,34 @@ def _read(
     return layout, numbers, match.position, [*layout.findings, *match.findings]
 
 
-def _rising(
-    raw: dict[str, Array],
-    kept: Rows | None,
-    lines: Lines,
-    column: Column,
-    options: ReadOptions,
-    where: str,
-    findings: list[Finding],
-) -> tuple[dict[str, Array], LineOf, list[Finding]]:
+@dataclass(frozen=True)
+class _Written:
     """The rows that are data and rise, time in SI; the file's line of each; what is wrong with the clock."""
+
+    time: Array
+    channels: Mapping[str, Array]
+    line_of: LineOf
+    findings: tuple[Finding, ...]
+    problems: tuple[Finding, ...]
+
+
+def _rising(
+    raw: dict[str, Array], kept: Rows | None, lines: Lines, clock: Column, options: ReadOptions, where: str
+) -> _Written:
     if kept is not None:
         raw = {channel: values[kept] for channel, values in raw.items()}
-    time = raw["time"] = _si(raw["time"], column)
+    time = raw["time"] = clock.in_si(raw["time"])
     rising = check_rising(time, options.clock, where, partial(_line, lines, kept))
-    findings += rising.findings
     if rising.kept is not None:
         rows = np.flatnonzero(rising.kept)
         raw = {channel: values[rows] for channel, values in raw.items()}
         kept = rows if kept is None else kept[rows]
-    line_of = partial(_line, lines, kept)
     problems = list(rising.problems)
-    findings += [] if problems else check_steps(raw["time"], where, line_of)
     if raw["time"].size < 2:
         problems.append(Finding(where, "fewer than two rows of data", remedy="export the log again, with its data"))
-    return raw, line_of, problems
+        raise_all(problems)
+    return _Written(raw.pop("time"), raw, partial(_line, lines, kept), rising.findings, tuple(problems))
 
 
 def _line(lines: Lines, kept: Rows | None, row: int) -> int:
     return lines.of(int(row if kept is None else kept[row]))
-
-
-def _si(values: Array, column: Column) -> Array:
-    """Values in SI with the sign of our convention."""
-    converted = to_si(values, column.unit, column.si_unit)
-    return -converted if column.sign < 0 else converted

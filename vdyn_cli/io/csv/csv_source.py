@@ -44,6 +44,16 @@ class Source:
     blocks: Iterator[bytes]
 
 
+def is_other_format(path: Path) -> bool:
+    """Whether the file's first bytes are those of a known format that is no text."""
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(max(map(len, _FORMATS)))
+    except (OSError, ValueError):
+        return False
+    return head.startswith(tuple(_FORMATS))
+
+
 @contextmanager
 def open_source(path: Path, encoding: str | None = None, block: int = BLOCK) -> Iterator[Source]:
     """Open a text log, plain or gzip, in any encoding, without a byte order mark.

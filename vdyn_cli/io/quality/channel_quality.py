@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.interpolation import own_rows
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.vocabulary import TREMBLING
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -41,20 +43,17 @@ class _Runs:
     length: NDArray[np.int32]
 
 
-def check_channel(values: Array, unit: str, where: str, line_of: LineOf, trembles: bool = False) -> Quality:
-    """Look at one channel as the logger wrote it.
+def check_channel(log: Log, channel: str, unit: str) -> Quality:
+    """Check one channel of a log as its reader gives it.
 
     Parameters
     ----------
-    values : (n,) in the logger's unit, NaN where it wrote nothing.
-    unit : the logger's, for messages.
-    where : file and column.
-    line_of : the file's line of a row.
-    trembles : whether it never stands at one value as long as it measures.
+    log : its channels as the file holds them, NaN where the logger wrote nothing.
+    unit : the file's, for messages.
 
     Notes
     -----
-    *Stuck*: it holds a single value, and not zero: whatever moves, or trembles, does not.
+    *Stuck*: a channel of a moving vehicle (``TREMBLING``) holds a single value, and not zero.
 
     *Clipped*: the largest or smallest value stands for several samples, more than once, and the signal comes and goes
     too steeply for a natural peak. A parabola that spends L samples in its top quantum q enters it at a slope s with
@@ -69,6 +68,7 @@ def check_channel(values: Array, unit: str, where: str, line_of: LineOf, tremble
 
     *Interpolated*: it bends at every k-th row only: see ``own_rows``.
     """
+    values, where, line_of = log[channel], log.place(channel), log.line
     missing = np.isnan(values)
     rows: Rows | None = None
     findings: list[Finding] = []
@@ -83,7 +83,7 @@ def check_channel(values: Array, unit: str, where: str, line_of: LineOf, tremble
     def line(index: int) -> int:
         return line_of(int(index if rows is None else rows[index]))
 
-    if values.size >= _STUCK and values[0] != 0.0 and trembles and np.all(values == values[0]):
+    if values.size >= _STUCK and values[0] != 0.0 and channel in TREMBLING and np.all(values == values[0]):
         what = "holds one value all through: it did not measure"
         remedy = "take the channel out, or repair it and repeat the test"
         return Quality(

@@ -257,6 +257,7 @@ def estimate(
 
 STEP = Step(
     name="bump",
+    situations=frozenset({"bump_crossing"}),
     spec=BumpSpec,
     required=(
         *("time", "speed"),

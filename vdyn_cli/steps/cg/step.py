@@ -384,6 +384,7 @@ METHODS = (
 
 STEP = Step(
     name="cg",
+    situations=frozenset({"pitching"}),
     spec=CgSpec,
     required=("time", "front_load|front_left_load+front_right_load", "acceleration"),
     optional=("pitch_rate", "pitch", "rear_load|rear_left_load+rear_right_load", "speed"),

@@ -244,6 +244,7 @@ def _assumptions(known: Parameters) -> list[Finding]:
 
 STEP = Step(
     name="coastdown",
+    situations=frozenset({"coasting", "open_road"}),
     spec=CoastdownSpec,
     required=("time", "speed"),
     optional=("position", "drive_torque", "drive_force", "acceleration", "grade", "wind_speed", "elevation"),

@@ -274,6 +274,7 @@ METHODS = (
 
 STEP = Step(
     name="inertia",
+    situations=frozenset({"wheel_spin"}),
     spec=InertiaSpec,
     required=("time", "hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleration"),
     optional=("vehicle_speed",),

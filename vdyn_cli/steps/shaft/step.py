@@ -372,6 +372,7 @@ METHODS = (
 
 STEP = Step(
     name="shaft",
+    situations=frozenset({"shaft_twist"}),
     spec=ShaftSpec,
     required=("time", "shaft_torque"),
     optional=("twist", "motor_speed", "wheel_speed"),

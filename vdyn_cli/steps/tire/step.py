@@ -340,6 +340,7 @@ METHODS = (
 
 STEP = Step(
     name="tire",
+    situations=frozenset({"slip_sweep"}),
     spec=TireSpec,
     required=("time", "force_x", "force_z"),
     optional=("slip", "wheel_speed", "vehicle_speed"),

@@ -328,6 +328,7 @@ def _unrecorded(logs: Sequence[Log], model: str) -> list[Finding]:
 
 STEP = Step(
     name=SOURCE,
+    situations=frozenset({"driving", "open_road"}),
     spec=ValidateSpec,
     required=("time", "speed", "drive_torque|drive_torque_left+drive_torque_right"),
     optional=("brake_torque", *OUTPUTS[1:], "jerk", "grade", "wind_speed"),

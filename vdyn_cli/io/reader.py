@@ -1,0 +1,186 @@
+"""Logs of any format: the contract of a reader, the readers that there are, and what is done to each log alike.
+
+A reader only parses. Quality checks, units and signs are the same for all formats and follow here. An installed
+package adds a format by the entry point ``vdyn.readers: NAME = package.module:READER``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.plugins import plugins
+from vdyn_cli.io.quality.channel_quality import check_channel
+from vdyn_cli.io.sample_times import check_steps
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import to_si
+
+Array = NDArray[np.float64]
+
+GROUP = "vdyn.readers"
+
+
+@dataclass(frozen=True)
+class Column:
+    """Where a channel stands in a file.
+
+    Parameters
+    ----------
+    column : its name in the file; ``Name#2`` is the second of several of that name.
+    unit, si_unit : unit in the file, and the SI unit that the channel has inside.
+    sign : -1 where the logger's convention is the opposite.
+    optional : a missing or empty column is left out rather than refused.
+    where : file and line of the description that requests it.
+    """
+
+    column: str
+    unit: str
+    si_unit: str
+    sign: int = 1
+    optional: bool = False
+    where: str = ""
+
+    def in_si(self, values: Array) -> Array:
+        """Values (n,) of the file in SI with the sign of our convention."""
+        converted = to_si(values, self.unit, self.si_unit)
+        return -converted if self.sign < 0 else converted
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """How a log is written, where guessing is not wanted.
+
+    Parameters
+    ----------
+    delimiter : ``;``, ``,``, ``|``, ``tab``, ``space`` (any run of blanks); guessed where None.
+    decimal : decimal mark; guessed where None.
+    encoding : such as utf-8, cp1252, utf-16; guessed where None.
+    clock : ``strict`` refuses a clock that does not rise, ``drop`` leaves out the rows that do not rise.
+    header_row : line of the column names, counted from 1; searched where None.
+    """
+
+    delimiter: str | None = None
+    decimal: Literal[".", ","] | None = None
+    encoding: str | None = None
+    clock: Literal["strict", "drop"] = "strict"
+    header_row: int | None = None
+
+
+@dataclass(frozen=True)
+class ChannelInfo:
+    """A channel that a file holds.
+
+    Parameters
+    ----------
+    name, unit : as the file writes them; the unit is empty where the file states none.
+    rate : written samples per second, NaN where the clock is not known.
+    span : first and last time at which it is written, s; NaN where the clock is not known.
+    """
+
+    name: str
+    unit: str
+    rate: float
+    span: tuple[float, float]
+
+
+@runtime_checkable
+class Reader(Protocol):
+    """A log format."""
+
+    def matches(self, path: Path) -> bool:
+        """Whether the file has this format, told from its name or its first bytes; False for a missing file."""
+
+    def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
+        """The channels of a file, in its order.
+
+        Raises
+        ------
+        InputError : the file cannot be read.
+        """
+
+    def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
+        """The mapped channels as the file holds them: in its units and with its signs.
+
+        Parameters
+        ----------
+        mapping : where each channel stands; ``time`` is among them.
+        name : what the log is called in all findings.
+
+        Returns
+        -------
+        Log : time in SI, each channel NaN where nothing is written, nothing interpolated or sorted; ``source`` says
+            where the samples stand in the file.
+
+        Raises
+        ------
+        InputError : with every problem of the file.
+        """
+
+
+def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:
+    """Every reader, those of installed packages first and CSV last, and why others cannot be used."""
+    from vdyn_cli.io.csv.csv_reader import CSV
+
+    found: list[Reader] = []
+    refused: list[Finding] = []
+    for plugin in plugins(GROUP).values():
+        try:
+            # A protocol is no class that mypy lets pass as a type, but isinstance takes it.
+            found.append(plugin.load(Reader))  # type: ignore[type-abstract]
+        except InputError as error:
+            refused += error.findings
+    return (*found, CSV), tuple(refused)
+
+
+def read_log(
+    path: Path, mapping: Mapping[str, Column], options: ReadOptions | None = None, name: str | None = None
+) -> Log:
+    """Read the mapped channels of a log of any format, in SI, with a finding for everything doubtful.
+
+    Parameters
+    ----------
+    mapping : where each channel stands; ``time`` is among them.
+    options : how the file is written, where guessing is not wanted.
+    name : what the log is called in all findings; the file's name where None.
+
+    Raises
+    ------
+    InputError : with every problem of the file. A file that no reader matches is read as text, so that the message
+        says what it is.
+    """
+    known, refused = readers()
+    reader = next((r for r in known if r.matches(path)), known[-1])
+    try:
+        return checked(reader.read(path, mapping, options or ReadOptions(), name or path.name), mapping)
+    except InputError as error:
+        raise InputError(*error.findings, *refused) from None
+
+
+def checked(log: Log, mapping: Mapping[str, Column]) -> Log:
+    """A log as a reader gives it, with its clock and channels checked, in SI.
+
+    Raises
+    ------
+    InputError : with the problems of the file and of every channel that is needed.
+    """
+    problems = list(log.source.problems) if log.source else []
+    findings = list(log.findings) if problems else [*log.findings, *check_steps(log)]
+    for channel in log.channels:
+        quality = check_channel(log, channel, mapping[channel].unit)
+        findings += quality.findings
+        if not mapping[channel].optional:
+            problems += quality.problems
+        elif quality.problems:
+            findings += [replace(p, remedy=f"channel '{channel}' is left out") for p in quality.problems]
+            log = replace(log, channels={k: v for k, v in log.channels.items() if k != channel})
+    raise_all(problems)
+    name, time, written = log.name, log.time, dict(log.channels)
+    del log  # each channel of a large file is freed as soon as it is converted
+    channels = {channel: mapping[channel].in_si(written.pop(channel)) for channel in list(written)}
+    return Log(name, time, channels, tuple(findings))
