@@ -16,9 +16,10 @@ from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
-from vdyn_cli.steps.tire import step as step
+from vdyn_cli.steps.tire.problem import prepare
+from vdyn_cli.steps.tire.spec import TireSpec
 
-SPEC = step.TireSpec.model_validate({"test": "tire"})
+SPEC = TireSpec.model_validate({"test": "tire"})
 SEED = 2
 VEHICLE = random_vehicle(SEED)
 KNOWN = given(plant.known(VEHICLE))
@@ -45,7 +46,7 @@ def logs(hidden: Hidden, noise: float) -> tuple[Log, ...]:
 @cache
 def fitted(hidden: Hidden, noise: float) -> Result:
     effects = (hidden.effect,)
-    return step.estimate(SPEC, logs(hidden, noise), KNOWN, effects, unknowns(effects))
+    return prepare(SPEC, logs(hidden, noise), KNOWN).publish(effects, unknowns(effects))
 
 
 def truth(hidden: Hidden) -> dict[str, float]:
@@ -77,7 +78,8 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
 
 def test_the_door_finds_the_same() -> None:
     hidden = Hidden("slip_offset", 0.004)
-    found = solve(step.regression(SPEC, logs(hidden, 1.0), KNOWN, (hidden.effect,), unknowns((hidden.effect,))))
+    problem = prepare(SPEC, logs(hidden, 1.0), KNOWN)
+    found = solve(problem.regression((hidden.effect,), unknowns((hidden.effect,))))
     published = fitted(hidden, 1.0).extra["effects"]["slip_offset"]
     assert found.values["slip_offset"] == pytest.approx(published["value"], abs=0.1 * published["std"])
 
@@ -85,7 +87,10 @@ def test_the_door_finds_the_same() -> None:
 def test_the_step_takes_every_cause_that_it_looks_for_and_without_a_speed_what_needs_none() -> None:
     sweeps = logs(HIDDEN[0], 1.0)
     wanted = candidates(load_step("tire").situations)
-    assert {h.plant for h in HIDDEN} == {e.name for e in offered(step.model(SPEC, sweeps, KNOWN), wanted)}
-    slips = tuple(Log(s.name, s.time, {n: s[n] for n in ("force_x", "force_z")}) for s in sweeps)
-    names = {e.name for e in offered(step.model(SPEC, slips, KNOWN), wanted)}
+    assert {h.plant for h in HIDDEN} == {e.name for e in offered(prepare(SPEC, sweeps, KNOWN).model, wanted)}
+    slips = tuple(
+        Log(s.name, s.time, {"slip": s["slip"], "force_x": s["force_x"], "force_z": s["force_z"]})
+        for s in prepare(SPEC, sweeps, KNOWN).logs
+    )
+    names = {e.name for e in offered(prepare(SPEC, slips, KNOWN).model, wanted)}
     assert names == {"load_sensitivity", "slip_offset", "force_offset"}

@@ -1,4 +1,4 @@
-"""The tyre step on the plant's slip sweeps: recovery, errors in the slip, a peak out of reach, upside-down channels."""
+"""The tire step on the plant's slip sweeps: recovery, errors in the slip, a peak out of reach, upside-down channels."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from scipy.optimize import curve_fit
 
 from tests.plant import tire as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
-from vdyn_cli.physics.models.tire_curve import peak_slip
+from vdyn_cli.physics.models.tire_curve import SHAPE, peak_slip
 from vdyn_cli.quantities.errors import InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps.tire.step import STEP, TireSpec
-from vdyn_cli.steps.tire.tire_regression import SHAPE
+from vdyn_cli.steps.tire.spec import TireSpec
+from vdyn_cli.steps.tire.step import STEP
 
 SPEC = TireSpec(test="tire")
 
@@ -70,8 +70,8 @@ def test_a_peak_out_of_reach_leaves_the_slope_alone() -> None:
     low, high = result.parameters["tire_longitudinal_stiffness"].interval95
     assert low < vehicle.tire_longitudinal_stiffness < high
     assert (high - low) / 2 < 0.15 * vehicle.tire_longitudinal_stiffness
-    assert any("only their product" in w for w in result.fit.warnings)
-    assert "not reached" in result.sentence
+    assert any("only the product" in w for w in result.fit.warnings)
+    assert "do not reach" in result.sentence
 
 
 def test_the_radius_deviation_is_carried_into_the_slope() -> None:
@@ -85,7 +85,7 @@ def test_the_radius_deviation_is_carried_into_the_slope() -> None:
     assert abs(aware.value - truth) < 0.5 * abs(blind.value - truth)
 
 
-@pytest.mark.parametrize(("channel", "says"), [("force_z", "pulled up"), ("force_x", "slips backwards")])
+@pytest.mark.parametrize(("channel", "says"), [("force_z", "Fz is negative"), ("force_x", "positive at negative slip")])
 def test_an_upside_down_channel_is_noticed_with_the_line_to_add(channel: str, says: str) -> None:
     vehicle = random_vehicle(3)
     turned = tuple(log.with_channels(**{channel: -log[channel]}) for log in logs(vehicle, 3))
@@ -100,7 +100,7 @@ def test_what_is_missing_is_said() -> None:
     with pytest.raises(InputError, match="wheel_radius"):
         STEP.estimate(SPEC, data, Parameters())
     bare = tuple(Log(d.name, d.time, {k: d[k] for k in ("force_x", "force_z")}) for d in data)
-    with pytest.raises(InputError, match="slip can't be had"):
+    with pytest.raises(InputError, match="slip cannot be computed"):
         STEP.estimate(SPEC, bare, known(vehicle))
     standing = tuple(d.with_channels(vehicle_speed=np.zeros(d.time.size)) for d in data)
     with pytest.raises(InputError, match="fewer than"):
@@ -137,4 +137,4 @@ def test_a_sweep_over_a_wet_patch_is_pointed_at() -> None:
     with pytest.raises(ResultError) as refused:
         STEP.estimate(SPEC, tuple(data), known(vehicle))
     assert refused.value.findings[0].where == data[1].name
-    assert "not like the other sweeps" in refused.value.findings[0].what
+    assert "contradicts the other sweeps" in refused.value.findings[0].what

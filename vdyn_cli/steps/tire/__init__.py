@@ -1,15 +1,15 @@
-"""Tyre curve from slip sweeps: magic formula B, C, D, E and the stiffness at zero slip.
+"""Tire curve from slip sweeps: magic formula B, C, D, E and the stiffness at zero slip.
 
 Friction over slip, Fx/Fz = D sin(C atan(B s - E (B s - atan(B s)))), s = om r / V - 1 (SAE J670); the slope at zero
 slip is B C D.
 
-Slip is computed from two noisy speeds. Least squares that blames the force alone then flattens the curve, because
-noise in the slip smears its steep part (B comes out a third too small at 1 % of slip noise). Here the sweeps are
-averaged over short stretches in which slip hardly moves, and each bin is fitted by its distance in slip and in force
-together, with the noise of every channel taken from the channel itself.
+Slip is computed from two noisy speeds. Least squares of the force alone then flattens the curve, because noise in the
+slip smears its steep part (B comes out a third too small at 1 % of slip noise). Here each sweep is averaged into bins
+in which slip hardly moves, and each bin is fitted by its distance in slip and in force together, with the noise of
+every channel taken from the channel itself.
 
-C, D and E need slip beyond the peak. Where no sweep gets there, only the slope at zero slip is determined, and only
-that is published, with the spread that the shapes of passenger car tyres give it (C 1.6 +- 0.15, E 0 +- 0.6).
+C, D and E need slip beyond the peak. Where no sweep reaches it, only the slope at zero slip is determined and
+published, with the spread that the shapes of passenger car tires give it (C 1.6 +- 0.15, E 0 +- 0.6).
 
 Assumes steady state (slow sweeps), pure longitudinal slip, one curve for all loads. An error of 1 % in the wheel
 radius is an error of 1 % of slip everywhere; the radius' standard deviation, where given, is carried into the result.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,67 +12,50 @@ from numpy.typing import ArrayLike, NDArray
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
-from vdyn_cli.physics.models.tire_curve import SHAPE, SLIP_CURVE, TIRE_CURVE
+from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.physics.models.tire_curve import SHAPE, SLIP_CURVE, TIRE_CURVE, peak_slip
 from vdyn_cli.quantities.errors import Finding, ResultError
-from vdyn_cli.steps.tire.bins import Bins
+from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
+from vdyn_cli.steps.tire.noise import CurvePoints, nearest_points
 
 Array = NDArray[np.float64]
 
 # Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would push the wrong way.
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
-STARTS = (1.3, 1.6, 1.9)  # of C: a wrong one can end in a valley of its own
-SHIFT = 1e-4  # slip, for the curvature of the curve
+# Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
+CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
+STARTS = (1.3, 1.6, 1.9)  # of C: a wrong one can end in a local minimum
+ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown moves by more standard deviations
 
 
 @dataclass(frozen=True)
-class Foot:
-    """Where the bins of one sweep stand on the curve: the slips that fit best between measured slip and force.
+class _Projected:
+    """The curve onto which slips are projected, and the fit that gave it."""
 
-    Parameters
-    ----------
-    slip, force, slope : (n,) of the curve at the foot; N and N per unit of slip.
-    mean : (n,) N, what noise of the slip and its drift inside the bin do to the mean of the residual.
-    deviation : (n,) N, standard deviation of the residual.
-    """
-
-    slip: Array
-    force: Array
-    slope: Array
-    mean: Array
-    deviation: Array
+    at: Mapping[str, float]
+    solution: Solution | None = None
 
 
+@dataclass(frozen=True)
 class TireFit:
-    """Slip sweeps and the unknowns to be found from them.
+    """Slip sweeps and the unknowns of the curve.
 
     Parameters
     ----------
-    shape : (mean, standard deviation) of shape factors as tyres have them, for sweeps that end before the peak.
+    prior : (mean, standard deviation) of shape factors, for sweeps that end before the peak.
     radius_std : relative standard deviation of the wheel radius that the slip was computed with; 0 leaves it out.
-    effects, extra : candidate causes that correct the curve, and their unknowns.
+    effects, unknowns : corrections of the curve, and their unknowns.
     """
 
-    def __init__(
-        self,
-        sweeps: Sequence[Bins],
-        shape: Mapping[str, tuple[float, float]] | None = None,
-        radius_std: float = 0.0,
-        effects: Sequence[Correction] = (),
-        extra: Sequence[Unknown] = (),
-    ) -> None:
-        self.sweeps, self.shape, self.radius_std = tuple(sweeps), dict(shape or {}), radius_std
-        self.extra = tuple(extra)
-        self._unknowns = (*SHAPE, "radius_error", *(u.name for u in extra))
-        self._driven = all(b.speed is not None for b in sweeps)
-        usual = float(np.mean(np.concatenate([b.load for b in sweeps])))
-        self._values = {**_start(self.sweeps), "radius_error": 0.0, **{u.name: u.start for u in extra}}
-        model, given = SLIP_CURVE, {"static_load": usual}
-        if self._driven:
-            model, given = TIRE_CURVE, {**given, "tire_relaxation_length": 0.0}
-        self._simulator = Simulator(model, {**self._values, **given}, self._unknowns, effects)
+    sweeps: tuple[BinnedSweep, ...]
+    prior: Mapping[str, tuple[float, float]]
+    radius_std: float = 0.0
+    effects: Sequence[Correction] = ()
+    unknowns: tuple[Unknown, ...] = ()
 
     def solve(self) -> Solution:
-        """Fit from several shapes, projecting the slips anew until the curve no longer moves; the best one.
+        """Fit from several shapes, projecting the slips anew until the curve no longer moves; the best fit.
 
         Raises
         ------
@@ -81,97 +65,138 @@ class TireFit:
         for c in STARTS:
             b = self._values["tire_B"] * self._values["tire_C"] / c
             try:
-                found.append(self._settle({**self._values, "tire_B": b, "tire_C": c}))
+                found.append(self._settled({**self._values, "tire_B": b, "tire_C": c}))
             except ResultError as error:
                 failed.append(error)
         if not found:
             raise failed[0]
         return min(found, key=lambda s: s.cost)
 
-    def _settle(self, values: Mapping[str, float]) -> Solution:
-        for _ in range(12):
-            solution = solve(self.regression(values))
-            moved = max(abs(solution.values[n] - values.get(n, np.inf)) / solution.std[n] for n in solution.names)
-            values = solution.values
-            if moved < 1e-2:
-                return solution
-        finding = Finding("fit", "the slips do not settle on the curve", "", "check the slip's noise and the radius")
-        raise ResultError(finding)
+    def _settled(self, start: Mapping[str, float]) -> Solution:
+        def step(last: _Projected) -> tuple[_Projected, float]:
+            solution = solve(self.regression(last.at))
+            moved = max(abs(solution.values[n] - last.at[n]) / solution.std[n] for n in solution.names)
+            return _Projected(solution.values, solution), moved
 
-    def regression(self, at: Mapping[str, float], start: Mapping[str, float] | None = None) -> Regression:
-        """The regression over all sweeps, slips projected onto the curve ``at``; it begins at ``start``, or there."""
-        begin = {**self._values, **(at if start is None else start)}
-        shape = [Unknown(n, begin[n], *RANGES[n], prior=self.shape.get(n)) for n in SHAPE]
+        settled = until_settled(step, _Projected(start), ROUNDS, SETTLED)
+        if not settled.converged or settled.state.solution is None:
+            what = "the projection of the slips onto the curve has not converged"
+            raise ResultError(Finding("fit", what, "", "check the noise of the slip and the wheel radius"))
+        return settled.state.solution
+
+    def regression(self, at: Mapping[str, float], start: Mapping[str, float] = NO_VALUES) -> Regression:
+        """The regression over all sweeps, slips projected onto the curve ``at``; it begins at ``start``, or there.
+
+        Parameters
+        ----------
+        at, start : values of unknowns by name; those left out are at the start values of this fit.
+        """
+        begin = {**self._values, **(start or at)}
+        shape = [Unknown(n, begin[n], *RANGES[n], prior=self.prior.get(n)) for n in SHAPE]
         if self.radius_std > 0:
             prior = (0.0, self.radius_std)
             shape.append(Unknown("radius_error", 0.0, -0.2, 0.2, prior=prior, nuisance=True))
-        unknowns = (*shape, *(replace(u, start=begin[u.name]) for u in self.extra))
+        unknowns = (*shape, *(replace(u, start=begin[u.name]) for u in self.unknowns))
         names = [u.name for u in unknowns]
-        columns = [self._unknowns.index(n) for n in names]
-        feet = [self.foot(run, at) for run in range(len(self.sweeps))]
+        columns = [self._names.index(n) for n in names]
+        points = [self.points(sweep, at) for sweep in self.sweeps]
 
         def rows(run: int, theta: Array) -> Rows:
-            b, foot = self.sweeps[run], feet[run]
-            force, jacobian, _ = self._curve(b, foot.slip, self._theta(dict(zip(names, theta, strict=True))))
-            residual = force + foot.slope * (b.slip - foot.slip) + foot.mean - b.force
-            return Rows(residual / foot.deviation, jacobian[:, columns] / foot.deviation[:, None], time=b.time)
+            sweep, near = self.sweeps[run], points[run]
+            force, jacobian, _ = self._curve(sweep, near.slip, self._theta(dict(zip(names, theta, strict=True))))
+            residual = force + near.slope * (sweep.slip - near.slip) + near.mean - sweep.force
+            return Rows(residual / near.deviation, jacobian[:, columns] / near.deviation[:, None], time=sweep.time)
 
-        return Regression(unknowns, tuple(b.run for b in self.sweeps), rows)
+        return Regression(unknowns, tuple(sweep.run for sweep in self.sweeps), rows)
 
-    def foot(self, run: int, values: Mapping[str, float]) -> Foot:
-        """Project one sweep's slips onto the curve.
-
-        A bin's true slip is unknown. Projected onto the curve (orthogonal distance, to first order in the slip's
-        error) it leaves R = F - f(x) - f'(x) (s - x) at the foot x, of variance vF + f'^2 vs, uncorrelated with x.
-        To second order R has the mean f''/2 (S - V): S the spread of the true slip in the bin,
-        V = vs vF/(vF + f'^2 vs) the variance of the foot.
-
-        Source: effective variance after Orear, Am. J. Phys. 50 (1982) 912; the second-order mean is derived here.
-        """
-        b, theta = self.sweeps[run], self._theta(values)
-        slip = b.slip
-        for _ in range(5):
-            force, _, slope = self._curve(b, slip, theta)
-            noise = b.force_variance + (force / b.load) ** 2 * b.load_variance
-            total = noise + slope**2 * b.slip_variance
-            slip = b.slip + slope * b.slip_variance / total * (b.force - force - slope * (b.slip - slip))
-        mean = self._curvature(b, slip, theta) / 2 * (b.spread - b.slip_variance * noise / total)
-        return Foot(slip, force, slope, mean, np.sqrt(total))
+    def points(self, sweep: BinnedSweep, values: Mapping[str, float]) -> CurvePoints:
+        """Where the bins of a sweep stand on the curve with these values of the unknowns."""
+        theta = self._theta(values)
+        return nearest_points(sweep, lambda slip: self._curve(sweep, slip, theta)[::2])
 
     def force(self, slip: Array, load: float, values: Mapping[str, float]) -> Array:
-        """The curve itself, N, at increasing slips."""
+        """The force, N, of the curve at increasing slips (n,) under a load (N)."""
         inputs: dict[str, ArrayLike] = {"slip": slip, "load": load}
         if self._driven:
-            speeds = np.concatenate([b.speed for b in self.sweeps if b.speed is not None])
+            speeds = np.concatenate([sweep.speed for sweep in self.sweeps if sweep.speed is not None])
             inputs |= {"speed": float(np.mean(speeds)), "slip_gradient": 0.0}
         drive = Drive(np.arange(slip.size, dtype=float), inputs)
         return np.asarray(self._simulator(drive, self._theta(values), sensitivities=False).outputs["force_x"])
 
-    def _theta(self, values: Mapping[str, float]) -> Array:
-        return np.array([values.get(n, self._values.get(n, 0.0)) for n in self._unknowns])
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return (*SHAPE, "radius_error", *(u.name for u in self.unknowns))
 
-    def _curve(self, b: Bins, slip: Array, theta: Array) -> tuple[Array, Array, Array]:
-        inputs = {"slip": slip, "load": b.load}
-        if b.speed is not None:
-            inputs |= {"speed": b.speed, "slip_gradient": b.slip_gradient}
-        simulated = self._simulator(Drive(b.time, inputs), theta)
+    @property
+    def _driven(self) -> bool:
+        return all(sweep.speed is not None for sweep in self.sweeps)
+
+    @cached_property
+    def _values(self) -> dict[str, float]:
+        """Where the search begins: the largest friction measured, and the slope near zero slip."""
+        slip = np.concatenate([sweep.slip for sweep in self.sweeps])
+        friction = np.concatenate([sweep.force / sweep.load for sweep in self.sweeps])
+        peak = float(np.clip(np.quantile(np.abs(friction), 0.98), 0.1, 2.5))
+        low = np.abs(friction) < 0.6 * peak
+        slope = float(np.sum(friction[low] * slip[low]) / max(np.sum(slip[low] ** 2), 1e-12)) if low.any() else 15.0
+        b = float(np.clip(slope / (1.5 * peak), 2.0, 40.0))
+        shape = {"tire_B": b, "tire_C": 1.5, "tire_D": peak, "tire_E": 0.0}
+        return {**shape, "radius_error": 0.0, **{u.name: u.start for u in self.unknowns}}
+
+    @cached_property
+    def _simulator(self) -> Simulator:
+        values = {**self._values, "static_load": float(np.mean(np.concatenate([s.load for s in self.sweeps])))}
+        if not self._driven:
+            return Simulator(SLIP_CURVE, values, self._names, self.effects)
+        return Simulator(TIRE_CURVE, {**values, "tire_relaxation_length": 0.0}, self._names, self.effects)
+
+    def _theta(self, values: Mapping[str, float]) -> Array:
+        return np.array([values.get(n, self._values[n]) for n in self._names])
+
+    def _curve(self, sweep: BinnedSweep, slip: Array, theta: Array) -> tuple[Array, Array, Array]:
+        """Force (n,), its derivatives to the unknowns (n, k), and its slope to the slip (n,)."""
+        inputs = {"slip": slip, "load": sweep.load}
+        if sweep.speed is not None:
+            inputs |= {"speed": sweep.speed, "slip_gradient": sweep.slip_gradient}
+        simulated = self._simulator(Drive(sweep.time, inputs), theta)
         jacobian = simulated.sensitivities["force_x"]
         # Slip moves by 1 + s per relative radius error; a locked wheel stands still whatever its radius.
         rolling = np.maximum(1 + slip, 0.02)
-        slope = jacobian[:, self._unknowns.index("radius_error")] / rolling
-        return simulated.outputs["force_x"], jacobian, slope
-
-    def _curvature(self, b: Bins, slip: Array, theta: Array) -> Array:
-        up, down = (self._curve(b, slip + h, theta)[2] for h in (SHIFT, -SHIFT))
-        return (up - down) / (2 * SHIFT)
+        return simulated.outputs["force_x"], jacobian, jacobian[:, self._names.index("radius_error")] / rolling
 
 
-def _start(sweeps: Sequence[Bins]) -> dict[str, float]:
-    """Starting values: the largest friction seen, and the slope near zero slip."""
-    slip = np.concatenate([b.slip for b in sweeps])
-    friction = np.concatenate([b.force / b.load for b in sweeps])
-    peak = float(np.clip(np.quantile(np.abs(friction), 0.98), 0.1, 2.5))
-    near = np.abs(friction) < 0.6 * peak
-    slope = float(np.sum(friction[near] * slip[near]) / max(np.sum(slip[near] ** 2), 1e-12)) if near.any() else 15.0
-    b = float(np.clip(slope / (1.5 * peak), 2.0, 40.0))
-    return {"tire_B": b, "tire_C": 1.5, "tire_D": peak, "tire_E": 0.0}
+@dataclass(frozen=True)
+class FittedCurve:
+    """The curve as far as the sweeps determine it; ``peak`` is the slip of its peak, None where no sweep reached it."""
+
+    fit: TireFit
+    solution: Solution
+    peak: float | None
+
+
+def fitted_curve(
+    sweeps: Sequence[BinnedSweep],
+    radius_std: float,
+    effects: Sequence[Correction] = (),
+    unknowns: Sequence[Unknown] = (),
+) -> FittedCurve:
+    """The whole curve where the sweeps go beyond its peak, else one whose shape is that of passenger car tires.
+
+    Parameters
+    ----------
+    radius_std, effects, unknowns : as of :class:`TireFit`.
+
+    Raises
+    ------
+    ResultError : the sweeps do not determine the slope at zero slip.
+    """
+    fit = TireFit(tuple(sweeps), {}, radius_std, effects, tuple(unknowns))
+    try:
+        solution = fit.solve()
+        peak = peak_slip(*(solution.values[n] for n in ("tire_B", "tire_C", "tire_E")))
+        if peak < max(float(np.abs(sweep.slip).max()) for sweep in sweeps):
+            return FittedCurve(fit, solution, peak)
+    except ResultError:
+        pass  # the shape beyond the slope is not determined
+    fit = replace(fit, prior=CAR_TIRES)
+    return FittedCurve(fit, fit.solve(), None)

@@ -1,4 +1,4 @@
-"""Slip sweeps averaged over short stretches of time, so that the noise in slip falls."""
+"""A slip sweep averaged into bins, so that the noise in slip falls."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from vdyn_cli.quantities.log import Log
 
 Array = NDArray[np.float64]
 
-LONGEST = 40  # samples averaged into one bin
-WIDEST = 0.015  # slip over which a bin may extend: a fifth of the width of a stiff tyre's knee
+LONGEST = 40  # samples averaged into one bin: noise in slip falls by six, and a sweep of seconds keeps dozens of bins
+WIDEST = 0.015  # slip over which a bin may extend: a fifth of the width of the knee of a stiff tire
 
 
 @dataclass(frozen=True)
-class Bins:
-    """A slip sweep averaged over short stretches of time, in which slip moves little.
+class BinnedSweep:
+    """A slip sweep averaged into bins of time, in which slip moves little.
 
     Parameters
     ----------
@@ -41,11 +41,15 @@ class Bins:
     load_variance: Array
 
 
-def bin_sweep(log: Log) -> Bins:
-    """Average a log with ``slip``, ``force_x`` and ``force_z`` so that the noise in slip falls.
+def binned_sweep(log: Log) -> BinnedSweep:
+    """Average a sweep into bins.
 
-    Noise in the slip itself pulls a least-squares fit of the curve flat; averaging m samples takes away all but 1/m
-    of that, the fit's errors-in-variables residual the rest.
+    Noise in the slip flattens a least-squares fit of the curve; averaging m samples leaves 1/m of that, and the fit's
+    errors-in-variables residual removes the rest.
+
+    Parameters
+    ----------
+    log : slip, force_x and force_z (N), and vehicle_speed (m/s) where there is one; NaN where a sample does not count.
     """
     good = np.isfinite(log["slip"]) & np.isfinite(log["force_x"]) & np.isfinite(log["force_z"])
     time, slip, force, load = (log[n][good] for n in ("time", "slip", "force_x", "force_z"))
@@ -55,15 +59,14 @@ def bin_sweep(log: Log) -> Bins:
     def mean(values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, edges[:-1]) / count)
 
-    centre = mean(slip)
-    middle = mean(time)
-    rate = np.gradient(centre, middle)
+    center, middle = mean(slip), mean(time)
+    rate = np.gradient(center, middle)
     speed = mean(log["vehicle_speed"][good]) if "vehicle_speed" in log else None
     drift = rate * (mean(np.concatenate([np.diff(time), [0.0]])) * count)
-    return Bins(
+    return BinnedSweep(
         log.name,
         middle,
-        centre,
+        center,
         mean(load),
         mean(force),
         speed,

@@ -1,0 +1,57 @@
+"""Figures of a tire test: friction over slip, and what the curve leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.result import Comparison, Figure, Series
+from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
+from vdyn_cli.steps.tire.tire_regression import FittedCurve
+
+Array = NDArray[np.float64]
+
+
+def comparisons(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> tuple[Comparison, ...]:
+    """The force of each sweep's bins against that of the curve; ``residuals`` are curve less measured, N."""
+    return tuple(
+        Comparison(sweep.run, "force_x", "N", sweep.time, "time in s", sweep.force, sweep.force + residual)
+        for sweep, residual in zip(sweeps, residuals, strict=True)
+    )
+
+
+def friction_over_slip(curve: FittedCurve) -> Figure:
+    """The bins of all sweeps and the curve at their mean load."""
+    fit, values = curve.fit, curve.solution.values
+    slip = np.concatenate([sweep.slip for sweep in fit.sweeps])
+    friction = np.concatenate([sweep.force / sweep.load for sweep in fit.sweeps])
+    load = float(np.mean(np.concatenate([sweep.load for sweep in fit.sweeps])))
+    grid = np.linspace(slip.min(), slip.max(), 300)
+    series = [
+        Series("measured, averaged", slip, friction, "points"),
+        Series("magic formula", grid, fit.force(grid, load, values) / load, role="simulated"),
+    ]
+    if curve.peak is not None:
+        at = np.array([curve.peak])
+        series.append(Series("peak", at, fit.force(at, load, values) / load, "points", role="accent"))
+    caption = (
+        "Friction over slip. Good: the points scatter evenly about the line on both sides of zero and beyond the peak. "
+        "Bad: a cloud that crosses zero beside the origin (wheel radius or force zero), one branch above the other "
+        "(load or speed changes the friction), or points that end before the peak."
+    )
+    return Figure("curve", "Friction over slip", caption, "slip", "Fx / Fz", tuple(series))
+
+
+def residual_over_slip(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> Figure:
+    """Measured less curve over the slip; ``residuals`` are curve less measured, N."""
+    series = tuple(
+        Series(sweep.run, sweep.slip, -residual / sweep.load, "points", role="residual")
+        for sweep, residual in zip(sweeps, residuals, strict=True)
+    )
+    caption = (
+        "What the curve leaves, in units of friction. Good: no shape. Bad: a wave near the knee (another curve), a "
+        "slope through zero (slip zero), or sweeps one above the other (load sensitivity)."
+    )
+    return Figure("residual", "Measured less curve, over slip", caption, "slip", "friction", series)

@@ -1,0 +1,141 @@
+"""A tire test, prepared once: sweeps with slip, averaged into bins, and the curve without effects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.inference import Regression, Unknown, solve
+from vdyn_cli.physics.models.tire_curve import SLIP_CURVE, TIRE_CURVE
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.effect_estimates import unbounded
+from vdyn_cli.steps.free_profiles import profile, span_of
+from vdyn_cli.steps.manoeuvre import Manoeuvre
+from vdyn_cli.steps.tire.binned_sweep import BinnedSweep, binned_sweep
+from vdyn_cli.steps.tire.result import tire_result
+from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
+from vdyn_cli.steps.tire.spec import TireSpec
+from vdyn_cli.steps.tire.tire_regression import FittedCurve, TireFit, fitted_curve
+
+FREE_FORCE = 300.0  # N, plausible size of a free profile: a tenth of the friction of a car's wheel
+FEWEST_TO_COMPARE = 3  # sweeps, of which one may be unlike the others
+
+
+@dataclass(frozen=True)
+class TireProblem:
+    """Slip sweeps of one tire.
+
+    Parameters
+    ----------
+    logs : with slip, NaN where a sample does not count.
+    sweeps : the logs averaged into bins.
+    radius_std : relative standard deviation of the radius that the slip was computed with; 0 where it was logged.
+    """
+
+    logs: tuple[Log, ...]
+    sweeps: tuple[BinnedSweep, ...]
+    radius_std: float
+
+    @property
+    def model(self) -> Model:
+        """The curve, with or without a speed."""
+        return TIRE_CURVE if all("vehicle_speed" in log for log in self.logs) else SLIP_CURVE
+
+    @property
+    def profiles(self) -> tuple[Effect, ...]:
+        """Forces that are free over the slip and over the load."""
+        slip = span_of([log["slip"] for log in self.logs], 0.01)
+        load = span_of([log["force_z"] for log in self.logs], 10.0)
+        return (
+            profile("force_over_slip", "tire", "slip", slip, FREE_FORCE, "N"),
+            profile("force_over_load", "tire", "load", load, FREE_FORCE, "N"),
+        )
+
+    @property
+    def duration(self) -> float:
+        """Length of the longest sweep, s."""
+        return max(log.duration for log in self.logs)
+
+    @cached_property
+    def baseline(self) -> FittedCurve:
+        """The curve without effects."""
+        return fitted_curve(self.sweeps, self.radius_std)
+
+    def regression(
+        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
+    ) -> Regression:
+        """All bins of all sweeps, with effects on the curve.
+
+        Slips are projected onto the curve that the fit with all effects finds, where the sweeps determine it (with
+        priors on ``unknowns`` they always do), else onto the one without effects.
+        """
+        plain = self.baseline
+        begin = {**plain.solution.values, **start}
+        fit = TireFit(self.sweeps, plain.fit.prior, self.radius_std, effects, tuple(unknowns))
+        at: Mapping[str, float] = begin
+        if unknowns:
+            with suppress(ResultError):  # not determined: the slips stay on the curve without effects
+                at = solve(replace(fit, unknowns=unbounded(unknowns)).regression(begin)).values
+        return fit.regression(at, begin)
+
+    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+        """Fit the curve, with accepted effects on it, and publish what the sweeps determine.
+
+        Raises
+        ------
+        ResultError : the sweeps make no curve; where all but one do, that one is named.
+        """
+        if effects:
+            return tire_result(fitted_curve(self.sweeps, self.radius_std, effects, unknowns), self.logs)
+        try:
+            return tire_result(self.baseline, self.logs)
+        except ResultError as error:
+            raise ResultError(*self._odd_sweep(), *error.findings) from None
+
+    def _odd_sweep(self) -> tuple[Finding, ...]:
+        """The one sweep without which the others make a curve, where there is just one."""
+        found = []
+        for odd in self.sweeps if len(self.sweeps) >= FEWEST_TO_COMPARE else ():
+            try:
+                others = [sweep for sweep in self.sweeps if sweep is not odd]
+                if fitted_curve(others, self.radius_std).peak is not None:
+                    found.append(odd.run)
+            except ResultError:
+                continue
+        if len(found) != 1:
+            return ()
+        what = "contradicts the other sweeps, which make a curve without it"
+        return (Finding(found[0], what, remedy="check it: a wet or cold road, another load, a channel that failed"),)
+
+    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
+        """None: no nondifferentiable effect acts on the curve."""
+        return None
+
+    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
+        """None yet."""
+        return ()
+
+
+def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProblem:
+    """The problem of a tire test.
+
+    Parameters
+    ----------
+    logs : as :func:`slip_sweeps`. known : wheel_radius (m), where slip is computed from speeds.
+
+    Raises
+    ------
+    InputError : as :func:`slip_sweeps`.
+    """
+    sweeps = slip_sweeps(logs, spec.settings, known)
+    radius = known.estimates.get("wheel_radius")
+    radius_std = radius.std / radius.value if radius and "slip" not in logs[0] else 0.0
+    return TireProblem(sweeps, tuple(binned_sweep(log) for log in sweeps), radius_std)

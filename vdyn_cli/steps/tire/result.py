@@ -1,0 +1,68 @@
+"""The result of a tire test: shape factors and slope of the fitted curve."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.physics.models.tire_curve import SHAPE
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps.tire import figures, text
+from vdyn_cli.steps.tire.tire_regression import FittedCurve
+
+STIFFNESS = "tire_longitudinal_stiffness"
+
+
+def tire_result(curve: FittedCurve, logs: Sequence[Log]) -> Result:
+    """All shape factors where a sweep reaches the peak, else the slope at zero slip alone.
+
+    Parameters
+    ----------
+    logs : of the sweeps, whose findings are passed on.
+    """
+    fit, solution = curve.fit, curve.solution
+    slope = _slope(solution)
+    estimates, correlation, warnings = {STIFFNESS: slope}, {}, list(solution.warnings)
+    if curve.peak is None:
+        warnings.append(text.peak_not_reached(fit.sweeps))
+    else:
+        shape = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "tire") for n in SHAPE}
+        estimates = {**shape, STIFFNESS: slope}
+        correlation = {a: {b: solution.correlation[a][b] for b in SHAPE} for a in SHAPE}
+    points = [fit.points(sweep, solution.values) for sweep in fit.sweeps]
+    residuals = [near.residual(sweep) for near, sweep in zip(points, fit.sweeps, strict=True)]
+    summary = FitSummary(
+        tuple(sweep.run for sweep in fit.sweeps),
+        float(np.sqrt(np.mean(np.concatenate(residuals) ** 2))),
+        float(np.sqrt(np.mean(np.concatenate([near.deviation for near in points]) ** 2))),
+        "N",
+        solution.names,
+        solution.unit,
+        solution.n_units,
+        warnings=tuple(warnings),
+    )
+    return Result(
+        "tire",
+        text.sentence(estimates, curve.peak),
+        Parameters(estimates, correlation),
+        summary,
+        text.METHODS,
+        figures.comparisons(fit.sweeps, residuals),
+        (figures.friction_over_slip(curve), figures.residual_over_slip(fit.sweeps, residuals)),
+        (text.sweeps_table(fit.sweeps),),
+        tuple(f for log in logs for f in log.findings),
+        sizes_found(solution, fit.unknowns),
+    )
+
+
+def _slope(solution: Solution) -> Estimate:
+    """B C D, the slope of friction at zero slip."""
+    b, c, d = (solution.values[n] for n in ("tire_B", "tire_C", "tire_D"))
+    gradient = {"tire_B": c * d, "tire_C": b * d, "tire_D": b * c}
+    slope = b * c * d
+    return Estimate.of(STIFFNESS, slope, solution.std_of(gradient), solution.interval_of(slope, gradient), "tire")

@@ -1,0 +1,70 @@
+"""Slip sweeps as logs: the slip of every sample, and checks of the channels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
+from vdyn_cli.steps.tire.spec import TireSettings
+
+FEWEST_SAMPLES = 40  # of a sweep: one bin of binned_sweep
+SMALL_SLIP = 0.3  # up to which force and slip have one sign whatever the wheel does next
+
+
+def slip_sweeps(logs: Sequence[Log], settings: TireSettings, known: Parameters) -> tuple[Log, ...]:
+    """The logs with the channel ``slip``, NaN where a sample does not count.
+
+    s = om r / V - 1 (SAE J670), where the log has no slip of its own.
+
+    Parameters
+    ----------
+    logs : force_x, force_z (N), and slip or wheel_speed (rad/s) with vehicle_speed (m/s).
+    known : wheel_radius (m), where slip is computed.
+
+    Raises
+    ------
+    InputError : no log, no slip and no speeds, a sign that contradicts physics, or too few samples that count.
+    """
+    if not logs:
+        raise InputError(Finding("runs", "no slip sweep is given", remedy="list at least one log under runs"))
+    if any("slip" not in log and not ("wheel_speed" in log and "vehicle_speed" in log) for log in logs):
+        remedy = "map 'wheel_speed' and 'vehicle_speed', or 'slip'"
+        raise InputError(Finding("channels", "slip cannot be computed", remedy=remedy))
+    found = tuple(log if "slip" in log else _with_slip(log, settings, known) for log in logs)
+    used = [
+        np.isfinite(log["slip"]) & (log["force_z"] > settings.minimum_load.value) & np.isfinite(log["force_x"])
+        for log in found
+    ]
+    raise_all(dict.fromkeys(f for log, use in zip(found, used, strict=True) for f in _doubts(log, int(use.sum()))))
+    return tuple(
+        log.with_channels(slip=np.where(use, log["slip"], np.nan)) for log, use in zip(found, used, strict=True)
+    )
+
+
+def _with_slip(log: Log, settings: TireSettings, known: Parameters) -> Log:
+    known.require("wheel_radius", where="tire")
+    speed = log["vehicle_speed"]
+    moving = np.abs(speed) > settings.minimum_speed.value
+    slip = log["wheel_speed"] * known["wheel_radius"].value / np.where(moving, speed, 1.0) - 1
+    return log.with_channels(slip=np.where(moving, slip, np.nan))
+
+
+def _doubts(log: Log, used: int) -> list[Finding]:
+    """The first reason why a sweep of which ``used`` samples count cannot serve."""
+    load, force, slip = log["force_z"], log["force_x"], log["slip"]
+    if np.nanmedian(load) < 0:
+        what = "Fz is negative; it must be positive on a loaded tire"
+        return [wrong_sign(log.name, "force_z", what, f"median {np.nanmedian(load):.0f} N")]
+    good = np.isfinite(force) & np.isfinite(slip) & (np.abs(slip) < SMALL_SLIP)
+    if np.count_nonzero(good) > FEWEST_SAMPLES and cosine(force[good], slip[good]) < 0:
+        what = "Fx is positive at negative slip; it must be positive when the wheel drives the car"
+        return [wrong_sign(log.name, "force_x", what)]
+    if used < FEWEST_SAMPLES:
+        what = f"fewer than {FEWEST_SAMPLES} samples have speed, load and force"
+        return [Finding(log.name, what, f"{used} of {log.time.size} samples")]
+    return []

@@ -1,0 +1,58 @@
+"""Sentences and the table of a tire test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Table
+from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
+
+METHODS = (
+    "Slip from wheel speed, radius and vehicle speed; samples averaged into bins in which slip moves by at most 1.5 %; "
+    "magic formula fitted by the distance in slip and force together, the noise of each channel taken from its third "
+    "differences and the second-order effect of slip noise removed; wheel radius a nuisance parameter with its "
+    "standard deviation as prior; intervals from the scatter of blocks of equal information (Bell and McCaffrey 2002)."
+)
+
+
+def sentence(estimates: Mapping[str, Estimate], peak: float | None) -> str:
+    """The answer: peak friction and slope at zero slip, or the slope alone; ``peak`` is the slip of the peak."""
+    slope = estimates["tire_longitudinal_stiffness"]
+    at_zero = f"{slope.value:.2f} per unit of slip (95 %: {_interval(slope, 2)})"
+    if peak is None:
+        return f"The tire's slope at zero slip is {at_zero}; the sweeps do not reach its peak."
+    grip = estimates["tire_D"]
+    return (
+        f"The tire's peak friction is {grip.value:.3f} (95 %: {_interval(grip, 3)}) at {peak:.1%} of slip, and its "
+        f"slope at zero slip is {at_zero}."
+    )
+
+
+def _interval(estimate: Estimate, digits: int) -> str:
+    low, high = estimate.interval95
+    return f"{low:.{digits}f} to {high:.{digits}f}"
+
+
+def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
+    """The warning that the sweeps determine the slope at zero slip alone."""
+    slip = max(float(np.abs(sweep.slip).max()) for sweep in sweeps)
+    friction = max(float(np.max(np.abs(sweep.force / sweep.load))) for sweep in sweeps)
+    return (
+        f"no sweep goes beyond the peak (largest slip {slip:.1%}, largest friction {friction:.2f}): only the product "
+        "B C D is determined, not B, C, D and E; sweep to two or three times the slip of the peak"
+    )
+
+
+def sweeps_table(sweeps: Sequence[BinnedSweep]) -> Table:
+    """Range, load, bins and noise of each sweep."""
+    rows = tuple(
+        (s.run, f"{s.slip.min():.1%}", f"{s.slip.max():.1%}", f"{np.mean(s.load):.0f} N", str(s.slip.size),
+         f"{np.sqrt(np.mean(s.slip_variance)):.2%}", f"{np.sqrt(np.mean(s.force_variance)):.1f} N")
+        for s in sweeps
+    )  # fmt: skip
+    columns = ("sweep", "slip from", "slip to", "mean load", "bins", "noise of slip", "noise of force")
+    caption = "Noise is that of a bin's mean, from third differences of the channel."
+    return Table("sweeps", "The sweeps", columns, rows, caption)
