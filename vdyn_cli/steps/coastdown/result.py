@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -271,7 +272,7 @@ def _drag_coefficient(drag_area: Estimate, area: Estimate) -> Estimate:
     widening = float(np.hypot(share, own)) / share if share > 0 else 1.0
     low, high = (value + (edge - drag_area.value) / area.value * widening for edge in drag_area.interval95)
     if share == 0:
-        low, high = value - 1.96 * std, value + 1.96 * std
+        low, high = value - NORMAL95 * std, value + NORMAL95 * std
     return Estimate.of("drag_coefficient", value, std, (low, high), drag_area.source)
 
 
