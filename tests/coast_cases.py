@@ -15,7 +15,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps.coastdown.step import CoastdownSpec, estimate
+from vdyn_cli.steps.coastdown.spec import CoastdownSpec
+from vdyn_cli.steps.coastdown.step import STEP
 
 Array = NDArray[np.float64]
 COLUMNS = {
@@ -57,4 +58,4 @@ def solve_day(
 ) -> Result:
     """A whole campaign through the step."""
     runs = coast.campaign(vehicle, seed, day, effects)
-    return estimate(spec_of(runs, **more), logs_of(runs, channels), known(vehicle, day))
+    return STEP.estimate(spec_of(runs, **more), logs_of(runs, channels), known(vehicle, day))

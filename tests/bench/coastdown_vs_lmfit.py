@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
+from vdyn_cli.steps.coastdown.campaign import Campaign
+from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load
-from vdyn_cli.steps.coastdown.road_runs import Campaign
-from vdyn_cli.steps.coastdown.step import prepared
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def campaign(count: int, seed: int = 1) -> Campaign:
     """Coasts of the reference car."""
     runs = coast.campaign(REFERENCE, seed, coast.DAY.but(runs=count))
     spec = spec_of(runs, settings={"noise": "white"})
-    return prepared(spec, logs_of(runs), known(REFERENCE)).campaign
+    return prepare(spec, logs_of(runs), known(REFERENCE)).campaign
 
 
 def ours(case: Campaign) -> RoadLoadFit:

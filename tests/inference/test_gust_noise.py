@@ -13,6 +13,7 @@ from vdyn_cli.inference import gust_covariance as gust_noise
 from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.inference.gust_covariance import RunNoise, Surroundings
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, _likelihood, find_sizes, typical_sizes
+from vdyn_cli.quantities.constants import GRAVITY
 
 Array = NDArray[np.float64]
 
@@ -88,7 +89,7 @@ def test_a_slope_moves_the_speed_and_leaves_the_specific_force() -> None:
     only = {**{n: 1e-12 for n in SIZES}, "road_time": 5.0, "gust_time": 8.0, "road": 0.01}
     variance = np.diag(noise.covariance(only) - noise.known)
     half = variance.size // 2
-    assert np.sqrt(variance[half:].max()) == pytest.approx(9.81 * 0.01 * 0.05, rel=1e-6)
+    assert np.sqrt(variance[half:].max()) == pytest.approx(GRAVITY * 0.01 * 0.05, rel=1e-6)
     assert np.sqrt(variance[half - 1]) > 1.0
 
 

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import Bins
+from vdyn_cli.quantities.constants import GRAVITY
 
 Array = NDArray[np.float64]
 
@@ -207,7 +208,7 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
     integral, here = integration(s.bins, np.zeros_like(s.pull)), np.eye(s.bins.time.size)
     push = np.vstack([integral, here])
     gust = -push * s.pull[None, :]
-    road = -9.81 * np.vstack([s.slope_share * integral, -(1.0 - s.slope_share) * here])
+    road = -GRAVITY * np.vstack([s.slope_share * integral, -(1.0 - s.slope_share) * here])
     none, lag = np.zeros(s.bins.time.size), _lag(s.bins)
     parts = (
         White("speed_noise", np.r_[s.speed_level**2 / s.bins.count, none]),

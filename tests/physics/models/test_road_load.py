@@ -13,7 +13,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
-from vdyn_cli.steps.coastdown.step import CoastdownSpec, estimate
+from vdyn_cli.steps.coastdown.spec import CoastdownSpec
+from vdyn_cli.steps.coastdown.step import STEP
 
 Array = NDArray[np.float64]
 
@@ -122,6 +123,6 @@ def test_the_papers_method_on_the_epa_curve() -> None:
     runs = [{"log": f"{k}.csv", "direction": way} for k, way in enumerate(("out", "back"))]
     settings = {"speed_window": ["70 km/h", "25 km/h"], "fix": {"drag_coefficient": 0.25}, "noise": "white"}
     spec = CoastdownSpec.model_validate({"test": "coastdown", "runs": runs, "settings": settings})
-    result = estimate(spec, [Log(f"{k}.csv", time, {"speed": speed}) for k in range(2)], known)
+    result = STEP.estimate(spec, [Log(f"{k}.csv", time, {"speed": speed}) for k in range(2)], known)
     assert 0.0063 <= result.parameters["rolling_resistance"].value <= 0.0066
     assert result.parameters["drag_coefficient"].value == pytest.approx(0.25)

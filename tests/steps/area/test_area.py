@@ -14,8 +14,11 @@ from tests.plant.vehicle import REFERENCE, random_vehicle
 from vdyn_cli.quantities.errors import InputError, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.area.pictures import BoxEdges
+from vdyn_cli.steps.area.result import area_budget
 from vdyn_cli.steps.area.silhouette import otsu
-from vdyn_cli.steps.area.step import STEP, AreaSpec, area_budget
+from vdyn_cli.steps.area.spec import AreaSpec
+from vdyn_cli.steps.area.step import STEP
 
 
 def spec(photo: plant.Photo | None = None, **more: object) -> AreaSpec:
@@ -88,7 +91,7 @@ def test_the_papers_share_of_its_box() -> None:
     description = AreaSpec.model_validate(
         {"test": "area", "image": "car.png", "box": {"width": "2.0 m", "height": "1.3 m"}}
     )
-    budget = area_budget(0.842 * 1000 * 650, 0.0, description, (0, 0, 1000, 650))
+    budget = area_budget(0.842 * 1000 * 650, 0.0, description, BoxEdges(0, 0, 1000, 650))
     assert budget.value == pytest.approx(2.19, abs=0.005)
 
 
@@ -96,7 +99,7 @@ def test_box_deviations_are_propagated() -> None:
     description = AreaSpec.model_validate(
         {"test": "area", "image": "car.png", "box": {"width": "2.0 +- 0.02 m", "height": "1.3 m"}}
     )
-    budget = area_budget(500_000.0, 0.0, description, (0, 0, 1000, 650))
+    budget = area_budget(500_000.0, 0.0, description, BoxEdges(0, 0, 1000, 650))
     assert budget.std / budget.value == pytest.approx(0.01, rel=1e-3)
 
 

@@ -20,8 +20,10 @@ from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.errors import InputError, ResultError, VdynError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.coastdown.step import STEP, estimate, regression
+from vdyn_cli.steps.coastdown.problem import prepare
+from vdyn_cli.steps.coastdown.step import STEP
 
+estimate = STEP.estimate
 MAIN = ("rolling_resistance", "drag_area")
 WINDOW: dict[str, Any] = {"speed_window": ["74 km/h", "21 km/h"]}
 
@@ -216,7 +218,7 @@ def test_the_regression_takes_effects() -> None:
 
     runs = coast.campaign(REFERENCE, 2, coast.DAY, {"headwind": 3.0})
     wind = Unknown("headwind", 0.0, -8.0, 8.0, "m/s")
-    solution = solve(regression(spec_of(runs), logs_of(runs), known(REFERENCE), (headwind,), (wind,)))
+    solution = solve(prepare(spec_of(runs), logs_of(runs), known(REFERENCE)).regression((headwind,), (wind,)))
     low, high = solution.interval95["headwind"]
     assert low < 3.0 < high
     assert high - low < 2.0
@@ -333,7 +335,7 @@ def test_a_windy_run_is_rejected() -> None:
 
 def test_runs_of_one_direction_are_remarked_upon() -> None:
     result = solve_day(REFERENCE, 3, coast.DAY.but(one_way=True), settings=WINDOW)
-    assert any("do not go both ways" in f.what for f in result.findings)
+    assert any("all runs have the same direction" in f.what for f in result.findings)
 
 
 def test_a_steep_road_is_not_taken_for_a_brake() -> None:
@@ -405,7 +407,7 @@ def test_a_constant_speed_is_no_coast() -> None:
     time = np.arange(0.0, 60.0, 0.1)
     runs = coast.campaign(REFERENCE, 1, coast.DAY.but(runs=2))
     logs = [Log(f"run_{k}.csv", time, {"speed": np.full(time.size, 20.0)}) for k in (1, 2)]
-    assert "no coast" in message(lambda: estimate(spec_of(runs), logs, known(REFERENCE)), ResultError)
+    assert "not a coast-down" in message(lambda: estimate(spec_of(runs), logs, known(REFERENCE)), ResultError)
 
 
 @settings(max_examples=10, deadline=None)

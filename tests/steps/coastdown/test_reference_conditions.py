@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from vdyn_cli.steps.coastdown.reference_conditions import (
     Conditions,
     RoadLoad,
-    corrected,
+    corrected_load,
     density_of,
-    of_parameters,
+    road_load_of,
 )
 
 COEFFICIENT = st.floats(-500, 500).filter(lambda x: x == 0 or abs(x) > 1e-6)
@@ -61,7 +61,7 @@ TEST_DAY = Conditions(297.15, 1.1595, 1588.0)
 def test_the_correction_takes_each_part_with_its_own_law() -> None:
     load = RoadLoad(148.0, 1.0, 0.317, np.diag([4.0, 0.01, 1e-4]), 10.0)
     reference = Conditions(293.15, density_of(293.15, 100_000.0), 1500.0)
-    found = corrected(load, TEST_DAY, reference)
+    found = corrected_load(load, TEST_DAY, reference)
     warm = 1 + 8.6e-3 * 4
     assert found.f0 == pytest.approx(148.0 * 1500 / 1588 * warm)
     assert found.f1 == pytest.approx(warm)
@@ -72,7 +72,7 @@ def test_the_correction_takes_each_part_with_its_own_law() -> None:
 
 def test_nothing_to_correct_changes_nothing() -> None:
     load = RoadLoad(148.0, 1.0, 0.317)
-    assert np.array_equal(corrected(load, TEST_DAY, TEST_DAY).coefficients, load.coefficients)
+    assert np.array_equal(corrected_load(load, TEST_DAY, TEST_DAY).coefficients, load.coefficients)
 
 
 def test_the_standards_factor_is_the_ratio_of_densities() -> None:
@@ -86,7 +86,7 @@ def test_the_interval_of_a_force_knows_that_its_parts_oppose() -> None:
     names = ("rolling_resistance", "drag_area")
     std = np.array([2e-4, 0.02])
     apart, together = (
-        of_parameters(at, names, np.outer(std, std) * np.array([[1, r], [r, 1]]), 7.0) for r in (0.0, -0.9)
+        road_load_of(at, names, np.outer(std, std) * np.array([[1, r], [r, 1]]), 7.0) for r in (0.0, -0.9)
     )
     assert together.half_width(15.0)[0] < 0.5 * apart.half_width(15.0)[0]
     assert together.half_widths() == pytest.approx(apart.half_widths())

@@ -16,7 +16,7 @@ from vdyn_cli.physics.laws.rolling_resistance import rolling
 from vdyn_cli.physics.laws.standstill_friction import turned
 from vdyn_cli.quantities.constants import GRAVITY
 
-Driven = Literal["coasting", "torque", "force"]
+DriveSignal = Literal["coasting", "torque", "force"]
 
 CAR = ("mass", "rotating_mass", "rolling_resistance", "rolling_speed", "drag_area", "air_density", "wind_variance")
 DRIVELINE = ("gear_ratio", "wheel_radius", "driveline_efficiency")
@@ -25,7 +25,7 @@ ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 @cache
 def road_load(
-    driven: Driven = "coasting", accelerometer: bool = False, located: bool = False, felt: bool = False
+    driven: DriveSignal = "coasting", accelerometer: bool = False, located: bool = False, felt: bool = False
 ) -> Model:
     """The longitudinal model.
 
@@ -98,7 +98,7 @@ def road_load(
     )
 
 
-def _drive_force(e: Bench, u: Signals, driven: Driven, throughout: bool) -> Number:
+def _drive_force(e: Bench, u: Signals, driven: DriveSignal, throughout: bool) -> Number:
     if driven == "torque":
         torque = e("drive_torque", value=u.drive_torque)
         always: dict[str, Number] = {"driven": 1.0} if throughout else {}

@@ -5,7 +5,7 @@ widest section d behind it (d < 0: in front), so the car looks smaller than the 
 the car and the whole picture as box this is the paper's 84.2 % of 2.60 m^2 = 2.19 m^2.
 
 Pixels at the edge count by their share: a car's outline crosses some 2 000 pixels, and counting whole ones by a
-threshold moves the area by a fraction of their number. The area includes the tyres and excludes the mirrors (the
+threshold moves the area by a fraction of their number. The area includes the tires and excludes the mirrors (the
 definition of the EPA's road-load forms), which have to be folded, cut out with ``exclude``, or masked.
 
 Assumes a camera on the car's axis, at the height of the middle of the car, with straight lines kept straight.

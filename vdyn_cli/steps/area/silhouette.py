@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +12,10 @@ Mask = NDArray[np.bool_]
 
 EDGE = 4  # pixels on either side of the threshold's line in which the picture's blur is looked for
 SMALLEST = 0.02  # a piece of less than this share of the largest one is dirt, not car
+FEWEST_PIXELS = 100  # of car and of background, through which a quadratic surface can be fitted
+LEAST_CONTRAST = 4.0  # gray levels between car and background, in units of their noise
+BLUR = 0.1  # of the step between car and background: how well the place of the edge within the blur is known
+MOST_FITTED = 40_000  # pixels of a surface fit: more cost time and change nothing
 
 
 @dataclass(frozen=True)
@@ -23,9 +26,9 @@ class Silhouette:
     ----------
     cover : (rows, columns), share of each pixel that is car.
     inside : where the car covers more than half.
-    threshold : grey level between car and background.
+    threshold : gray level between car and background.
     pixels : area in pixels. edge_std : its standard deviation from where in the blur the edge is taken to be.
-    contrast : grey levels between car and background in units of their noise.
+    contrast : gray levels between car and background in units of their noise.
     pieces : number of pieces kept. dropped : area of the small pieces left out, as a share of those kept.
     """
 
@@ -39,12 +42,12 @@ class Silhouette:
     dropped: float
 
 
-def otsu(grey: Array) -> float:
-    """The grey level that separates two classes best: largest variance between them.
+def otsu(gray: Array) -> float:
+    """The gray level that separates two classes best: largest variance between them.
 
     Source: Otsu, IEEE Trans. SMC 9 (1979) 62.
     """
-    count, edges = np.histogram(grey, bins=256)
+    count, edges = np.histogram(gray, bins=256)
     level = (edges[:-1] + edges[1:]) / 2
     below = np.cumsum(count)
     above = below[-1] - below
@@ -54,43 +57,42 @@ def otsu(grey: Array) -> float:
     return float(level[np.argmax(below * above * (mean_below - mean_above) ** 2)])
 
 
-def find_silhouette(grey: Array, threshold: float | None, dark: bool, exclude: Mask) -> Silhouette:
+def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: Mask) -> Silhouette:
     """Separate a dark (or bright) car from its background.
 
-    The threshold finds the car; at its edge, a pixel counts by where its grey level lies between the car's and the
+    The threshold finds the car; at its edge, a pixel counts by where its gray level lies between the car's and the
     background's around it, each a smooth surface over the picture (light falls off towards the corners).
 
     Parameters
     ----------
-    grey : (rows, columns), 0 to 1. threshold : grey level, or None for Otsu's. dark : the car is darker.
-    exclude : pixels that do not count (mirrors).
+    gray : (rows, columns), 0 to 1. threshold : gray level, or None for Otsu's. dark : the car is darker.
+    exclude : (rows, columns), pixels that do not count (mirrors).
 
     Raises
     ------
-    ValueError : car and background can't be told apart, or nothing is found.
+    ValueError : car and background cannot be separated, or nothing is found.
     """
     from scipy.ndimage import binary_dilation, binary_erosion
 
-    level = otsu(grey) if threshold is None else threshold
-    inside = (grey < level) if dark else (grey > level)
+    level = otsu(gray) if threshold is None else threshold
+    inside = (gray < level) if dark else (gray > level)
     inside, pieces, dropped = _large_pieces(inside & ~exclude)
     if not inside.any() or inside.all():
         raise ValueError("nothing in the picture is on either side of the threshold")
     core, around = binary_erosion(inside, iterations=EDGE), ~binary_dilation(inside, iterations=EDGE)
-    if core.sum() < 100 or around.sum() < 100:
+    if min(core.sum(), around.sum()) < FEWEST_PIXELS:
         raise ValueError("the silhouette is too small, or fills the whole picture")
-    car, wall = _surface(grey, core), _surface(grey, around & ~exclude)
-    noise = float(np.hypot(np.std((grey - car)[core]), np.std((grey - wall)[around & ~exclude])))
+    car, wall = _surface(gray, core), _surface(gray, around & ~exclude)
+    noise = float(np.hypot(np.std((gray - car)[core]), np.std((gray - wall)[around & ~exclude])))
     step = car - wall
     contrast = float(np.median(np.abs(step))) / max(noise, 1e-4)
-    if contrast < 4:
+    if contrast < LEAST_CONTRAST:
         raise ValueError("car and background are too alike")
-    share = np.clip((grey - wall) / np.where(np.abs(step) > 1e-3, step, 1e-3), 0.0, 1.0)
+    share = np.clip((gray - wall) / np.where(np.abs(step) > 1e-3, step, 1e-3), 0.0, 1.0)
     zone = ~core & ~around
     cover = np.where(core, 1.0, np.where(zone, share, 0.0))
     cover[exclude] = 0.0
-    # Where in the blur the edge lies is taken as known to a tenth of the step between car and background.
-    edge = float(np.count_nonzero((share > 0.4) & (share <= 0.6) & zone)) / 2
+    edge = float(np.count_nonzero((share > 0.5 - BLUR) & (share <= 0.5 + BLUR) & zone)) / 2
     return Silhouette(cover, inside, level, float(cover.sum()), edge, contrast, pieces, dropped)
 
 
@@ -108,20 +110,20 @@ def _large_pieces(inside: Mask) -> tuple[Mask, int, float]:
     return filled, len(kept), float(sizes.sum() / sizes[kept].sum() - 1)
 
 
-def _surface(grey: Array, where: Mask) -> Array:
-    """A quadratic surface through the grey levels of the marked pixels, over the whole picture."""
-    rows, columns = grey.shape
+def _surface(gray: Array, where: Mask) -> Array:
+    """A quadratic surface through the gray levels of the marked pixels, over the whole picture."""
+    rows, columns = gray.shape
     y, x = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
-    step = max(1, int(where.sum() // 40_000))
+    step = max(1, int(where.sum() // MOST_FITTED))
     at = np.flatnonzero(where)[::step]
-    weights, *_ = np.linalg.lstsq(terms.reshape(-1, 6)[at], grey.ravel()[at], rcond=None)
+    weights, *_ = np.linalg.lstsq(terms.reshape(-1, 6)[at], gray.ravel()[at], rcond=None)
     return np.asarray(terms @ weights)
 
 
-def outline(inside: Mask) -> Sequence[tuple[Array, Array]]:
-    """The outline as points (x, y) in pixels: left and right ends of each row, top and bottom of each column."""
+def outline(inside: Mask) -> tuple[Array, Array]:
+    """The outline of a silhouette (rows, columns) as points (n,) x and (n,) y, pixels."""
     from scipy.ndimage import binary_erosion
 
     y, x = np.nonzero(inside & ~binary_erosion(inside))
-    return [(x.astype(float), y.astype(float))]
+    return x.astype(float), y.astype(float)

@@ -1,7 +1,8 @@
-"""Brakes, engaged drivelines and throttles in the logs, which no channel shows: found by what the runs agree on.
+"""Brakes, engaged drivelines and throttles that no channel shows, found as outliers of the common deceleration.
 
-All stretches share one law of deceleration over speed, out and back apart by what a slope does. Parts in which the car
-slows or gains more than that are cut off, and a run of which too little is left is rejected.
+All segments share one law of deceleration over speed, c(direction) + k V^2, fitted with least absolute deviations,
+which half of the points cannot bend. Parts in which the car slows down or speeds up more than that are cut off; a run
+of which too little is left is rejected.
 """
 
 from __future__ import annotations
@@ -13,140 +14,145 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
-from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.selection import (
+from vdyn_cli.steps.coastdown.segments import (
     FEWEST_SAMPLES,
     LEAST_COVERED,
     Array,
+    CoastSegment,
     Mask,
-    Rejected,
-    Stretch,
+    RejectedSegment,
     groups,
 )
 
-LOOK = 2.0  # s, over which a deceleration is taken
+INTERVAL = 2.0  # s, over which a deceleration is taken
 EXCESS = 0.15  # m/s^2 beyond the other runs: a brake or a driveline; gusts reach 0.02, sensors 0.03
-EXCESS_ALONE = 0.3  # m/s^2, where too few runs of a direction tell slope from brake
-GROSS = 3.0  # times that much counts at one look; otherwise it takes two on end
+EXCESS_FEW = 0.3  # m/s^2, where fewer than three runs of a direction cannot separate slope from brake
+GROSS = 3.0  # times that much counts in one interval; otherwise two in succession are needed
 ENGAGED = 0.25  # share of the usual deceleration by which a whole run may exceed it, and
 ENGAGED_LEAST = 0.06  # m/s^2, at least
 
 
 @dataclass(frozen=True)
-class _Slowing:
-    """One stretch's deceleration without what is known to cause it: (b,) s, m/s, m/s^2."""
+class _Deceleration:
+    """A segment's deceleration less that of known forces, (b,) at ``time`` s and ``speed`` m/s.
 
+    ``excess`` (b,) m/s^2 is what exceeds the common law, ``usual`` that law's mean, ``limit`` the allowed excess.
+    """
+
+    segment: CoastSegment
     time: Array
     speed: Array
-    slowing: Array
+    value: Array
+    excess: Array
+    usual: float = 0.0
+    limit: float = EXCESS
+
+    @property
+    def outliers(self) -> NDArray[np.int64]:
+        """Intervals with an excess beyond the limit in two successive intervals, or far beyond it in one."""
+        beyond, gross = np.abs(self.excess) > self.limit, np.abs(self.excess) > GROSS * self.limit
+        return np.flatnonzero((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1])
+
+    def reason(self, at: int) -> str:
+        """What interval ``at`` shows."""
+        what, cause = ("slows by", "brake or driveline?") if self.excess[at] > 0 else ("is driven by", "throttle?")
+        return (
+            f"{what} {abs(self.excess[at]):.2f} m/s^2 more than the other runs at {self.time[at]:.0f} s, "
+            f"{3.6 * self.speed[at]:.0f} km/h: {cause}"
+        )
 
 
 def without_braking(
-    stretches: Sequence[Stretch], known: Sequence[Array], directions: Sequence[str | None], window: float
-) -> tuple[list[Stretch], list[Rejected]]:
-    """Cut off or reject what slows down, or gains, more than the stretches agree on.
+    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], window: float
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Coasts without the parts that slow down, or speed up, more than the segments agree on.
 
     Parameters
     ----------
-    known : for each stretch (n,) m/s^2, the acceleration that drive and slope give.
-    directions : of each stretch; a slope shifts all runs of one direction alike.
+    known : for each segment (n,) m/s^2, the acceleration of drive and slope.
+    directions : of each segment; a slope shifts all runs of one direction alike.
     window : m/s, span of speed of which at least half must be left.
-
-    Notes
-    -----
-    The common law is c(direction) + k V^2 with least absolute deviations, which half of the points cannot bend.
     """
-    seen = [_slowing(s, k) for s, k in zip(stretches, known, strict=True)]
-    excess, usual, limits = _beyond_common(seen, directions)
-    kept, left = [], []
-    for each in zip(stretches, seen, excess, usual, limits, strict=True):
-        stretch, cut_off = _judged(*each, window)
-        kept += [stretch] if stretch else []
-        left += [cut_off] if cut_off else []
-    return kept, left
+    kept: list[CoastSegment] = []
+    rejected: list[RejectedSegment] = []
+    for each in _compared(segments, known, directions):
+        segment, cut_off = _longer_part(each, window)
+        kept += [segment] if segment else []
+        rejected += [cut_off] if cut_off else []
+    return kept, rejected
 
 
-def without_odd_parts(
-    stretches: Sequence[Stretch], known: Sequence[Array], directions: Sequence[str | None], shortest: float
-) -> tuple[list[Stretch], list[Rejected]]:
-    """Take out of driven stretches what slows down, or gains, more than the known drive and the common law allow.
+def without_outliers(
+    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], shortest: float
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Driven segments without the parts that slow down, or speed up, more than drive and common law allow.
 
     Parameters
     ----------
-    known, directions : as in ``without_braking``.
-    shortest : s, of what is kept.
+    known, directions : as in ``without_braking``. shortest : s, of what is kept.
     """
-    seen = [_slowing(s, k) for s, k in zip(stretches, known, strict=True)]
-    excess, _, limits = _beyond_common(seen, directions)
-    kept, left = [], []
-    for stretch, see, more, limit in zip(stretches, seen, excess, limits, strict=True):
-        at = _held(more, limit)
-        if not at.size:
-            kept.append(stretch)
+    kept: list[CoastSegment] = []
+    rejected: list[RejectedSegment] = []
+    for each in _compared(segments, known, directions):
+        if not (at := each.outliers).size:
+            kept.append(each.segment)
             continue
-        odd, time = _marked(stretch, see, at), stretch.log.time
-        left.append(Rejected(stretch.name, float(time[odd][0]), float(time[odd][-1]), _why(see, more, int(at[0]))))
-        kept += _between(stretch, odd, shortest)
-    return kept, left
+        time = each.segment.log.time
+        marked = [(time > each.time[k] - INTERVAL) & (time < each.time[k + 1] + INTERVAL) for k in at]
+        outside = np.asarray(np.any(marked, axis=0))
+        begin, end = float(time[outside][0]), float(time[outside][-1])
+        rejected.append(RejectedSegment(each.segment.name, begin, end, each.reason(int(at[0]))))
+        kept += _windows_between(each.segment, outside, shortest)
+    return kept, rejected
 
 
-def _marked(stretch: Stretch, see: _Slowing, at: NDArray[np.int64]) -> Mask:
-    """(n,), the rows about the odd looks."""
-    time = stretch.log.time
-    marked = [(time > see.time[k] - LOOK) & (time < see.time[k + 1] + LOOK) for k in at]
-    return np.asarray(np.any(marked, axis=0))
-
-
-def _between(stretch: Stretch, odd: Mask, shortest: float) -> list[Stretch]:
-    """What is left between odd rows, as windows of one stretch."""
-    time = stretch.log.time
-    label = np.r_[0, np.cumsum((odd[1:] != odd[:-1]) | (stretch.part[1:] != stretch.part[:-1]))]
+def _windows_between(segment: CoastSegment, outliers: Mask, shortest: float) -> list[CoastSegment]:
+    """The rows between outliers, as windows of one segment."""
+    time, part = segment.log.time, segment.part
+    label = np.r_[0, np.cumsum((outliers[1:] != outliers[:-1]) | (part[1:] != part[:-1]))]
     good = np.zeros(time.size, dtype=bool)
     for a, b in groups(label):
-        good[a : b + 1] = not odd[a] and time[b] - time[a] >= shortest
-    return [replace(stretch, part=label).rows(good)] if good.any() else []
+        good[a : b + 1] = not outliers[a] and time[b] - time[a] >= shortest
+    return [replace(segment, part=label).rows(good)] if good.any() else []
 
 
-def _slowing(stretch: Stretch, known: Array) -> _Slowing:
-    bins = cut(stretch.log.time, LOOK, stretch.part)
-    speed, time = bins.mean(stretch.log["speed"]), bins.time
-    gained = np.diff(speed) / np.diff(time)
-    pushed = bins.mean(known)
-    return _Slowing(
-        0.5 * (time[1:] + time[:-1]), 0.5 * (speed[1:] + speed[:-1]), 0.5 * (pushed[1:] + pushed[:-1]) - gained
+def _compared(
+    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
+) -> list[_Deceleration]:
+    """The deceleration of each segment beside the law that all of them share."""
+    seen = [_deceleration(s, k) for s, k in zip(segments, known, strict=True)]
+    counts = {d: directions.count(d) for d in directions}
+    apart = all(n >= 3 for n in counts.values())
+    ways = sorted({str(d) for d in directions}) if apart else [""]
+    column = [ways.index(str(d)) if apart else 0 for d in directions]
+    design = np.concatenate([_design(c, len(ways), s.speed) for c, s in zip(column, seen, strict=True)])
+    law = _least_absolute_deviations(design, np.concatenate([s.value for s in seen]))
+    found = []
+    for c, s, direction in zip(column, seen, directions, strict=True):
+        common = law[c] + law[-1] * s.speed**2
+        limit = EXCESS if counts[direction] >= 3 else EXCESS_FEW
+        found.append(replace(s, excess=s.value - common, usual=float(np.mean(common)), limit=limit))
+    return found
+
+
+def _deceleration(segment: CoastSegment, known: Array) -> _Deceleration:
+    bins = cut(segment.log.time, INTERVAL, segment.part)
+    speed, pushed = bins.mean(segment.log["speed"]), bins.mean(known)
+    value = 0.5 * (pushed[1:] + pushed[:-1]) - np.diff(speed) / np.diff(bins.time)
+    return _Deceleration(
+        segment, 0.5 * (bins.time[1:] + bins.time[:-1]), 0.5 * (speed[1:] + speed[:-1]), value, np.zeros_like(value)
     )
 
 
-def _beyond_common(
-    seen: Sequence[_Slowing], directions: Sequence[str | None]
-) -> tuple[list[Array], list[float], list[float]]:
-    """Excess (b,) over the common law, the usual deceleration and the limit of each stretch."""
-    counts = {d: sum(x == d for x in directions) for d in directions}
-    apart = all(n >= 3 for n in counts.values())
-    ways = sorted({str(d) for d in directions}) if apart else [""]
-    belongs = [ways.index(str(d)) if apart else 0 for d in directions]
-    design = np.concatenate([_design(g, len(ways), s.speed) for g, s in zip(belongs, seen, strict=True)])
-    law = _least_absolute(design, np.concatenate([s.slowing for s in seen]))
-    excess: list[Array] = []
-    usual: list[float] = []
-    limits: list[float] = []
-    for g, s in zip(belongs, seen, strict=True):
-        common = law[g] + law[-1] * s.speed**2
-        excess.append(s.slowing - common)
-        usual.append(float(np.mean(common)))
-        limits.append(EXCESS if counts[directions[len(usual) - 1]] >= 3 else EXCESS_ALONE)
-    return excess, usual, limits
-
-
-def _design(group: int, groups: int, speed: Array) -> Array:
+def _design(group: int, count: int, speed: Array) -> Array:
     """Columns of c(direction) and k V^2."""
-    columns = np.zeros((speed.size, groups + 1))
+    columns = np.zeros((speed.size, count + 1))
     columns[:, group], columns[:, -1] = 1.0, speed**2
     return columns
 
 
-def _least_absolute(design: Array, values: Array, rounds: int = 30) -> Array:
-    """Coefficients of least absolute deviations, by reweighting."""
+def _least_absolute_deviations(design: Array, values: Array, rounds: int = 30) -> Array:
+    """Coefficients of least absolute deviations, by iteratively reweighted least squares."""
     weight = np.ones(values.size)
     for _ in range(rounds):
         root = np.sqrt(weight)
@@ -155,42 +161,25 @@ def _least_absolute(design: Array, values: Array, rounds: int = 30) -> Array:
     return np.asarray(law)
 
 
-def _judged(
-    stretch: Stretch, see: _Slowing, excess: Array, usual: float, limit: float, window: float
-) -> tuple[Stretch | None, Rejected | None]:
-    """What is left of a stretch, and what was taken from it."""
-    log = stretch.log
-    begin, finish = float(log.time[0]), float(log.time[-1])
-    middle = float(np.median(excess))
-    if middle > max(ENGAGED_LEAST, ENGAGED * usual):
+def _longer_part(one: _Deceleration, window: float) -> tuple[CoastSegment | None, RejectedSegment | None]:
+    """The part of a coast that covers more speed before or after its outliers, and the rejected rest."""
+    name, time = one.segment.name, one.segment.log.time
+    begin, end = float(time[0]), float(time[-1])
+    middle = float(np.median(one.excess))
+    if middle > max(ENGAGED_LEAST, ENGAGED * one.usual):
         why = f"slows by {middle:.2f} m/s^2 more than the other runs throughout: engaged driveline or dragging brake?"
-        return None, Rejected(stretch.name, begin, finish, why)
-    held = _held(excess, limit)
-    if not held.size:
-        return stretch, None
-    at, why = int(held[0]), _why(see, excess, int(held[0]))
-    until, since = float(see.time[at]) - LOOK, float(see.time[held[-1] + 1]) + LOOK
-    parts = ((log.time < until, until, finish), (log.time > since, begin, since))
-    best, lost_from, lost_to = max(parts, key=lambda p: _fall(log, p[0]))
-    if _fall(log, best) >= LEAST_COVERED * window:
-        return stretch.rows(best), Rejected(stretch.name, lost_from, lost_to, why)
-    return None, Rejected(stretch.name, begin, finish, why)
+        return None, RejectedSegment(name, begin, end, why)
+    if not (at := one.outliers).size:
+        return one.segment, None
+    why = one.reason(int(at[0]))
+    until, since = float(one.time[at[0]]) - INTERVAL, float(one.time[at[-1] + 1]) + INTERVAL
+    parts = ((time < until, until, end), (time > since, begin, since))
+    best, lost_from, lost_to = max(parts, key=lambda p: _covered(one.segment, p[0]))
+    if _covered(one.segment, best) >= LEAST_COVERED * window:
+        return one.segment.rows(best), RejectedSegment(name, lost_from, lost_to, why)
+    return None, RejectedSegment(name, begin, end, why)
 
 
-def _held(excess: Array, limit: float) -> NDArray[np.int64]:
-    """Where the excess is beyond the limit for two looks on end, or far beyond it for one: the first of the two."""
-    odd, gross = np.abs(excess) > limit, np.abs(excess) > GROSS * limit
-    return np.flatnonzero((odd[1:] & odd[:-1]) | gross[1:] | gross[:-1])
-
-
-def _why(see: _Slowing, excess: Array, at: int) -> str:
-    what, cause = ("slows by", "brake or driveline?") if excess[at] > 0 else ("is driven by", "throttle?")
-    return (
-        f"{what} {abs(excess[at]):.2f} m/s^2 more than the other runs at {see.time[at]:.0f} s, "
-        f"{3.6 * see.speed[at]:.0f} km/h: {cause}"
-    )
-
-
-def _fall(log: Log, keep: Mask) -> float:
-    """m/s, over which these rows reach."""
-    return float(np.ptp(log["speed"][keep])) if keep.sum() >= FEWEST_SAMPLES else 0.0
+def _covered(segment: CoastSegment, keep: Mask) -> float:
+    """Span of speed of these rows, m/s."""
+    return float(np.ptp(segment.log["speed"][keep])) if keep.sum() >= FEWEST_SAMPLES else 0.0

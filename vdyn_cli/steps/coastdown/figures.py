@@ -1,4 +1,4 @@
-"""The pictures of a coast-down."""
+"""The figures of a coast-down."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.quantities.result import Comparison, Figure, Series
+from vdyn_cli.steps.coastdown.coast_times import CoastTimes
 from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.residuals import by_speed, run_forces
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
-from vdyn_cli.steps.coastdown.times import Timed
 
 Array = NDArray[np.float64]
 Role = Literal["measured", "accent", "muted"]
@@ -36,51 +36,38 @@ def comparisons(fit: RoadLoadFit) -> tuple[Comparison, ...]:
     return tuple(found)
 
 
-def figures(fit: RoadLoadFit, load: RoadLoad, timed: Sequence[Timed]) -> tuple[Figure, ...]:
-    made = (road_load(fit, load, timed), left_over(fit), runs(fit), ellipse(fit))
+def figures(fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes]) -> tuple[Figure, ...]:
+    """The road load, its residuals over speed and over runs, and the joint region of the main parameters."""
+    made = (_road_load(fit, load, times), _residual_force(fit), _run_forces(fit), _ellipse(fit))
     return tuple(f for f in made if f is not None)
 
 
-def road_load(fit: RoadLoadFit, load: RoadLoad, timed: Sequence[Timed]) -> Figure:
-    """The result: force over speed."""
-    low = min(r.speed.min() for r in fit.campaign.runs)
-    high = max(r.speed.max() for r in fit.campaign.runs)
-    speed = np.linspace(low, high, 60)
+def _road_load(fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes]) -> Figure:
+    speed = np.linspace(*fit.speeds, 60)
     force, half = np.asarray(load.force(speed)), load.half_width(speed)
     series = [
         Series("95 % band", 3.6 * speed, force - half, "band", force + half, role="muted"),
         Series("fitted", 3.6 * speed, force, role="simulated"),
     ]
-    if timed:
-        inertia = fit.at["mass"] + fit.at["rotating_mass"]
-        at, each = np.array([t.speed for t in timed]), np.array([t.force(inertia) for t in timed])
-        error = np.array([_force_error(t, inertia) for t in timed])
+    if times:
+        at, each = np.array([t.speed for t in times]), np.array([t.force(fit.inertia) for t in times])
+        error = np.array([t.force_error(fit.inertia) for t in times])
         series.append(Series("from coast-down times", 3.6 * at, each, "points", error=error, role="measured"))
     return Figure(
         "road_load",
         "Road load",
         "Line and band: the fitted road load with its 95 % interval. Points, where there are pairs of runs: force from "
         "their coast-down times, with no model but inertia. Good: the points scatter about the line within their bars. "
-        "Bad: they bend away from it at one end; then the law of force over speed is wrong, or brake or wind came in.",
+        "Bad: they bend away from it at one end; then the law of force over speed is wrong, or a brake or the wind "
+        "acted.",
         "speed [km/h]",
         "force [N]",
         tuple(series),
     )
 
 
-def _force_error(timed: Timed, inertia: float) -> float:
-    from vdyn_cli.inference.intervals import t_quantile
-
-    n = timed.pairs.size
-    if n < 2:
-        return 0.0
-    slowing = 1.0 / timed.pairs
-    half = t_quantile(float(n - 1)) * float(np.std(slowing, ddof=1)) / np.sqrt(n)
-    return float(inertia * (timed.upper - timed.lower) * half)
-
-
-def left_over(fit: RoadLoadFit) -> Figure | None:
-    """Unexplained force over speed, each direction apart."""
+def _residual_force(fit: RoadLoadFit) -> Figure | None:
+    """Residual force over speed, each direction apart."""
     headings = np.array([r.heading for r in fit.campaign.runs])
     series = []
     for heading, way, role in WAYS:
@@ -92,18 +79,17 @@ def left_over(fit: RoadLoadFit) -> Figure | None:
         return None
     return Figure(
         "left_over",
-        "Force left over at each speed",
-        "What the runs resisted beyond the fitted road load, mean and two standard errors over the runs. Good: all "
-        "about zero. Out and back apart by a constant: the road slopes. Apart by more at speed: a steady wind. Both "
-        "bent alike: the law of force over speed is wrong.",
+        "Residual force at each speed",
+        "Resistance of the runs beyond the fitted road load, mean and two standard errors over the runs. Good: all "
+        "about zero. Out and back differ by a constant: the road slopes. They differ more at speed: a steady wind. "
+        "Both bend alike: the law of force over speed is wrong.",
         "speed [km/h]",
         "force [N]",
         tuple(series),
     )
 
 
-def runs(fit: RoadLoadFit) -> Figure:
-    """Each run's own force."""
+def _run_forces(fit: RoadLoadFit) -> Figure:
     force, error = run_forces(fit)
     number = np.arange(1, force.size + 1, dtype=float)
     headings = np.array([r.heading for r in fit.campaign.runs])
@@ -114,18 +100,18 @@ def runs(fit: RoadLoadFit) -> Figure:
             series.append(Series(way, number[mine], force[mine], "points", error=2 * error[mine], role=role))
     return Figure(
         "runs",
-        "Each run's own force",
-        "How much more each run resisted than the common road load, with two standard deviations. Good: scatter about "
-        "zero without order. A fall from run to run: tires warm up. Out above and back below, or the reverse: slope or "
-        "wind. One far off: look at that run.",
+        "Residual force of each run",
+        "Resistance of each run beyond the common road load, with two standard deviations. Good: scatter about zero "
+        "without order. A fall from run to run: tires warm up. Out above and back below, or the reverse: slope or "
+        "wind. One far off: inspect that run.",
         "run",
         "force [N]",
         tuple(series),
     )
 
 
-def ellipse(fit: RoadLoadFit) -> Figure | None:
-    """Where rolling resistance and drag area lie together."""
+def _ellipse(fit: RoadLoadFit) -> Figure | None:
+    """The joint 95 % region of rolling resistance and drag area."""
     names = ("rolling_resistance", "drag_area")
     solution = fit.solution
     if not set(names) <= set(solution.names):
@@ -134,16 +120,16 @@ def ellipse(fit: RoadLoadFit) -> Figure | None:
     spread = np.linalg.cholesky(solution.covariance[np.ix_(at, at)])
     turn = np.linspace(0, 2 * np.pi, 90)
     edge = ELLIPSE * spread @ np.array([np.cos(turn), np.sin(turn)])
-    centre = np.array([solution.values[n] for n in names])
+    center = np.array([solution.values[n] for n in names])
     return Figure(
         "ellipse",
         "Rolling resistance against drag area",
-        "The 95 % region of both together. Round: the runs tell them apart. A thin slanted sliver: they don't, one can "
-        "be had for the other; coasts from faster down to slower make it round.",
+        "The joint 95 % region. Round: the runs separate both. Thin and slanted: they do not, one can replace the "
+        "other; coasts from higher down to lower speed make it round.",
         "rolling resistance",
         "drag area [m^2]",
         (
-            Series("95 % region", centre[0] + edge[0], centre[1] + edge[1], role="simulated"),
-            Series("estimate", centre[:1], centre[1:], "points", role="accent"),
+            Series("95 % region", center[0] + edge[0], center[1] + edge[1], role="simulated"),
+            Series("estimate", center[:1], center[1:], "points", role="accent"),
         ),
     )

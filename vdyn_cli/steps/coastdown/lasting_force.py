@@ -1,4 +1,4 @@
-"""The part of the road load that comes from causes which stay with the car."""
+"""The part of the road load that comes from accepted effects which belong to the car."""
 
 from __future__ import annotations
 
@@ -14,31 +14,29 @@ from vdyn_cli.physics.models.road_load import road_load
 
 Array = NDArray[np.float64]
 
-INSTANT = 0.1  # s of simulation, from which a force is read
-WARM = 7200.0  # s of driving, after which nothing warms up any more
-SPEEDS = 12  # at which it is read
+INSTANT = 0.1  # s of simulation, from whose change of speed a force is computed
+WARM = 7200.0  # s of driving: twelve nominal time constants of the tire warm-up
+SPEEDS = 12  # at which it is computed, for the three coefficients of F
 
 
 def resists(effect: Effect) -> bool:
-    """Does the cause stay with the car and add a force of its own? A mass or a radius that is wrong adds none."""
+    """Whether an effect belongs to the car and adds a force: one that corrects a parameter (mass, radius) adds none."""
     return effect.lasts and "parameters" not in effect.on
 
 
 def lasting_force(
     effect: Effect, at: Mapping[str, float], speeds: tuple[float, float], temperature: float
 ) -> dict[str, Array]:
-    """What a cause adds to F = f0 + f1 V + f2 V^2, (3,) per unit of each of its unknowns, in still air on the level.
+    """What an effect adds to F = f0 + f1 V + f2 V^2, (3,) per unit of each unknown, on a level road in still air.
 
-    The deceleration of a coasting car with the cause in, less that without it, times the inertia, over the speeds.
+    The deceleration of a coasting car with the effect, less that without it, times the inertia, over the speeds.
+
+    Assumes a force proportional to the amplitude, as those of the catalogue are.
 
     Parameters
     ----------
-    at : parameters of the road load in SI, and the sizes of the cause's unknowns.
-    speeds : slowest and fastest, m/s. temperature : K.
-
-    Notes
-    -----
-    Assumes that the force is proportional to the size, as those of the catalogue are.
+    at : parameters of the road load in SI, and the values of the effect's unknowns.
+    speeds : lowest and highest, m/s. temperature : K.
     """
     model = road_load()
     values = {n: at.get(n, 0.0) for n in model.parameters} | {"wind_variance": 0.0}
@@ -47,8 +45,8 @@ def lasting_force(
     powers = np.vander(every, 3, increasing=True)
     rested = {**dict.fromkeys(model.inputs, 0.0), "elapsed": WARM}
 
-    def rates(size: Mapping[str, float]) -> Array:
-        car = Simulator(model, {**values, **size}, effects=(effect,))
+    def rates(amplitude: Mapping[str, float]) -> Array:
+        car = Simulator(model, {**values, **amplitude}, effects=(effect,))
         drives = (
             Drive(np.array([0.0, INSTANT]), rested, {"speed": v}, {}, {"heading": 0.0, "temperature": temperature})
             for v in every.tolist()

@@ -12,13 +12,14 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.constants import GRAVITY
 
 Array = NDArray[np.float64]
 
 POUND_FORCE = 4.4482216152605  # N, exact (international pound, standard gravity)
 MILE_PER_HOUR = 0.44704  # m/s, exact
-KILOMETRE_PER_HOUR = 3.6  # per m/s
+KILOMETER_PER_HOUR = 3.6  # per m/s
 ROLLING_BY_TEMPERATURE = 8.6e-3  # 1/K, K0 of the coast-down standards
 DRY_AIR = 287.055  # J/(kg K)
 
@@ -44,10 +45,11 @@ class RoadLoad:
     @classmethod
     def from_dyno(cls, f0: float, f1: float, f2: float) -> RoadLoad:
         """From F0 N, F1 N/(km/h), F2 N/(km/h)^2."""
-        return cls(f0, f1 * KILOMETRE_PER_HOUR, f2 * KILOMETRE_PER_HOUR**2)
+        return cls(f0, f1 * KILOMETER_PER_HOUR, f2 * KILOMETER_PER_HOUR**2)
 
     @property
     def coefficients(self) -> Array:
+        """f0, f1, f2 as (3,)."""
         return np.array([self.f0, self.f1, self.f2])
 
     def epa(self) -> tuple[float, float, float]:
@@ -60,16 +62,14 @@ class RoadLoad:
 
     def dyno(self) -> tuple[float, float, float]:
         """F0 N, F1 N/(km/h), F2 N/(km/h)^2."""
-        return self.f0, self.f1 / KILOMETRE_PER_HOUR, self.f2 / KILOMETRE_PER_HOUR**2
+        return self.f0, self.f1 / KILOMETER_PER_HOUR, self.f2 / KILOMETER_PER_HOUR**2
 
     def force(self, speed: float | Array) -> float | Array:
-        """N at a speed in m/s."""
+        """Force in N at a speed in m/s."""
         return self.f0 + self.f1 * speed + self.f2 * speed**2
 
     def half_width(self, speed: float | Array) -> Array:
         """Half the 95 % interval of the force, N, at speeds (n,) in m/s."""
-        from vdyn_cli.inference.intervals import t_quantile
-
         v = np.atleast_1d(np.asarray(speed, dtype=float))
         if self.covariance is None:
             return np.zeros(v.size)
@@ -77,16 +77,18 @@ class RoadLoad:
         variance = np.einsum("ni,ij,nj->n", gradient, self.covariance, gradient)
         return np.asarray(t_quantile(min(self.degrees, 1e6)) * np.sqrt(np.maximum(variance, 0.0)))
 
+    def force_with_half_width(self, speed: float) -> tuple[float, float]:
+        """Force and half its 95 % interval, N, at one speed in m/s."""
+        return float(self.force(speed)), float(self.half_width(speed)[0])
+
     def half_widths(self) -> Array:
         """Half the 95 % intervals of f0, f1, f2."""
-        from vdyn_cli.inference.intervals import t_quantile
-
         if self.covariance is None:
             return np.zeros(3)
         return np.asarray(t_quantile(min(self.degrees, 1e6)) * np.sqrt(np.diag(self.covariance)))
 
     def document(self) -> dict[str, float | list[float]]:
-        """Every form with its interval, for the JSON."""
+        """F0 F1 F2 and A B C, each with its 95 % interval, for the JSON."""
         low = self._moved(-1).dyno() + self._moved(-1).epa()
         high = self._moved(1).dyno() + self._moved(1).epa()
         found: dict[str, float | list[float]] = {}
@@ -102,7 +104,7 @@ class RoadLoad:
 
 @dataclass(frozen=True)
 class Conditions:
-    """Air and mass: temperature K, air_density kg/m^3, mass kg as tested."""
+    """Air and vehicle: ``temperature`` K, ``air_density`` kg/m^3, ``mass`` kg as tested."""
 
     temperature: float
     air_density: float
@@ -114,14 +116,14 @@ def density_of(temperature: float, pressure: float) -> float:
     return pressure / (DRY_AIR * temperature)
 
 
-def corrected(load: RoadLoad, test: Conditions, reference: Conditions) -> RoadLoad:
-    """The road load as it would have been under reference conditions.
+def corrected_load(load: RoadLoad, test: Conditions, reference: Conditions) -> RoadLoad:
+    """The road load under reference conditions.
 
     F* = (f0 TM/m + f1 V)(1 + K0 (T - T0)) + (rho0/rho) f2 V^2,  K0 = 8.6e-3 1/K
 
     Notes
     -----
-    The wind's own share (w1 = f2 w^2 in the standards) is taken out before: the fit reckons with gusts and mean winds.
+    The wind's share (w1 = f2 w^2 in the standards) is not in the load: the fit includes gusts and mean winds.
     Assumes that f0 and f1 are the tires' and the driveline's, f2 the air's. After UN GTR 15 (WLTP), annex 4, and
     SAE J2263, with their temperature factor; T0 = 20 degC and 100 kPa in the one, 98.21 kPa in the other.
     """
@@ -132,14 +134,14 @@ def corrected(load: RoadLoad, test: Conditions, reference: Conditions) -> RoadLo
     return replace(load, f0=f0, f1=f1, f2=f2, covariance=covariance)
 
 
-def of_parameters(
+def road_load_of(
     at: Mapping[str, float],
     names: tuple[str, ...],
     covariance: Array,
     degrees: float,
     lasting: Mapping[str, Array] = MappingProxyType({}),
 ) -> RoadLoad:
-    """The road load of the model's parameters.
+    """The road load polynomial of the model's parameters, with its covariance to first order.
 
     f0 = frr M g,  f1 = frr1 M g,  f2 = 1/2 rho Cd A
 
@@ -147,7 +149,7 @@ def of_parameters(
     ----------
     at : rolling_resistance, rolling_speed, drag_area, mass, air_density in SI.
     names, covariance : of those that were estimated, (k, k).
-    lasting : what causes that stay with the car add to f0, f1, f2, (3,) per unit of each of their sizes.
+    lasting : what effects that belong to the car add to f0, f1, f2, (3,) per unit of each of their unknowns.
     """
     weight, density = at["mass"] * GRAVITY, 0.5 * at["air_density"]
     slopes = {

@@ -1,4 +1,4 @@
-"""What the fitted road load leaves unexplained: each run's own force, and the force left over at each speed."""
+"""What the fitted road load leaves: residual force of each run and at each speed, and the held-out error."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference import Regression, solve
 from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.coastdown.noise import noise_of
 from vdyn_cli.steps.coastdown.road_load_fit import START, RoadLoadFit
-from vdyn_cli.steps.coastdown.road_runs import noise_of
 
 Array = NDArray[np.float64]
 
-SPEED_STEP = 5 / 3.6  # m/s, of a class of speeds
-FEWEST, MOST = 3, 20  # runs, of which each is left out in turn
-LITTLE = 1e-3  # of one residual's variance that a further step of such a fit may still promise
+SPEED_STEP = 5 / 3.6  # m/s, width of a class of speeds
+FEWEST_FOLDS, MOST_FOLDS = 3, 20  # runs: two alone share no mean; beyond 20 the held-out error shows nothing new
+TOLERANCE = 1e-3  # of one residual variance: a further step would move a value by 3 % of its standard deviation
 RUN_SOURCES = ("run_wind", "run_force", "run_drive", "road_mean")
 
 
 @dataclass(frozen=True)
-class LeftOver:
-    """Force that the model lacks (positive: the road load is higher) at ``speed`` (k,) m/s: mean and its error, N."""
+class ResidualForce:
+    """Mean residual force and its standard error, (k,) N at ``speed`` (k,) m/s; positive: the road load is higher."""
 
     speed: Array
     force: Array
@@ -30,29 +30,28 @@ class LeftOver:
 
 
 def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
-    """How much more, in N, each run resisted than the common road load says, and the standard deviation of that.
+    """Each run's resistance beyond the common road load, and its standard deviation, (runs,) N each.
 
-    The constant force that removes most of the run's whitened residual, its start speed being free.
+    The constant force that removes most of the run's whitened residual, with the start speed free.
     """
-    inertia = fit.at["mass"] + fit.at["rotating_mass"]
+    at = fit.at
     sizes = {**fit.sizes, **{n: 0.0 for n in RUN_SOURCES if n in fit.sizes}}
     forces, errors = [], []
     for run in range(len(fit.campaign.runs)):
         residual, own = fit.residual(run)
-        noise = noise_of(fit.campaign, run, fit.at)
+        noise = noise_of(fit.campaign, run, at)
         rows = np.column_stack([noise.push, own, residual])
         factor = noise.factor(sizes)
         white = rows / factor[:, None] if factor.ndim == 1 else np.linalg.solve(factor, rows)
         inverse = np.linalg.pinv(white[:, :-1].T @ white[:, :-1])
         # The residual is simulated less measured, and a push forward raises the measured speed.
-        forces.append(inertia * float(inverse[0] @ white[:, :-1].T @ white[:, -1]))
-        errors.append(inertia * float(np.sqrt(inverse[0, 0])))
+        forces.append(fit.inertia * float(inverse[0] @ white[:, :-1].T @ white[:, -1]))
+        errors.append(fit.inertia * float(np.sqrt(inverse[0, 0])))
     return np.array(forces), np.array(errors)
 
 
-def by_speed(fit: RoadLoadFit, runs: list[int]) -> LeftOver:
-    """Force left over in classes of speed, from the named runs."""
-    inertia = fit.at["mass"] + fit.at["rotating_mass"]
+def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
+    """Residual force in classes of speed, from the runs with these indices."""
     speeds, forces, owners = [], [], []
     for run in runs:
         bins = fit.campaign.bins[run]
@@ -60,16 +59,16 @@ def by_speed(fit: RoadLoadFit, runs: list[int]) -> LeftOver:
         speed = bins.mean(fit.campaign.runs[run].speed)
         if fit.campaign.speed_fitted:
             speeds.append(0.5 * (speed[1:] + speed[:-1]))
-            forces.append(inertia * np.diff(residual[: speed.size]) / np.diff(bins.time))
+            forces.append(fit.inertia * np.diff(residual[: speed.size]) / np.diff(bins.time))
         else:
             speeds.append(speed)
-            forces.append(inertia * residual)
+            forces.append(fit.inertia * residual)
         owners.append(np.full(speeds[-1].size, run))
     speed, force, owner = np.concatenate(speeds), np.concatenate(forces), np.concatenate(owners)
     label = np.round(speed / SPEED_STEP).astype(int)
     found = [_class(k, label, force, owner) for k in np.unique(label)]
     at, mean, error = (np.array(column) for column in zip(*(f for f in found if f), strict=True))
-    return LeftOver(at, mean, error)
+    return ResidualForce(at, mean, error)
 
 
 def _class(
@@ -84,13 +83,13 @@ def _class(
 
 
 def held_out_rms(fit: RoadLoadFit) -> float | None:
-    """Root mean square of measured less predicted speed, m/s, each run predicted from the others.
+    """Cross-validation: rms of measured less predicted speed, m/s, each run predicted from the others.
 
-    Only the run's start speed is its own. None where the runs are too few to leave one out, or so many that it shows
-    nothing new, or where the speed is not what was fitted.
+    Only the run's start speed is its own. None with too few or very many runs, where the speed is not fitted, or where
+    the other runs do not determine the unknowns.
     """
     count = len(fit.campaign.runs)
-    if not FEWEST <= count <= MOST or not fit.campaign.speed_fitted:
+    if not FEWEST_FOLDS <= count <= MOST_FOLDS or not fit.campaign.speed_fitted:
         return None
     squares, samples = 0.0, 0
     for run in range(count):
@@ -103,16 +102,16 @@ def held_out_rms(fit: RoadLoadFit) -> float | None:
 
 
 def _predicted(fit: RoadLoadFit, run: int) -> Array:
-    """The run's speed with what the other runs say; their fit begins where that of all runs ended."""
+    """The run's speed with the parameters of the other runs, whose fit starts at that of all runs."""
     full, others = fit.regression, [k for k in range(len(fit.campaign.runs)) if k != run]
     starts = {name: values[others] for name, values in fit.solution.per_run.items()}
     names = tuple(full.runs[k] for k in others)
     unknowns = tuple(replace(u, start=fit.solution.values.get(u.name, u.start)) for u in full.unknowns)
     rest = Regression(unknowns, names, lambda k, theta: full.rows(others[k], theta), starts)
-    values = solve(rest, units="run", tolerance=LITTLE).values
+    values = solve(rest, units="run", tolerance=TOLERANCE).values
     theta = np.array([*(values[u.name] for u in full.shared), fit.solution.per_run[START][run]])
     for _ in range(2):
         rows = full.rows(run, theta)
         own = rows.jacobian[:, -1]
         theta[-1] -= float(own @ rows.residual) / float(own @ own)
-    return fit.trace(run, {**fit.at, **values}, float(theta[-1])).outputs["speed"]
+    return fit.simulate_with(run, {**fit.at, **values}, float(theta[-1])).outputs["speed"]

@@ -1,153 +1,182 @@
-"""Which parts of the logs show the road load, and which do not, with the reason.
-
-A coast is taken from the last time above the upper speed to the first time below the lower one. On an open road the
-stretches driven with torque are taken.
-"""
+"""Which segments of the logs are fitted: coasts or driven parts, in calm air, without brakes."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
-from vdyn_cli.inference.bins import cut
+from vdyn_cli.description.test_description import Run
+from vdyn_cli.io.interpolation import own_rows
+from vdyn_cli.physics.models.road_load import DriveSignal
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.coastdown.braking import without_braking, without_outliers
+from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, coast_segment, driven_segment, rows
+from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
-FEWEST_SAMPLES = 20
-MOST_MISSING = 0.2  # of a stretch's rows
-LEAST_COVERED = 0.5  # of the speed window
-LEAST_FALL = 1.0  # m/s
-SMOOTH = 1.0  # s, over which the speed is averaged to find where it passes a limit
-MARGIN = 1.0  # s left out where torque comes and goes: a brake may still be on, the driveline winds up
-WIND_LIMIT = 16 / 3.6  # m/s, mean wind of a run; after SAE J1263
+SLOWEST = 1.0  # m/s: below, tires and brakes follow other laws
+LEAST_FILLED = 0.8  # of the rows in which a channel must hold a number to be used
+LEAST_SPAN = 1.0  # m/s of a speed window: below, the noise of the speed decides where it begins
+FEWEST_LISTED = 4  # short parts of one log, from which they are summed up in one entry
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """A part of a run that is fitted.
+class Selection:
+    """The segments that are fitted, and those that are left out with the reason."""
+
+    segments: tuple[CoastSegment, ...]
+    rejected: tuple[RejectedSegment, ...]
+
+
+def drive_signal(settings: CoastdownSettings, logs: Sequence[Log]) -> DriveSignal:
+    """The signal of the drive that every log holds; "coasting" where there is none or the description wants coasts.
+
+    Raises
+    ------
+    InputError : ``windows: powered`` without such a signal.
+    """
+    signals: tuple[DriveSignal, ...] = ("torque", "force")
+    for signal in signals:
+        if all(f"drive_{signal}" in log for log in logs) and settings.windows != "coast":
+            return signal
+    if settings.windows == "powered":
+        what = "windows 'powered' needs a measured drive"
+        raise InputError(Finding("settings.windows", what, remedy="map drive_torque or drive_force, or choose 'coast'"))
+    return "coasting"
+
+
+def selected(spec: CoastdownSpec, logs: Sequence[Log], drive: DriveSignal, known: Mapping[str, Given]) -> Selection:
+    """The segments that are fitted.
 
     Parameters
     ----------
-    run : index of the run in the description; ``name`` is its log's, with the times where there are several parts.
-    log : its rows: speed is finite in each.
-    part : (n,), label of the window that each row belongs to.
+    known : mass, rotating_mass, air_density, for torque also gear_ratio, wheel_radius and driveline_efficiency; SI.
+
+    Raises
+    ------
+    InputError : the speed window is too narrow. ResultError : no segment is left.
     """
-
-    run: int
-    name: str
-    log: Log
-    part: NDArray[np.int64]
-
-    def rows(self, keep: Mask) -> Stretch:
-        return replace(self, log=rows(self.log, keep), part=self.part[keep])
-
-
-@dataclass(frozen=True)
-class Rejected:
-    """What was left out of a run, s of the log's clock, and why."""
-
-    run: str
-    start: float
-    stop: float
-    why: str
-
-
-def rows(log: Log, keep: Mask) -> Log:
-    """The log's rows where ``keep``."""
-    return Log(log.name, log.time[keep], {k: v[keep] for k, v in log.channels.items()}, log.findings)
-
-
-def coast(run: int, log: Log, window: tuple[float, float] | None, shortest: float) -> Stretch | Rejected:
-    """The part of a log in which it coasts through the window (upper, lower speed in m/s; None: all of the fall)."""
-    speed, start, stop = log["speed"], float(log.time[0]), float(log.time[-1])
-    there = np.isfinite(speed)
-    if there.sum() < FEWEST_SAMPLES:
-        return Rejected(log.name, start, stop, f"only {there.sum()} samples hold a speed")
-    whole = rows(log, there)
-    smooth = _smoothed(whole)
-    upper, lower = window or (float(smooth.max()), float(smooth.min()))
-    top, end = _passage(smooth, upper, lower)
-    if window is None and upper - lower < LEAST_FALL:
-        why = f"the speed falls by less than {LEAST_FALL:g} m/s: this is no coast"
-        return Rejected(log.name, start, stop, why)
-    covered = (min(upper, float(smooth[top])) - max(lower, float(smooth[end]))) / (upper - lower)
-    if covered < LEAST_COVERED:
-        reach = f"{3.6 * smooth[top]:.1f} to {3.6 * smooth[end]:.1f} km/h"
-        wanted = f"{3.6 * upper:.1f} to {3.6 * lower:.1f} km/h"
-        return Rejected(log.name, start, stop, f"coasts from {reach}, less than half of the speed window {wanted}")
-    begin, finish = float(whole.time[top]), float(whole.time[end])
-    if finish - begin < shortest:
-        return Rejected(log.name, begin, finish, f"lasts {finish - begin:.1f} s, shorter than {shortest:g} s")
-    missing = 1 - (end - top + 1) / max(int(np.sum((log.time >= begin) & (log.time <= finish))), 1)
-    if missing > MOST_MISSING:
-        return Rejected(log.name, begin, finish, f"the speed is missing in {missing:.0%} of the rows")
-    part = rows(whole, (whole.time >= begin) & (whole.time <= finish))
-    if part.time.size < FEWEST_SAMPLES:
-        return Rejected(log.name, begin, finish, f"only {part.time.size} samples hold a speed")
-    return Stretch(run, log.name, part, np.zeros(part.time.size, dtype=np.int64))
-
-
-def _smoothed(log: Log) -> Array:
-    """The speed averaged over about a second, so that noise does not pass a limit before the car does."""
-    bins = cut(log.time, SMOOTH)
-    return np.asarray(np.interp(log.time, bins.time, bins.mean(log["speed"])))
-
-
-def _passage(smooth: Array, upper: float, lower: float) -> tuple[int, int]:
-    """First and last index of the fall from ``upper`` to ``lower``, or of what there is of it."""
-    peak = int(np.argmax(smooth))
-    below = np.flatnonzero(smooth[peak:] <= lower)
-    end = peak + int(below[0]) if below.size else peak + int(np.argmin(smooth[peak:]))
-    above = np.flatnonzero(smooth[: end + 1] >= upper)
-    return (int(above[-1]) if above.size else peak), end
-
-
-def driven(
-    run: int, log: Log, demand: Array | None, slowest: float, shortest: float
-) -> tuple[Stretch | None, list[Rejected]]:
-    """The stretches of a log faster than ``slowest`` m/s and, where ``demand`` (n,) is given, with drive demanded.
-
-    Neither throttle nor brake is seen directly: while torque or force is above zero nobody brakes.
-    """
-    good = np.isfinite(log["speed"]) & (log["speed"] > slowest)
-    if demand is not None:
-        good &= demand > 0
-    step = float(np.median(np.diff(log.time)))
-    joined = good[1:] & good[:-1] & (np.diff(log.time) < 5 * step)
-    label = np.r_[0, np.cumsum(~joined)]
-    keep, left = np.zeros(good.size, dtype=bool), []
-    for a, b in groups(label):
-        if not good[a]:
+    settings, window = spec.settings, _speed_window(spec.settings)
+    segments: list[CoastSegment] = []
+    rejected: list[RejectedSegment] = []
+    for k, log in enumerate(logs):
+        if drive == "coasting":
+            found = coast_segment(k, _usable(_own_rows(log), drive), window, settings.minimum_length.value)
+            if isinstance(found, CoastSegment):
+                segments.append(found)
+            else:
+                rejected.append(found)
             continue
-        begin, finish = float(log.time[a]), float(log.time[b])
-        margin = MARGIN if demand is not None else 0.0
-        inside = slice(*np.searchsorted(log.time, [begin + margin, np.nextafter(finish - margin, np.inf)]))
-        if finish - begin - 2 * margin >= shortest and inside.stop - inside.start >= FEWEST_SAMPLES:
-            keep[inside] = True
+        usable = _usable(log, drive)
+        demand = usable[f"drive_{drive}"] if settings.windows == "powered" else None
+        slowest = window[1] if window else SLOWEST
+        one, left = driven_segment(k, usable, demand, slowest, settings.minimum_length.value)
+        segments += [] if one is None else [one]
+        rejected += _summed(log, left)
+    segments, windy = _calm(segments, settings.wind_limit.value)
+    rejected += windy
+    if segments and settings.windows != "powered":
+        segments, braked = _unbraked(spec, segments, drive, known, window)
+        rejected += braked
+    if not segments:
+        remedy = "check speed_window, minimum_length and the channel map"
+        nothing = Finding("runs", f"no sample is faster than {SLOWEST:g} m/s under drive", "", remedy)
+        raise ResultError(*([Finding(r.run, f"rejected: {r.why}", "", remedy) for r in rejected] or [nothing]))
+    return Selection(tuple(segments), tuple(rejected))
+
+
+def direction_of(runs: Sequence[Run], segment: CoastSegment) -> str | None:
+    """The stated direction of a segment's run, "out" or "back"."""
+    return runs[segment.run].direction
+
+
+def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
+    """Upper and lower speed, m/s."""
+    if not settings.speed_window:
+        return None
+    speeds = [v.value for v in settings.speed_window]
+    upper, lower = max(speeds), min(speeds)
+    if upper - lower < LEAST_SPAN:
+        raise InputError(Finding("settings.speed_window", f"must span at least {LEAST_SPAN:g} m/s", f"{upper:g} m/s"))
+    return upper, lower
+
+
+def _usable(log: Log, drive: DriveSignal) -> Log:
+    """The rows in which every channel that the fit reads holds a number, without channels that are mostly empty."""
+    optional = [n for n in ("grade", "wind_speed", "acceleration") if n in log]
+    empty = [n for n in optional if np.isfinite(log[n]).mean() < LEAST_FILLED]
+    needed = [n for n in optional if n not in empty] + ([] if drive == "coasting" else [f"drive_{drive}"])
+    keep = np.all([np.isfinite(log[n]) for n in needed], axis=0) if needed else np.ones(log.time.size, dtype=bool)
+    return rows(replace(log, channels={n: v for n, v in log.channels.items() if n not in empty}), keep)
+
+
+def _own_rows(log: Log) -> Log:
+    """The rows with a measured speed of their own, with the means of all else about them.
+
+    A speed that a logger interpolated linearly would pass for a speed without noise.
+    """
+    own = own_rows(log["speed"])
+    if own is None:
+        return log
+    width = int(own[1] - own[0])
+    others = {n: uniform_filter1d(v, width, mode="nearest") for n, v in log.channels.items() if n != "speed"}
+    return rows(log.with_channels(**others), np.isin(np.arange(log.time.size), own))
+
+
+def _summed(log: Log, left: list[RejectedSegment]) -> list[RejectedSegment]:
+    """Short parts of one log as one entry: an open road has many."""
+    if len(left) < FEWEST_LISTED:
+        return left
+    total = sum(r.stop - r.start for r in left)
+    why = f"{len(left)} parts ({total:.0f} s in total) are {left[0].why}"
+    return [RejectedSegment(log.name, left[0].start, left[-1].stop, why)]
+
+
+def _calm(segments: Sequence[CoastSegment], limit: float) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Segments with a mean measured wind (m/s) up to the limit, and the others."""
+    calm, windy = [], []
+    for s in segments:
+        wind = abs(float(np.mean(s.log["wind_speed"]))) if "wind_speed" in s.log else 0.0
+        if wind > limit:
+            why = f"mean wind {3.6 * wind:.0f} km/h, above the limit of {3.6 * limit:.0f} km/h"
+            windy.append(RejectedSegment(s.name, float(s.log.time[0]), float(s.log.time[-1]), why))
         else:
-            left.append(Rejected(log.name, begin, finish, f"shorter than {shortest:g} s"))
-    if not keep.any():
-        return None, left
-    return Stretch(run, log.name, rows(log, keep), label[keep]), left
+            calm.append(s)
+    return calm, windy
 
 
-def groups(label: NDArray[np.int64]) -> list[tuple[int, int]]:
-    """First and last index of every run of equal labels."""
-    begins = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
-    return list(zip(begins.tolist(), (np.r_[begins[1:], label.size] - 1).tolist(), strict=True))
+def _unbraked(
+    spec: CoastdownSpec,
+    segments: list[CoastSegment],
+    drive: DriveSignal,
+    known: Mapping[str, Given],
+    window: tuple[float, float] | None,
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Segments without the parts that a brake, an engaged driveline or a throttle changed."""
+    inertia = known["mass"].value + known["rotating_mass"].value
+    pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
+    directions = [direction_of(spec.runs, s) for s in segments]
+    if drive != "coasting":
+        if all("acceleration" in s.log for s in segments):
+            return segments, []  # hills that an accelerometer sees would be taken for brakes here
+        return without_outliers(segments, pushed, directions, spec.settings.minimum_length.value)
+    every = [s.log["speed"] for s in segments]
+    upper, lower = window or (max(float(v.max()) for v in every), min(float(v.min()) for v in every))
+    return without_braking(segments, pushed, directions, upper - lower)
 
 
-def split(stretch: Stretch) -> list[Stretch]:
-    """One stretch for each of its windows, named by their times."""
-    windows = groups(stretch.part)
-    if len(windows) == 1:
-        return [stretch]
-    found = []
-    for a, b in windows:
-        one = stretch.rows((np.arange(stretch.part.size) >= a) & (np.arange(stretch.part.size) <= b))
-        found.append(replace(one, name=f"{stretch.name}, {one.log.time[0]:.0f} to {one.log.time[-1]:.0f} s"))
-    return found
+def _known_force(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> Array:
+    """Force of drive and slope, (n,) N."""
+    force = -known["mass"].value * GRAVITY * log.channels.get("grade", np.zeros(log.time.size))
+    if drive == "torque":
+        per_torque = known["driveline_efficiency"].value * known["gear_ratio"].value / known["wheel_radius"].value
+        return force + per_torque * log["drive_torque"]
+    return force + log["drive_force"] if drive == "force" else force

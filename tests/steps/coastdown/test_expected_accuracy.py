@@ -1,4 +1,4 @@
-"""What coasts between two speeds would tell, before they are driven."""
+"""How accurate coasts between two speeds will be, before they are driven."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from tests.coast_cases import solve_day
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
-from vdyn_cli.steps.coastdown.separation import expected, wider
+from vdyn_cli.steps.coastdown.expected_accuracy import CoastSetup, expected_accuracy, wider_window
 
 CAR = {"mass": 1588.0, "rotating_mass": 87.5, "rolling_resistance": 0.0095, "rolling_speed": 0.0}
 CAR |= {"drag_area": 0.5475, "air_density": 1.225, "wind_variance": 0.4}
@@ -18,21 +18,22 @@ STILL = {"speed_noise": 1.0, "gust": 0.0, "gust_time": 8.0, "run_wind": 0.0, "ru
 
 def test_in_still_air_a_narrow_window_hardly_separates() -> None:
     """The paper's 70 to 25 km/h: correlated by -0.98, which is why the drag coefficient was fixed there."""
-    found = expected(CAR, STILL, 0.03, 0.1, (70 / 3.6, 25 / 3.6), 6)
+    found = expected_accuracy(CoastSetup(CAR, STILL, 0.03, 0.1, 6), (70 / 3.6, 25 / 3.6))
     assert found.correlation < -0.95
 
 
 def test_more_runs_tell_more_and_a_wider_window_tells_them_apart() -> None:
-    few, many = (expected(CAR, GUSTS, 0.03, 0.1, (20.0, 7.0), n) for n in (4, 16))
+    few, many = (expected_accuracy(CoastSetup(CAR, GUSTS, 0.03, 0.1, n), (20.0, 7.0)) for n in (4, 16))
     assert few.rolling == pytest.approx(2 * many.rolling)
-    wide = expected(CAR, GUSTS, 0.03, 0.1, (36.0, 2.0), 4)
+    wide = expected_accuracy(CoastSetup(CAR, GUSTS, 0.03, 0.1, 4), (36.0, 2.0))
     assert wide.rolling < few.rolling
     assert wide.drag < 0.5 * few.drag
 
 
 def test_the_least_widening_that_does_is_proposed() -> None:
     window = (70 / 3.6, 40 / 3.6)
-    now, better = expected(CAR, GUSTS, 0.03, 0.1, window, 4), wider(CAR, GUSTS, 0.03, 0.1, window, 4)
+    setup = CoastSetup(CAR, GUSTS, 0.03, 0.1, 4)
+    now, better = expected_accuracy(setup, window), wider_window(setup, window)
     assert max(now.rolling, now.drag) > 0.03
     assert better is not None
     assert max(better.rolling, better.drag) <= 0.03

@@ -1,4 +1,4 @@
-"""A run that is not like the others is told, and nothing is told of a day without one."""
+"""An outlying run is reported, and a day without one has no such report."""
 
 from __future__ import annotations
 
@@ -9,39 +9,39 @@ from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.coastdown.odd_run import CERTAIN, odd_run
-from vdyn_cli.steps.coastdown.step import estimate
+from vdyn_cli.steps.coastdown.outlying_run import LEVEL, outlying_run
+from vdyn_cli.steps.coastdown.step import STEP
 
 EIGHT = coast.DAY.but(runs=8)
 
 
-def told(result: Result) -> list[str]:
+def reported(result: Result) -> list[str]:
     return [f"{f.where} {f.what}" for f in result.findings if f.doubt]
 
 
 @pytest.mark.parametrize(("seed", "odd"), [(5, 4), (6, 0), (7, 7)])
-def test_a_brake_that_held_in_one_run_is_told(seed: int, odd: int) -> None:
+def test_a_brake_that_held_in_one_run_is_reported(seed: int, odd: int) -> None:
     runs = list(coast.campaign(REFERENCE, seed, EIGHT))
     runs[odd] = coast.campaign(REFERENCE, seed, EIGHT, {"brake_drag": 90.0})[odd]
-    (found,) = told(estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))
+    (found,) = reported(STEP.estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))
     assert found.startswith(f"run_{odd + 1}.csv resisted")
     assert 60 < float(found.split("resisted ")[1].split(" N")[0]) < 120
 
 
 @pytest.mark.parametrize("seed", [5, 6, 7])
-def test_a_day_like_any_other_has_no_odd_run(seed: int) -> None:
+def test_an_undisturbed_day_has_no_outlier(seed: int) -> None:
     runs = coast.campaign(REFERENCE, seed, EIGHT)
-    assert not told(estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))
+    assert not reported(STEP.estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))
 
 
 def test_the_level_is_kept_whatever_slope_wind_and_warming_do() -> None:
     random = np.random.default_rng(1)
     heading = np.tile([1.0, -1.0], 5)
     days = [random.normal(size=10) + 30 * heading - 4 * np.arange(10) for _ in range(4000)]
-    found = sum(odd_run(day, heading) is not None for day in days)
-    assert found / 4000 < CERTAIN * 1.5
+    found = sum(outlying_run(day, heading) is not None for day in days)
+    assert found / 4000 < LEVEL * 1.5
     assert found > 0
 
 
-def test_few_runs_have_no_odd_one() -> None:
-    assert odd_run(np.array([0.0, 1.0, 0.0, 1.0, 90.0]), np.ones(5)) is None
+def test_few_runs_have_no_outlier() -> None:
+    assert outlying_run(np.array([0.0, 1.0, 0.0, 1.0, 90.0]), np.ones(5)) is None

@@ -1,11 +1,11 @@
 """An accelerometer's zero from the energy of a whole drive.
 
-A forward accelerometer feels f = V' + g sin(grade) + zero. Times the speed, over a whole log::
+A forward accelerometer measures f = V' + g sin(grade) + zero. Times the speed, over a whole log::
 
     int f V dt = (V_end^2 - V_start^2)/2 + g (height gained) + zero x distance
 
 so the zero is known as well as the net climb: from an elevation channel, or because roads lead up as often as
-down. Standstill is no help: a car stops on slopes.
+down. Standstill does not show it: a car stops on slopes.
 """
 
 from __future__ import annotations
@@ -17,21 +17,24 @@ import numpy as np
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 
-LONGEST_GAP = 1.0  # s between samples that still count as neighbours
-SHORTEST = 500.0  # m that tell a zero
+LONGEST_GAP = 1.0  # s between samples that still count as neighbors
+SHORTEST = 500.0  # m: below, 5 m of elevation error come near UNKNOWN_STD
+UNKNOWN_STD = 0.02 * GRAVITY  # m/s^2, of a zero that is not measured: 2 % of grade or a body pitched by a degree
 
 
 @dataclass(frozen=True)
-class Zero:
-    """m/s^2 with its standard deviation, and whether the elevation channel was of use."""
+class AccelerometerZero:
+    """Value and standard deviation, m/s^2, and whether the elevation channel gives the climb."""
 
     value: float
     std: float
     by_elevation: bool
 
 
-def zero_of(log: Log, elevation_error: float, mean_slope: float) -> Zero:
-    """The zero in one log.
+def zero_of(log: Log, elevation_error: float, mean_slope: float) -> AccelerometerZero:
+    """The accelerometer's zero in one log.
+
+    Assumes : gaps longer than a second hold no part of the energy balance.
 
     Parameters
     ----------
@@ -47,11 +50,11 @@ def zero_of(log: Log, elevation_error: float, mean_slope: float) -> Zero:
     pace = 0.5 * (speed[1:] + speed[:-1])
     distance = float(np.sum((pace * step)[joined]))
     if distance < SHORTEST:
-        return Zero(0.0, GRAVITY * 0.02, False)
-    felt = float(np.sum((0.5 * (force[1:] + force[:-1]) * pace * step)[joined]))
+        return AccelerometerZero(0.0, UNKNOWN_STD, False)
+    work = float(np.sum((0.5 * (force[1:] + force[:-1]) * pace * step)[joined]))
     gained = float(np.sum((0.5 * (speed[1:] ** 2 - speed[:-1] ** 2))[joined]))
     height = log["elevation"][np.isfinite(log["elevation"])] if "elevation" in log else np.zeros(1)
     measured = height.size > 0 and float(np.ptp(height)) > 0
     climb = float(height[-1] - height[0]) if measured else 0.0
     error = float(np.sqrt(2.0)) * elevation_error / distance if measured else mean_slope
-    return Zero((felt - gained - GRAVITY * climb) / distance, GRAVITY * error, measured)
+    return AccelerometerZero((work - gained - GRAVITY * climb) / distance, GRAVITY * error, measured)

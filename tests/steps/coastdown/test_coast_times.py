@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.selection import Stretch
-from vdyn_cli.steps.coastdown.times import pairs, timed
+from vdyn_cli.steps.coastdown.coast_times import coast_times, paired_runs
+from vdyn_cli.steps.coastdown.segments import CoastSegment
 
 
-def stretch(run: int, slowing: float) -> Stretch:
+def segment(run: int, slowing: float) -> CoastSegment:
     """A coast at constant deceleration from 25 to 5 m/s."""
     time = np.arange(0.0, 20.0 / slowing, 0.1)
     log = Log(f"{run}.csv", time, {"speed": 25.0 - slowing * time})
-    return Stretch(run, log.name, log, np.zeros(time.size, dtype=np.int64))
+    return CoastSegment(run, log.name, log, np.zeros(time.size, dtype=np.int64))
 
 
 def test_times_are_harmonic_means_of_pairs() -> None:
     directions = ["out", "back"] * 3
-    found = timed([stretch(k, 0.2 if k % 2 == 0 else 0.3) for k in range(6)], directions)
+    found = coast_times([segment(k, 0.2 if k % 2 == 0 else 0.3) for k in range(6)], directions)
     span = 10 / 3.6
     for one in found:
         assert one.pairs == pytest.approx([span / 0.25] * 3, rel=1e-3)
@@ -31,17 +31,17 @@ def test_times_are_harmonic_means_of_pairs() -> None:
 
 def test_accuracies_are_those_of_the_standards() -> None:
     slowing = [0.20, 0.20, 0.21, 0.21, 0.19, 0.19, 0.20, 0.20]
-    (one, *_) = timed([stretch(k, a) for k, a in enumerate(slowing)], ["out", "back"] * 4)
+    (one, *_) = coast_times([segment(k, a) for k, a in enumerate(slowing)], ["out", "back"] * 4)
     share = np.std(one.pairs, ddof=1) / np.sqrt(4) / np.mean(one.pairs)
     assert one.r83 == pytest.approx(3.2 * share)
     assert one.wltp == pytest.approx(3.2 * share)
 
 
 def test_a_rejected_run_shifts_no_pair_across_directions() -> None:
-    kept = [stretch(k, 0.2) for k in (0, 1, 2, 4, 5)]  # run 3, a back run, was rejected
+    kept = [segment(k, 0.2) for k in (0, 1, 2, 4, 5)]  # run 3, a back run, was rejected
     directions = ["out", "back", "out", "back", "out", "back"]
-    assert pairs(kept, directions) == [(0, 1), (2, 4)]
+    assert paired_runs(kept, directions) == [(0, 1), (2, 4)]
 
 
 def test_without_directions_there_are_no_times() -> None:
-    assert timed([stretch(0, 0.2), stretch(1, 0.2)], [None, None]) == []
+    assert coast_times([segment(0, 0.2), segment(1, 0.2)], [None, None]) == []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.steps.coastdown.place import against_position, first_place, stretch_of_road
+from vdyn_cli.steps.coastdown.road_position import contradicting_position, first_place, road_ends
 
 TIME = np.linspace(0.0, 60.0, 601)
 SPEED = 20.0 - TIME / 6.0
@@ -24,7 +24,7 @@ def test_noise_and_gaps_average_out(heading):
     [(500.0 + ALONG, -1.0), (500.0 + ALONG, 0.0), (np.full(TIME.size, np.nan), 1.0), (0.0 * TIME, 1.0)],
     ids=["trip meter on the way back", "no direction", "empty", "constant"],
 )
-def test_what_is_no_coordinate_of_a_road_places_nothing(position, heading):
+def test_a_channel_that_is_not_a_road_coordinate_gives_no_place(position, heading):
     assert first_place(TIME, SPEED, position, heading) is None
 
 
@@ -33,13 +33,13 @@ def test_a_car_at_rest_has_no_place():
 
 
 def test_the_road_is_as_long_as_its_runs_together():
-    assert stretch_of_road([(10.0, 1.0, 900.0), (950.0, -1.0, 960.0)]) == (-10.0, 950.0)
+    assert road_ends([(10.0, 1.0, 900.0), (950.0, -1.0, 960.0)]) == (-10.0, 950.0)
 
 
 def test_a_direction_that_the_position_contradicts_is_found() -> None:
-    assert against_position([900.0, -900.0, 880.0, -870.0], [1, -1, 1, -1]) == ()
-    assert against_position([-900.0, 900.0, -880.0, 870.0], [1, -1, 1, -1]) == ()  # the road is counted backwards
-    assert against_position([900.0, -900.0, 880.0, -870.0], [-1, -1, 1, -1]) == (0,)
-    assert against_position([900.0, -900.0, 880.0, -870.0], [1, 1, 1, 1]) == (1, 3)
-    assert against_position([900.0, 910.0, 880.0, 870.0], [1, -1, 1, -1]) == ()  # a trip meter
-    assert against_position([900.0, -900.0], [0, 0]) == ()
+    assert contradicting_position([900.0, -900.0, 880.0, -870.0], [1, -1, 1, -1]) == ()
+    assert contradicting_position([-900.0, 900.0, -880.0, 870.0], [1, -1, 1, -1]) == ()  # the road is counted backwards
+    assert contradicting_position([900.0, -900.0, 880.0, -870.0], [-1, -1, 1, -1]) == (0,)
+    assert contradicting_position([900.0, -900.0, 880.0, -870.0], [1, 1, 1, 1]) == (1, 3)
+    assert contradicting_position([900.0, 910.0, 880.0, 870.0], [1, -1, 1, -1]) == ()  # a trip meter
+    assert contradicting_position([900.0, -900.0], [0, 0]) == ()

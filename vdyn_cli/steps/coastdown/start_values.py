@@ -1,4 +1,4 @@
-"""Where a road load fit begins: a straight line through decelerations of a few seconds."""
+"""Start values of a road load fit: linear least squares on decelerations of a few seconds."""
 
 from __future__ import annotations
 
@@ -10,21 +10,25 @@ from numpy.typing import NDArray
 from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.bins import Bins
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.coastdown.road_runs import Campaign, RoadRun
+from vdyn_cli.steps.coastdown.campaign import Campaign, RoadRun
 
 Array = NDArray[np.float64]
 
-STRIDE = 2  # bins, over which a deceleration is taken
-INSIDE = 0.01  # of the physical range that a start stays off its bounds
+STRIDE = 2  # bins over which a deceleration is taken: one has twice the noise, and only a start is wanted
+INSIDE = 0.01  # of the physical range by which a start keeps off its bounds
 
 
 def started(campaign: Campaign) -> tuple[Unknown, ...]:
-    """The campaign's unknowns, those of the road load beginning where least squares on the decelerations put them.
+    """The campaign's unknowns, those of the road load started at a least-squares fit of the decelerations.
 
-    A simulation from far off may stop before the car did, and where it stands still nothing tells the fit which way.
+    (M + mr) V' = F - frr M g - frr1 M g V - 1/2 rho Cd A (V + w)|V + w|
+
+    A simulation from far off may stop before the car does, and a standing car has no derivative to the road load.
+
+    Assumes : the mean of a bin stands for its samples. Returns ``campaign.unknowns`` where there are too few bins.
     """
     at = campaign.values
-    parts = [_slowed(campaign, run, bins) for run, bins in zip(campaign.runs, campaign.bins, strict=True)]
+    parts = [_decelerations(campaign, run, bins) for run, bins in zip(campaign.runs, campaign.bins, strict=True)]
     speed, wind, force = (np.concatenate(column) for column in zip(*parts, strict=True))
     flow = speed + wind
     columns = {
@@ -32,13 +36,13 @@ def started(campaign: Campaign) -> tuple[Unknown, ...]:
         "rolling_speed": speed * at["mass"] * GRAVITY,
         "drag_area": 0.5 * at["air_density"] * flow * np.abs(flow),
     }
-    sought = [u.name for u in campaign.unknowns if u.name in columns]
-    if not sought or speed.size < 2 * len(sought):
+    estimated = [u.name for u in campaign.unknowns if u.name in columns]
+    if not estimated or speed.size < 2 * len(estimated):
         return campaign.unknowns
-    for name in set(columns) - set(sought):
+    for name in set(columns) - set(estimated):
         force = force - at[name] * columns[name]
-    line = np.linalg.lstsq(np.column_stack([columns[n] for n in sought]), force, rcond=None)[0]
-    found = dict(zip(sought, line.tolist(), strict=True))
+    line = np.linalg.lstsq(np.column_stack([columns[n] for n in estimated]), force, rcond=None)[0]
+    found = dict(zip(estimated, line.tolist(), strict=True))
     return tuple(_moved(u, found[u.name]) if u.name in found else u for u in campaign.unknowns)
 
 
@@ -47,7 +51,7 @@ def _moved(unknown: Unknown, start: float) -> Unknown:
     return replace(unknown, start=float(np.clip(start, unknown.lower + margin, unknown.upper - margin)))
 
 
-def _slowed(campaign: Campaign, run: RoadRun, bins: Bins) -> tuple[Array, Array, Array]:
+def _decelerations(campaign: Campaign, run: RoadRun, bins: Bins) -> tuple[Array, Array, Array]:
     """Speed, headwind, and the force that slowed the car, from bin to bin: (k,) m/s, m/s, N."""
     at, zeros = campaign.values, np.zeros(run.time.size)
     if "drive_torque" in run.inputs:

@@ -1,0 +1,85 @@
+"""Reading the pictures that a description names, and the place of the box in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from vdyn_cli.io.picture import read_grey
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.area.silhouette import Array
+from vdyn_cli.steps.area.spec import AreaSpec, ReferenceBox
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """The photo, and the masks where there are any; gray levels (rows, columns), 0 to 1."""
+
+    photo: Array
+    mask: Array | None
+    exclude: Array | None
+
+
+class BoxEdges(NamedTuple):
+    """The box in the picture, pixels from the upper left corner."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    @property
+    def across(self) -> float:
+        """Width in pixels."""
+        return self.right - self.left
+
+    @property
+    def down(self) -> float:
+        """Height in pixels."""
+        return self.bottom - self.top
+
+
+def load_pictures(spec: AreaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[Pictures, tuple[Path, ...]]:
+    """Read the pictures, which must have the same size, and the paths read.
+
+    Parameters
+    ----------
+    folder : of the description. logs : not used: the step reads none.
+
+    Raises
+    ------
+    InputError : every problem of the pictures at once.
+    """
+    findings: list[Finding] = []
+    read: dict[str, Array] = {}
+    names = {"image": spec.image, "mask": spec.mask, "exclude_mask": spec.exclude_mask}
+    files = {key: folder / name for key, name in names.items() if name is not None}
+    for key, file in files.items():
+        try:
+            read[key] = read_grey(file, key)
+        except InputError as error:
+            findings.extend(error.findings)
+    for key, other in read.items():
+        if "image" in read and other.shape != (shape := read["image"].shape):
+            got = f"{other.shape[1]} x {other.shape[0]}, photo {shape[1]} x {shape[0]}"
+            findings.append(Finding(key, "is not of the photo's size", got, "paint the mask on a copy of the photo"))
+    raise_all(findings)
+    return Pictures(read["image"], read.get("mask"), read.get("exclude_mask")), tuple(files.values())
+
+
+def box_edges(box: ReferenceBox, photo: Array) -> BoxEdges:
+    """The box in the photo (rows, columns); the photo's own edges where the description leaves them out.
+
+    Raises
+    ------
+    InputError : the edges have the wrong order or lie outside the picture.
+    """
+    rows, columns = photo.shape
+    left, right = (float(e if e is not None else default) for e, default in ((box.left, 0), (box.right, columns)))
+    top, bottom = (float(e if e is not None else default) for e, default in ((box.top, 0), (box.bottom, rows)))
+    if not (0 <= left < right <= columns and 0 <= top < bottom <= rows):
+        got = f"left {left:g}, top {top:g}, right {right:g}, bottom {bottom:g} in {columns} x {rows}"
+        raise InputError(Finding("box", "does not lie in the picture", got, "pixels count from the upper left corner"))
+    return BoxEdges(left, top, right, bottom)

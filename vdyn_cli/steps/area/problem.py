@@ -1,0 +1,111 @@
+"""The area problem: a picture, its reference box and the camera."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.area.pictures import BoxEdges, Pictures, box_edges
+from vdyn_cli.steps.area.result import area_budget, result_of
+from vdyn_cli.steps.area.silhouette import Mask, Silhouette, find_silhouette
+from vdyn_cli.steps.area.spec import AreaSpec
+from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.manoeuvre import Manoeuvre
+
+PLAUSIBLE = (0.5, 8.0)  # m^2: cars have 1.5 to 3; beyond a factor of three the box or the threshold is wrong
+MASK_THRESHOLD = 0.5  # of white, in a painted mask
+
+
+@dataclass(frozen=True)
+class AreaProblem:
+    """A picture whose silhouette is counted (see steps.contract.Problem); nothing is simulated or diagnosed.
+
+    Parameters
+    ----------
+    edges : of the box in the picture. exclude : (rows, columns), pixels that do not count.
+    """
+
+    spec: AreaSpec
+    pictures: Pictures
+    edges: BoxEdges
+    exclude: Mask
+
+    @property
+    def model(self) -> Model:
+        """No test is simulated."""
+        raise NotImplementedError("area: a picture is not simulated")
+
+    @property
+    def profiles(self) -> tuple[Effect, ...]:
+        """None: there is no law to correct."""
+        return ()
+
+    @property
+    def duration(self) -> float:
+        """0 s: there is no log."""
+        return 0.0
+
+    def regression(
+        self,
+        effects: Sequence[Effect] = (),
+        unknowns: Sequence[Unknown] = (),
+        start: Mapping[str, float] = NO_VALUES,
+    ) -> Regression:
+        """Nothing is fitted."""
+        raise NotImplementedError("area: a picture has no regression")
+
+    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+        """Count the silhouette's pixels, scale them by the box, and correct for perspective.
+
+        Raises
+        ------
+        ResultError : car and background cannot be separated, or the area is not that of a road vehicle.
+        """
+        shape = self._silhouette()
+        budget = area_budget(shape.pixels, shape.edge_std, self.spec, self.edges)
+        if not PLAUSIBLE[0] < budget.value < PLAUSIBLE[1]:
+            remedy = "check the box's size and edges, and whether the car is 'dark' or 'bright'"
+            got = f"{budget.value:.3g} m^2"
+            raise ResultError(Finding(self.spec.image, "the area is not that of a road vehicle", got, remedy))
+        return result_of(self.spec, self.pictures.photo, shape, self.edges, budget)
+
+    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> None:
+        """None: no effects are looked for."""
+
+    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
+        """None: nothing is driven."""
+        return ()
+
+    def _silhouette(self) -> Silhouette:
+        settings = self.spec.settings
+        threshold = None if settings.threshold == "auto" else settings.threshold
+        try:
+            if self.pictures.mask is not None:
+                return find_silhouette(self.pictures.mask, MASK_THRESHOLD, False, self.exclude)
+            return find_silhouette(self.pictures.photo, threshold, settings.car == "dark", self.exclude)
+        except ValueError as error:
+            remedy = "set 'car: dark' or 'car: bright', a threshold, or give a mask"
+            raise ResultError(Finding(self.spec.image, str(error), remedy=remedy)) from None
+
+
+def prepare(spec: AreaSpec, pictures: Pictures, known: Parameters) -> AreaProblem:
+    """Place the box in the picture and mark what does not count. Reads no known parameters.
+
+    Raises
+    ------
+    InputError : the box's edges have the wrong order or lie outside the picture.
+    """
+    exclude = np.zeros(pictures.photo.shape, dtype=bool)
+    if pictures.exclude is not None:
+        exclude = pictures.exclude > MASK_THRESHOLD
+    for left, top, right, bottom in spec.settings.exclude:
+        exclude[max(round(top), 0) : max(round(bottom), 0), max(round(left), 0) : max(round(right), 0)] = True
+    return AreaProblem(spec, pictures, box_edges(spec.box, pictures.photo), exclude)

@@ -1,0 +1,51 @@
+"""The description of a silhouette picture: what its YAML may say."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vdyn_cli.description.test_description import Si, Strict, TestSpec
+from vdyn_cli.quantities.quantity import Given
+
+
+class ReferenceBox(Strict):
+    """The reference box: its true size, and its edges in the picture."""
+
+    width: Annotated[Given, Si("m", 0.05, 20)] = Field(description="true width, m")
+    height: Annotated[Given, Si("m", 0.05, 20)] = Field(description="true height, m")
+    left: float | None = Field(None, description="left edge, pixels; the picture's where left out")
+    top: float | None = Field(None, description="upper edge, pixels; the picture's where left out")
+    right: float | None = Field(None, description="right edge, pixels; the picture's where left out")
+    bottom: float | None = Field(None, description="lower edge, pixels; the picture's where left out")
+
+
+class AreaSettings(Strict):
+    """How the car is separated from its background, and where the camera stood."""
+
+    threshold: Annotated[float, Field(gt=0, lt=1)] | Literal["auto"] = Field(
+        "auto", description="gray level between car and background, 0 black to 1 white; auto: Otsu's method"
+    )
+    car: Literal["dark", "bright"] = Field(
+        "dark", description="whether the car is darker or brighter than what is behind"
+    )
+    exclude: tuple[tuple[float, float, float, float], ...] = Field(
+        (), description="rectangles that do not count, such as mirrors: left, top, right, bottom in pixels"
+    )
+    camera_distance: Annotated[Given, Si("m", 0.5, 10_000)] | None = Field(
+        None, description="distance from the camera to the box, m"
+    )
+    vehicle_depth: Annotated[Given, Si("m", -20, 20)] = Field(
+        Given(0.0), description="distance of the car's widest section behind the box, m"
+    )
+
+
+class AreaSpec(TestSpec):
+    """A silhouette's description."""
+
+    image: str = Field(description="file of the picture, PNG or JPEG")
+    box: ReferenceBox = Field(description="reference box around or beside the car")
+    mask: str | None = Field(None, description="file of a picture that is bright where the car is")
+    exclude_mask: str | None = Field(None, description="file of a picture that is bright where pixels do not count")
+    settings: AreaSettings = Field(AreaSettings(), description="settings of the area")

@@ -1,0 +1,42 @@
+"""Sentence, methods text and tables of a frontal area."""
+
+from __future__ import annotations
+
+from vdyn_cli.inference.uncertainty_budget import Budget
+from vdyn_cli.quantities.result import Table
+from vdyn_cli.steps.area.pictures import BoxEdges
+from vdyn_cli.steps.area.silhouette import Silhouette
+
+METHODS = (
+    "Car and background separated by a threshold (Otsu's, unless given); pixels at the edge counted by where their "
+    "gray level lies between smooth surfaces through the car's and the background's; scaled by the reference box; "
+    "perspective corrected by the similarity of triangles. Uncertainty propagated to first order from the box, its "
+    "corners, the camera's distance, and the place of the edge within the blur."
+)
+
+
+def sentence(budget: Budget, share: float, box_area: float) -> str:
+    """The closing sentence: the area, and the share of the box (``box_area`` m^2) that the silhouette fills."""
+    low, high = budget.interval95
+    return (
+        f"The frontal area is {budget.value:.3f} m^2 (95 %: {low:.3f} to {high:.3f}): the silhouette fills "
+        f"{share:.1%} of the box of {box_area:.3f} m^2."
+    )
+
+
+def silhouette(shape: Silhouette, share: float, edges: BoxEdges) -> Table:
+    """The silhouette in pixels; ``share`` of the box with these ``edges``."""
+    rows = (
+        ("silhouette", f"{shape.pixels:.0f} pixels"),
+        ("box", f"{edges.across:.1f} x {edges.down:.1f} pixels"),
+        ("share of the box", f"{share:.2%}"),
+        ("threshold", f"{shape.threshold:.2f} of white"),
+        ("contrast", f"{shape.contrast:.0f} x the noise of the gray levels"),
+    )
+    return Table("silhouette", "The silhouette", ("", ""), rows)
+
+
+def uncertainty(budget: Budget) -> Table:
+    """The uncertainty budget of the area."""
+    caption = "To improve the result, measure the largest contribution better."
+    return budget.table("budget", "Sources of uncertainty", "m²", caption)

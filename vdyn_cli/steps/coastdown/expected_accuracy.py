@@ -1,0 +1,127 @@
+"""How well coasts between two speeds separate rolling resistance from air drag, before they are driven.
+
+A coast is simulated with its sensitivities and whitened with the noise of the fitted runs; the inverse of the
+information of n such runs gives the standard deviations and the correlation to be expected (Cramer-Rao).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.inference.bins import cut
+from vdyn_cli.inference.gust_covariance import Surroundings, speed_noise
+from vdyn_cli.physics.models.road_load import road_load
+from vdyn_cli.quantities.constants import GRAVITY
+
+Array = NDArray[np.float64]
+
+PAIR = ("rolling_resistance", "drag_area")
+STEP = 0.5  # s of a simulated coast: a quarter of a bin
+LONGEST = 900.0  # s, of a simulated coast
+LEAST_FORCE = 1.0  # N: a car that no force slows down would coast forever
+LOWER = tuple(v / 3.6 for v in (20.0, 15.0, 10.0, 5.0))  # m/s, ends of wider windows
+UPPER = tuple(v / 3.6 for v in (80.0, 100.0, 120.0, 140.0))  # m/s, starts of wider windows
+SEPARATED = 0.03  # relative standard deviation of both, at which they count as separated: the WLTP's 3 % of a force
+
+
+@dataclass(frozen=True)
+class CoastSetup:
+    """The car, the noise and the number of coasts.
+
+    Parameters
+    ----------
+    at : parameters of the road load in SI. sizes : of the noise, by source.
+    level : m/s of white noise in a sample of the speed. step : s between samples. runs : number of coasts.
+    """
+
+    at: Mapping[str, float]
+    sizes: Mapping[str, float]
+    level: float
+    step: float
+    runs: int
+
+
+@dataclass(frozen=True)
+class ExpectedAccuracy:
+    """Relative standard deviations and correlation expected from ``runs`` coasts from ``upper`` to ``lower`` m/s."""
+
+    upper: float
+    lower: float
+    runs: int
+    rolling: float
+    drag: float
+    correlation: float
+
+    @property
+    def worst(self) -> float:
+        """The larger of both relative standard deviations."""
+        return max(self.rolling, self.drag)
+
+
+def coasting_clock(at: Mapping[str, float], upper: float, lower: float) -> tuple[Array, Array]:
+    """Speed and time of a coast on a level road in still air, (200,) m/s and s.
+
+    t = integral of (M + mr) dV / F(V) from V to ``upper``
+
+    Parameters
+    ----------
+    at : parameters of the road load in SI. upper, lower : m/s.
+    """
+    speed = np.linspace(upper, lower, 200)
+    weight = at["mass"] * GRAVITY
+    force = (at["rolling_resistance"] + at["rolling_speed"] * speed) * weight
+    force = np.maximum(force + 0.5 * at["air_density"] * at["drag_area"] * speed**2, LEAST_FORCE)
+    slowness = (at["mass"] + at["rotating_mass"]) / force
+    return speed, np.r_[0.0, np.cumsum(-0.5 * (slowness[1:] + slowness[:-1]) * np.diff(speed))]
+
+
+def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> ExpectedAccuracy:
+    """The accuracy with rolling resistance and drag area both unknown.
+
+    Parameters
+    ----------
+    window : upper and lower speed, m/s.
+    """
+    (upper, lower), at = window, setup.at
+    model = road_load()
+    simulator = Simulator(model, {n: at[n] for n in model.parameters}, unknowns=(*PAIR, "start.speed"))
+    duration = min(float(coasting_clock(at, upper, lower)[1][-1]), LONGEST)
+    time = np.arange(0.0, duration + 2 * STEP, STEP)
+    inputs: dict[str, Array | float] = {"grade": 0.0, "wind_speed": 0.0, "elapsed": time}
+    drive = Drive(time, inputs, context={"heading": 0.0, "temperature": 293.15})
+    seen = simulator(drive, [at["rolling_resistance"], at["drag_area"], upper])
+    bins = cut(time, max(2.0, time[-1] / 150))
+    inertia = at["mass"] + at["rotating_mass"]
+    pull = at["air_density"] * at["drag_area"] * bins.mean(seen.outputs["speed"]) / inertia
+    # A bin of the simulation holds fewer samples than the log's: their mean has the same noise.
+    level = setup.level * float(np.sqrt(min(setup.step / STEP, 1.0)))
+    noise = speed_noise(Surroundings(bins, pull, pull, at["mass"] / inertia, speed_level=level))
+    factor = np.linalg.cholesky(noise.covariance({**setup.sizes, "speed_noise": 1.0}))
+    white = np.linalg.solve(factor, bins.mean(seen.sensitivities["speed"]))
+    covariance = np.linalg.inv(white.T @ white)[:2, :2]
+    # Each run has a start speed of its own, while the other two are common to all: the information adds up.
+    rolling, drag = np.sqrt(np.diag(covariance) / setup.runs)
+    return ExpectedAccuracy(
+        upper,
+        lower,
+        setup.runs,
+        float(rolling / at["rolling_resistance"]),
+        float(drag / at["drag_area"]),
+        float(covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])),
+    )
+
+
+def wider_window(setup: CoastSetup, window: tuple[float, float]) -> ExpectedAccuracy | None:
+    """The smallest widening of a window (upper and lower speed, m/s) that separates both, or the best there is."""
+    tops = [window[0], *(v for v in UPPER if v > window[0])]
+    bottoms = [window[1], *(v for v in LOWER if v < window[1])]
+    tried = [expected_accuracy(setup, (u, b)) for u in tops for b in bottoms if (u, b) != window]
+    good = [e for e in tried if e.worst <= SEPARATED]
+    if good:
+        return min(good, key=lambda e: e.upper - e.lower)
+    return min(tried, key=lambda e: e.worst, default=None)

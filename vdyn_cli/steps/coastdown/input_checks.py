@@ -1,0 +1,82 @@
+"""Signs, directions and channels of the logs that contradict physics or the description."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vdyn_cli.description.test_description import Run
+from vdyn_cli.inference.bins import cut
+from vdyn_cli.physics.models.road_load import DriveSignal
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.campaign import AccelerometerUse
+from vdyn_cli.steps.coastdown.road_position import contradicting_position
+from vdyn_cli.steps.coastdown.segments import FEWEST_SAMPLES, CoastSegment
+from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
+
+INTERVAL = 2.0  # s, over which rates are taken
+OPPOSED = -0.3  # cosine of a channel and the rate of the speed that only a wrong sign explains
+BACKWARD = -0.5  # m/s, median speed below which the car drives backward: a standing sensor's noise is smaller
+HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
+
+
+def sign_findings(log: Log, drive: DriveSignal) -> list[Finding]:
+    """Channels of a log whose signs contradict physics, with the line of the description that corrects them."""
+    good = np.isfinite(log["speed"])
+    if good.sum() < FEWEST_SAMPLES:
+        return []
+    if np.median(log["speed"][good]) < BACKWARD:
+        return [wrong_sign(log.name, "speed", "speed is negative: the car drives backward")]
+    found = []
+    for name in ("acceleration", *(() if drive == "coasting" else ("drive_torque", "drive_force"))):
+        alike = _cosine_with_rate(log, name) if name in log else 0.0
+        if alike < OPPOSED:
+            what = f"{name} falls when the car speeds up and rises when it slows down"
+            found.append(wrong_sign(log.name, name, what, f"cosine {alike:.2f}"))
+    return found
+
+
+def direction_findings(
+    runs: Sequence[Run], logs: Sequence[Log], segments: Sequence[CoastSegment], use: AccelerometerUse
+) -> tuple[Finding, ...]:
+    """Runs in one direction only, runs against their logged position, and an elevation that is not used."""
+    found = []
+    if not ({"out", "back"} <= {runs[s.run].direction for s in segments} or use == "alone"):
+        what = "all runs have the same direction: a slope or a steady wind looks like rolling resistance"
+        remedy = "drive as many runs back as out, and write 'direction: out' or 'back' to each run"
+        found.append(Finding("runs", what, remedy=remedy))
+    if all("position" in log for log in logs):
+        rise = [_rise(log) for log in logs]
+        remedy = "check 'direction' of every run, and the sign of position"
+        for k in contradicting_position(rise, [HEADING[r.direction] for r in runs]):
+            way = "rises" if rise[k] > 0 else "falls"
+            what = f"position {way}, but the direction is '{runs[k].direction}'"
+            found.append(Finding(logs[k].name, what, remedy=remedy, doubt=True))
+    if use != "alone" and any("elevation" in log for log in logs):
+        what = "elevation is mapped but not used: it only helps the accelerometer of a car that is driven throughout"
+        remedy = "map 'grade' if the slope is known, and 'position' for hills"
+        found.append(Finding("channels.elevation", what, remedy=remedy))
+    return tuple(found)
+
+
+def _cosine_with_rate(log: Log, name: str) -> float:
+    """Cosine of the channel and the rate of the speed; 0 where there are too few samples."""
+    good = np.isfinite(log["speed"]) & np.isfinite(log[name])
+    if good.sum() < FEWEST_SAMPLES:
+        return 0.0
+    bins = cut(log.time[good], INTERVAL)
+    if bins.time.size < 4:
+        return 0.0
+    speed, value = bins.mean(log["speed"][good]), bins.mean(log[name][good])
+    rate, value = np.diff(speed) / np.diff(bins.time), 0.5 * (value[1:] + value[:-1])
+    if name != "acceleration":  # a drive also holds the speed: only its changes count
+        rate, value = rate - rate.mean(), value - value.mean()
+    return cosine(rate, value)
+
+
+def _rise(log: Log) -> float:
+    """Last less first position, m."""
+    there = log["position"][np.isfinite(log["position"])]
+    return float(there[-1] - there[0]) if there.size else 0.0

@@ -1,0 +1,118 @@
+"""What is known before the fit: the car's parameters, completed and with their uncertainties, and what is unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vdyn_cli.inference import Unknown
+from vdyn_cli.physics.models.road_load import DriveSignal
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.coastdown.campaign import AccelerometerUse
+from vdyn_cli.steps.coastdown.spec import CoastdownSpec
+
+ROTATING_SHARE, ROTATING_STD = 0.035, 0.01  # of the mass, for wheels alone, where nothing is given
+SCALE_ERROR = 0.02  # standard deviation of the accelerometer's gain: the body pitches as the car speeds up
+PRIOR_REACH = 8.0  # standard deviations of a prior that a value may move: beyond, the given value is wrong
+ROAD_LOAD = {  # start, lower and upper bound, unit
+    "rolling_resistance": (0.012, 5e-4, 0.1, ""),
+    "rolling_speed": (0.0, -5e-3, 5e-3, "s/m"),
+    "drag_area": (0.65, 0.05, 15.0, "m^2"),
+}
+
+
+def known_parameters(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> dict[str, Given]:
+    """The known parameters in SI, with the fixed ones, the rotating mass and the uncertainty of the air completed.
+
+    Raises
+    ------
+    InputError : a parameter is missing, or nothing is left to estimate.
+    """
+    fix = spec.settings.fix
+    if len(fix.names) == 2:
+        what = "rolling resistance and drag are both fixed: nothing is left to estimate"
+        raise InputError(Finding("settings.fix", what, remedy="remove one of them"))
+    torque = spec.settings.windows != "coast" and all("drive_torque" in log for log in logs)
+    area = ("frontal_area",) if fix.drag_coefficient else ()
+    known.require("mass", "air_density", *(("gear_ratio", "wheel_radius") if torque else ()), *area, where="coastdown")
+    given = {n: Given(e.value, e.std) for n, e in known.items() if n not in ("rolling_resistance", "drag_area")}
+    given.setdefault("driveline_efficiency", Given(1.0))
+    given.setdefault("rotating_mass", _rotating_mass(given))
+    air = spec.environment
+    if air.temperature and air.pressure and not given["air_density"].std:
+        share = float(np.hypot(air.temperature.std / air.temperature.value, air.pressure.std / air.pressure.value))
+        given["air_density"] = Given(given["air_density"].value, share * given["air_density"].value)
+    if fix.rolling_resistance:
+        given["rolling_resistance"] = fix.rolling_resistance
+    if fix.drag_area:
+        given["drag_area"] = fix.drag_area
+    elif fix.drag_coefficient:
+        coefficient, area_ = fix.drag_coefficient, given["frontal_area"]
+        value = coefficient.value * area_.value
+        share = float(np.hypot(coefficient.std / coefficient.value, area_.std / area_.value))
+        given["drag_area"] = Given(value, value * share)
+    return given
+
+
+def assumptions(known: Parameters) -> tuple[Finding, ...]:
+    """A finding for the rotating mass where it is assumed."""
+    if "rotating_mass" in known or _by_wheels(known):
+        return ()
+    what = f"rotating_mass is not given: assumed {ROTATING_SHARE:.1%} (+- {ROTATING_STD:.0%}) of the mass, as of wheels"
+    remedy = "add 'rotating_mass: <number> kg' under vehicle: sum of J/r^2 of wheels and what stays geared to them"
+    return (Finding("vehicle", what, remedy=remedy),)
+
+
+def model_values(known: Mapping[str, Given], use: AccelerometerUse, drive: DriveSignal) -> dict[str, float]:
+    """A value for every parameter of the road load model, SI; those to be estimated at their start."""
+    names = ["mass", "rotating_mass", "air_density"]
+    names += ["gear_ratio", "wheel_radius", "driveline_efficiency"] if drive == "torque" else []
+    values = {n: known[n].value for n in names}
+    values |= {n: known[n].value if n in known else ROAD_LOAD[n][0] for n in ROAD_LOAD}
+    sensor = ("accelerometer_zero", "accelerometer_scale", "road_slope") if use != "none" else ()
+    return values | dict.fromkeys(("wind_variance", *sensor), 0.0)
+
+
+def campaign_unknowns(
+    known: Mapping[str, Given], values: Mapping[str, float], use: AccelerometerUse, terms: int, both_ways: bool
+) -> tuple[Unknown, ...]:
+    """The unknowns of the road load, then what is known with an uncertainty, then the accelerometer's own.
+
+    Parameters
+    ----------
+    values : of the model's parameters. terms : of the road load, 2 or 3.
+    both_ways : whether runs in both directions separate the road's slope from the accelerometer's zero.
+    """
+    found = []
+    for name, (start, low, high, unit) in ROAD_LOAD.items():
+        if name not in known and not (name == "rolling_speed" and terms == 2):
+            found.append(Unknown(name, start, low, high, unit))
+    for name in values:
+        if name in known and known[name].std > 0:
+            mean, std = known[name].value, known[name].std
+            low, high = max(mean - PRIOR_REACH * std, 0.1 * mean), mean + PRIOR_REACH * std
+            found.append(Unknown(name, mean, low, high, "", (mean, std), nuisance=True))
+    if use == "beside":
+        found.append(Unknown("accelerometer_zero", 0.0, -3.0, 3.0, "m/s^2", nuisance=True))
+        if both_ways:
+            found.append(Unknown("road_slope", 0.0, -0.2, 0.2, nuisance=True))
+    if use != "none":
+        found.append(Unknown("accelerometer_scale", 0.0, -0.3, 0.3, "", (0.0, SCALE_ERROR), nuisance=True))
+    return tuple(found)
+
+
+def _by_wheels(known: Mapping[str, object] | Parameters) -> bool:
+    return "wheel_inertia" in known and "wheel_radius" in known
+
+
+def _rotating_mass(known: Mapping[str, Given]) -> Given:
+    """Four wheels' J/r^2 where their inertia is known, else the usual share of the mass."""
+    if _by_wheels(known):
+        inertia, radius = known["wheel_inertia"], known["wheel_radius"].value
+        return Given(4 * inertia.value / radius**2, 4 * inertia.std / radius**2)
+    mass = known["mass"].value
+    return Given(ROTATING_SHARE * mass, ROTATING_STD * mass)

@@ -1,0 +1,64 @@
+"""The noise of a coast-down's binned residuals: which disturbances each run has, and how strongly they act."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vdyn_cli.inference import gust_covariance
+from vdyn_cli.inference.gust_covariance import RunNoise, Surroundings
+from vdyn_cli.steps.coastdown.campaign import Campaign, RoadRun
+
+
+def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
+    """The covariance of a run's rows.
+
+    Parameters
+    ----------
+    run : index of the run. at : the model's parameters in SI, at which the car answers to gusts and slopes.
+    """
+    one, bins = campaign.runs[run], campaign.bins[run]
+    inertia = at["mass"] + at["rotating_mass"]
+    density = one.air_density if one.air_density is not None else at["air_density"]
+    wind = one.inputs["wind_speed"]
+    flow = np.maximum(bins.mean(one.speed) + (bins.mean(wind) if isinstance(wind, np.ndarray) else float(wind)), 0.0)
+    pull = density * at["drag_area"] * flow / inertia
+    levels = campaign.levels[0 if campaign.white else run]  # in plain least squares a level only scales the cost
+    surroundings = Surroundings(
+        bins=bins,
+        pull=pull,
+        fade=pull if campaign.accelerometer == "none" else np.zeros_like(pull),
+        slope_share=at["mass"] / inertia,
+        speed_level=levels["speed"],
+        jolt=_drive_noise(one, levels, at) / inertia,
+        acceleration_level=levels.get("acceleration", 0.0),
+        zero=one.zero_std,
+        driven=campaign.drive != "coasting",
+    )
+    if campaign.white:
+        return gust_covariance.white_noise(surroundings, campaign.channels)
+    law = {
+        "none": gust_covariance.speed_noise,
+        "beside": gust_covariance.speed_and_force_noise,
+        "alone": gust_covariance.force_noise,
+    }[campaign.accelerometer]
+    return law(surroundings)
+
+
+def wind_variance(sizes: Mapping[str, float]) -> float:
+    """Variance of the wind along the track, within and between runs, m^2/s^2.
+
+    Parameters
+    ----------
+    sizes : of the noise sources; gust and run_wind in m/s.
+    """
+    return sizes.get("gust", 0.0) ** 2 + sizes.get("run_wind", 0.0) ** 2
+
+
+def _drive_noise(run: RoadRun, levels: Mapping[str, float], at: Mapping[str, float]) -> float:
+    """White noise of the drive force, N per root hertz."""
+    level = levels.get("drive_force", 0.0)
+    if "drive_torque" in levels:
+        level = levels["drive_torque"] * at["driveline_efficiency"] * at["gear_ratio"] / at["wheel_radius"]
+    return level * float(np.sqrt(np.median(np.diff(run.time))))

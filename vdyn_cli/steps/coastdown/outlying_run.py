@@ -1,0 +1,55 @@
+"""A run that is an outlier among the others: a dragging brake, a passing lorry, an engaged gear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.01  # false alarms per campaign: stricter than the 5 % of the diagnosis, since no second test follows
+FEWEST_DEGREES = 3  # of freedom that the other runs must have left: with two, t would have to exceed 20
+
+
+@dataclass(frozen=True)
+class OutlyingRun:
+    """Index of the run, its excess force over the prediction from the others (N), and its p value."""
+
+    run: int
+    force: float
+    p_value: float
+
+
+def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
+    """The run with the largest externally studentized residual, if it is significant.
+
+    The others predict each run from a mean, the direction and the order (which slope, wind and warming tires change);
+    its distance over the standard error of that prediction is Student's t. The largest of n is tested at ``LEVEL``/n
+    (Bonferroni).
+
+    Parameters
+    ----------
+    force : (n,) N, of each run beyond the common road load. heading : (n,) +1 out, -1 back.
+
+    Source: Cook and Weisberg, Residuals and Influence in Regression (1982), 2.2.2.
+    """
+    from scipy.stats import t as student
+
+    n = force.size
+    order = np.arange(n) - (n - 1) / 2
+    rows = np.column_stack([np.ones(n), *([heading] if np.ptp(heading) > 0 else []), order])
+    left = n - np.linalg.matrix_rank(rows) - 1
+    if left < FEWEST_DEGREES:
+        return None
+    hat = rows @ np.linalg.pinv(rows)
+    residual, free = force - hat @ force, 1.0 - np.diag(hat)
+    total = float(residual @ residual)
+    if total <= 0:
+        return None
+    spread = np.sqrt(np.maximum(total - residual**2 / free, 1e-12 * total) / left)
+    far = np.abs(residual) / np.sqrt(free) / spread
+    worst = int(np.argmax(far))
+    p_value = min(1.0, n * 2.0 * float(student.sf(far[worst], left)))
+    return OutlyingRun(worst, float(residual[worst] / free[worst]), p_value) if p_value < LEVEL else None

@@ -1,0 +1,182 @@
+"""The coast-down problem: runs, model and known parameters, prepared once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.physics.models.road_load import DriveSignal
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
+from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Array, Campaign, RoadRun, road_of
+from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
+from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
+from vdyn_cli.steps.coastdown.plan import next_coasts
+from vdyn_cli.steps.coastdown.result import RoadLoadAnswer, doubts, result_of
+from vdyn_cli.steps.coastdown.road_load_fit import fit_road_load, regression_with_effects
+from vdyn_cli.steps.coastdown.road_position import first_place
+from vdyn_cli.steps.coastdown.segments import CoastSegment, split
+from vdyn_cli.steps.coastdown.selection import Selection, drive_signal, selected
+from vdyn_cli.steps.coastdown.spec import CoastdownSpec
+from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.free_profiles import profile, span_of
+from vdyn_cli.steps.manoeuvre import Manoeuvre
+
+FREE_FORCE = 100.0  # N, plausible size of a free profile: two thirds of a car's rolling resistance
+NORMAL_TEMPERATURE = 293.15  # K, of runs whose temperature is unknown
+
+
+@dataclass(frozen=True)
+class CoastdownProblem:
+    """A coast-down campaign whose road load is estimated (see steps.contract.Problem).
+
+    Parameters
+    ----------
+    campaign : the fitted runs, beside ``selection.segments``.
+    zeros : of the accelerometer, by run, where it is fitted alone.
+    findings : about the description and the runs. logs : as they were read.
+    """
+
+    spec: CoastdownSpec
+    logs: tuple[Log, ...]
+    known: Parameters
+    campaign: Campaign
+    selection: Selection
+    zeros: Mapping[str, AccelerometerZero]
+    findings: tuple[Finding, ...]
+
+    @property
+    def model(self) -> Model:
+        """The road load as these runs are driven and measured."""
+        return self.campaign.model
+
+    @property
+    def profiles(self) -> tuple[Effect, ...]:
+        """Forces that are free over the speed and over the day."""
+        speed = span_of([r.speed for r in self.campaign.runs], 1.0)
+        day = span_of([r.start + r.time - r.time[0] for r in self.campaign.runs], 1.0)
+        return (
+            profile("force_over_speed", "driveline", "speed", speed, FREE_FORCE, "N"),
+            profile("force_over_day", "driveline", "elapsed", day, FREE_FORCE, "N"),
+        )
+
+    @property
+    def duration(self) -> float:
+        """Length of the longest log, s."""
+        return max(float(log.time[-1] - log.time[0]) for log in self.logs)
+
+    def regression(
+        self,
+        effects: Sequence[Effect] = (),
+        unknowns: Sequence[Unknown] = (),
+        start: Mapping[str, float] = NO_VALUES,
+    ) -> Regression:
+        """The whitened regression with candidate effects, whose signals the noise sizes do not contain.
+
+        ``start`` is not used: the regression is nonlinear and is solved from its own start.
+        """
+        return regression_with_effects(self.campaign, effects, unknowns)
+
+    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+        """Fit the road load, with accepted effects in the model, and describe it.
+
+        Raises
+        ------
+        ResultError : the data do not determine the unknowns, or a value lies at its bound.
+        """
+        covered = {n for e in effects for n in e.covers}
+        own = tuple(u for u in self.campaign.unknowns if u.name not in covered)
+        fit = fit_road_load(replace(self.campaign, unknowns=own), effects, unknowns)
+        answer = RoadLoadAnswer(fit, self.spec, self.selection, self.zeros, tuple(effects))
+        findings = (*self.findings, *doubts(answer), *(f for log in self.logs for f in log.findings))
+        return result_of(answer, self.known.estimates.get("frontal_area"), unknowns, findings)
+
+    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> None:
+        """None: no effect on a coast-down is nondifferentiable."""
+
+    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
+        """Coasts that could be driven next."""
+        return next_coasts(regression, values)
+
+
+def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> CoastdownProblem:
+    """Choose the segments of the logs that are fitted, and complete what is known.
+
+    Raises
+    ------
+    InputError : a parameter is missing, or a sign convention contradicts physics. ResultError : no segment is left.
+    """
+    if not logs:
+        raise InputError(Finding("runs", "no run is given", remedy="list at least one log under runs"))
+    given = known_parameters(spec, logs, known)
+    drive = drive_signal(spec.settings, logs)
+    raise_all(f for log in logs for f in sign_findings(log, drive))
+    selection = selected(spec, logs, drive, given)
+    use = _accelerometer_use(selection.segments, spec)
+    zeros: dict[str, AccelerometerZero] = {}
+    if use == "alone":
+        error, slope = spec.settings.elevation_error.value, spec.settings.mean_slope.value
+        zeros = {s.name: zero_of(logs[s.run], error, slope) for s in selection.segments}
+    else:
+        selection = replace(selection, segments=tuple(one for s in selection.segments for one in split(s)))
+    segments = selection.segments
+    runs = tuple(_road_run(spec, s, float(logs[s.run].time[0]), drive, given) for s in segments)
+    if use == "none":
+        runs = tuple(replace(r, acceleration=None) for r in runs)
+    elif zeros:
+        runs = tuple(_without_zero(r, zeros[r.name]) for r in runs)
+    values = model_values(given, use, drive)
+    both_ways = {"out", "back"} <= {spec.runs[s.run].direction for s in segments}
+    unknowns = campaign_unknowns(given, values, use, spec.settings.terms, both_ways)
+    white, levels = spec.settings.noise == "white", tuple(r.levels for r in runs)
+    campaign = Campaign(runs, drive, values, unknowns, use, white, levels, road_of(runs))
+    findings = (*assumptions(known), *direction_findings(spec.runs, logs, segments, use))
+    return CoastdownProblem(spec, tuple(logs), known, campaign, selection, zeros, findings)
+
+
+def _accelerometer_use(segments: Sequence[CoastSegment], spec: CoastdownSpec) -> AccelerometerUse:
+    if not all("acceleration" in s.log and np.ptp(s.log["acceleration"]) > 0 for s in segments):
+        return "none"
+    return "alone" if spec.settings.windows == "powered" else "beside"
+
+
+def _road_run(
+    spec: CoastdownSpec, segment: CoastSegment, begin: float, drive: DriveSignal, known: Mapping[str, Given]
+) -> RoadRun:
+    """The segment as a run, its log having begun at ``begin`` s."""
+    log, run = segment.log, spec.runs[segment.run]
+    heading = HEADING[run.direction]
+    inputs: dict[str, Array | float] = {n: log.channels.get(n, 0.0) for n in ("grade", "wind_speed")}
+    if drive != "coasting":
+        inputs[f"drive_{drive}"] = log[f"drive_{drive}"]
+    day = known["temperature"].value if "temperature" in known else None
+    density = None  # the campaign's, unless this run had a temperature of its own
+    if run.temperature and day and not known["air_density"].std:
+        density = known["air_density"].value * day / run.temperature.value
+    return RoadRun(
+        segment.name,
+        log.time,
+        log["speed"],
+        inputs,
+        segment.part,
+        acceleration=log.channels.get("acceleration"),
+        heading=heading,
+        start=run.start.value if run.start else 0.0,
+        temperature=run.temperature.value if run.temperature else day or NORMAL_TEMPERATURE,
+        air_density=density,
+        since=float(log.time[0]) - begin,
+        place=first_place(log.time, log["speed"], log["position"], heading) if "position" in log else None,
+    )
+
+
+def _without_zero(run: RoadRun, zero: AccelerometerZero) -> RoadRun:
+    return replace(run, acceleration=run.channel("acceleration") - zero.value, zero_std=zero.std)

@@ -1,0 +1,166 @@
+"""Parts of one log that show the road load, and the reason for each part that is left out.
+
+A coast reaches from the last time above the upper speed to the first time below the lower one. On an open road the
+parts driven with torque are taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.bins import cut
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+FEWEST_SAMPLES = 20
+MOST_MISSING = 0.2  # of a segment's rows
+LEAST_COVERED = 0.5  # of the speed window
+LEAST_FALL = 1.0  # m/s, of the speed in a coast
+SMOOTH = 1.0  # s, over which the speed is averaged to find where it passes a limit
+MARGIN = 1.0  # s left out where torque comes and goes: a brake may still be on, the driveline winds up
+
+
+@dataclass(frozen=True)
+class CoastSegment:
+    """A part of a run that is fitted.
+
+    Parameters
+    ----------
+    run : index of the run in the description; ``name`` is its log's, with the times where there are several parts.
+    log : its rows: speed is finite in each.
+    part : (n,), label of the window that each row belongs to.
+    """
+
+    run: int
+    name: str
+    log: Log
+    part: NDArray[np.int64]
+
+    def rows(self, keep: Mask) -> CoastSegment:
+        """The segment's rows where ``keep`` (n,)."""
+        return replace(self, log=rows(self.log, keep), part=self.part[keep])
+
+
+@dataclass(frozen=True)
+class RejectedSegment:
+    """A part of a run that is left out: ``start`` and ``stop`` in s of the log's clock, and why."""
+
+    run: str
+    start: float
+    stop: float
+    why: str
+
+
+def rows(log: Log, keep: Mask) -> Log:
+    """The log's rows where ``keep`` (n,)."""
+    return Log(log.name, log.time[keep], {k: v[keep] for k, v in log.channels.items()}, log.findings)
+
+
+def coast_segment(
+    run: int, log: Log, window: tuple[float, float] | None, shortest: float
+) -> CoastSegment | RejectedSegment:
+    """The part of a log in which the car coasts through a window of speeds, or why there is none.
+
+    Parameters
+    ----------
+    run : index of the run. window : upper and lower speed, m/s; None: all of the fall. shortest : s.
+    """
+    speed, start, stop = log["speed"], float(log.time[0]), float(log.time[-1])
+    there = np.isfinite(speed)
+    if there.sum() < FEWEST_SAMPLES:
+        return RejectedSegment(log.name, start, stop, f"only {there.sum()} samples have a speed")
+    whole = rows(log, there)
+    smooth = _smoothed(whole)
+    upper, lower = window or (float(smooth.max()), float(smooth.min()))
+    top, end = _passage(smooth, upper, lower)
+    if window is None and upper - lower < LEAST_FALL:
+        why = f"not a coast-down: the speed falls by less than {LEAST_FALL:g} m/s"
+        return RejectedSegment(log.name, start, stop, why)
+    covered = (min(upper, float(smooth[top])) - max(lower, float(smooth[end]))) / (upper - lower)
+    if covered < LEAST_COVERED:
+        reach = f"{3.6 * smooth[top]:.1f} to {3.6 * smooth[end]:.1f} km/h"
+        wanted = f"{3.6 * upper:.1f} to {3.6 * lower:.1f} km/h"
+        return RejectedSegment(
+            log.name, start, stop, f"coasts from {reach}, less than half of the speed window {wanted}"
+        )
+    begin, finish = float(whole.time[top]), float(whole.time[end])
+    if finish - begin < shortest:
+        return RejectedSegment(log.name, begin, finish, f"lasts {finish - begin:.1f} s, shorter than {shortest:g} s")
+    missing = 1 - (end - top + 1) / max(int(np.sum((log.time >= begin) & (log.time <= finish))), 1)
+    if missing > MOST_MISSING:
+        return RejectedSegment(log.name, begin, finish, f"the speed is missing in {missing:.0%} of the rows")
+    part = rows(whole, (whole.time >= begin) & (whole.time <= finish))
+    if part.time.size < FEWEST_SAMPLES:
+        return RejectedSegment(log.name, begin, finish, f"only {part.time.size} samples have a speed")
+    return CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64))
+
+
+def _smoothed(log: Log) -> Array:
+    """The speed averaged over about a second, so that noise does not pass a limit before the car does."""
+    bins = cut(log.time, SMOOTH)
+    return np.asarray(np.interp(log.time, bins.time, bins.mean(log["speed"])))
+
+
+def _passage(smooth: Array, upper: float, lower: float) -> tuple[int, int]:
+    """First and last index of the fall from ``upper`` to ``lower``, or of what there is of it."""
+    peak = int(np.argmax(smooth))
+    below = np.flatnonzero(smooth[peak:] <= lower)
+    end = peak + int(below[0]) if below.size else peak + int(np.argmin(smooth[peak:]))
+    above = np.flatnonzero(smooth[: end + 1] >= upper)
+    return (int(above[-1]) if above.size else peak), end
+
+
+def driven_segment(
+    run: int, log: Log, demand: Array | None, slowest: float, shortest: float
+) -> tuple[CoastSegment | None, list[RejectedSegment]]:
+    """The parts of a log faster than ``slowest`` and, where ``demand`` is given, with drive demanded.
+
+    Assumes that nobody brakes while torque or force is above zero, since neither throttle nor brake is measured.
+
+    Parameters
+    ----------
+    demand : (n,), torque or force of the drive, or None. slowest : m/s. shortest : s, of each part.
+    """
+    good = np.isfinite(log["speed"]) & (log["speed"] > slowest)
+    if demand is not None:
+        good &= demand > 0
+    step = float(np.median(np.diff(log.time)))
+    joined = good[1:] & good[:-1] & (np.diff(log.time) < 5 * step)
+    label = np.r_[0, np.cumsum(~joined)]
+    keep, left = np.zeros(good.size, dtype=bool), []
+    for a, b in groups(label):
+        if not good[a]:
+            continue
+        begin, finish = float(log.time[a]), float(log.time[b])
+        margin = MARGIN if demand is not None else 0.0
+        inside = slice(*np.searchsorted(log.time, [begin + margin, np.nextafter(finish - margin, np.inf)]))
+        if finish - begin - 2 * margin >= shortest and inside.stop - inside.start >= FEWEST_SAMPLES:
+            keep[inside] = True
+        else:
+            left.append(RejectedSegment(log.name, begin, finish, f"shorter than {shortest:g} s"))
+    if not keep.any():
+        return None, left
+    return CoastSegment(run, log.name, rows(log, keep), label[keep]), left
+
+
+def groups(label: NDArray[np.int64]) -> list[tuple[int, int]]:
+    """First and last index of every run of equal labels."""
+    begins = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
+    return list(zip(begins.tolist(), (np.r_[begins[1:], label.size] - 1).tolist(), strict=True))
+
+
+def split(segment: CoastSegment) -> list[CoastSegment]:
+    """One segment for each of its windows, named by their times."""
+    windows = groups(segment.part)
+    if len(windows) == 1:
+        return [segment]
+    found = []
+    for a, b in windows:
+        one = segment.rows((np.arange(segment.part.size) >= a) & (np.arange(segment.part.size) <= b))
+        found.append(replace(one, name=f"{segment.name}, {one.log.time[0]:.0f} to {one.log.time[-1]:.0f} s"))
+    return found

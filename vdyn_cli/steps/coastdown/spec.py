@@ -1,0 +1,82 @@
+"""The description of a coast-down: what its YAML may say."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vdyn_cli.description.test_description import Si, Strict, TestSpec
+from vdyn_cli.quantities.quantity import Given
+
+WIND_LIMIT = 16 / 3.6  # m/s, mean wind of a run; SAE J1263
+MINIMUM_LENGTH = 10.0  # s, of a part of a log: below, it holds too few gusts of 8 s to average them
+
+Speed = Annotated[Given, Si("m/s", 0, 150)]
+Windows = Literal["auto", "coast", "all", "powered"]
+
+
+class FixedParameters(Strict):
+    """Parameters that are given instead of estimated."""
+
+    drag_coefficient: Annotated[Given, Si("", 0.05, 2.5)] | None = Field(
+        None, description="drag coefficient, dimensionless; needs frontal_area"
+    )
+    drag_area: Annotated[Given, Si("m^2", 0.05, 15)] | None = Field(None, description="drag area Cd A, m^2")
+    rolling_resistance: Annotated[Given, Si("", 0.0005, 0.1)] | None = Field(
+        None, description="rolling resistance coefficient, dimensionless"
+    )
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The model parameters that are fixed; a drag coefficient fixes the drag area."""
+        names = {"rolling_resistance"} if self.rolling_resistance else set()
+        return frozenset(names | ({"drag_area"} if self.drag_area or self.drag_coefficient else set()))
+
+
+class ReferenceConditions(Strict):
+    """Conditions to which the road load is corrected."""
+
+    temperature: Annotated[Given, Si("K", 203, 333)] = Field(Given(293.15), description="air temperature, K")
+    pressure: Annotated[Given, Si("Pa", 40_000, 110_000)] = Field(Given(100_000.0), description="air pressure, Pa")
+    mass: Annotated[Given, Si("kg", 50, 60_000)] | None = Field(
+        None, description="certified mass where it differs from the mass as tested, kg"
+    )
+
+
+class CoastdownSettings(Strict):
+    """Which parts of the logs are fitted, with which model and noise."""
+
+    speed_window: list[Speed] | None = Field(
+        None, min_length=2, max_length=2, description="highest and lowest speed of the fitted part, m/s"
+    )
+    windows: Windows = Field(
+        "auto",
+        description="coast: the fall through speed_window; all: the drive is measured and no brake is used; powered: "
+        "only where the drive is above zero; auto: all where the drive is measured, else coast",
+    )
+    minimum_length: Annotated[Given, Si("s", 2, 3600)] = Field(
+        Given(MINIMUM_LENGTH), description="shortest part of a log that is fitted, s"
+    )
+    terms: Literal[2, 3] = Field(2, description="2: road load c0 + c2 V^2; 3: with c1 V")
+    noise: Literal["gusts", "white"] = Field(
+        "gusts", description="noise model; white: plain least squares, which takes samples as independent"
+    )
+    fix: FixedParameters = Field(FixedParameters(), description="parameters that are given instead of estimated")
+    reference: ReferenceConditions = Field(ReferenceConditions(), description="conditions of the corrected road load")
+    wind_limit: Annotated[Given, Si("m/s", 0, 60)] = Field(
+        Given(WIND_LIMIT), description="mean measured wind above which a run is left out, m/s"
+    )
+    elevation_error: Annotated[Given, Si("m", 0.01, 100)] = Field(
+        Given(5.0), description="standard deviation of the elevation at either end of a log, m"
+    )
+    mean_slope: Annotated[Given, Si("", 1e-5, 0.1)] = Field(
+        Given(0.003),
+        description="standard deviation of a log's net slope where no elevation is measured, dimensionless",
+    )
+
+
+class CoastdownSpec(TestSpec):
+    """A coast-down's description."""
+
+    settings: CoastdownSettings = Field(CoastdownSettings(), description="settings of the coast-down")

@@ -1,0 +1,173 @@
+"""Sentences, methods text and tables of a coast-down."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from vdyn_cli.quantities.number_text import number
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Table
+from vdyn_cli.steps.coastdown.campaign import Campaign
+from vdyn_cli.steps.coastdown.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes
+from vdyn_cli.steps.coastdown.expected_accuracy import ExpectedAccuracy
+from vdyn_cli.steps.coastdown.reference_conditions import DYNO_KEYS, EPA_KEYS, Conditions, RoadLoad
+from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.segments import RejectedSegment
+
+UNITS = ("N", "N/(km/h)", "N/(km/h)^2", "lbf", "lbf/mph", "lbf/mph^2")
+FITTED = {
+    "none": "The simulated speed was fitted to the measured speed, with the start speed of every run free.",
+    "beside": "Simulated speed and specific force were fitted together, with the start speed of every run and the "
+    "accelerometer's zero free; a slope acts on the speed, but not on the specific force.",
+    "alone": "The specific force was fitted where the drive is above zero; each log's zero of the accelerometer was "
+    "taken from the energy of the whole log.",
+}
+
+
+def sentence(
+    main: Mapping[str, Estimate], fixed: frozenset[str], load: RoadLoad, speed: float, campaign: Campaign
+) -> str:
+    """The closing sentence: both main parameters, and the road load at one speed (m/s)."""
+    parts = []
+    for name, e in main.items():
+        label, unit = name.replace("_", " "), f" {e.unit}" if e.unit else ""
+        if name in fixed:
+            parts.append(f"{label} fixed at {e.value:.4g}{unit}")
+        else:
+            half = 0.5 * (e.interval95[1] - e.interval95[0])
+            parts.append(f"{label} {number(e.value, half)}{unit} (95 %: {_interval(e.interval95)})")
+    force, half = load.force_with_half_width(speed)
+    runs = len(campaign.runs)
+    kind = "run" if campaign.speed_fitted else "log"
+    return (
+        f"{parts[0][0].upper()}{parts[0][1:]} and {parts[1]}: the road load is {number(force, half)} N at "
+        f"{3.6 * speed:.0f} km/h (95 %: {_interval((force - half, force + half))}), "
+        f"from {runs} {kind}{'s' if runs > 1 else ''}."
+    )
+
+
+def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference: Conditions) -> str:
+    """What was done, for the report.
+
+    Parameters
+    ----------
+    separated : how well both main parameters are separated, a sentence. test : conditions of the runs, if known.
+    """
+    solution, sizes = fit.solution, fit.sizes
+    if fit.campaign.white:
+        noise = "Residuals were weighted as if every sample were independent: plain least squares."
+    else:
+        noise = (
+            "Residuals were whitened with a noise model whose sizes were estimated from them by restricted maximum "
+            f"likelihood: gusts of {sizes['gust']:.2f} m/s lasting {sizes['gust_time']:.0f} s and a mean wind that "
+            f"differed by {sizes['run_wind']:.2f} m/s from run to run."
+        )
+    unit = {"run": "runs", "block": "blocks within runs", "model": "the noise model"}[solution.unit]
+    found = (
+        f"{FITTED[fit.campaign.accelerometer]} {noise} Intervals come from {solution.n_units} {unit}. "
+        f"The inertia was {fit.inertia:.0f} kg, of which {fit.at['rotating_mass']:.0f} kg are rotating parts. "
+        f"{separated}"
+    )
+    if test is not None:
+        found += (
+            f" The correction takes the rolling part from {test.temperature - 273.15:.1f} to "
+            f"{reference.temperature - 273.15:.1f} degC with 0.86 % per kelvin and the air part from "
+            f"{test.air_density:.4f} to {reference.air_density:.4f} kg/m^3."
+        )
+    return found.strip()
+
+
+def separation(correlation: float | None, now: ExpectedAccuracy | None, wider: ExpectedAccuracy | None) -> str:
+    """How well rolling resistance and drag area are separated, and which window separates them better.
+
+    Parameters
+    ----------
+    correlation : of both in the fit; None where one was fixed.
+    now, wider : expected from the fitted window and from a wider one; None where it is not computed.
+    """
+    if now is None:
+        return "" if correlation is None else f"Rolling resistance and drag area are correlated by {correlation:.2f}."
+    level, state = (now.correlation, "would be") if correlation is None else (correlation, "are")
+    found = (
+        f"From {3.6 * now.upper:.0f} to {3.6 * now.lower:.0f} km/h rolling resistance and drag area {state} correlated "
+        f"by {level:.2f}: with both free, {now.runs} runs give standard deviations of {now.rolling:.1%} and "
+        f"{now.drag:.1%}."
+    )
+    if wider is None:
+        return found
+    return (
+        f"{found} From {3.6 * wider.upper:.0f} to {3.6 * wider.lower:.0f} km/h as many runs would give "
+        f"{wider.rolling:.1%} and {wider.drag:.1%}, correlated by {wider.correlation:.2f}."
+    )
+
+
+def coefficients(loads: Mapping[str, RoadLoad]) -> Table:
+    """Dynamometer and EPA coefficients of each road load, each with half its 95 % interval."""
+    rows = []
+    for i, (key, unit) in enumerate(zip(DYNO_KEYS + EPA_KEYS, UNITS, strict=True)):
+        cells = [f"{key.split('_')[0]} [{unit}]"]
+        for load in loads.values():
+            half = RoadLoad(*load.half_widths().tolist())
+            value, width = (load.dyno() + load.epa())[i], (half.dyno() + half.epa())[i]
+            cells.append(f"{value:.5g} +- {width:.2g}" if width else f"{value:.5g}")
+        rows.append(tuple(cells))
+    return Table(
+        "coefficients",
+        "Road load coefficients",
+        ("coefficient", *loads),
+        tuple(rows),
+        "F = F0 + F1 V + F2 V^2 in N and km/h; F = A + B V + C V^2 in lbf and mph. +- is half the 95 % interval of "
+        "each coefficient alone: F0 and F2 are negatively correlated, so their sum has a narrower interval.",
+    )
+
+
+def forces(loads: Mapping[str, RoadLoad], speeds: Sequence[float]) -> Table:
+    """The force of each road load at some speeds (m/s)."""
+    rows = []
+    for v in speeds:
+        each = (load.force_with_half_width(v) for load in loads.values())
+        rows.append((f"{3.6 * v:.0f}", *(f"{number(force, half)} +- {half:.2g}" for force, half in each)))
+    head = ("km/h", *(f"{name} [N]" for name in loads))
+    return Table("forces", "Road load at speeds", head, tuple(rows), "+- is half the 95 % interval.")
+
+
+def times(found: Sequence[CoastTimes], load: RoadLoad, inertia: float) -> Table:
+    """Coast-down times with the accuracies of the standards, and their force beside the fitted one.
+
+    Parameters
+    ----------
+    found : at least one reference speed. inertia : kg.
+    """
+    rows = tuple(
+        (
+            f"{3.6 * t.speed:.0f}",
+            f"{t.mean:.2f}",
+            "" if t.r83 is None else f"{100 * t.r83:.1f}",
+            "" if t.wltp is None else f"{100 * t.wltp:.1f}",
+            f"{t.force(inertia):.0f}",
+            f"{float(load.force(t.speed)):.0f}",
+        )
+        for t in found
+    )
+    return Table(
+        "times",
+        f"Coast-down times of {found[0].pairs.size} pairs",
+        ("km/h (+-5)", "mean time [s]", "R83 accuracy [%]", "WLTP accuracy [%]", "from the time [N]", "fitted [N]"),
+        rows,
+        f"Times are harmonic means of a run out and a run back. UN R83 requires at most {100 * R83_LIMIT:g} % of at "
+        f"least 4 pairs, WLTP at most {100 * WLTP_LIMIT:g} % of at least 3; an empty cell means too few pairs. "
+        "The force from the time assumes no model but inertia: it should agree with the fitted one.",
+    )
+
+
+def rejections(rejected: Sequence[RejectedSegment]) -> Table:
+    """What was left out, and why."""
+    rows = tuple((r.run, f"{r.start:.1f}", f"{r.stop:.1f}", r.why) for r in rejected)
+    caption = "Times are those of the log. The fit does not use these parts."
+    return Table("rejected", "Left out", ("run", "from [s]", "to [s]", "why"), rows, caption)
+
+
+def _interval(interval: tuple[float, float]) -> str:
+    """``0.0092 to 0.0098``"""
+    half = 0.5 * (interval[1] - interval[0])
+    return f"{number(interval[0], half)} to {number(interval[1], half)}"
