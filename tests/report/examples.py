@@ -1,4 +1,4 @@
-"""Synthetic results that look like coast-downs, bump crossings and tyre sweeps: what the reports are tested with."""
+"""Synthetic results that look like coast-downs, bump crossings and tire sweeps: what the reports are tested with."""
 
 from __future__ import annotations
 
@@ -262,7 +262,7 @@ def bump(seed: int = 3) -> Result:
     fit = FitSummary(("bump_1", "bump_2", "bump_3", "bump_4"), 74.0, 60.0, "N", tuple(names), "block", 16)
     return Result(
         "bump",
-        "The front springs carry 44.3 +- 0.9 kN/m and the tyres 402 kN/m; the wheels lifted off in all runs.",
+        "The front springs carry 44.3 +- 0.9 kN/m and the tires 402 kN/m; the wheels lifted off in all runs.",
         Parameters(estimates, correlation),
         fit,
         "Output error on three channels.",

@@ -9,10 +9,10 @@ import pytest
 from tests.report import examples
 from vdyn_cli.project.pipeline import StepOutcome
 from vdyn_cli.quantities.parameters import Estimate
-from vdyn_cli.report import causes
+from vdyn_cli.report import effect_labels
 from vdyn_cli.report.diagnosis_view import Diagnosis, diagnosis
 from vdyn_cli.report.pipeline_page import pipeline_page
-from vdyn_cli.report.views import Cells
+from vdyn_cli.report.views import TextTable
 
 
 def told(**changed: Any) -> Diagnosis:
@@ -21,7 +21,7 @@ def told(**changed: Any) -> Diagnosis:
     return found
 
 
-def table(found: Diagnosis, title: str) -> Cells:
+def table(found: Diagnosis, title: str) -> TextTable:
     return next(t for t in found.tables if t.title.startswith(title))
 
 
@@ -30,14 +30,14 @@ def plain(text: str) -> str:
 
 
 def test_causes_have_the_words_of_the_catalogue() -> None:
-    assert causes.label("headwind") == "a headwind"
-    assert causes.bare(causes.label("headwind")) == "headwind"
-    assert causes.label("force_over_speed") == "force over speed"  # a free profile is in no catalogue
-    assert causes.combined("headwind+tire_warmup") == "a headwind and tires that were still warming up"
-    assert causes.told({"effect": "headwind", "label": "a gale"}) == "a gale"
-    assert plain(causes.size("mass_error", 0.05)) == "5 %"
-    assert causes.size("brake_drag", 100.0) == "100 N"
-    assert causes.size("brake_drag", float("nan")) == ""
+    assert effect_labels.label("headwind") == "a headwind"
+    assert effect_labels.bare(effect_labels.label("headwind")) == "headwind"
+    assert effect_labels.label("force_over_speed") == "force over speed"  # a free profile is in no catalogue
+    assert effect_labels.combined("headwind+tire_warmup") == "a headwind and tires that were still warming up"
+    assert effect_labels.told({"effect": "headwind", "label": "a gale"}) == "a gale"
+    assert plain(effect_labels.size("mass_error", 0.05)) == "5 %"
+    assert effect_labels.size("brake_drag", 100.0) == "100 N"
+    assert effect_labels.size("brake_drag", float("nan")) == ""
 
 
 def test_what_the_verdict_rests_on_is_said_in_words() -> None:

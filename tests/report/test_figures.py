@@ -14,7 +14,7 @@ from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.report import comparison, residual_map
 from vdyn_cli.report.canvas import ticks
 from vdyn_cli.report.figures import figure_svg
-from vdyn_cli.report.lanes import MOST, channels, chosen, lay, rms
+from vdyn_cli.report.panels import MOST, channels, chosen, lay, rms
 
 
 def choices(name: str) -> tuple[str, ...]:
@@ -113,7 +113,7 @@ def test_text_that_looks_like_what_is_trimmed_is_kept() -> None:
 def test_an_image_lies_behind_and_is_made_small() -> None:
     image = np.zeros((1500, 2400, 3), dtype=np.uint8)
     image[300:900, 500:1900] = 200
-    svg = figure_svg(figure(Series("box", np.array([500.0, 1900.0]), np.array([300.0, 900.0])), image=image))
+    svg = figure_svg(figure(Series("area", np.array([500.0, 1900.0]), np.array([300.0, 900.0])), image=image))
     assert "data:image/png;base64," in svg
     assert len(svg) < 100_000
 
@@ -184,10 +184,10 @@ def test_many_runs_are_chosen_by_their_error() -> None:
 
 def test_lanes_share_the_strip_by_length_and_leave_none_too_narrow() -> None:
     long = runs(1, x=np.linspace(0, 1000, 300), run="long")
-    lanes = lay(channels(runs(3) + long, 0.01, "m/s")[0].traces, 1000)
-    assert lanes[-1].width > 3 * lanes[0].width
-    assert min(lane.width for lane in lanes) > 1000 / 4 / 5
-    assert lanes[-1].left + lanes[-1].width == pytest.approx(1000)
+    panels = lay(channels(runs(3) + long, 0.01, "m/s")[0].traces, 1000)
+    assert panels[-1].width > 3 * panels[0].width
+    assert min(panel.width for panel in panels) > 1000 / 4 / 5
+    assert panels[-1].left + panels[-1].width == pytest.approx(1000)
 
 
 def test_the_residual_after_the_extension_is_enlarged_where_it_mended_much() -> None:

@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from vdyn_cli.quantities.number_text import magnitude
+
 if TYPE_CHECKING:
     from vdyn_cli.quantities.parameters import Estimate
 
@@ -31,7 +33,7 @@ _NOTHING = 1e-280  # below, a double has lost its digits
 
 
 @dataclass(frozen=True)
-class Reading:
+class RoundedEstimate:
     """A value with its 95 % interval, written with the digits that the interval justifies.
 
     ``plus`` and ``minus`` are the half-widths, the same text when they differ by less than a tenth, and empty
@@ -68,20 +70,25 @@ def significant(value: float, digits: int = 3) -> str:
         return DASH
     if abs(value) < _NOTHING:
         return "0"
-    magnitude = _magnitude(value, digits)
-    if -4 <= magnitude < 7:
-        return fixed(value, digits - 1 - magnitude)
-    return f"{fixed(value / 10.0**magnitude, digits - 1)}{NARROW}×{NARROW}10{superscript(magnitude)}"
+    power = magnitude(value, digits)
+    if -4 <= power < 7:
+        return fixed(value, digits - 1 - power)
+    return f"{fixed(value / 10.0**power, digits - 1)}{NARROW}×{NARROW}10{superscript(power)}"
+
+
+def signed(value: float, digits: int = 3) -> str:
+    text = significant(value, digits)
+    return f"+{text}" if value > 0 and text != "0" else text
 
 
 def superscript(power: int) -> str:
     return str(power).translate(_SUPERSCRIPT)
 
 
-def reading(value: float, low: float = math.nan, high: float = math.nan) -> Reading:
+def rounded(value: float, low: float = math.nan, high: float = math.nan) -> RoundedEstimate:
     """Write a value and its interval with two significant digits of the narrower half-width."""
     if not math.isfinite(value):
-        return Reading(DASH)
+        return RoundedEstimate(DASH)
     above, below = high - value, value - low
     halves = [h for h in (above, below) if math.isfinite(h) and h > _NOTHING]
     if not halves:
@@ -92,20 +99,20 @@ def reading(value: float, low: float = math.nan, high: float = math.nan) -> Read
     exponent = _exponent(largest)
     scale = 10.0**-exponent
     # Digits a billion times finer than the number itself would only print its rounding errors.
-    decimals = 1 - _magnitude(max(min(halves), largest * 1e-9) * scale, 2)
+    decimals = 1 - magnitude(max(min(halves), largest * 1e-9) * scale, 2)
 
     def shown(x: float) -> str:
         return fixed(x * scale, decimals) if math.isfinite(x) else DASH
 
-    return Reading(shown(value), shown(above), shown(below), shown(low), shown(high), exponent)
+    return RoundedEstimate(shown(value), shown(above), shown(below), shown(low), shown(high), exponent)
 
 
-def _exact(value: float) -> Reading:
+def _exact(value: float) -> RoundedEstimate:
     exponent = _exponent(abs(value))
     text = f"{value * 10.0**-exponent:.6g}"
     if "e" in text:
-        return Reading(significant(value, 6))
-    return Reading(text.replace("-", MINUS), exponent=exponent)
+        return RoundedEstimate(significant(value, 6))
+    return RoundedEstimate(text.replace("-", MINUS), exponent=exponent)
 
 
 def _exponent(size: float) -> int:
@@ -114,14 +121,9 @@ def _exponent(size: float) -> int:
     return math.floor(math.log10(size))
 
 
-def _magnitude(value: float, digits: int) -> int:
-    """The power of ten of the leading digit after rounding to so many digits (9.99 to two digits is 10)."""
-    return int(f"{abs(value):.{digits - 1}e}".partition("e")[2])
-
-
 def estimate_text(estimate: Estimate) -> str:
     """One line for the terminal: ``0.560 ± 0.013 m²  (2.4 %)``."""
-    r = reading(estimate.value, *estimate.interval95)
+    r = rounded(estimate.value, *estimate.interval95)
     power = f"{NARROW}×{NARROW}10{superscript(r.exponent)}" if r.exponent else ""
     shown = unit(estimate.unit)
     if not r.plus:
