@@ -37,9 +37,9 @@ def test_digits_follow_the_interval(value: float, low: float, high: float, expec
 @given(st.floats(allow_nan=True), st.floats(allow_nan=True), st.floats(allow_nan=True))
 def test_any_three_numbers_can_be_written(value: float, low: float, high: float) -> None:
     rounded = typography.rounded(value, low, high)
-    assert reading.value
-    assert len(reading.value) < 30
-    assert "nan" not in f"{reading}"
+    assert rounded.value
+    assert len(rounded.value) < 30
+    assert "nan" not in f"{rounded}"
     assert typography.relative(value, low, high)
 
 
@@ -47,8 +47,8 @@ def test_any_three_numbers_can_be_written(value: float, low: float, high: float)
 def test_written_interval_is_the_given_one(value: float, share: float) -> None:
     half = share * value
     rounded = typography.rounded(value, value - half, value + half)
-    assert float(reading.plus) == pytest.approx(half, rel=0.06)
-    assert abs(float(reading.value) - value) <= 0.06 * half
+    assert float(rounded.plus) == pytest.approx(half, rel=0.06)
+    assert abs(float(rounded.value) - value) <= 0.06 * half
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,9 @@ def test_symbols(symbol: str, parts: tuple[tuple[str, str], ...]) -> None:
 
 
 def test_prose_sets_signs_but_leaves_names_and_ranges_alone() -> None:
-    text = typography.prose("A headwind of 2.9 +- 0.1 m/s, -3 N, 0.5 m^2, doi 10.4271/2017-01-1574, runs 2-3, coast_2-a")
+    text = typography.prose(
+        "A headwind of 2.9 +- 0.1 m/s, -3 N, 0.5 m^2, doi 10.4271/2017-01-1574, runs 2-3, coast_2-a"
+    )
     assert text.replace("\N{NO-BREAK SPACE}", " ") == (
         "A headwind of 2.9 ± 0.1 m/s, −3 N, 0.5 m², doi 10.4271/2017-01-1574, runs 2-3, coast_2-a"
     )

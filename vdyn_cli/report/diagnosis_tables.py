@@ -161,7 +161,8 @@ def next_tests(entries: Sequence[NextTest], answered: bool = False) -> TextTable
         apart = "the effect, at the size assumed below, differs from zero" if answered else "the effects differ"
         caption += f" Expected t: by how many standard errors {apart}; 6 is safe, 2 is not."
     title = "Tests for the remaining effects" if answered else "Next test"
-    columns = ("what to do", "effect" if answered else "separates", "runs", "expected t")
+    separates = "separates" if any(len(e.separates) > 1 for e in entries) else "effect"
+    columns = ("what to do", separates, "runs", "expected t")
     return _filled(title, caption.strip(), columns, rows, (False, False, True, True))
 
 
