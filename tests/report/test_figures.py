@@ -170,7 +170,7 @@ def test_speed_is_shown_in_everyday_units() -> None:
 
 def test_runs_stand_side_by_side_under_their_names() -> None:
     svg = drawn(runs(4))
-    assert [t for t in texts(svg) if t.startswith("r")][:4] == ["residual, its running mean dark", "r0", "r1", "r2"]
+    assert [t for t in texts(svg) if t.startswith("r")][:4] == ["residual (running mean dark)", "r0", "r1", "r2"]
 
 
 def test_many_runs_are_chosen_by_their_error() -> None:
@@ -222,7 +222,7 @@ def test_runs_without_a_known_sample_beside_good_ones() -> None:
 
 def test_an_x_that_goes_to_and_fro_is_drawn_as_points() -> None:
     for c in examples.tire().comparisons[:1]:
-        assert not channel_traces([c], 0.012, "")[0].traces[0].along
+        assert not channel_traces([c], 0.012, "")[0].traces[0].rising
         drawn((c,))
 
 

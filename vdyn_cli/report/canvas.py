@@ -1,4 +1,4 @@
-"""The sheet that figures are drawn on, in page pixels, and its way into a page as lean SVG. The door to matplotlib."""
+"""The sheet on which figures are drawn, in page pixels, and its compact SVG. The door to matplotlib."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Sheet
 
-# Okabe and Ito's palette: told apart by color-blind readers, and in black and white by line style.
+# The palette of Okabe and Ito, which color-blind readers can discriminate; line styles do it in black and white.
 INK, GRAY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
 BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 ORANGE, SKY, YELLOW = "#E69F00", "#56B4E9", "#F0E442"
@@ -45,7 +45,7 @@ _STYLE: Any = {
 
 @dataclass(frozen=True)
 class PlotArea:
-    """A panel's place on the sheet, px from its upper left corner."""
+    """The place of axes on the sheet, px from its upper left corner."""
 
     left: float
     top: float
@@ -66,7 +66,7 @@ class LegendEntry:
 
 
 def style() -> Any:
-    """The drawing settings as a context; the user's own matplotlib settings never reach a report."""
+    """The drawing settings as a context, so that the user's own matplotlib settings have no influence."""
     import matplotlib
 
     return matplotlib.rc_context(_STYLE)
@@ -80,6 +80,7 @@ def every_stroke() -> Any:
 
 
 def sheet(width: float, height: float) -> Sheet:
+    """An empty sheet of width by height, px."""
     from matplotlib.figure import Figure as Sheet
 
     return Sheet(figsize=(width / 72, height / 72), dpi=72, facecolor="none")
@@ -120,7 +121,7 @@ def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[li
 
 
 def tick_text(value: float, step: float, grouped: bool = False) -> str:
-    """A tick's number with the decimals that its spacing needs, its thousands set apart where asked."""
+    """A tick's number with the decimals that its spacing needs, its thousands separated where requested."""
     largest = max(abs(value), step)
     if step < 1e-5 or largest >= 1e7:
         return "0" if abs(value) < 1e-9 * step else typography.significant(value, 3)
@@ -145,7 +146,7 @@ def scale_axis(axes: Axes, which: Literal["x", "y"], room: float, apart: float, 
 
 
 def legend_rows(keys: Sequence[LegendEntry], width: float) -> list[list[tuple[float, LegendEntry]]]:
-    """The legend's entries set in lines of a given width: each with its px from the left."""
+    """The entries of a legend in rows of a given width: each with its px from the left."""
     rows: list[list[tuple[float, LegendEntry]]] = []
     at = math.inf
     for key in keys:

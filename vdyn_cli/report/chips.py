@@ -11,7 +11,7 @@ from vdyn_cli.report import typography
 
 @dataclass(frozen=True)
 class Chip:
-    """One reading of the instrument strip; ``mood`` is good, fair or bad, or empty where there is nothing to judge."""
+    """One key number; ``mood`` is good, fair or bad, or empty for a number that has no target."""
 
     label: str
     value: str
@@ -22,12 +22,14 @@ class Chip:
 
 
 def chips(fit: FitSummary, findings: int, slug: str, gained: bool = False, doubted: bool = False) -> tuple[Chip, ...]:
-    """Residual against noise floor, held-out error, runs, the unit behind the intervals, what to read before use.
+    """Residual and noise floor, held-out error, runs, independent units of the intervals, warnings.
 
     Parameters
     ----------
-    gained : a gain on held-out runs is shown beside them, so that the held-out error is not said twice.
-    doubted : something is wrong that the model lacks: a noise floor taken from the same residual is no praise.
+    findings : the number of data findings to read before use.
+    slug : begins the ids of the page.
+    gained : the gain on held-out runs is shown beside the chips, so that the held-out error is left out here.
+    doubted : the model lacks an effect, so that a residual near the noise floor does not count as good.
     """
     out = []
     shown = typography.unit(fit.unit)
@@ -42,21 +44,19 @@ def chips(fit: FitSummary, findings: int, slug: str, gained: bool = False, doubt
             )
         )
     if fit.held_out_rms is not None and math.isfinite(fit.held_out_rms) and not gained:
-        out.append(
-            Chip("held-out rms", typography.significant(fit.held_out_rms, 2), shown, "on runs not seen by the fit")
-        )
+        out.append(Chip("held-out rms", typography.significant(fit.held_out_rms, 2), shown, "runs not used in the fit"))
     if fit.runs:
         note = typography.count(len(fit.unknowns), "unknown") + " estimated" if fit.unknowns else ""
         out.append(Chip("runs", str(len(fit.runs)), "", note))
     if fit.interval_units:
         kind = typography.count(fit.interval_units, fit.interval_unit or "unit").partition(" ")[2]
-        out.append(Chip("intervals from", str(fit.interval_units), kind, "independent units of evidence"))
+        out.append(Chip("intervals from", str(fit.interval_units), kind, "independent units"))
     if fit.warnings or findings:
         notes = [typography.count(len(fit.warnings), "warning")] if fit.warnings else []
         link = f"#{slug}-warnings" if fit.warnings else f"#{slug}-data"
         if findings:
             notes.append(typography.count(findings, "data finding"))
-        out.append(Chip("to read first", str(len(fit.warnings) + findings), "", ", ".join(notes), "fair", link))
+        out.append(Chip("warnings", str(len(fit.warnings) + findings), "", ", ".join(notes), "fair", link))
     return tuple(out)
 
 

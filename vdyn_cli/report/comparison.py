@@ -1,4 +1,4 @@
-"""The standard figure of every step: measured and simulated above, what is left below, run beside run."""
+"""The standard figure of every step: measured and simulated above, the residual below, the runs side by side."""
 
 from __future__ import annotations
 
@@ -29,7 +29,12 @@ _BEFORE = LegendEntry("simulated before the extension", canvas.VERMILLION, dashe
 
 
 def comparison_svg(channel: ChannelTraces, name: str = "comparison") -> str:
-    """Draw one channel's runs side by side, the residuals below on the same strip."""
+    """Draw one channel: the runs side by side, each in a panel of its own, with the residuals below.
+
+    Parameters
+    ----------
+    name : begins the ids of the SVG element.
+    """
     traces = drawn_traces(channel.traces)
     panels = lay_out(traces, _STRIP)
     unit = f", {typography.unit(channel.unit)}" if channel.unit else ""
@@ -37,39 +42,39 @@ def comparison_svg(channel: ChannelTraces, name: str = "comparison") -> str:
     aside = max(_LEFT, 34 + canvas.label_room(title))
     keys = canvas.legend_rows(_legend(channel, traces), WIDTH - aside)
     top = 52.0 + 20.0 * (len(keys) - 1)
-    rests = _rests(channel, traces)
-    height = top + _ABOVE + len(rests) * (_BETWEEN + _BELOW) + _BOTTOM
+    rows = _residual_rows(channel, traces)
+    height = top + _ABOVE + len(rows) * (_BETWEEN + _BELOW) + _BOTTOM
     with canvas.style():
         page = canvas.sheet(WIDTH, height)
         canvas.draw_legend(page, keys, aside, 0)
         canvas.text_at(page, 4, 14.5, title)
         canvas.text_at(page, WIDTH - _RIGHT, height - 6, typography.prose(channel.x_label), ha="right")
         _draw_runs(page, traces, panels, top)
-        for number, (title, reach, before) in enumerate(rests):
+        for number, (title, limit, before) in enumerate(rows):
             area = PlotArea(_LEFT, top + _ABOVE + _BETWEEN + number * (_BETWEEN + _BELOW), _STRIP, _BELOW)
             canvas.text_at(page, 4, area.top - 8, title + unit)
-            axes = _draw_residuals(page, panels, area, reach, before, channel.noise)
-            if number == len(rests) - 1:
+            axes = _draw_residuals(page, panels, area, limit, before, channel.noise)
+            if number == len(rows) - 1:
                 _x_ticks(axes, panels)
-        return canvas.to_svg(page, f"{typography.name(channel.name)}: measured and simulated, and what is left", name)
+        return canvas.to_svg(page, f"{typography.name(channel.name)}: measured, simulated and residual", name)
 
 
-def _rests(channel: ChannelTraces, traces: tuple[RunTrace, ...]) -> list[tuple[str, float, bool]]:
-    """The residual panels: title, reach of the scale, whether the residual before the extension is in it.
+def _residual_rows(channel: ChannelTraces, traces: tuple[RunTrace, ...]) -> list[tuple[str, float, bool]]:
+    """The residual rows: title, limit of the scale, whether they include the residual before the extension.
 
-    Where the extension mended much, what is left gets a panel of its own scale.
+    Where the extension removes most of the residual, the remainder gets a row with its own scale.
     """
     least = 3 * (channel.noise or 0.0)
-    after = max(_reach([judged_residual(t) for t in traces]), least)
-    before = _reach([t.before for t in traces if t.before is not None])
+    after = max(_limit([judged_residual(t) for t in traces]), least)
+    before = _limit([t.before for t in traces if t.before is not None])
     title = "measured − simulated"
     if before <= 2.5 * after:
         return [(title, max(after, before) or 1.0, True)]
     return [(f"{title}, before and after the extension", before, True), ("after the extension, enlarged", after, False)]
 
 
-def _reach(residuals: list[Array]) -> float:
-    """The size that all but the outermost few samples stay below, 0 without any."""
+def _limit(residuals: list[Array]) -> float:
+    """The 99.8 % quantile of the absolute residual, so that single outliers do not set the scale; 0 without samples."""
     size = np.abs(np.concatenate([*residuals, np.empty(0)]))
     size = size[np.isfinite(size)]
     return float(np.percentile(size, 99.8)) if size.size else 0.0
@@ -80,7 +85,7 @@ def _legend(channel: ChannelTraces, traces: tuple[RunTrace, ...]) -> list[Legend
     if any(t.baseline is not None for t in traces):
         keys.append(_BEFORE)
     if any(_smoothable(t) for t in traces):
-        keys.append(LegendEntry("residual, its running mean dark", canvas.SKY, width=1.2))
+        keys.append(LegendEntry("residual (running mean dark)", canvas.SKY, width=1.2))
     if channel.noise is not None:
         keys.append(LegendEntry("noise floor, 95 %", canvas.GREEN, "patch", alpha=0.2))
     if any(t.held_out for t in traces):
@@ -89,7 +94,7 @@ def _legend(channel: ChannelTraces, traces: tuple[RunTrace, ...]) -> list[Legend
 
 
 def _draw_runs(page: Sheet, traces: tuple[RunTrace, ...], panels: tuple[Panel, ...], top: float) -> None:
-    """The upper panel: what was measured and simulated, under the runs' names."""
+    """The upper row: measured and simulated, below the names of the runs."""
     seen = [v[np.isfinite(v)] for t in traces for v in (t.measured, t.simulated, t.baseline) if v is not None]
     values = np.concatenate([*seen, np.empty(0)])
     axes = canvas.add_axes(page, PlotArea(_LEFT, top, _STRIP, _ABOVE))
@@ -97,23 +102,23 @@ def _draw_runs(page: Sheet, traces: tuple[RunTrace, ...], panels: tuple[Panel, .
     canvas.scale_axis(axes, "y", _ABOVE, 42, grid=True)
     for panel in panels:
         _draw_run(axes, panel)
-        _furnish(axes, panel)
+        _mark(axes, panel)
         name = typography.shortened(panel.trace.run, max(int(panel.width / canvas.label_room("x", 12)), 2))
         canvas.text_at(page, _LEFT + panel.left + 0.5 * panel.width, top - 8, name, 12, canvas.GRAY, ha="center")
 
 
 def _draw_residuals(
-    page: Sheet, panels: tuple[Panel, ...], area: PlotArea, reach: float, before: bool, noise: float | None
+    page: Sheet, panels: tuple[Panel, ...], area: PlotArea, limit: float, before: bool, noise: float | None
 ) -> Axes:
     axes = canvas.add_axes(page, area)
-    axes.set(xlim=(0, area.width), ylim=(-1.08 * reach, 1.08 * reach))
+    axes.set(xlim=(0, area.width), ylim=(-1.08 * limit, 1.08 * limit))
     canvas.scale_axis(axes, "y", area.height, 30, grid=True)
     for panel in panels:
         _draw_residual(axes, panel, before)
-        _furnish(axes, panel)
+        _mark(axes, panel)
     if noise is not None:
         axes.axhspan(-_BAND * noise, _BAND * noise, color=canvas.GREEN, alpha=0.2, lw=0, zorder=1.2)
-        edges = (-_BAND * noise, _BAND * noise) if _BAND * noise > 0.1 * reach else ()
+        edges = (-_BAND * noise, _BAND * noise) if _BAND * noise > 0.1 * limit else ()
         for edge in edges:
             axes.axhline(edge, color=canvas.DARK_GREEN, lw=1, ls=(0, (4, 2)), zorder=2.9)
     axes.axhline(0, color=canvas.INK, lw=0.8, zorder=4)
@@ -123,7 +128,7 @@ def _draw_residuals(
 
 def _draw_run(axes: Axes, panel: Panel) -> None:
     one, area = panel.trace, PlotArea(0, 0, panel.width, _ABOVE)
-    if one.along:
+    if one.rising:
         for used, color in ((True, canvas.CLOUD), (False, "#d9d9d9")):
             _line(
                 axes, panel, _where(one.measured, one.used == used), LegendEntry("", color, width=_MEASURED.width), 2.0
@@ -158,8 +163,8 @@ def _draw_residual(axes: Axes, panel: Panel, before: bool) -> None:
 
 
 def _samples(axes: Axes, panel: Panel, residual: Array, color: str, level: float) -> None:
-    """A residual as a line where x runs on, as dots elsewhere."""
-    if panel.trace.along:
+    """A residual as a line where x only rises, else as dots."""
+    if panel.trace.rising:
         _line(axes, panel, residual, LegendEntry("", color, width=0.9), level)
     else:
         dots(axes, panel.px(panel.trace.x), residual, color, PlotArea(0, 0, panel.width, _BELOW), level)
@@ -191,8 +196,8 @@ def _line(axes: Axes, panel: Panel, values: Array, key: LegendEntry, level: floa
         axes.plot(x, y, color=key.color, lw=key.width, ls=key.dashes, zorder=level, solid_joinstyle="round")
 
 
-def _furnish(axes: Axes, panel: Panel) -> None:
-    """A held-out panel's shade, and the line to its neighbour."""
+def _mark(axes: Axes, panel: Panel) -> None:
+    """The shade of a held-out run, and the line between neighboring panels."""
     if panel.trace.held_out:
         axes.axvspan(panel.left, panel.left + panel.width, color=canvas.HELD_OUT, lw=0, zorder=0.5)
     if panel.left:
@@ -200,7 +205,7 @@ def _furnish(axes: Axes, panel: Panel) -> None:
 
 
 def _x_ticks(axes: Axes, panels: tuple[Panel, ...]) -> None:
-    """Every panel's own scale; a tick whose text would run into the next panel's goes without."""
+    """The scale of each panel; a tick label that would overlap the next panel's is left out."""
     at, texts = [], []
     free = -np.inf
     for panel in panels:
@@ -216,43 +221,41 @@ def _x_ticks(axes: Axes, panels: tuple[Panel, ...]) -> None:
 
 
 def caption(channel: ChannelTraces) -> str:
-    """What the standard figure shows, in numbers of these very runs, and how good and bad look."""
+    """What the figure shows, with the numbers of these runs, and how good and bad fits look."""
     traces = drawn_traces(channel.traces)
-    text = f"Measured (gray) and simulated (blue) {typography.name(channel.name)}, {_beside(traces)};"
-    text += " below, measured minus simulated."
+    text = f"Above: measured (gray) and simulated (blue) {typography.name(channel.name)}, {_beside(traces)}."
+    text += " Below: measured − simulated."
     if len(traces) < len(channel.traces):
-        text += (
-            f" Drawn are the {len(traces)} of {len(channel.traces)} runs with the smallest, middle and largest error."
-        )
+        text += f" Shown: {len(traces)} of {len(channel.traces)} runs, those with the smallest, middle and largest rms."
     if channel.noise is not None:
         left = np.concatenate([judged_residual(t) for t in channel.traces] or [np.empty(0)])
         left = left[np.isfinite(left)]
         if left.size:
             share = 100 * float(np.mean(np.abs(left) <= _BAND * channel.noise))
-            text += f" {share:.0f} % of the samples lie inside the noise band; sensor noise alone would leave 95 %."
+            text += f" {share:.0f} % of the samples lie inside the 95 % noise band."
     if channel.extended:
-        text += f" {_gain(channel)}"
-    good = "fills its band evenly" if channel.noise is not None else "is an even noise"
+        text += f" {_rms_change(channel)}"
+    good = "fills the noise band" if channel.noise is not None else "looks like noise"
     return text + (
-        f" Good: the residual {good}, its running mean stays"
-        " near zero, and all runs look alike. Bad: a slope, a hump at the same place in every run, or signs that change"
-        " with the direction, which speak of a force or a sensor error that the model lacks."
+        f" Good: the residual {good}, its running mean is near zero, and all runs look alike. Bad: a slope, a peak at"
+        " the same place in every run, or a sign that changes with the direction: the model lacks a force or a sensor"
+        " error."
     )
 
 
 def _beside(traces: tuple[RunTrace, ...]) -> str:
     if len(traces) == 1:
         return "one run"
-    return f"{len(traces)} runs side by side" + (", each from its own start" if traces and traces[0].along else "")
+    return f"{len(traces)} runs side by side" + (", each with its own time axis" if traces and traces[0].rising else "")
 
 
-def _gain(channel: ChannelTraces) -> str:
-    """Before and after the extension, on the runs that the extension has not seen where there are any."""
+def _rms_change(channel: ChannelTraces) -> str:
+    """The rms before and after the extension: of the held-out runs where there are any, else of all."""
     extended = [t for t in channel.traces if t.before is not None]
     unseen = [t for t in extended if t.held_out]
-    judged_on = unseen or extended
-    before = rms(np.concatenate([t.before for t in judged_on if t.before is not None]))
-    after = rms(np.concatenate([t.residual for t in judged_on]))
+    compared = unseen or extended
+    before = rms(np.concatenate([t.before for t in compared if t.before is not None]))
+    after = rms(np.concatenate([t.residual for t in compared]))
     where = "On the held-out runs" if unseen else "On these runs"
     numbers = f"{typography.significant(before, 2)} to {typography.quantity(after, channel.unit, 2)}"
-    return f"{where} the extension takes the root mean square from {numbers}."
+    return f"{where} the extension changes the rms from {numbers}."

@@ -36,7 +36,12 @@ _DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = ("-", (0, (6, 2)), 
 
 
 def figure_svg(figure: Figure, name: str = "") -> str:
-    """Draw a figure as one SVG element; ids start with ``name`` (the figure's key when empty), same input same text."""
+    """Draw a figure as one SVG element; the same figure gives the same text.
+
+    Parameters
+    ----------
+    name : begins the ids of the element; the key of the figure when empty.
+    """
     looks = _looks(figure.series)
     keys = _keys(figure.series, looks)
     rows = canvas.legend_rows(keys, WIDTH - _LEFT) if len(keys) > 1 else []
@@ -130,7 +135,7 @@ def _limits(figure: Figure) -> tuple[float, float, float, float] | None:
 
 
 def _frame(axes: Axes, figure: Figure, limits: tuple[float, float, float, float] | None, area: PlotArea) -> None:
-    """Set the axes' limits with a little air around the data."""
+    """Set the limits of the axes with a margin around the data."""
     if figure.image is not None:
         rows, columns = figure.image.shape[:2]
         axes.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
@@ -144,7 +149,7 @@ def _frame(axes: Axes, figure: Figure, limits: tuple[float, float, float, float]
 
 
 def padded(low: float, high: float, share: float) -> tuple[float, float]:
-    """Limits with air around them, also where all values are one."""
+    """Limits with a margin of ``share`` of the span, also where all values are equal."""
     span = high - low
     air = span * share if span > 1e-12 * max(abs(low), abs(high)) and span > 0 else 0.1 * abs(high) or 1.0
     return low - air, high + air
@@ -192,9 +197,9 @@ def _band(axes: Axes, x: Array, y: Array, y2: Array, key: LegendEntry, order: fl
     axes.fill_between(x, y, y2, where=known.tolist(), color=key.color, alpha=key.alpha, linewidth=0, zorder=order)
 
 
-def dots(axes: Axes, x: Array, y: Array, color: str, area: PlotArea, order: float, alpha: float = 1.0) -> None:
-    """A cloud of points as one path of round-capped dots, which is a tenth of the size of markers."""
-    # A dense cloud steps back, so that the curve through it can be seen.
+def dots(axes: Axes, x: Array, y: Array, color: str, area: PlotArea, order: float) -> None:
+    """A cloud of points as one path of round-capped dots, a tenth of the size of markers in the SVG."""
+    # A dense cloud is paler, so that a curve through it stays visible.
     if color == canvas.INK and np.count_nonzero(np.isfinite(x) & np.isfinite(y)) > 300:
         color = canvas.CLOUD
     chosen = decimation.cloud(x, y, (int(area.width / 1.5), int(area.height / 1.5)), _DOTS)
@@ -204,7 +209,7 @@ def dots(axes: Axes, x: Array, y: Array, color: str, area: PlotArea, order: floa
     xs = np.stack([x[chosen], x[chosen], gap], axis=1).ravel()
     ys = np.stack([y[chosen], y[chosen], gap], axis=1).ravel()
     with canvas.every_stroke():
-        axes.plot(xs, ys, color=color, lw=size, alpha=alpha, solid_capstyle="round", zorder=order)
+        axes.plot(xs, ys, color=color, lw=size, solid_capstyle="round", zorder=order)
 
 
 def _error_bars(axes: Axes, x: Array, y: Array, error: Array, color: str, order: float) -> None:

@@ -1,4 +1,4 @@
-"""Runs side by side on one strip of the page: each in its own panel, from its own start."""
+"""Runs side by side in one row of the page: each in a panel with its own x scale."""
 
 from __future__ import annotations
 
@@ -17,16 +17,15 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-MOST = 12  # panels that still show the shape of a trace on a laptop
+MOST = 12  # panels in a row: at 1150 px each is then about 90 px wide, enough for the shape of a run
 _GAP = 10.0  # px between panels
 
 
 @dataclass(frozen=True)
 class RunTrace:
-    """A comparison ready to draw: plain floats in the unit shown, equal lengths.
+    """A comparison ready to draw: floats in the unit shown, all of shape (n,).
 
-    ``used`` marks the samples behind the fit; ``residual`` is measured minus simulated, ``before`` the same for the
-    model before its extension (None without one).
+    ``used`` marks the samples in the fit; ``baseline`` is the simulation before the extension (None without one).
     """
 
     run: str
@@ -39,22 +38,24 @@ class RunTrace:
 
     @cached_property
     def residual(self) -> Array:
+        """Measured minus simulated."""
         return self.measured - self.simulated
 
     @cached_property
     def before(self) -> Array | None:
+        """Measured minus the simulation before the extension, None without one."""
         return None if self.baseline is None else self.measured - self.baseline
 
     @cached_property
-    def along(self) -> bool:
-        """Whether x only ever rises, as time does; a slip or an angle goes to and fro."""
+    def rising(self) -> bool:
+        """Whether x never falls, like time; slip and angles go back and forth."""
         x = self.x[np.isfinite(self.x)]
         return bool(x.size < 2 or np.all(np.diff(x) >= 0))
 
 
 @dataclass(frozen=True)
 class ChannelTraces:
-    """All runs of one channel in one unit, with the noise floor where it is known."""
+    """All runs of one channel in one unit; ``noise`` is the noise floor, None where it is unknown."""
 
     name: str
     unit: str
@@ -64,10 +65,11 @@ class ChannelTraces:
 
     @property
     def extended(self) -> bool:
+        """Whether the model was extended."""
         return any(t.baseline is not None for t in self.traces)
 
     def before(self) -> ChannelTraces:
-        """The channel as the model simulated it before its extension."""
+        """The channel with the simulation before the extension in place of the final one."""
         traces = tuple(
             t if t.baseline is None else replace(t, simulated=t.baseline, baseline=None) for t in self.traces
         )
@@ -76,7 +78,7 @@ class ChannelTraces:
 
 @dataclass(frozen=True)
 class Panel:
-    """Where a trace stands: its x range and its px range on the strip."""
+    """The place of a run: its x range, and its px range in the row."""
 
     trace: RunTrace
     start: float
@@ -85,11 +87,17 @@ class Panel:
     width: float
 
     def px(self, x: Array) -> Array:
+        """px from the left of the row."""
         return self.left + (x - self.start) / (self.end - self.start) * self.width
 
 
 def channel_traces(comparisons: Sequence[Comparison], noise: float, noise_unit: str) -> tuple[ChannelTraces, ...]:
-    """Group comparisons by channel, in everyday units, in the order in which they come."""
+    """Group comparisons by channel, in everyday units, in the given order.
+
+    Parameters
+    ----------
+    noise, noise_unit : the noise floor of the fit, and its unit; channels of another unit have none.
+    """
     groups: dict[tuple[str, str, str], list[Comparison]] = {}
     for one in comparisons:
         groups.setdefault((one.channel, one.unit, one.x_label), []).append(one)
@@ -108,7 +116,7 @@ def _shown_unit(channel: str, unit: str) -> tuple[str, float]:
 
 
 def run_trace(one: Comparison, factor: float = 1.0) -> RunTrace:
-    """A comparison as plain floats of one length."""
+    """A comparison as floats of equal length, scaled by ``factor``."""
     arrays = [decimation.finite(v) for v in (one.x, one.measured, one.simulated)]
     baseline = None if one.baseline is None else decimation.finite(one.baseline)
     used = None if one.used is None else np.asarray(one.used, dtype=bool).ravel()
@@ -131,12 +139,12 @@ def rms(values: Array) -> float:
 
 
 def judged_residual(one: RunTrace) -> Array:
-    """The residual by which a run is judged: of the samples used, or of all where none was (a held-out run)."""
+    """The residual of the samples in the fit, or of all samples of a run that the fit does not use."""
     return one.residual[one.used] if one.used.any() else one.residual
 
 
 def drawn_traces(traces: Sequence[RunTrace]) -> tuple[RunTrace, ...]:
-    """The traces to draw: all, or of many the best, middle and worst by their residual, in their own order."""
+    """The runs to draw: all, or of more than MOST those with the smallest, middle and largest rms, in their order."""
     drawable = [i for i, t in enumerate(traces) if np.isfinite(t.x).any()]
     if len(drawable) <= MOST:
         return tuple(traces[i] for i in drawable)
@@ -149,7 +157,7 @@ def drawn_traces(traces: Sequence[RunTrace]) -> tuple[RunTrace, ...]:
 
 
 def lay_out(traces: Sequence[RunTrace], width: float) -> tuple[Panel, ...]:
-    """Share a strip's width: by the length of the runs, but none below a third of an equal share."""
+    """Divide the width of a row by the lengths of the runs; no panel is below a third of an equal share."""
     if not traces:
         return ()
     ends = [(float(np.nanmin(t.x)), float(np.nanmax(t.x))) for t in traces]

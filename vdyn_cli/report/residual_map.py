@@ -1,4 +1,4 @@
-"""Where the simulation is wrong: the mean residual of every run, over x and over the measured value, as colors."""
+"""Where the model is wrong: the mean residual of every run over x and over the measured value, as colors."""
 
 from __future__ import annotations
 
@@ -25,14 +25,17 @@ _LEAST, _SHARE = 3, 1 / 8  # samples behind a cell, at least: so many, and so mu
 
 
 def has_map(channel: ChannelTraces) -> bool:
-    """Whether there are runs to compare: at least two with samples enough to average."""
+    """Whether there are runs to compare: at least two with 60 samples, two for each bin."""
     return sum(int(np.count_nonzero(np.isfinite(t.residual) & np.isfinite(t.x)) >= 60) for t in channel.traces) >= 2
 
 
 def map_svg(channel: ChannelTraces, name: str = "map", limit: float = 0.0) -> str:
-    """Draw the mean residual per run and bin, twice: along x, and along the measured value.
+    """Draw the mean residual per run and bin, twice: over x, and over the measured value.
 
-    ``limit`` is the residual of full color, found from the channel where it is 0.
+    Parameters
+    ----------
+    name : begins the ids of the SVG element.
+    limit : the residual of full color, found from the channel where it is 0.
     """
     traces = channel.traces
     row = float(np.clip(320 / len(traces), 4, 22))
@@ -54,20 +57,20 @@ def map_svg(channel: ChannelTraces, name: str = "map", limit: float = 0.0) -> st
         canvas.text_at(page, 4, 14.5, f"mean of measured − simulated{unit}")
         _name_rows(page, traces, row)
         _draw_scale(page, PlotArea(WIDTH - _RIGHT + 22, _TOP, 14, max(tall, 66)), limit)
-        return canvas.to_svg(page, f"Where the simulated {typography.name(channel.name)} is wrong", name)
+        return canvas.to_svg(page, f"Mean residual of the {typography.name(channel.name)} over runs", name)
 
 
 def caption(channel: ChannelTraces) -> str:
     """How to read the map."""
     return (
-        f"Mean residual of the {typography.name(channel.name)}, one row a run; left along the run, right over the"
-        " measured value. Good: pale everywhere, or colors without order. Bad: the same color down a"
-        " column (an error that every run has there), or rows that alternate with the direction (wind or grade)."
+        f"Mean residual of the {typography.name(channel.name)}, one row per run. Left: along the run. Right: over the"
+        " measured value. Good: pale, or colors without a pattern. Bad: one color down a column (an error that all runs"
+        " share), or rows that alternate with the direction (wind or grade)."
     )
 
 
 def limit(channel: ChannelTraces) -> float:
-    """The residual of full color of this channel's map."""
+    """The residual that has the full color in the map of this channel."""
     along, over = _along_and_over(channel)
     return _limit(channel, along[1], over[1])
 
@@ -94,7 +97,7 @@ def _row(position: Array, one: RunTrace, edges: Array) -> Array:
 
 
 def _limit(channel: ChannelTraces, *cells: Array) -> float:
-    """The residual of full color: what all but the outermost cells stay below, at least the noise floor."""
+    """The residual of full color: the 98 % quantile of the cells, at least the noise floor."""
     size = np.abs(np.concatenate([c.ravel() for c in cells]))
     size = size[np.isfinite(size)]
     return max(float(np.percentile(size, 98)) if size.size else 0.0, channel.noise or 0.0) or 1.0

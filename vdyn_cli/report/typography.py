@@ -1,4 +1,4 @@
-"""Numbers, units and names as a well-set page shows them: digits from the interval, superscripts, real minus signs."""
+"""Numbers, units and names as a page shows them: digits from the interval, superscripts, minus signs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _UNITS = {"deg": "°", "degree": "°", "degC": "°C", "degF": "°F", "um": "µm"
 # Units kept on one line with the number before them.
 _SHORT_UNITS = r"kg|N|kN|Nm|m|mm|km/h|m/s|s|ms|Hz|rad|°C|°|m²|N·m|kg·m²|kN/m|N/m"
 
-# Units that a test engineer thinks in, beside the SI ones: unit -> (everyday unit, factor).
+# Everyday units of test engineers: SI unit -> (unit, factor).
 _EVERYDAY = {"m/s": ("km/h", 3.6), "rad": ("°", 180 / math.pi)}
 
 
@@ -34,7 +34,7 @@ _NOTHING = 1e-280  # below, a double has lost its digits
 
 @dataclass(frozen=True)
 class RoundedEstimate:
-    """A value with its 95 % interval, written with the digits that the interval justifies.
+    """A value with its 95 % interval as texts, with the digits that the interval justifies.
 
     ``plus`` and ``minus`` are the half-widths, the same text when they differ by less than a tenth, and empty
     where there is no interval. ``exponent`` is the power of ten common to all, or 0.
@@ -49,23 +49,24 @@ class RoundedEstimate:
 
     @property
     def symmetric(self) -> bool:
+        """Whether both half-widths are the same text."""
         return self.plus == self.minus
 
 
 def clean(text: object) -> str:
-    """Text without what no page can hold: control characters become spaces, lone surrogates a replacement mark."""
+    """Text without characters that HTML forbids: control characters become spaces, lone surrogates a mark."""
     plain = str(text).encode("utf-8", "replace").decode("utf-8")
     return "".join(" " if (ord(c) < 32 and c != "\n") or 127 <= ord(c) < 160 else c for c in plain)
 
 
 def fixed(value: float, decimals: int) -> str:
-    """A number with so many decimals (negative: rounded to tens, hundreds ...), never "-0"."""
+    """A number with ``decimals`` decimals (negative: rounded to tens, hundreds ...), never "-0"."""
     text = f"{round(value, decimals):.{max(decimals, 0)}f}"
     return text.lstrip("-") if float(text) == 0 else text.replace("-", MINUS)
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """A number of so many significant digits; powers of ten only where a plain number would be unreadable."""
+    """A number with ``digits`` significant digits; with a power of ten below 1e-4 and from 1e7."""
     if not math.isfinite(value):
         return DASH
     if abs(value) < _NOTHING:
@@ -77,11 +78,13 @@ def significant(value: float, digits: int = 3) -> str:
 
 
 def signed(value: float, digits: int = 3) -> str:
+    """A number with ``digits`` significant digits and its sign."""
     text = significant(value, digits)
     return f"+{text}" if value > 0 and text != "0" else text
 
 
 def superscript(power: int) -> str:
+    """An integer in superscript digits."""
     return str(power).translate(_SUPERSCRIPT)
 
 
@@ -134,7 +137,7 @@ def estimate_text(estimate: Estimate) -> str:
 
 
 def relative(value: float, low: float, high: float) -> str:
-    """The interval's half-width as a percentage of the value, or a dash where that says nothing."""
+    """The interval's half-width as a percentage of the value, or a dash where either is unknown or zero."""
     half = 0.5 * (high - low)
     if not (math.isfinite(half) and math.isfinite(value)) or value == 0 or half <= 0:
         return DASH
@@ -157,7 +160,7 @@ def quantity(value: float, unit_text: str, digits: int = 3) -> str:
 
 
 def everyday(unit_text: str) -> tuple[str, float] | None:
-    """The unit an engineer would say instead, and the factor to it: km/h for m/s, degrees for radians."""
+    """The everyday unit and the factor to it: km/h for m/s, degrees for radians; None for other units."""
     return _EVERYDAY.get(unit_text.strip())
 
 
@@ -171,12 +174,13 @@ _LOG = re.compile(r"(?:.*[/\\])?([^/\\]+?)\.(?:csv|txt|dat|asc|mf4)(?:\.gz)?", r
 
 
 def run_name(text: str) -> str:
-    """A run that is called by its log's path, by the file's bare name; other texts as they are."""
+    """The bare file name of a log's path; other texts unchanged."""
     match = _LOG.fullmatch(text.strip())
     return match[1] if match else text
 
 
 def title(identifier: str) -> str:
+    """``cg_height`` as "CG height", with a capital first letter."""
     text = name(identifier)
     return text[:1].upper() + text[1:]
 
@@ -194,7 +198,7 @@ def _part(word: str) -> tuple[str, str]:
 
 
 def prose(text: object) -> str:
-    """A sentence with the signs a typesetter would use: +- as ±, m^2 as m², hyphen before digits as minus."""
+    """A sentence with typographic signs: +- as ±, m^2 as m², a hyphen before digits as minus."""
     shown = re.sub(r"\s*(?:\+-|\+/-)\s*", " ± ", clean(text))
     shown = re.sub(r"(?<=[A-Za-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPT), shown)
     shown = re.sub(r"(?<![\w.)\]%])-(?=\d)", MINUS, shown)
@@ -202,7 +206,7 @@ def prose(text: object) -> str:
 
 
 def plain(value: Any) -> str:
-    """Any value of a JSON document as words."""
+    """Any value of a JSON document as text."""
     if value is None:
         return DASH
     if isinstance(value, bool):
@@ -227,7 +231,7 @@ def count(number: int, noun: str) -> str:
 
 
 def shortened(text: str, length: int) -> str:
-    """Text of at most so many characters, cut in the middle: the ends of run names tell runs apart."""
+    """Text of at most ``length`` characters, cut in the middle, because the ends of run names differ."""
     if len(text) <= length:
         return text
     head = max((length - 1) // 2, 0)
