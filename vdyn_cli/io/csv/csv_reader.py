@@ -63,7 +63,8 @@ def read_csv(
     raise_all(rows.problems)
     place = {channel: f"{name}, column '{layout.header[at]}'" for channel, at in position.items()}
     raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
-    raw, line_of, problems = _rising(raw, rows.kept, numbers.lines, columns["time"], options, place["time"], findings)
+    raw["time"] = _si(raw["time"], columns["time"])
+    raw, line_of, problems = _rising(raw, rows.kept, numbers.lines, options, place["time"], findings)
     numbers.columns.clear()
     channels = {}
     for channel in [c for c in raw if c != "time"]:
@@ -101,16 +102,14 @@ def _rising(
     raw: dict[str, Array],
     kept: Rows | None,
     lines: Lines,
-    column: Column,
     options: ReadOptions,
     where: str,
     findings: list[Finding],
 ) -> tuple[dict[str, Array], LineOf, list[Finding]]:
-    """The rows that are data and rise, time in SI; the file's line of each; what is wrong with the clock."""
+    """The rows that are data and whose time rises; the file's line of each; the problems of the clock."""
     if kept is not None:
         raw = {channel: values[kept] for channel, values in raw.items()}
-    time = raw["time"] = _si(raw["time"], column)
-    rising = check_rising(time, options.clock, where, partial(_line, lines, kept))
+    rising = check_rising(raw["time"], options.clock, where, partial(_line, lines, kept))
     findings += rising.findings
     if rising.kept is not None:
         rows = np.flatnonzero(rising.kept)
