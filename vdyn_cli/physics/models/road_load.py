@@ -40,7 +40,7 @@ def road_load(
         drive_force, N).
     accelerometer : the resistances then see the measured speed (input ``speed``), and a second reading is the specific
         force f = (1 + k) (V' + g sin(grade)) + zero. Over M f + mr V' = F - Fd - Rr the slope drops out, so that
-        hills do not drive the simulated speed away from the measured one. road_slope: mean slope beyond the grade.
+        hills do not affect the simulated speed. road_slope is the mean slope beyond the grade, uphill out.
     located : the input ``position`` (m) rises in the direction of driving, and heading times position is the road's
         coordinate, on which the grade then depends. It is an input and not the integral of the simulated speed, whose
         error would shift the hills.
