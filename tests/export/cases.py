@@ -1,4 +1,4 @@
-"""A parameter file as the pipeline writes it, of a car that nobody has."""
+"""A parameter file as the pipeline writes it, of an invented car."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.export.given import Given, read_given
-from vdyn_cli.export.machine import Machine
+from vdyn_cli.export.exported_vehicle import ExportedVehicle
+from vdyn_cli.export.parameter_file import ParameterFile, read_parameter_file
 from vdyn_cli.quantities.parameters import GIVERS
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
@@ -97,9 +97,9 @@ def written(folder: Path, **changes: Any) -> Path:
     return path
 
 
-def given(folder: Path, **changes: Any) -> Given:
+def given(folder: Path, **changes: Any) -> ParameterFile:
     """The document, read."""
-    return read_given(written(folder, **changes))
+    return read_parameter_file(written(folder, **changes))
 
 
 def stop_and_go(duration: float = 12.0, step: float = 1e-3) -> tuple[np.ndarray, dict[str, Any]]:
@@ -115,7 +115,9 @@ def stop_and_go(duration: float = 12.0, step: float = 1e-3) -> tuple[np.ndarray,
     return time, inputs
 
 
-def simulated(car: Machine, time: np.ndarray, inputs: Mapping[str, Any], speed: float, substeps: int = 1) -> dict:
+def simulated(
+    car: ExportedVehicle, time: np.ndarray, inputs: Mapping[str, Any], speed: float, substeps: int = 1
+) -> dict:
     """What Python makes of the same drive."""
     context = {name: car.values[name] for name in car.model.context}
     own = {name: value for name, value in car.values.items() if name not in context}

@@ -12,13 +12,13 @@ from tests.engine.c_host import Compiled, build
 from tests.export.cases import BRAKE_DRAG, HEADWIND, SPEED_SCALE, given, simulated, stop_and_go
 from vdyn_cli.effects import catalogue
 from vdyn_cli.engine.offer import offered
-from vdyn_cli.export import Options, make
-from vdyn_cli.export.machine import machine
+from vdyn_cli.export import ExportOptions, make
+from vdyn_cli.export.exported_vehicle import exported_vehicle
 from vdyn_cli.physics.models.vehicle import vehicle
 
 
 def test_the_worked_example_compiles_without_a_warning_and_runs(tmp_path):
-    made = make(given(tmp_path), "c", Options("car"))
+    made = make(given(tmp_path), "c", ExportOptions("car"))
     assert list(made.files) == ["car.h", "car.c", "car_main.c"]
     for name, data in made.files.items():
         (tmp_path / name).write_bytes(data)
@@ -37,7 +37,7 @@ def test_the_worked_example_compiles_without_a_warning_and_runs(tmp_path):
 
 @pytest.mark.parametrize(("driven", "speed"), [("front", 0.0), ("rear", 0.0), ("both", 11.0)])
 def test_c_has_the_bits_of_python_through_standstill_and_braking(tmp_path, driven, speed):
-    car = machine(given(tmp_path), driven)
+    car = exported_vehicle(given(tmp_path), driven)
     compiled = Compiled(car.program("car", "a car"), tmp_path)
     time, inputs = stop_and_go()
     got = compiled.simulate(time, inputs, compiled.defaults(), (speed,))
@@ -50,11 +50,11 @@ def test_c_has_the_bits_of_python_through_standstill_and_braking(tmp_path, drive
 
 
 def test_an_accepted_cause_is_in_the_model_and_a_sensor_fault_is_not(tmp_path):
-    plain = machine(given(tmp_path), "front")
-    car = machine(given(tmp_path, causes=[BRAKE_DRAG, SPEED_SCALE, HEADWIND]), "front")
-    assert [cause.effect for cause in car.causes] == ["brake_drag"]
-    assert "left out speed_scale: a sensor's fault, not the car's" in car.notes
-    assert "left out headwind: it stays with the day of the test" in car.notes
+    plain = exported_vehicle(given(tmp_path), "front")
+    car = exported_vehicle(given(tmp_path, causes=[BRAKE_DRAG, SPEED_SCALE, HEADWIND]), "front")
+    assert [one.effect for one in car.accepted] == ["brake_drag"]
+    assert "excluded speed_scale: a fault of a sensor, not of the vehicle" in car.notes
+    assert "excluded headwind: it belongs to the day of the test" in car.notes
     program = car.program("car", "a car")
     assert "brake_drag" in program.parameters
     assert "speed_scale" not in program.parameters
@@ -71,18 +71,18 @@ def test_an_accepted_cause_is_in_the_model_and_a_sensor_fault_is_not(tmp_path):
 
 @pytest.mark.parametrize("verdict", ["adequate", "ambiguous", "unknown"])
 def test_a_cause_that_was_not_named_stays_out(tmp_path, verdict):
-    assert machine(given(tmp_path, causes=[BRAKE_DRAG], verdict=verdict), "front").causes == ()
+    assert exported_vehicle(given(tmp_path, causes=[BRAKE_DRAG], verdict=verdict), "front").accepted == ()
 
 
 def test_a_cause_that_the_vehicle_does_not_know_is_left_out_and_said(tmp_path):
     strange = {"effect": "full_moon", "unknowns": {"tide": {"value": 1.0}}}
-    car = machine(given(tmp_path, causes=[strange]), "front")
-    assert car.causes == ()
-    assert "left out full_moon: this version knows no such cause" in car.notes
+    car = exported_vehicle(given(tmp_path, causes=[strange]), "front")
+    assert car.accepted == ()
+    assert "excluded full_moon: not an effect of this version" in car.notes
 
 
 def test_defaults_are_the_estimates_and_comments_say_what_was_assumed(tmp_path):
-    car = machine(given(tmp_path), "front")
+    car = exported_vehicle(given(tmp_path), "front")
     program = car.program("car", "a car")
     assert Compiled(program, tmp_path).defaults()["mass"] == 1430.0
     assert "double mass; /* kg, vehicle mass as tested */" in program.header
@@ -92,9 +92,11 @@ def test_defaults_are_the_estimates_and_comments_say_what_was_assumed(tmp_path):
 
 
 def test_extensions_that_an_earlier_step_left_are_in_the_model(tmp_path):
-    car = machine(given(tmp_path, extensions={"brake_drag": {"brake_drag": 21.0}}, verdict="adequate"), "front")
+    car = exported_vehicle(
+        given(tmp_path, extensions={"brake_drag": {"brake_drag": 21.0}}, verdict="adequate"), "front"
+    )
     assert car.values["brake_drag"] == 21.0
-    assert "taken in brake_drag: brake_drag = 21 N" in car.notes
+    assert "included brake_drag: brake_drag = 21 N" in car.notes
 
 
 def test_every_cause_that_lasts_can_be_exported(tmp_path):
@@ -106,8 +108,8 @@ def test_every_cause_that_lasts_can_be_exported(tmp_path):
         }
         for effect in lasting
     }
-    car = machine(given(tmp_path, extensions=sizes), "front")
-    assert [cause.effect for cause in car.causes] == [effect.name for effect in lasting]
+    car = exported_vehicle(given(tmp_path, extensions=sizes), "front")
+    assert [one.effect for one in car.accepted] == [effect.name for effect in lasting]
     compiled = Compiled(car.program("car", "a car"), tmp_path)
     time, inputs = stop_and_go(3.0)
     got = compiled.simulate(time, inputs, compiled.defaults(), (0.0,))

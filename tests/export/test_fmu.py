@@ -14,9 +14,9 @@ import pytest
 
 from tests.engine.c_host import build, compiler
 from tests.export.cases import BRAKE_DRAG, given, simulated, stop_and_go
-from vdyn_cli.export import Options, fmu, make
+from vdyn_cli.export import ExportOptions, fmu, make
+from vdyn_cli.export.exported_vehicle import exported_vehicle
 from vdyn_cli.export.fmu_description import exponents
-from vdyn_cli.export.machine import machine
 
 fmpy = pytest.importorskip("fmpy")
 validation = pytest.importorskip("fmpy.validation")
@@ -24,7 +24,7 @@ validation = pytest.importorskip("fmpy.validation")
 
 def unit(folder: Path, **changes) -> Path:
     """The unit in a file."""
-    made = make(given(folder, **changes), "fmu", Options("car"))
+    made = make(given(folder, **changes), "fmu", ExportOptions("car"))
     path = folder / "car.fmu"
     path.write_bytes(made.files["car.fmu"])
     return path
@@ -87,7 +87,7 @@ def test_fmpy_runs_it_as_python_does(tmp_path, speed, torque, brakes):
     start = {"start_speed": speed, "drive_torque": torque, "brake_torque": brakes}
     got = fmpy.simulate_fmu(str(path), stop_time=6.0, step_size=step, output_interval=step, start_values=start)
     np.testing.assert_allclose(got["time"], time, rtol=0, atol=1e-9)
-    car = machine(given(tmp_path, causes=[BRAKE_DRAG]), "front")
+    car = exported_vehicle(given(tmp_path, causes=[BRAKE_DRAG]), "front")
     agree(got, simulated(car, time, inputs, speed, substeps=4))
 
 
@@ -95,7 +95,7 @@ def test_inputs_that_go_straight_drive_it_as_python_does(tmp_path):
     slave, references = slave_of(runnable(tmp_path, causes=[BRAKE_DRAG]), tmp_path)
     step = 0.004
     time, inputs = stop_and_go(9.0, step)
-    car = machine(given(tmp_path, causes=[BRAKE_DRAG]), "front")
+    car = exported_vehicle(given(tmp_path, causes=[BRAKE_DRAG]), "front")
     names, readings = list(inputs), list(car.graph.outputs)
     into, out = ([references[name] for name in group] for group in (names, readings))
     table = np.column_stack([inputs[name] for name in names])
@@ -153,7 +153,7 @@ def test_a_state_that_was_kept_is_gone_back_to(tmp_path):
 
 def test_without_a_compiler_it_holds_its_source_alone(tmp_path, monkeypatch):
     monkeypatch.setattr(fmu.shutil, "which", lambda name: None)
-    made = make(given(tmp_path), "fmu", Options("car"))
+    made = make(given(tmp_path), "fmu", ExportOptions("car"))
     assert any(note.startswith("source only (no C compiler here)") for note in made.notes)
     (tmp_path / "car.fmu").write_bytes(made.files["car.fmu"])
     assert validation.validate_fmu(str(tmp_path / "car.fmu")) == []
@@ -168,7 +168,7 @@ def test_its_source_compiles_without_a_warning_and_needs_no_header_of_others(tmp
 
 
 def test_the_same_parameters_give_the_same_bytes(tmp_path):
-    one, other = (make(given(tmp_path), "fmu", Options("car")).files["car.fmu"] for _ in range(2))
+    one, other = (make(given(tmp_path), "fmu", ExportOptions("car")).files["car.fmu"] for _ in range(2))
     assert one == other
     assert zipfile.ZipFile(io.BytesIO(one)).infolist()[0].date_time[0] == 1980
 

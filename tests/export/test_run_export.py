@@ -42,14 +42,14 @@ def test_every_format_writes_its_files_and_says_which(tmp_path, form):
 def test_missing_parameters_are_told_at_once_with_the_step_that_gives_them(tmp_path):
     without = ("mass", "tire_B", "tire_C", "cg_height", "shaft_stiffness_left")
     text = refused(written(tmp_path, without=without))
-    assert "the full vehicle needs mass, which nobody gave" in text
-    assert "needs tire_B, tire_C, which 'vdyn tire' gives" in text
+    assert "the full vehicle needs mass, not given" in text
+    assert "needs tire_B, tire_C, which 'vdyn tire' estimates" in text
     assert "add a 'tire' test to the pipeline" in text
-    assert "cg_height, which 'vdyn cg' gives" in text
+    assert "cg_height, which 'vdyn cg' estimates" in text
     assert "shaft_stiffness_left" in text
     assert "roll_inertia" not in text  # follows from the mass
     text = refused(written(tmp_path, without=("road_load_f1", "tire_D", "tire_vertical_stiffness")), "abc")
-    assert text.startswith("parameters.json: a dynamometer needs road_load_f1, which 'vdyn coastdown' gives")
+    assert text.startswith("parameters.json: a dynamometer needs road_load_f1, which 'vdyn coastdown' estimates")
     assert "tire" not in text
     text = refused(written(tmp_path, without=("tire_D", "tire_vertical_stiffness", "gear_ratio")), "tir")
     assert "'vdyn tire'" in text
@@ -96,7 +96,7 @@ def test_values_that_no_vehicle_has(tmp_path):
 
 def test_a_cause_without_its_numbers(tmp_path):
     text = refused(written(tmp_path, causes=[{"effect": "brake_drag"}]))
-    assert "a cause lacks its effect or the values of its unknowns" in text
+    assert "an effect lacks its name or the values of its unknowns" in text
 
 
 def test_a_parameter_file_without_a_diagnosis_is_one(tmp_path):
@@ -123,7 +123,7 @@ def test_the_command_line(tmp_path):
     assert (tmp_path / "made" / "car_road_load.csv").exists()
     wrong = vdyn(str(path), "--to", "tri")
     assert wrong.returncode == 2
-    assert wrong.stderr == "--to: is no format of vdyn export (got 'tri')\n    -> did you mean tir?\n"
+    assert wrong.stderr == "--to: is not a format of vdyn export (got 'tri')\n    -> did you mean tir?\n"
     assert vdyn(str(path)).returncode == 2
 
 

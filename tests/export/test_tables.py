@@ -10,7 +10,7 @@ import pytest
 from scipy.io import loadmat
 
 from tests.export.cases import BRAKE_DRAG, CAR, given
-from vdyn_cli.export import Options, make
+from vdyn_cli.export import ExportOptions, make
 
 G = 9.80665
 
@@ -44,7 +44,7 @@ def curve(file: dict, slip: np.ndarray, load: float) -> np.ndarray:
 @pytest.mark.parametrize("share", [0.5, 1.0, 1.8])
 def test_the_tire_file_gives_the_same_curve(tmp_path, monkeypatch, sensitivity, share):
     monkeypatch.setattr("tests.export.cases.CAR", {**CAR, "tire_load_sensitivity": (sensitivity, 0.0)})
-    text = make(given(tmp_path), "tir", Options("car")).files["car.tir"].decode()
+    text = make(given(tmp_path), "tir", ExportOptions("car")).files["car.tir"].decode()
     file = tire_file(text)
     nominal = CAR["mass"][0] * G / 4
     load, slip = share * nominal, np.linspace(-1, 1, 201)
@@ -56,7 +56,7 @@ def test_the_tire_file_gives_the_same_curve(tmp_path, monkeypatch, sensitivity, 
 
 
 def test_the_tire_file_says_what_is_measured_and_what_is_assumed(tmp_path):
-    made = make(given(tmp_path), "tir", Options("car"))
+    made = make(given(tmp_path), "tir", ExportOptions("car"))
     text = made.files["car.tir"].decode()
     file = tire_file(text)
     assert file["MODEL"]["USE_MODE"] == 1.0
@@ -74,7 +74,7 @@ def test_the_tire_file_says_what_is_measured_and_what_is_assumed(tmp_path):
 
 
 def test_the_dynamometer_gets_both_systems_of_units(tmp_path):
-    text = make(given(tmp_path), "abc", Options("car")).files["car_road_load.csv"].decode()
+    text = make(given(tmp_path), "abc", ExportOptions("car")).files["car_road_load.csv"].decode()
     rows = {(r["coefficient"], r["unit"]): r for r in csv.DictReader(text.splitlines())}
     pound, mile = 4.4482216152605, 0.44704
     f0, f1, f2 = (CAR[f"road_load_f{k}"][0] for k in range(3))
@@ -95,7 +95,7 @@ def test_the_dynamometer_gets_both_systems_of_units(tmp_path):
 
 
 def test_matlab_reads_every_parameter(tmp_path):
-    made = make(given(tmp_path, causes=[BRAKE_DRAG]), "mat", Options("car"))
+    made = make(given(tmp_path, causes=[BRAKE_DRAG]), "mat", ExportOptions("car"))
     path = tmp_path / "car.mat"
     path.write_bytes(made.files["car.mat"])
     car = loadmat(path, squeeze_me=True, struct_as_record=False)["car"]
@@ -111,6 +111,6 @@ def test_matlab_reads_every_parameter(tmp_path):
 
 def test_the_same_parameters_give_the_same_bytes(tmp_path):
     for form in ("tir", "abc", "mat", "c"):
-        one, other = (make(given(tmp_path), form, Options()).files for _ in range(2))
+        one, other = (make(given(tmp_path), form, ExportOptions()).files for _ in range(2))
         assert one == other
-    assert b"20" not in make(given(tmp_path), "mat", Options()).files["vehicle.mat"][:116]
+    assert b"20" not in make(given(tmp_path), "mat", ExportOptions()).files["vehicle.mat"][:116]

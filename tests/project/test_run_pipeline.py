@@ -128,7 +128,7 @@ def test_a_sensor_that_did_not_measure_is_told_on_the_console_and_in_the_set(day
     assert document["steps"]["tire"]["verdict"] == "data_fault"
     assert "holds one value all through" in document["steps"]["tire"]["diagnosis"]
     assert any("The data are at fault" in line for line in told)
-    assert any("to be read first" in line for line in told)
+    assert any("with warnings" in line for line in told)
 
 
 def test_stop_skips_what_comes_after_a_failure(day: Path) -> None:
@@ -136,7 +136,7 @@ def test_stop_skips_what_comes_after_a_failure(day: Path) -> None:
     code = run_pipeline(day / "pipeline.yaml", day.parent / "out", keep_going=False, jobs=1, tell=silent)
     document = json.loads((day.parent / "out" / "parameters.json").read_text())
     assert code == 2
-    assert "tire failed before" in document["steps"]["cg"]["sentence"]
+    assert "skipped because tire failed" in document["steps"]["cg"]["sentence"]
 
 
 def test_the_makefile_says_what_the_pipeline_does(root: Path) -> None:

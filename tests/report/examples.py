@@ -1,15 +1,21 @@
-"""Synthetic results that look like coast-downs, bump crossings and tyre sweeps: what the reports are tested with."""
+"""Synthetic results that look like coast-downs, bump crossings and tire sweeps: what the reports are tested with."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from vdyn_cli.project.pipeline import ParameterSet, StepOutcome
+from vdyn_cli.project.result_document import Provenance, StepRecord, diagnosis_of, read_record, to_json
+from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.parameters import Estimate, Parameters, to_document
+from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result, Series, Table
+from vdyn_cli.quantities.vocabulary import TABLE
 
 G = 9.80665
 
@@ -145,87 +151,100 @@ def coastdown(runs: int = 8, diagnosed: bool = True) -> Result:
     )
 
 
-DIAGNOSIS: dict[str, Any] = {
-    "verdict": "named",
-    "sentence": "A headwind of 2.9 +- 0.1 m/s along the out direction explains 97 % of what the simulation got wrong.",
-    "p_value": 0.0005,
-    "evidence": {"unit": "block", "units": 24, "worth": 21.6, "smallest_p": 0.0005},
-    "extended": ["headwind"],
-    "causes": [
-        {
-            "effect": "headwind",
-            "label": "a headwind",
-            "sensor": False,
-            "lasts": False,
-            "unknowns": {"headwind": {"value": 2.91, "std": 0.06, "interval95": [2.78, 3.04], "unit": "m/s"}},
-            "p_value": 0.0005,
-            "visibility": 0.93,
-            "biased": {"rolling_resistance": 0.0011, "drag_area": 0.021},
-        }
-    ],
-    "ambiguous": [["brake_drag", "driveline_drag"]],
-    "not_testable": [
-        {
-            "effect": "mass_error",
-            "because": "it scales all forces of a coast-down alike",
-            "size": 0.05,
-            "would_bias": {"rolling_resistance": 0.0002},
-        }
-    ],
-    "gain": {
-        "metric": "speed rms",
-        "unit": "m/s",
-        "before": 0.213,
-        "after": 0.0412,
-        "interval95": [0.151, 0.192],
-        "share_of_explainable": 0.972,
-        "held_out": True,
-    },
-    "where": [
-        {
-            "run": "coast_3 out",
-            "channel": "speed",
-            "segment": "time in the run [s] 60 to 70",
-            "size": -0.31,
+DIAGNOSIS = Diagnosis.model_validate(
+    {
+        "verdict": "named",
+        "sentence": "A headwind of 2.9 +- 0.1 m/s along the out direction explains 97 % of the misfit.",
+        "p_value": 0.0005,
+        "evidence": {"unit": "block", "units": 24, "stated": 0, "worth": 21.6, "smallest_p": 0.0005},
+        "extended": ["headwind"],
+        "causes": [
+            {
+                "effect": "headwind",
+                "label": "a headwind",
+                "sensor": False,
+                "lasts": False,
+                "unknowns": {"headwind": {"value": 2.91, "std": 0.06, "interval95": [2.78, 3.04], "unit": "m/s"}},
+                "p_value": 0.0005,
+                "visibility": 0.93,
+                "biased": {"rolling_resistance": 0.0011, "drag_area": 0.021},
+            }
+        ],
+        "ambiguous": [["brake_drag", "driveline_drag"]],
+        "not_testable": [
+            {
+                "effect": "mass_error",
+                "because": "it scales all forces of a coast-down alike",
+                "size": 0.05,
+                "unit": "",
+                "would_bias": {"rolling_resistance": 0.0002},
+            }
+        ],
+        "gain": {
+            "metric": "speed rms",
             "unit": "m/s",
-            "over_noise": -10.2,
+            "before": 0.213,
+            "after": 0.0412,
+            "interval95": [0.151, 0.192],
+            "share_of_explainable": 0.972,
+            "certain": True,
+            "held_out": True,
+            "folds": 0,
         },
-        {
-            "run": "coast_6.csv",
-            "channel": "speed",
-            "segment": "time, s 52.5 to 60",
-            "size": 0.22,
-            "unit": "m/s",
-            "over_noise": 7.31,
-        },
-    ],
-    "ranking": [
-        {
-            "effect": "headwind",
-            "explains_t": 18.42,
-            "visibility": 0.93,
-            "left_p": 0.31,
-            "left_mostly": "force_over_day",
-            "unknowns": {"headwind": {"value": 1.9, "std": 0.1, "interval95": [1.7, 2.1], "unit": "m/s"}},
-        },
-        {
-            "effect": "brake_drag",
-            "explains_t": 16.9,
-            "visibility": 0.31,
-            "left_p": 0.0005,
-            "left_mostly": "headwind",
-        },
-        {"effect": "tire_warmup", "explains_t": 1.2, "visibility": 0.0004, "left_p": None, "left_mostly": None},
-    ],
-    "next_test": [
-        {
-            "manoeuvre": "two slow rolls from 15 km/h to standstill, one each way",
-            "separates": ["brake_drag", "driveline_drag"],
-            "expected_t": 7.4,
-            "runs": 2,
-        }
-    ],
-}
+        "where": [
+            {
+                "run": "coast_3 out",
+                "channel": "speed",
+                "segment": "time in the run [s] 60 to 70",
+                "size": -0.31,
+                "unit": "m/s",
+                "over_noise": -10.2,
+            },
+            {
+                "run": "coast_6.csv",
+                "channel": "speed",
+                "segment": "time, s 52.5 to 60",
+                "size": 0.22,
+                "unit": "m/s",
+                "over_noise": 7.31,
+            },
+        ],
+        "ranking": [
+            {
+                "effect": "headwind",
+                "explains_t": 18.42,
+                "visibility": 0.93,
+                "left_p": 0.31,
+                "left_mostly": "force_over_day",
+                "unknowns": {"headwind": {"value": 1.9, "std": 0.1, "interval95": [1.7, 2.1], "unit": "m/s"}},
+            },
+            {
+                "effect": "brake_drag",
+                "explains_t": 16.9,
+                "visibility": 0.31,
+                "left_p": 0.0005,
+                "left_mostly": "headwind",
+                "unknowns": {},
+            },
+            {
+                "effect": "tire_warmup",
+                "explains_t": 1.2,
+                "visibility": 0.0004,
+                "left_p": None,
+                "left_mostly": None,
+                "unknowns": {},
+            },
+        ],
+        "next_test": [
+            {
+                "manoeuvre": "two slow rolls from 15 km/h to standstill, one each way",
+                "separates": ["brake_drag", "driveline_drag"],
+                "expected_t": 7.4,
+                "runs": 2,
+            }
+        ],
+    }
+)
 
 
 def bump(seed: int = 3) -> Result:
@@ -262,7 +281,7 @@ def bump(seed: int = 3) -> Result:
     fit = FitSummary(("bump_1", "bump_2", "bump_3", "bump_4"), 74.0, 60.0, "N", tuple(names), "block", 16)
     return Result(
         "bump",
-        "The front springs carry 44.3 +- 0.9 kN/m and the tyres 402 kN/m; the wheels lifted off in all runs.",
+        "The front springs carry 44.3 +- 0.9 kN/m and the tires 402 kN/m; the wheels lifted off in all runs.",
         Parameters(estimates, correlation),
         fit,
         "Output error on three channels.",
@@ -311,19 +330,32 @@ def tire() -> Result:
     )
 
 
-def document(result: Result) -> dict[str, Any]:
-    """The JSON that stands beside a result."""
-    fit = result.fit
-    return {
-        "format": "vdyn/parameters/1",
-        "step": result.step,
-        **to_document(result.parameters),
-        "fit": {"runs": list(fit.runs), "rms": fit.rms, "noise_floor": fit.noise_floor},
-        **({} if result.diagnosis is None else {"diagnosis": dict(result.diagnosis)}),
-        "provenance": {
-            "inputs": {f"sample_logs/{r.replace(' ', '_')}.csv": f"{i + 1:02x}" * 32 for i, r in enumerate(fit.runs)},
-            "settings": {"speed_window": [70.0, 25.0], "fix": {}},
-            "versions": {"vdyn_cli": "0.1.0", "numpy": "2.1.0"},
-            "command": f"vdyn {result.step} configs/{result.step}.yaml",
-        },
-    }
+def record(result: Result) -> StepRecord:
+    """A result with a provenance, as a command makes it."""
+    return StepRecord(
+        result,
+        Provenance(
+            {f"sample_logs/{r.replace(' ', '_')}.csv": f"{i + 1:02x}" * 32 for i, r in enumerate(result.fit.runs)},
+            {"title": f"A day of {result.step}", "speed_window": [70.0, 25.0], "fix": {}},
+            {"vdyn_cli": "0.1.0", "numpy": "2.1.0"},
+            f"vdyn {result.step} configs/{result.step}.yaml",
+        ),
+    )
+
+
+def as_read(result: Result, folder: Path) -> StepRecord:
+    """The record of a result after it was written as JSON and read again."""
+    path = folder / f"{result.step}.json"
+    diagnosis = result.diagnosis and diagnosis_of(result).model_dump(mode="json")  # type: ignore[union-attr]
+    path.write_text(to_json({**record(result).document, "diagnosis": diagnosis}), encoding="utf-8")
+    return read_record(path)
+
+
+def parameter_set(title: str, outcomes: Sequence[StepOutcome], **changes: Any) -> ParameterSet:
+    """The parameter set of the good steps; of the others, parameters are missing."""
+    known = Parameters()
+    for outcome in outcomes:
+        known = known.updated(outcome.record.result.parameters) if outcome.record else known
+    missing = {name: "no such test in this pipeline" for name in TABLE if name not in known}
+    found = ParameterSet(title, known, missing, tuple(outcomes), Provenance({}, None, {}, "vdyn pipeline day.yaml"))
+    return replace(found, **changes)

@@ -25,16 +25,14 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[chromium.Brows
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Pages of three steps, a failed one, and their pipeline."""
     folder = tmp_path_factory.mktemp("pages")
-    document: dict[str, dict[str, object]] = {"parameters": {}}
     outcomes = []
     for result in (examples.coastdown(), examples.bump(), examples.tire()):
-        made = examples.document(result)
-        (folder / f"{result.step}.html").write_text(html.render(result, made), encoding="utf-8")
-        document["parameters"] |= made["parameters"]
-        outcomes.append(StepOutcome(result.step, "done", result.sentence))
+        (folder / f"{result.step}.html").write_text(html.render(examples.record(result)), encoding="utf-8")
+        outcomes.append(StepOutcome(result.step, "done", examples.as_read(result, folder)))
     failure = Finding("cg.yaml:12", "the pitch sign contradicts the loads", "-0.9", "add 'sign: -1'")
-    outcomes.append(StepOutcome("cg", "failed", "the answer is not good", (failure,), 1))
-    page = html.render_pipeline("A day", outcomes, document, folder)
+    reason = "no result that can be published"
+    outcomes.append(StepOutcome("cg", "failed", reason=reason, problems=(failure,), exit_code=1))
+    page = html.render_pipeline(examples.parameter_set("A day", outcomes))
     (folder / "report.html").write_text(page, encoding="utf-8")
     (folder / "cg.html").write_text(html.render_failure("cg", [failure]), encoding="utf-8")
     return folder

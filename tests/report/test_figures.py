@@ -14,7 +14,7 @@ from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.report import comparison, residual_map
 from vdyn_cli.report.canvas import ticks
 from vdyn_cli.report.figures import figure_svg
-from vdyn_cli.report.lanes import MOST, channels, chosen, lay, rms
+from vdyn_cli.report.panels import MOST, channel_traces, drawn_traces, lay_out, rms
 
 
 def choices(name: str) -> tuple[str, ...]:
@@ -113,7 +113,7 @@ def test_text_that_looks_like_what_is_trimmed_is_kept() -> None:
 def test_an_image_lies_behind_and_is_made_small() -> None:
     image = np.zeros((1500, 2400, 3), dtype=np.uint8)
     image[300:900, 500:1900] = 200
-    svg = figure_svg(figure(Series("box", np.array([500.0, 1900.0]), np.array([300.0, 900.0])), image=image))
+    svg = figure_svg(figure(Series("area", np.array([500.0, 1900.0]), np.array([300.0, 900.0])), image=image))
     assert "data:image/png;base64," in svg
     assert len(svg) < 100_000
 
@@ -153,7 +153,7 @@ def runs(number: int, n: int = 300, **changes: object) -> tuple[Comparison, ...]
 
 
 def drawn(comparisons: tuple[Comparison, ...], noise: float = 0.01) -> str:
-    (channel,) = channels(comparisons, noise, "m/s")
+    (channel,) = channel_traces(comparisons, noise, "m/s")
     assert comparison.caption(channel)
     svg = comparison.comparison_svg(channel)
     parsed(svg)
@@ -162,32 +162,32 @@ def drawn(comparisons: tuple[Comparison, ...], noise: float = 0.01) -> str:
 
 
 def test_speed_is_shown_in_everyday_units() -> None:
-    (channel,) = channels(runs(1), 0.01, "m/s")
+    (channel,) = channel_traces(runs(1), 0.01, "m/s")
     assert channel.unit == "km/h"
     assert channel.noise == pytest.approx(0.036)
-    assert channels(runs(1, channel="jerk"), 0.01, "m/s")[0].unit == "m/s"
+    assert channel_traces(runs(1, channel="jerk"), 0.01, "m/s")[0].unit == "m/s"
 
 
 def test_runs_stand_side_by_side_under_their_names() -> None:
     svg = drawn(runs(4))
-    assert [t for t in texts(svg) if t.startswith("r")][:4] == ["residual, its running mean dark", "r0", "r1", "r2"]
+    assert [t for t in texts(svg) if t.startswith("r")][:4] == ["residual (running mean dark)", "r0", "r1", "r2"]
 
 
 def test_many_runs_are_chosen_by_their_error() -> None:
     comparisons = runs(40)
-    picked = [t.run for t in chosen(channels(comparisons, 0.01, "m/s")[0].traces)]
+    picked = [t.run for t in drawn_traces(channel_traces(comparisons, 0.01, "m/s")[0].traces)]
     assert len(picked) == MOST
     assert {"r0", "r1", "r38", "r39"} <= set(picked)
-    assert "smallest, middle and largest" in comparison.caption(channels(comparisons, 0.01, "m/s")[0])
+    assert "smallest, middle and largest" in comparison.caption(channel_traces(comparisons, 0.01, "m/s")[0])
     assert len(drawn(comparisons)) < 400_000
 
 
 def test_lanes_share_the_strip_by_length_and_leave_none_too_narrow() -> None:
     long = runs(1, x=np.linspace(0, 1000, 300), run="long")
-    lanes = lay(channels(runs(3) + long, 0.01, "m/s")[0].traces, 1000)
-    assert lanes[-1].width > 3 * lanes[0].width
-    assert min(lane.width for lane in lanes) > 1000 / 4 / 5
-    assert lanes[-1].left + lanes[-1].width == pytest.approx(1000)
+    panels = lay_out(channel_traces(runs(3) + long, 0.01, "m/s")[0].traces, 1000)
+    assert panels[-1].width > 3 * panels[0].width
+    assert min(panel.width for panel in panels) > 1000 / 4 / 5
+    assert panels[-1].left + panels[-1].width == pytest.approx(1000)
 
 
 def test_the_residual_after_the_extension_is_enlarged_where_it_mended_much() -> None:
@@ -222,7 +222,7 @@ def test_runs_without_a_known_sample_beside_good_ones() -> None:
 
 def test_an_x_that_goes_to_and_fro_is_drawn_as_points() -> None:
     for c in examples.tire().comparisons[:1]:
-        assert not channels([c], 0.012, "")[0].traces[0].along
+        assert not channel_traces([c], 0.012, "")[0].traces[0].rising
         drawn((c,))
 
 
@@ -237,18 +237,18 @@ def test_names_of_runs_stay_texts() -> None:
 
 
 def test_map_shows_runs_against_x_and_value() -> None:
-    (channel,) = channels(examples.coastdown().comparisons, 0.031, "m/s")
+    (channel,) = channel_traces(examples.coastdown().comparisons, 0.031, "m/s")
     assert residual_map.has_map(channel)
     svg = residual_map.map_svg(channel)
     shown = texts(svg)
     assert {"coast_1 out", "coast_8 back", "measured speed, km/h"} <= set(shown)
-    assert not residual_map.has_map(channels(runs(1), 0.01, "m/s")[0])
-    assert not residual_map.has_map(channels(runs(4, 20), 0.01, "m/s")[0])
+    assert not residual_map.has_map(channel_traces(runs(1), 0.01, "m/s")[0])
+    assert not residual_map.has_map(channel_traces(runs(4, 20), 0.01, "m/s")[0])
 
 
 def test_map_of_many_runs_and_of_holes() -> None:
     x = np.where(np.arange(300) % 3 == 0, np.nan, np.linspace(0, 5, 300))
-    (channel,) = channels(runs(70, x=x), 0.01, "m/s")
+    (channel,) = channel_traces(runs(70, x=x), 0.01, "m/s")
     svg = residual_map.map_svg(channel)
     parsed(svg)
     assert len(svg) < 800_000

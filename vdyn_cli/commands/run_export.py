@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import get_args
 
-from vdyn_cli.export import Driven, Options, make
-from vdyn_cli.export.given import read_given
+from vdyn_cli.export import Driven, ExportOptions, make
+from vdyn_cli.export.parameter_file import read_parameter_file
 from vdyn_cli.io.files import write_whole
 from vdyn_cli.quantities.errors import Finding, InputError
 
@@ -20,15 +20,15 @@ def run_export(path: Path, form: str, folder: Path, name: str, driven: str, tell
 
     Raises
     ------
-    InputError : no parameter file, no such format, parameters that are missing, a name that is no identifier.
+    InputError : no parameter file, no such format, missing parameters, a name that is not an identifier.
     """
     # In C, in MATLAB and in an FMU the name is an identifier.
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,30}", name):
         raise InputError(Finding("--name", "is not a letter followed by letters, digits or _, 31 at most", repr(name)))
     axle = next((way for way in get_args(Driven) if way == driven), None)
     if axle is None:
-        raise InputError(Finding("--driven", "is no axle", repr(driven), f"write {', '.join(get_args(Driven))}"))
-    made = make(read_given(path), form, Options(name, axle))
+        raise InputError(Finding("--driven", "is not an axle", repr(driven), f"write {', '.join(get_args(Driven))}"))
+    made = make(read_parameter_file(path), form, ExportOptions(name, axle))
     for file, data in made.files.items():
         write_whole(folder / file, data)
         tell(str(folder / file))

@@ -1,4 +1,4 @@
-"""One step as a command: run it, say what came out, write JSON and report."""
+"""One step as a command: run it, print its result, write JSON and report."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vdyn_cli.io.files import write_whole
-from vdyn_cli.project.execute import Outcome, execute
-from vdyn_cli.project.result_document import to_json
+from vdyn_cli.project.execute import execute
+from vdyn_cli.project.result_document import StepRecord, to_json
 from vdyn_cli.quantities.errors import ResultError, alike
-from vdyn_cli.report.words import estimate_text
+from vdyn_cli.report.typography import estimate_text
 
 Tell = Callable[..., None]
 
@@ -18,19 +18,26 @@ Tell = Callable[..., None]
 def run_step(
     name: str, path: Path, known_files: tuple[Path, ...], output: str, level: float | None, tell: Tell
 ) -> None:
-    """Run a step and write ``DIR/name.json`` and ``DIR/name.html``, or the JSON on stdout for ``-``.
+    """Run a step, write ``DIR/name.json`` and ``DIR/name.html``, or the JSON on stdout for ``-``, and print the result.
+
+    Parameters
+    ----------
+    output : the folder, or ``-``.
+    level : probability of a false alarm of the diagnosis; None leaves it out.
+    tell : prints a line; its argument ``detail`` marks lines for verbose output.
 
     Raises
     ------
-    InputError, ResultError : nothing is written, but for the report that says why the answer is not good.
+    InputError : the input is wrong; nothing is written.
+    ResultError : the result cannot be published; only the report is written, which says why.
     """
     if output == "-":
-        outcome = execute(name, path, known_files, level)
-        sys.stdout.write(to_json(outcome.document))
+        record = execute(name, path, known_files, level)
+        sys.stdout.write(to_json(record.document))
     else:
-        outcome = write_step(name, path, known_files, Path(output), level)
+        record = write_step(name, path, known_files, Path(output), level)
         tell(f"{Path(output) / name}.json and .html")
-    result = outcome.result
+    result = record.result
     for finding in alike([f for f in result.findings if not f.doubt]):
         tell(f"note: {finding}", detail=finding.minor)
     for warning in result.fit.warnings:
@@ -38,21 +45,26 @@ def run_step(
     for key, estimate in result.parameters.items():
         tell(f"  {key:<30} {estimate_text(estimate)}")
     tell(result.sentence)
-    if result.diagnosis:
-        tell(str(result.diagnosis["sentence"]))
+    if record.diagnosis:
+        tell(record.diagnosis.sentence)
 
 
-def write_step(name: str, path: Path, known_files: tuple[Path, ...], folder: Path, level: float | None) -> Outcome:
-    """Run a step and write its report and JSON; of an answer that is not good, only the report that says why."""
+def write_step(name: str, path: Path, known_files: tuple[Path, ...], folder: Path, level: float | None) -> StepRecord:
+    """Run a step and write its report and JSON; for a result that cannot be published, only the report with the reason.
+
+    Raises
+    ------
+    InputError, ResultError : as ``execute`` raises them.
+    """
     from vdyn_cli.report.html import render, render_failure
 
     try:
-        outcome = execute(name, path, known_files, level)
+        record = execute(name, path, known_files, level)
     except ResultError as error:
         write_whole(folder / f"{name}.html", render_failure(name, error.findings))
         raise
-    text = to_json(outcome.document)
-    page = render(outcome.result, outcome.document)
+    text = to_json(record.document)
+    page = render(record)
     write_whole(folder / f"{name}.html", page)
     write_whole(folder / f"{name}.json", text)
-    return outcome
+    return record

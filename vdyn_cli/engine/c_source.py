@@ -55,6 +55,7 @@ class CProgram:
         return self.header + self.source.replace(f'#include "{self.name}.h"\n', "")
 
 
+# Seven arguments: graph and substeps fix the program, the others, by keyword, only name and annotate it.
 def c_program(
     graph: Graph,
     substeps: int = 1,

@@ -7,6 +7,8 @@ import numpy as np
 from vdyn_cli.engine.kernel import Array
 
 
+# Seven arrays: three signals with their tangents on one time. Pairs in objects would be built at every call only to be
+# taken apart here.
 def read_at(
     time: Array,
     value: Array,

@@ -58,6 +58,8 @@ class _Term:
     minus: bool
 
 
+# More than 15 methods: one for each instruction that `dual` and the loop need, a few lines each; they share the text,
+# the names in use and the values already spread over lanes.
 class Printer:
     """The algebra that prints: values are names of the text, lanes are sums of terms that are not added up yet."""
 

@@ -32,6 +32,7 @@ class Kernel(Protocol):
     lanes: int
     rows: int
 
+    # Seven arguments: the raw arrays of the compiled function, whose signature this is; `course` fills them.
     def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:
         """Take the readings and advance one Runge-Kutta step, ``n`` <= rows times.
 

@@ -60,6 +60,7 @@ class Steady:
     roots: tuple[Root, ...]
 
 
+# Seven arguments: each is one set of names in the equations of the steady state, and most calls leave four out.
 def steady(
     model: Model,
     parameters: Mapping[str, float],

@@ -34,6 +34,7 @@ class MachineCode:
             print_kernel(graph, self.lanes, seeds.live, seeds.seeded), abreast=not self.lanes
         )
 
+    # Seven arguments: as Kernel.__call__.
     def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:
         self._run(n, *(array.ctypes.data for array in (z, u, dt, p, self._p_tangents, w, trail)))
 

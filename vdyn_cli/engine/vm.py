@@ -28,6 +28,7 @@ class VirtualMachine:
         for k, array in enumerate(self._got):
             self._buffer.set_res(k, memoryview(array))  # type: ignore[call-arg,arg-type]
 
+    # Seven arguments: as Kernel.__call__.
     def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:
         start, before, after, steps, constants = self._held
         start[:] = z

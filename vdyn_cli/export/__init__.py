@@ -1,4 +1,4 @@
-"""A parameter set in the shapes that other programs read; each format makes its files from the same `Given`."""
+"""A parameter set in the formats that other programs read; each format is made from the same `ParameterFile`."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Literal
 
-from vdyn_cli.export.given import Given
+from vdyn_cli.export.parameter_file import ParameterFile
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 
 Driven = Literal["front", "rear", "both"]
 
-# What each format is, in words; its file has a function `made`.
+# What each format is; its module has a function `made`.
 FORMATS: Mapping[str, str] = {
     "c": "the full vehicle as C99: header, source and a worked example",
     "fmu": "the full vehicle for co-simulation (FMI 2.0), source inside",
@@ -23,30 +23,30 @@ FORMATS: Mapping[str, str] = {
 
 
 @dataclass(frozen=True)
-class Options:
-    """What the command line says: a name for files and structs, and the driven axle."""
+class ExportOptions:
+    """The options of the command line: a name for files and structs, and the driven axle."""
 
     name: str = "vehicle"
     driven: Driven = "front"
 
 
 @dataclass(frozen=True)
-class Made:
-    """Files under their names, and what there is to say of them."""
+class ExportedFiles:
+    """Files under their names, and notes for the console."""
 
     files: Mapping[str, bytes]
     notes: tuple[str, ...] = ()
 
 
-def make(given: Given, form: str, options: Options) -> Made:
+def make(parameter_file: ParameterFile, form: str, options: ExportOptions) -> ExportedFiles:
     """The files of one format.
 
     Raises
     ------
-    InputError : no such format; parameters that it needs and nobody gave.
+    InputError : no such format; parameters that it needs are missing.
     """
     if form not in FORMATS:
         remedy = did_you_mean(form, FORMATS, f"there are {', '.join(FORMATS)}")
-        raise InputError(Finding("--to", "is no format of vdyn export", repr(form), remedy))
-    made: Callable[[Given, Options], Made] = import_module(f"vdyn_cli.export.{form}").made
-    return made(given, options)
+        raise InputError(Finding("--to", "is not a format of vdyn export", repr(form), remedy))
+    made: Callable[[ParameterFile, ExportOptions], ExportedFiles] = import_module(f"vdyn_cli.export.{form}").made
+    return made(parameter_file, options)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import csv
 from io import StringIO
 
-from vdyn_cli.export import Made, Options
-from vdyn_cli.export.given import Given, refuse_missing
+from vdyn_cli.export import ExportedFiles, ExportOptions
+from vdyn_cli.export.parameter_file import ParameterFile, refuse_missing
 from vdyn_cli.quantities.quantity import from_si
 
 COLUMNS = ("coefficient", "value", "unit", "low95", "high95", "std", "source")
@@ -24,7 +24,7 @@ ROWS = (
 )
 
 
-def made(given: Given, options: Options) -> Made:
+def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles:
     """``<name>_road_load.csv``: a row for each coefficient, with its 95 % interval, and the test mass.
 
     F = A + B v + C v^2 (v in mph, F in lbf) = F0 + F1 v + F2 v^2 (v in km/h, F in N), each interval for its
@@ -34,15 +34,15 @@ def made(given: Given, options: Options) -> Made:
     ------
     InputError : a coefficient is not given.
     """
-    refuse_missing(given, NAMES, "a dynamometer")
+    refuse_missing(parameter_file, NAMES, "a dynamometer")
     text = StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(COLUMNS)
     for coefficient, name, unit in ROWS:
-        estimate = given.parameters.get(name)
+        estimate = parameter_file.parameters.get(name)
         if estimate is None:
             continue
         numbers = (estimate.value, *estimate.interval95, estimate.std)
         value, low, high, std = (f"{from_si(x, unit, estimate.unit):.6g}" for x in numbers)
         table.writerow((coefficient, value, unit, low, high, std, estimate.source))
-    return Made({f"{options.name}_road_load.csv": text.getvalue().encode()})
+    return ExportedFiles({f"{options.name}_road_load.csv": text.getvalue().encode()})

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from vdyn_cli.engine.c_source import plain
-from vdyn_cli.export import Made, Options
-from vdyn_cli.export.given import Given
-from vdyn_cli.export.machine import Machine, machine
+from vdyn_cli.export import ExportedFiles, ExportOptions
+from vdyn_cli.export.exported_vehicle import ExportedVehicle, exported_vehicle
+from vdyn_cli.export.parameter_file import ParameterFile
 
 COMPILE = "cc -std=c99 -O2 {0}.c {0}_main.c -lm -o {0}"
 
@@ -41,15 +41,15 @@ int main(void)
 """
 
 
-def made(given: Given, options: Options) -> Made:
+def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles:
     """The three files.
 
     Raises
     ------
-    InputError : parameters that nobody gave and nothing can stand for.
+    InputError : parameters that are missing and have no default.
     """
-    car = machine(given, options.driven)
-    title = f"{given.title} ({given.source})"
+    car = exported_vehicle(parameter_file, options.driven)
+    title = f"{parameter_file.title} ({parameter_file.name})"
     program = car.program(options.name, title)
     name = options.name
     files = {
@@ -57,10 +57,10 @@ def made(given: Given, options: Options) -> Made:
         f"{name}.c": program.source.encode(),
         f"{name}_main.c": _main(car, name, title).encode(),
     }
-    return Made(files, (*car.notes, f"compile with: {COMPILE.format(name)}"))
+    return ExportedFiles(files, (*car.notes, f"compile with: {COMPILE.format(name)}"))
 
 
-def _main(car: Machine, name: str, title: str) -> str:
+def _main(car: ExportedVehicle, name: str, title: str) -> str:
     v = car.values
     weight = v["mass"] * 9.81 * v["wheel_radius"]
     torque = round(0.2 * weight / v["gear_ratio"], 0)

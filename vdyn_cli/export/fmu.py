@@ -14,12 +14,12 @@ from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 
-from vdyn_cli.export import Made, Options
-from vdyn_cli.export.fmu_description import Variable, description
+from vdyn_cli.export import ExportedFiles, ExportOptions
+from vdyn_cli.export.exported_vehicle import STEP, ExportedVehicle, exported_vehicle
+from vdyn_cli.export.fmu_description import ScalarVariable, description
 from vdyn_cli.export.fmu_source import source
-from vdyn_cli.export.given import Given
-from vdyn_cli.export.machine import STEP, Machine, machine
-from vdyn_cli.export.words import OWN, comment
+from vdyn_cli.export.parameter_file import ParameterFile
+from vdyn_cli.export.quantity_texts import OWN, comment
 
 START = OWN["start_speed"]
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the oldest time that a zip can hold: the same bytes from the same parameters
@@ -32,7 +32,7 @@ PLATFORMS: Mapping[tuple[str, str], tuple[str, str, tuple[str, ...]]] = {
 }
 
 
-def made(given: Given, options: Options) -> Made:
+def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles:
     """``<name>.fmu``.
 
     Inputs, parameters (the start speed among them) and outputs carry SI units, meaning and start values. A
@@ -41,10 +41,10 @@ def made(given: Given, options: Options) -> Made:
 
     Raises
     ------
-    InputError : parameters that nobody gave and nothing can stand for.
+    InputError : parameters that are missing and have no default.
     """
-    car = machine(given, options.driven)
-    name, title = options.name, f"{given.title} ({given.source})"
+    car = exported_vehicle(parameter_file, options.driven)
+    name, title = options.name, f"{parameter_file.title} ({parameter_file.name})"
     program = car.program(name, title)
     variables = _variables(car)
     wrapper = source(program, [v.name for v in variables], STEP)
@@ -55,17 +55,17 @@ def made(given: Given, options: Options) -> Made:
     files = {f"sources/{file}": text.encode() for file, text in sources.items()}
     files["modelDescription.xml"] = description(name, title, guid, variables, compiled, STEP)
     binary, note = _binary(name, sources)
-    return Made({f"{name}.fmu": _zip({**files, **binary})}, (*car.notes, note))
+    return ExportedFiles({f"{name}.fmu": _zip({**files, **binary})}, (*car.notes, note))
 
 
-def _variables(car: Machine) -> tuple[Variable, ...]:
+def _variables(car: ExportedVehicle) -> tuple[ScalarVariable, ...]:
     """What the importer sees, in the order of its references."""
     q = car.quantities
     return (
-        Variable(START.name, START.unit, comment(START), "parameter", 0.0),
-        *(Variable(n, q[n].unit, comment(q[n]), "parameter", car.values[n]) for n in car.graph.constants),
-        *(Variable(n, q[n].unit, comment(q[n]), "input", 0.0) for n in car.graph.inputs),
-        *(Variable(n, q[n].unit, comment(q[n]), "output") for n in car.graph.outputs),
+        ScalarVariable(START.name, START.unit, comment(START), "parameter", 0.0),
+        *(ScalarVariable(n, q[n].unit, comment(q[n]), "parameter", car.values[n]) for n in car.graph.constants),
+        *(ScalarVariable(n, q[n].unit, comment(q[n]), "input", 0.0) for n in car.graph.inputs),
+        *(ScalarVariable(n, q[n].unit, comment(q[n]), "output") for n in car.graph.outputs),
     )
 
 

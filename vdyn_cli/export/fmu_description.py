@@ -17,7 +17,7 @@ UNITS: Mapping[str, Mapping[str, int]] = {
 
 
 @dataclass(frozen=True)
-class Variable:
+class ScalarVariable:
     """One scalar that the importer sees; its reference is its place in the list. Outputs have no start value."""
 
     name: str
@@ -28,7 +28,7 @@ class Variable:
 
 
 def description(
-    name: str, title: str, guid: str, variables: Sequence[Variable], sources: Iterable[str], step: float
+    name: str, title: str, guid: str, variables: Sequence[ScalarVariable], sources: Iterable[str], step: float
 ) -> bytes:
     """The XML text of a unit for co-simulation."""
     root = Xml.Element(
@@ -96,7 +96,7 @@ def _units(root: Xml.Element, units: Iterable[str]) -> None:
         Xml.SubElement(entry, "BaseUnit", {base: str(power) for base, power in exponents(unit).items()})
 
 
-def _variable(parent: Xml.Element, reference: int, variable: Variable) -> None:
+def _variable(parent: Xml.Element, reference: int, variable: ScalarVariable) -> None:
     attributes = {"name": variable.name, "valueReference": str(reference), "description": variable.meaning}
     attributes["causality"] = variable.causality
     attributes["variability"] = "fixed" if variable.causality == "parameter" else "continuous"

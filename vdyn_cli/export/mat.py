@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from io import BytesIO
 
-from vdyn_cli.export import Made, Options
-from vdyn_cli.export.given import Given
+from vdyn_cli.export import ExportedFiles, ExportOptions
+from vdyn_cli.export.parameter_file import ParameterFile
 
 HEADER = b"MATLAB 5.0 MAT-file, written by vdyn"  # in place of a text with the time of day
 HEADER_SIZE = 116
 
 
-def made(given: Given, options: Options) -> Made:
+def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles:
     """``<name>.mat`` with a struct of the same name.
 
     ``vehicle.mass.value``, ``.std``, ``.interval95`` (1 by 2), ``.unit``, ``.meaning`` and ``.source`` in SI units for
-    every parameter, and ``vehicle.causes.<effect>.<unknown>`` for those by which the model was extended.
+    every parameter, and ``vehicle.causes.<effect>.<unknown>`` for the effects by which the model was extended.
     """
     import numpy as np
     from scipy.io import savemat
@@ -29,10 +29,10 @@ def made(given: Given, options: Options) -> Made:
             "meaning": e.meaning,
             "source": e.source,
         }
-        for name, e in given.parameters.items()
+        for name, e in parameter_file.parameters.items()
     }
-    if given.causes:
-        fields["causes"] = {cause.effect: dict(cause.unknowns) for cause in given.causes}
+    if parameter_file.effects:
+        fields["causes"] = {one.effect: dict(one.unknowns) for one in parameter_file.effects}
     file = BytesIO()
     savemat(
         file,  # type: ignore[arg-type]
@@ -41,4 +41,4 @@ def made(given: Given, options: Options) -> Made:
         oned_as="row",
     )
     data = HEADER.ljust(HEADER_SIZE) + file.getvalue()[HEADER_SIZE:]
-    return Made({f"{options.name}.mat": data})
+    return ExportedFiles({f"{options.name}.mat": data})

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vdyn_cli.export import Made, Options
-from vdyn_cli.export.given import Given, completed
+from vdyn_cli.export import ExportedFiles, ExportOptions
+from vdyn_cli.export.parameter_file import ParameterFile, completed
 from vdyn_cli.quantities.constants import GRAVITY
 
 NEEDED = (
@@ -28,7 +28,7 @@ class _Line:
         return f"{self.key:<24} = {value:<24}" + (f" $ {self.why}" if self.why else "")
 
 
-def made(given: Given, options: Options) -> Made:
+def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles:
     """``<name>.tir``, for pure longitudinal slip (USE_MODE 1).
 
     With dfz = Fz / Fz0 - 1 and Fz0 a quarter of the weight::
@@ -46,28 +46,28 @@ def made(given: Given, options: Options) -> Made:
     ------
     InputError : the tire's curve, radius, stiffness or the mass are not given.
     """
-    values, assumed = completed(given, NEEDED, "a tire file")
-    why = {name: _why(given, name, assumed) for name in NEEDED}
+    values, assumed = completed(parameter_file, NEEDED, "a tire file")
+    why = {name: _why(parameter_file, name, assumed) for name in NEEDED}
     sections = _sections(values, why, options)
     lines = [
-        f"$ Tire of: {given.title} ({given.source})",
+        f"$ Tire of: {parameter_file.title} ({parameter_file.name})",
         "$ Longitudinal slip alone was measured: USE_MODE = 1. Lateral coefficients are left out on purpose.",
         "$ SI units; the slip is (omega R / V - 1), the force positive when it drives the car.",
     ]
     for title, body in sections.items():
         lines += [f"$---------------------------------------------------------------- {title.lower()}", f"[{title}]"]
         lines += [str(line).rstrip() for line in body]
-    return Made({f"{options.name}.tir": ("\n".join(lines) + "\n").encode()}, _notes(assumed))
+    return ExportedFiles({f"{options.name}.tir": ("\n".join(lines) + "\n").encode()}, _notes(assumed))
 
 
 def _notes(assumed: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(f"assumed {name}: {why}" for name, why in assumed.items())
 
 
-def _why(given: Given, name: str, assumed: Mapping[str, str]) -> str:
+def _why(parameter_file: ParameterFile, name: str, assumed: Mapping[str, str]) -> str:
     if name in assumed:
         return f"assumed: {assumed[name]}"
-    estimate = given.parameters[name]
+    estimate = parameter_file.parameters[name]
     spread = f" +- {estimate.std:.2g}" if estimate.std else ""
     return f"{name} {estimate.value:.5g}{spread} {estimate.unit}".rstrip() + f", {_source(estimate.source)}"
 
@@ -76,7 +76,7 @@ def _source(source: str) -> str:
     return "stated" if source == "given" else f"measured ({source})"
 
 
-def _sections(v: Mapping[str, float], why: Mapping[str, str], options: Options) -> dict[str, tuple[_Line, ...]]:
+def _sections(v: Mapping[str, float], why: Mapping[str, str], options: ExportOptions) -> dict[str, tuple[_Line, ...]]:
     load = v["mass"] * GRAVITY / 4
     stiffness = v["tire_vertical_stiffness"] / 2  # of one tire; ours is of an axle
     unloaded = v["wheel_radius"] + DEFLECTION_SHARE * load / stiffness

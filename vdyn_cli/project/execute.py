@@ -1,41 +1,34 @@
-"""One step from files to documents: read, estimate, describe. Writes nothing."""
+"""One step from its files to its result: read, estimate, diagnose. Writes nothing."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from vdyn_cli.diagnosis.asked import refuse_unknown
 from vdyn_cli.diagnosis.extend import diagnosed
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.project.inputs import Inputs, gather
-from vdyn_cli.project.result_document import step_command, step_document
+from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, alike
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, load_step, published
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """A step's result and its JSON document."""
-
-    result: Result
-    document: Mapping[str, Any]
-
-
-def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level: float | None = LEVEL) -> Outcome:
-    """Run one step on one description, and diagnose what its simulation gets wrong.
+def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level: float | None = LEVEL) -> StepRecord:
+    """Run one step on one description, and diagnose the errors of its model.
 
     Parameters
     ----------
-    level : chance that the diagnosis raises a false alarm; None leaves the diagnosis out.
+    step_name, path : the step and the YAML file that describes its test.
+    known_files : parameter JSON files of earlier steps, the later ones preferred.
+    level : probability that the diagnosis raises a false alarm; None leaves the diagnosis out.
 
     Raises
     ------
-    InputError : the input is wrong.
-    ResultError : the answer is not good.
+    InputError : the description, a log or a parameter file is wrong.
+    ResultError : the input is well-formed, but the result cannot be published.
     """
     step = load_step(step_name)
     inputs = gather(step, path, known_files)
@@ -53,21 +46,19 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
     except (InputError, ResultError) as error:
         raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
     result = _doubted(replace(result, findings=(*inputs.findings, *result.findings)))
-    return Outcome(
-        result, step_document(result, inputs, step_command(step_name, path, known_files, level), known_files)
-    )
+    return StepRecord(result, provenance_of(inputs, step_command(step_name, path, known_files, level), known_files))
 
 
 def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
-    """Sensors that did not measure, in the runs that were used; of all runs where nobody says which were."""
+    """Findings of sensors that did not measure, in the runs used; in all runs where those are not known."""
     logs = [log for log in inputs.logs if log.name in used] or inputs.logs
     return tuple(f for log in logs for f in log.findings if f.fault)
 
 
 def _placed(finding: Finding, inputs: Inputs) -> Finding:
-    """The finding with file and line, where it names a key of the description: ``settings.step``."""
+    """The finding with file and line where its place is a key of the description: ``settings.step``."""
     location = tuple(finding.where.split("."))
-    # A step, or a log, may be called as a key is.
+    # A step or a log may have the name of a key.
     another = finding.where == inputs.spec.test or finding.where.startswith(tuple(log.name for log in inputs.logs))
     if another or location[0] not in type(inputs.spec).model_fields:
         return finding
@@ -75,13 +66,12 @@ def _placed(finding: Finding, inputs: Inputs) -> Finding:
 
 
 def _doubted(result: Result) -> Result:
-    """The result, with a warning of what its findings doubt, and of data missed by far more than noise explains."""
+    """The result with a warning for each doubtful finding, and for a residual far above the noise."""
     fit = result.fit
     doubts = [f"{f.where}: {f.what}" for f in alike(result.findings) if f.doubt]
     warnings = [*doubts, *fit.warnings]
     if fit.misfit:
         warnings.append(
-            f"{fit.misfit}: something that it does not know of is in the logs, and the values may be off by more than "
-            "their intervals say"
+            f"{fit.misfit}: unmodeled effect present; the errors of the parameters may exceed their intervals"
         )
     return replace(result, fit=replace(fit, warnings=tuple(warnings)))

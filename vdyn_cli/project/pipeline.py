@@ -12,9 +12,10 @@ from vdyn_cli.description.yaml_source import Source, load_yaml
 from vdyn_cli.diagnosis.level import LEVEL, shared
 from vdyn_cli.io.files import sha256
 from vdyn_cli.project.inputs import given_parameters
-from vdyn_cli.project.result_document import versions
+from vdyn_cli.project.result_document import Provenance, StepRecord, versions
+from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
-from vdyn_cli.quantities.parameters import FORMAT, GIVERS, Parameters, read_parameters, to_document
+from vdyn_cli.quantities.parameters import FORMAT, GIVERS, Parameters, to_document
 from vdyn_cli.quantities.vocabulary import TABLE
 from vdyn_cli.steps import Step, load_step, names
 
@@ -36,26 +37,87 @@ class StepOutcome:
 
     Parameters
     ----------
-    findings : why it failed or was skipped, or what to read first.
-    diagnosis : what its diagnosis came to; empty where none was made. verdict : the same in one word.
+    record : its result, as read from the JSON that stands in the folder; None where it failed or was skipped.
+    reason : why it failed or was skipped, in one sentence.
+    problems : why it failed or was skipped, one finding for each problem.
     """
 
     name: str
     status: Status
-    sentence: str = ""
-    findings: tuple[Finding, ...] = ()
+    record: StepRecord | None = None
+    reason: str = ""
+    problems: tuple[Finding, ...] = ()
     exit_code: int = 0
-    verdict: str = ""
-    diagnosis: str = ""
 
     @property
     def good(self) -> bool:
-        return self.status in ("done", "reused")
+        """Whether there is a result."""
+        return self.record is not None
+
+    @property
+    def sentence(self) -> str:
+        """The result in a sentence, or why there is none."""
+        return self.reason if self.record is None else self.record.result.sentence
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Why it failed or was skipped, or what to read before using the result."""
+        return self.problems if self.record is None else self.record.to_read
+
+    @property
+    def diagnosis(self) -> Diagnosis | None:
+        """The diagnosis of its result, None where none was made."""
+        return None if self.record is None else self.record.diagnosis
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """The full parameter set of a pipeline.
+
+    Parameters
+    ----------
+    title : of the pipeline's description.
+    parameters : what was given and what the steps estimated, in the order of the vocabulary.
+    missing : why each further parameter of the vocabulary is not known.
+    outcomes : how each step ended, in the order in which they ran.
+    """
+
+    title: str
+    parameters: Parameters
+    missing: Mapping[str, str]
+    outcomes: tuple[StepOutcome, ...]
+    provenance: Provenance
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The content of ``parameters.json``."""
+        return {
+            "format": FORMAT,
+            "step": "pipeline",
+            "title": self.title,
+            **to_document(self.parameters),
+            "missing": dict(self.missing),
+            "steps": {o.name: _summary(o) for o in self.outcomes},
+            "provenance": self.provenance.to_json(),
+        }
+
+
+def _summary(outcome: StepOutcome) -> dict[str, Any]:
+    found = outcome.diagnosis
+    verdict, sentence = (found.verdict, found.sentence) if found else ("", "")
+    return {"good": outcome.good, "sentence": outcome.sentence, "verdict": verdict, "diagnosis": sentence}
 
 
 @dataclass(frozen=True)
 class Task:
-    """One step of a pipeline: its description, the steps whose results it reads, its chance of a false alarm."""
+    """One step of a pipeline.
+
+    Parameters
+    ----------
+    path : its description.
+    after : the steps whose results it reads.
+    level : probability that its diagnosis raises a false alarm.
+    """
 
     name: str
     path: Path
@@ -66,11 +128,13 @@ class Task:
 def load_plan(path: Path) -> tuple[PipelineSpec, Source, tuple[Task, ...]]:
     """Read a pipeline's description and put its steps in order.
 
-    A step comes after every other one that gives a parameter it may need; else the order of the file stands.
+    A step comes after every other one that gives a parameter it may need; otherwise the order of the file is kept.
+    The level of the diagnoses is shared such that all together raise a false alarm in 5 % of all pipelines.
 
     Raises
     ------
-    InputError : a description that can't be read, names no step, repeats one, or steps that wait for each other.
+    InputError : a description is unreadable, names no step or one that another describes, or steps depend on each
+        other in a circle; all problems at once.
     """
     spec, source = load_spec(path, PipelineSpec)
     found: dict[str, Path] = {}
@@ -83,7 +147,9 @@ def load_plan(path: Path) -> tuple[PipelineSpec, Source, tuple[Task, ...]]:
             findings.extend(error.findings)
             continue
         if test in found:
-            findings.append(Finding(place, f"a second description of '{test}'", name, "put all its runs into one"))
+            findings.append(
+                Finding(place, f"duplicate description of '{test}'", name, "put all its runs into one description")
+            )
         found[test] = path.parent / name
     raise_all(findings)
     steps = {test: load_step(test) for test in found}
@@ -97,7 +163,7 @@ def _test_of(path: Path, place: str) -> str:
     test = data.get("test") if isinstance(data, dict) else None
     if test not in names():
         remedy = f"write 'test:' with one of {', '.join(names())}"
-        raise InputError(Finding(f"{place}, {path.name}", "describes no known test", repr(test), remedy))
+        raise InputError(Finding(f"{place}, {path.name}", "is not a known test", repr(test), remedy))
     return str(test)
 
 
@@ -110,41 +176,39 @@ def in_order(steps: Mapping[str, Step]) -> tuple[str, ...]:
 
     Raises
     ------
-    InputError : steps that wait for each other.
+    InputError : steps depend on each other in a circle.
     """
     done: list[str] = []
     while len(done) < len(steps):
         waiting = [n for n in steps if n not in done]
         ready = [n for n in waiting if not _givers(steps[n], steps, waiting)]
         if not ready:
-            raise InputError(Finding("pipeline", "steps wait for each other's results", ", ".join(waiting)))
+            raise InputError(
+                Finding("pipeline", "steps need each other's results (circular dependency)", ", ".join(waiting))
+            )
         done.append(ready[0])
     return tuple(done)
 
 
-def summary_document(
-    spec: PipelineSpec, path: Path, files: Sequence[Path], folder: Path, outcomes: Sequence[StepOutcome]
-) -> dict[str, Any]:
-    """The full parameter set: what was given, what each step estimated, and what is missing and why."""
+def parameter_set(spec: PipelineSpec, source: Source, folder: Path, outcomes: Sequence[StepOutcome]) -> ParameterSet:
+    """The full parameter set: what was given, what each step estimated, and what is missing and why.
+
+    Parameters
+    ----------
+    source : the pipeline's description, with the files that it includes.
+    folder : holds the JSON files of the steps.
+    """
     known = given_parameters(spec.vehicle)
-    results = [folder / f"{o.name}.json" for o in outcomes if o.good]
-    for result in results:
-        known = known.updated(read_parameters(result))
+    for outcome in outcomes:
+        if outcome.record is not None:
+            known = known.updated(outcome.record.result.parameters)
     ordered = Parameters({n: known[n] for n in (*TABLE, *known) if n in known}, known.correlation, known.extensions)
     failed = {o.name: o.sentence for o in outcomes if not o.good}
-    inputs = {f.name: sha256(f) for f in files} | {f.name: sha256(f) for f in results}
-    return {
-        "format": FORMAT,
-        "step": "pipeline",
-        "title": spec.pipeline,
-        **to_document(ordered),
-        "missing": {name: _why_missing(name, failed) for name in TABLE if name not in known},
-        "steps": {
-            o.name: {"good": o.good, "sentence": o.sentence, "verdict": o.verdict, "diagnosis": o.diagnosis}
-            for o in outcomes
-        },
-        "provenance": {"inputs": inputs, "versions": versions(), "command": f"vdyn pipeline {path.name}"},
-    }
+    files = (source.path, *source.included, *(folder / f"{o.name}.json" for o in outcomes if o.good))
+    inputs = {f.name: sha256(f) for f in files}
+    provenance = Provenance(inputs, None, versions(), f"vdyn pipeline {source.path.name}")
+    missing = {name: _why_missing(name, failed) for name in TABLE if name not in known}
+    return ParameterSet(spec.pipeline, ordered, missing, tuple(outcomes), provenance)
 
 
 def _why_missing(name: str, failed: Mapping[str, str]) -> str:

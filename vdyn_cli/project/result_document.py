@@ -1,4 +1,4 @@
-"""A step's result as the JSON document that other steps, scripts and people read."""
+"""A step's result with its provenance, to and from the JSON that other steps, scripts and people read."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import json
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from functools import cache
+from dataclasses import asdict, dataclass
+from functools import cache, cached_property
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -15,39 +15,148 @@ from typing import Any
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.io.files import sha256
 from vdyn_cli.project.inputs import Inputs
-from vdyn_cli.quantities.parameters import FORMAT, to_document
-from vdyn_cli.quantities.result import Result
+from vdyn_cli.quantities.diagnosis import Diagnosis
+from vdyn_cli.quantities.errors import Finding, alike
+from vdyn_cli.quantities.parameters import FORMAT, read_parameters, to_document
+from vdyn_cli.quantities.result import FitSummary, Result
 
 
-def step_document(result: Result, inputs: Inputs, command: str, known_files: Sequence[Path]) -> dict[str, Any]:
-    """The result with its provenance; nothing in it depends on when or where it was made."""
-    fit = result.fit
-    return {
-        "format": FORMAT,
-        "step": result.step,
-        "sentence": result.sentence,
-        **to_document(result.parameters),
-        "fit": {
-            "runs": list(fit.runs),
-            "rms": fit.rms,
-            "noise_floor": fit.noise_floor,
-            "unit": fit.unit,
-            "unknowns": list(fit.unknowns),
-            "interval_unit": fit.interval_unit,
-            "interval_units": fit.interval_units,
-            "held_out_rms": fit.held_out_rms,
-            "warnings": list(fit.warnings),
-        },
-        "findings": [asdict(f) for f in result.findings],
-        **result.extra,
-        "diagnosis": result.diagnosis,
-        "provenance": {
-            "inputs": fingerprints(inputs.files, inputs.source.path.parent, known_files),
-            "settings": inputs.spec.model_dump(mode="json", exclude_none=True),
-            "versions": versions(),
-            "command": command,
-        },
-    }
+@dataclass(frozen=True)
+class Provenance:
+    """What a result was made from.
+
+    Parameters
+    ----------
+    inputs : sha256 of every input file, under its name.
+    settings : the resolved description in SI units, None for a whole pipeline.
+    versions : of the packages that can change a number.
+    command : the command that makes the result again.
+    """
+
+    inputs: Mapping[str, str]
+    settings: Mapping[str, Any] | None
+    versions: Mapping[str, str]
+    command: str
+
+    def to_json(self) -> dict[str, Any]:
+        """The ``provenance`` part of a JSON document."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+
+@dataclass(frozen=True)
+class StepRecord:
+    """A step's result with its provenance: what its JSON is written from, and what the JSON is read into.
+
+    A record that was read has no figures, comparisons, tables and methods, since the JSON does not hold them; all else
+    is as it was when the step ran.
+    """
+
+    result: Result
+    provenance: Provenance
+
+    @property
+    def title(self) -> str:
+        """The title of the test's description, empty where it has none."""
+        return str((self.provenance.settings or {}).get("title", ""))
+
+    @property
+    def diagnosis(self) -> Diagnosis | None:
+        """The typed diagnosis, None where none was made."""
+        return diagnosis_of(self.result)
+
+    @property
+    def to_read(self) -> tuple[Finding, ...]:
+        """The warnings and findings that a reader should see before using the result."""
+        warnings = [Finding(self.result.step, text) for text in self.result.fit.warnings]
+        return (*warnings, *(f for f in alike(self.result.findings) if not (f.minor or f.doubt)))
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The content of the JSON; nothing in it depends on when or where it was made."""
+        result, fit = self.result, self.result.fit
+        return {
+            "format": FORMAT,
+            "step": result.step,
+            "sentence": result.sentence,
+            **to_document(result.parameters),
+            "fit": {
+                "runs": list(fit.runs),
+                "rms": fit.rms,
+                "noise_floor": fit.noise_floor,
+                "unit": fit.unit,
+                "unknowns": list(fit.unknowns),
+                "interval_unit": fit.interval_unit,
+                "interval_units": fit.interval_units,
+                "held_out_rms": fit.held_out_rms,
+                "warnings": list(fit.warnings),
+            },
+            "findings": [asdict(f) for f in result.findings],
+            **result.extra,
+            "diagnosis": result.diagnosis,
+            "provenance": self.provenance.to_json(),
+        }
+
+
+def diagnosis_of(result: Result) -> Diagnosis | None:
+    """The diagnosis of a result as a typed object.
+
+    Raises
+    ------
+    ValueError : it does not follow the schema.
+    """
+    # The border: accepts a mapping as well as the typed object, which passes unchanged.
+    return None if result.diagnosis is None else Diagnosis.model_validate(result.diagnosis)
+
+
+def provenance_of(inputs: Inputs, command: str, known_files: Sequence[Path]) -> Provenance:
+    """The provenance of a step's result.
+
+    Parameters
+    ----------
+    command : as ``step_command`` writes it.
+    known_files : the parameter files among the inputs, listed under their bare names.
+    """
+    files = fingerprints(inputs.files, inputs.source.path.parent, known_files)
+    return Provenance(files, inputs.spec.model_dump(mode="json", exclude_none=True), versions(), command)
+
+
+def read_record(path: Path) -> StepRecord:
+    """Read a step's JSON back into a record.
+
+    Raises
+    ------
+    InputError : no parameter file. OSError, ValueError, KeyError, TypeError : not written by this version.
+    """
+    parameters = read_parameters(path)
+    document = json.loads(path.read_text(encoding="utf-8"))
+    fit, made = document["fit"], document["provenance"]
+    diagnosis: Any = document["diagnosis"] and Diagnosis.model_validate(document["diagnosis"])
+    summary = FitSummary(
+        tuple(fit["runs"]),
+        _number(fit["rms"]),
+        _number(fit["noise_floor"]),
+        str(fit["unit"]),
+        tuple(fit["unknowns"]),
+        str(fit["interval_unit"]),
+        int(fit["interval_units"]),
+        fit["held_out_rms"],
+        tuple(fit["warnings"]),
+    )
+    findings = tuple(Finding(**f) for f in document["findings"])
+    result = Result(
+        str(document["step"]),
+        str(document["sentence"]),
+        parameters,
+        summary,
+        "",
+        findings=findings,
+        diagnosis=diagnosis,
+    )
+    return StepRecord(result, Provenance(made["inputs"], made["settings"], made["versions"], str(made["command"])))
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
 
 
 def fingerprints(files: Sequence[Path], folder: Path, known_files: Sequence[Path]) -> dict[str, str]:

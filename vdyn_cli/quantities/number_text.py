@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from math import floor, isfinite, log10
+from math import isfinite
+
+
+def magnitude(value: float, digits: int) -> int:
+    """The power of ten of the leading digit of a number rounded to ``digits`` significant digits.
+
+    Rounding comes first: 9.97 rounded to two digits is 10, of magnitude 1.
+    """
+    return int(f"{abs(value):.{digits - 1}e}".partition("e")[2])
 
 
 def decimals(uncertainty: float, most: int = 8) -> int:
-    """Decimals that show two significant digits of an uncertainty: 1 - floor(log10 u), between 0 and ``most``."""
+    """Decimals that show two significant digits of an uncertainty: 1 - magnitude, between 0 and ``most``."""
     if not isfinite(uncertainty) or uncertainty <= 0:
         return most
-    return min(max(1 - floor(log10(uncertainty)), 0), most)
+    return min(max(1 - magnitude(uncertainty, 2), 0), most)
 
 
 def two_digits(uncertainty: float) -> str:

@@ -1,4 +1,4 @@
-"""The sheet that figures are drawn on, in page pixels, and its way into a page as lean SVG. The door to matplotlib."""
+"""The sheet on which figures are drawn, in page pixels, and its compact SVG. The door to matplotlib."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from html import escape
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
-from vdyn_cli.report import words
+from vdyn_cli.report import typography
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Sheet
 
-# Okabe and Ito's palette: told apart by colour-blind readers, and in black and white by line style.
-INK, GREY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
+# The palette of Okabe and Ito, which color-blind readers can discriminate; line styles do it in black and white.
+INK, GRAY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
 BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 ORANGE, SKY, YELLOW = "#E69F00", "#56B4E9", "#F0E442"
 DARK_GREEN = "#00553e"
@@ -44,8 +44,8 @@ _STYLE: Any = {
 
 
 @dataclass(frozen=True)
-class Box:
-    """A panel's place on the sheet, px from its upper left corner."""
+class PlotArea:
+    """The place of axes on the sheet, px from its upper left corner."""
 
     left: float
     top: float
@@ -54,11 +54,11 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Key:
+class LegendEntry:
     """An entry of the legend."""
 
     label: str
-    colour: str
+    color: str
     look: Literal["line", "points", "patch"] = "line"
     dashes: str | tuple[float, tuple[float, ...]] = "-"
     width: float = 1.8
@@ -66,7 +66,7 @@ class Key:
 
 
 def style() -> Any:
-    """The drawing settings as a context; the user's own matplotlib settings never reach a report."""
+    """The drawing settings as a context, so that the user's own matplotlib settings have no influence."""
     import matplotlib
 
     return matplotlib.rc_context(_STYLE)
@@ -80,15 +80,16 @@ def every_stroke() -> Any:
 
 
 def sheet(width: float, height: float) -> Sheet:
+    """An empty sheet of width by height, px."""
     from matplotlib.figure import Figure as Sheet
 
     return Sheet(figsize=(width / 72, height / 72), dpi=72, facecolor="none")
 
 
-def panel(page: Sheet, box: Box) -> Axes:
+def add_axes(page: Sheet, area: PlotArea) -> Axes:
     """Axes with a thin left and bottom line and no ticks yet."""
     width, height = page.get_size_inches() * 72
-    place = (box.left / width, 1 - (box.top + box.height) / height, box.width / width, box.height / height)
+    place = (area.left / width, 1 - (area.top + area.height) / height, area.width / width, area.height / height)
     axes = page.add_axes(place, facecolor="none")
     for side, spine in axes.spines.items():
         spine.set_visible(side in ("left", "bottom"))
@@ -100,12 +101,10 @@ def panel(page: Sheet, box: Box) -> Axes:
     return axes
 
 
-def words_at(
-    page: Sheet, x: float, y: float, text: str, size: float = FONT, colour: str = INK, **settings: Any
-) -> None:
+def text_at(page: Sheet, x: float, y: float, text: str, size: float = FONT, color: str = INK, **settings: Any) -> None:
     """Text with its baseline at px (x, y) from the sheet's upper left corner."""
     width, height = page.get_size_inches() * 72
-    page.text(x / width, 1 - y / height, words.clean(text), size=size, color=colour, va="baseline", **settings)
+    page.text(x / width, 1 - y / height, typography.clean(text), size=size, color=color, va="baseline", **settings)
 
 
 def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[list[float], list[str]]:
@@ -122,18 +121,18 @@ def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[li
 
 
 def tick_text(value: float, step: float, grouped: bool = False) -> str:
-    """A tick's number with the decimals that its spacing needs, its thousands set apart where asked."""
+    """A tick's number with the decimals that its spacing needs, its thousands separated where requested."""
     largest = max(abs(value), step)
     if step < 1e-5 or largest >= 1e7:
-        return "0" if abs(value) < 1e-9 * step else words.significant(value, 3)
+        return "0" if abs(value) < 1e-9 * step else typography.significant(value, 3)
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
     if abs(step * 10**decimals - round(step * 10**decimals)) > 1e-6:
         decimals += 1  # steps of 2.5
-    text = words.fixed(value, decimals)
+    text = typography.fixed(value, decimals)
     whole, point, fraction = text.partition(".")
-    digits = whole.lstrip(words.MINUS)
+    digits = whole.lstrip(typography.MINUS)
     if grouped and len(digits) > 3:
-        whole = whole[: -len(digits)] + f"{int(digits):,}".replace(",", words.NARROW)
+        whole = whole[: -len(digits)] + f"{int(digits):,}".replace(",", typography.NARROW)
     return whole + point + fraction
 
 
@@ -146,9 +145,9 @@ def scale_axis(axes: Axes, which: Literal["x", "y"], room: float, apart: float, 
         axes.grid(axis=which, color=GRID, linewidth=0.8)
 
 
-def legend_rows(keys: Sequence[Key], width: float) -> list[list[tuple[float, Key]]]:
-    """The legend's entries set in lines of a given width: each with its px from the left."""
-    rows: list[list[tuple[float, Key]]] = []
+def legend_rows(keys: Sequence[LegendEntry], width: float) -> list[list[tuple[float, LegendEntry]]]:
+    """The entries of a legend in rows of a given width: each with its px from the left."""
+    rows: list[list[tuple[float, LegendEntry]]] = []
     at = math.inf
     for key in keys:
         need = 34 + len(key.label) * _CHARACTER + 22
@@ -160,7 +159,7 @@ def legend_rows(keys: Sequence[Key], width: float) -> list[list[tuple[float, Key
     return rows
 
 
-def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, Key]]], left: float, top: float) -> None:
+def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, LegendEntry]]], left: float, top: float) -> None:
     """Draw a legend's lines, 20 px apart."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Rectangle
@@ -172,23 +171,23 @@ def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, Key]]], left: 
             x = left + at
             if key.look == "patch":
                 page.add_artist(
-                    Rectangle((x, middle - 5), 26, 10, color=key.colour, alpha=key.alpha, lw=0, transform=None)
+                    Rectangle((x, middle - 5), 26, 10, color=key.color, alpha=key.alpha, lw=0, transform=None)
                 )
             elif key.look == "points":
-                page.add_artist(Line2D([x + 13], [middle], marker="o", ms=6, color=key.colour, lw=0, transform=None))
+                page.add_artist(Line2D([x + 13], [middle], marker="o", ms=6, color=key.color, lw=0, transform=None))
             else:
                 page.add_artist(
                     Line2D(
                         [x, x + 26],
                         [middle, middle],
-                        color=key.colour,
+                        color=key.color,
                         lw=key.width,
                         ls=key.dashes,
                         alpha=key.alpha,
                         transform=None,
                     )
                 )
-            words_at(page, x + 33, top + 20 * number + 14.5, key.label)
+            text_at(page, x + 33, top + 20 * number + 14.5, key.label)
 
 
 def label_room(text: str, size: float = FONT) -> float:
@@ -222,7 +221,7 @@ def to_svg(page: Sheet, label: str, name: str) -> str:
     width, height = page.get_size_inches() * 72
     head = (
         f'<svg class="plot" viewBox="0 0 {width:.0f} {height:.0f}" style="max-width:{width:.0f}px" role="img" '
-        f'aria-label="{escape(words.clean(label))}">'
+        f'aria-label="{escape(typography.clean(label))}">'
     )
     return _HEAD.sub(lambda _: head, text, count=1)
 

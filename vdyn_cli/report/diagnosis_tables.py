@@ -1,244 +1,263 @@
-"""The tables of a diagnosis: what was found, how causes compare, what can't be shown, where it is wrong, what next."""
+"""The tables of a diagnosis: identified effects, ranking, what the data cannot show, worst segments, next tests."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
 
+from vdyn_cli.quantities.diagnosis import Amplitude, Cause, NextTest, NotTestable, Ranked, WorstSegment
+from vdyn_cli.quantities.parameters import Estimate, Extensions
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.report import causes, words
-from vdyn_cli.report.loose import items, listed, number
-from vdyn_cli.report.views import Cells, signed
+from vdyn_cli.report import effect_labels, typography
+from vdyn_cli.report.text_table import TextTable
 
-_UNKNOWNS = 3  # of one cause that are told one by one
-_ENOUGH = 0.02  # chance of what is left, above which it passes for noise
-_BIASES = 4  # parameters in one cell
-_NOTICED = 5e-4  # share of a parameter that is worth a word
-_FOLLOWS = {  # parameters that only repeat another one's shift
+_UNKNOWNS = 3  # of one effect that are listed one by one; a free profile has up to twelve, one line holds three
+_SUFFICIENT = 0.02  # p of the residual that remains with a candidate, above which the naming accepts it as noise
+_BIASES = 4  # parameters in one cell: what two lines of the column hold
+_NOTICEABLE = 5e-4  # relative bias below which a parameter is left out: two digits in percent would show 0.0
+_FOLLOWS = {  # parameters that repeat the bias of another one, from which they are computed
     "drag_coefficient": "drag_area",
     "road_load_f0": "rolling_resistance",
     "road_load_f2": "drag_area",
 }
 
-_TRACE = "Its own trace: the share of what it does to the data that no parameter imitates; below 10 % it hardly shows."
+_COLLINEAR = (
+    "Own sensitivity: share of the effect's sensitivity that is not collinear with other parameters; below 10 % the"
+    " data hardly show the effect."
+)
 
-Entries = Sequence[Mapping[str, Any]]
 
+def identified(causes: Sequence[Cause], known: Mapping[str, float]) -> TextTable | None:
+    """The effects that the diagnosis named, with their estimates and the bias that they leave in a model without them.
 
-def found(entries: Entries, known: Mapping[str, float]) -> Cells | None:
+    Parameters
+    ----------
+    known : values of the parameters, SI, against which a bias is given in percent.
+    """
     rows = [
         (
-            causes.bare(causes.told(c)) + (" (a sensor)" if c.get("sensor") is True else ""),
-            sizes(items(c.get("unknowns"))),
-            p_value(c.get("p_value")),
-            _share(c.get("visibility")),
-            _biases(c.get("biased"), known),
+            effect_labels.bare(typography.prose(c.label) or effect_labels.label(c.effect))
+            + (" (sensor)" if c.sensor else ""),
+            estimates(c.unknowns),
+            p_value(c.p_value),
+            _percent(c.visibility),
+            _biases(c.biased, known),
         )
-        for c in entries
+        for c in causes
     ]
-    columns = ("cause", "size, 95 %", "p", "its own trace", "without it, off by")
+    columns = ("effect", "estimate, 95 %", "p", "own sensitivity", "bias without it")
     caption = (
-        f"p: how often chance alone would look as bad. {_TRACE} The last column is the error that the parameters had"
-        " for want of the cause."
+        f"p: probability of a test statistic at least this large without the effect. {_COLLINEAR} Bias: error of the"
+        " parameters while the model lacks the effect."
     )
-    return _table("What was found", caption, columns, rows, (False, False, True, True, False))
+    return _table("Identified effects", caption, columns, rows, (False, False, True, True, False))
 
 
-def extensions(source: Any) -> Cells | None:
-    """The causes that a parameter set carries, as part of the vehicle."""
-    rows = [(causes.bare(causes.label(str(effect))), sizes(items(unknowns))) for effect, unknowns in items(source)]
+def extensions(source: Extensions) -> TextTable | None:
+    """The effects that a parameter set carries as part of the vehicle."""
+    rows = [
+        (effect_labels.bare(effect_labels.label(effect)), estimates(unknowns)) for effect, unknowns in source.items()
+    ]
     caption = (
-        "Named by a test, and part of the vehicle since: validation, later tests and exports use them beside the"
-        " parameters above."
+        "Identified by a test and part of the vehicle since then: later steps, validation and exports apply them"
+        " together with the parameters above."
     )
-    return _table("Causes in the model", caption, ("cause", "size, 95 %"), rows, (False, False))
+    return _table("Effects in the model", caption, ("effect", "estimate, 95 %"), rows, (False, False))
 
 
-def sizes(unknowns: Sequence[tuple[Any, Any]]) -> str:
-    """Each unknown with its interval; of many (a profile's knots) only how many there are, and the largest."""
+def estimates(unknowns: Mapping[str, Amplitude] | Mapping[str, Estimate]) -> str:
+    """Each unknown with its interval; of many (the knots of a profile) their number and the largest."""
     if len(unknowns) <= _UNKNOWNS:
         alone = len(unknowns) == 1
-        return "; ".join(_size("" if alone else str(k), v) for k, v in unknowns)
-    largest = max(unknowns, key=lambda kv: abs(number(kv[1].get("value") if isinstance(kv[1], Mapping) else kv[1])))
-    return f"{len(unknowns)} values, the largest {_size('', largest[1])}"
+        return "; ".join(_estimate("" if alone else name, one) for name, one in unknowns.items())
+    values: list[Amplitude | Estimate] = list(unknowns.values())
+    largest = max(values, key=lambda one: abs(one.value))
+    return f"{len(unknowns)} values, largest {_estimate('', largest)}"
 
 
-def _size(name: str, value: Any) -> str:
-    if not isinstance(value, Mapping):
-        return f"{words.name(name)} {words.plain(value)}".strip()
-    low, high = [*listed(value.get("interval95")), math.nan, math.nan][:2]
-    r = words.reading(number(value.get("value")), number(low), number(high))
-    power = f" × 10{words.superscript(r.exponent)}" if r.exponent else ""
+def _estimate(name: str, one: Amplitude | Estimate) -> str:
+    r = typography.rounded(one.value, *one.interval95)
+    power = f" × 10{typography.superscript(r.exponent)}" if r.exponent else ""
     spread = f" ± {r.plus}" if r.plus and r.symmetric else f" +{r.plus} −{r.minus}" if r.plus else ""
     shown = f"({r.value}{spread}){power}" if power and spread else f"{r.value}{spread}{power}"
-    return f"{words.name(name)} {shown} {words.unit(str(value.get('unit') or ''))}".strip()
+    return f"{typography.name(name)} {shown} {typography.unit(one.unit)}".strip()
 
 
-def ranking(entries: Entries) -> Cells | None:
-    """Every cause that would show, by what it explains alone; and where it was tried as the answer, what it leaves."""
-    tried = any(math.isfinite(number(e.get("left_p"))) for e in entries)
+def ranking(entries: Sequence[Ranked]) -> TextTable | None:
+    """Every candidate effect by its score test alone; where fits were made, also what remains with it in the model."""
+    fitted = any(e.left_p is not None for e in entries)
     rows = []
     for e in entries:
-        t = number(e.get("explains_t"))
-        row = (causes.bare(causes.told(e)), words.fixed(t, 1) if math.isfinite(t) else "", _share(e.get("visibility")))
-        rows.append((*row, *((*_left(e), sizes(items(e.get("unknowns")))) if tried else ())))
+        t = typography.fixed(e.explains_t, 1) if math.isfinite(e.explains_t) else ""
+        row = (effect_labels.bare(effect_labels.label(e.effect)), t, _percent(e.visibility))
+        rows.append((*row, *((*_remainder(e), estimates(e.unknowns)) if fitted else ())))
     caption = (
-        f"Explains: by how many standard errors the cause stands out when it is tried alone. {_TRACE} A large number is"
-        " no proof, since causes resemble each other."
+        f"Score test, in standard errors, each candidate alone. {_COLLINEAR} A large score is no proof, because"
+        " candidates resemble each other."
     )
-    if tried:
+    if fitted:
         caption += (
-            " What counts is what is left once the cause is in the model. Left: how often pure noise would leave as"
-            f" much. Above {_ENOUGH:g} the cause is enough; below, something else is in the data, and the column after"
-            " it says what that looks like."
+            " The further columns come from a fit with the candidate in the model. p of the remainder: probability of"
+            f" a residual at least this large from noise alone. Above {_SUFFICIENT:g} it is sufficient; below,"
+            " another effect is present, and the remainder resembles the candidate in the next column."
         )
-    more = ("left", "what is left looks like", "its size then, 95 %") if tried else ()
-    columns = ("cause", "explains", "its own trace", *more)
-    right = (False, True, True, True, False, False)[: len(columns)]
-    return _table("Causes that these data could show, strongest first", caption, columns, rows, right)
+    more = ("p of the remainder", "remainder resembles", "estimate, 95 %") if fitted else ()
+    columns = ("candidate effect", "score test", "own sensitivity", *more)
+    numeric = (False, True, True, True, False, False)[: len(columns)]
+    return _table("Candidate effects, strongest first", caption, columns, rows, numeric)
 
 
-def _left(entry: Mapping[str, Any]) -> tuple[str, str]:
-    p = number(entry.get("left_p"))
-    if not math.isfinite(p):
-        return "not tried", ""
-    if p > _ENOUGH:
-        return p_value(p), "noise"
-    return p_value(p), causes.bare(causes.label(str(entry.get("left_mostly") or "")))
+def _remainder(entry: Ranked) -> tuple[str, str]:
+    if entry.left_p is None:
+        return "not fitted", ""
+    if entry.left_p > _SUFFICIENT:
+        return p_value(entry.left_p), "noise"
+    return p_value(entry.left_p), effect_labels.bare(effect_labels.label(entry.left_mostly or ""))
 
 
-def not_testable(entries: Entries, known: Mapping[str, float]) -> Cells | None:
-    reasons = {words.prose(e.get("because") or "") for e in entries}
+def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> TextTable | None:
+    """The effects that the data cannot show, and what they would do to the parameters.
+
+    Parameters
+    ----------
+    known : values of the parameters, SI, against which a bias is given in percent.
+    """
+    reasons = {typography.prose(e.because) for e in entries}
     shared = len(reasons) == 1 and len(entries) > 1
     rows = []
     for e in entries:
-        effect = str(e.get("effect", ""))
-        row = [causes.bare(causes.label(effect)), causes.size(effect, number(e.get("size")))]
-        row += [] if shared else [words.prose(e.get("because") or "")]
-        rows.append((*row, _biases(e.get("would_bias"), known) or "no parameter noticeably"))
-    caption = "Were such a cause there, nobody could see it here, and the parameters of the last column would be off."
-    if shared and (reason := reasons.pop()):
-        caption += f" All for one reason: {reason}."
-    columns = ("cause", "if there were") + (() if shared else ("it could not be seen:",)) + ("it would shift",)
-    return _table("What these data can't show", caption, columns, rows, (False,) * len(columns))
+        row = [effect_labels.bare(effect_labels.label(e.effect)), effect_labels.amplitude(e.effect, e.size)]
+        row += [] if shared else [typography.prose(e.because)]
+        rows.append((*row, _biases(e.would_bias, known) or "negligible"))
+    caption = (
+        "These data cannot reveal such an effect. If it is present with the assumed size, the parameters have the bias"
+        " in the last column."
+    )
+    if shared:
+        caption += f" Reason for all of them: {reasons.pop()}."
+    columns = ("effect", "assumed size") + (() if shared else ("reason",)) + ("parameter bias",)
+    return _table("Effects that these data cannot show", caption, columns, rows, (False,) * len(columns))
 
 
-def next_tests(entries: Entries, answered: bool = False) -> Cells | None:
-    """What to drive; where the question is ``answered``, what would show the causes that these data can't."""
+def next_tests(entries: Sequence[NextTest], answered: bool = False) -> TextTable | None:
+    """What to drive next.
+
+    Parameters
+    ----------
+    answered : the verdict is clear, so that the tests are for the effects that these data cannot show.
+    """
     rows = [
         (
-            words.prose(e.get("manoeuvre") or ""),
-            _told_apart([causes.combined(n) for n in listed(e.get("separates"))]),
-            words.plain(e.get("runs")) if e.get("runs") is not None else "",
-            words.plain(e.get("expected_t")) if e.get("expected_t") is not None else "",
+            typography.prose(e.manoeuvre),
+            _separated([effect_labels.combined(n) for n in e.separates]),
+            "" if e.runs is None else typography.plain(e.runs),
+            "" if e.expected_t is None else typography.plain(e.expected_t),
         )
         for e in entries
     ]
-    columns = ("what to do", "to tell", "runs", "expected t")
-    keep = [i for i in range(4) if i < 1 or any(row[i] for row in rows)]
-    caption = "These would show the causes that the data here can't." if answered else ""
-    if 3 in keep:
-        apart = "a cause of the size below would stand out by" if answered else "apart the causes would then be"
-        caption += f" Expected t is how many standard errors {apart}: 6 is safe, 2 is a guess."
-    return _table(
-        "What to test next" if answered else "The next test to drive",
-        caption.strip(),
-        tuple(columns[i] for i in keep),
-        [tuple(row[i] for i in keep) for row in rows],
-        tuple(i > 1 for i in keep),
-    )
+    caption = "These tests show the effects that the present data cannot show." if answered else ""
+    if any(row[3] for row in rows):
+        apart = "the effect, at the size assumed below, differs from zero" if answered else "the effects differ"
+        caption += f" Expected t: by how many standard errors {apart}; 6 is safe, 2 is not."
+    title = "Tests for the remaining effects" if answered else "Next test"
+    separates = "separates" if any(len(e.separates) > 1 for e in entries) else "effect"
+    columns = ("what to do", separates, "runs", "expected t")
+    return _filled(title, caption.strip(), columns, rows, (False, False, True, True))
 
 
-def _told_apart(named: Sequence[str]) -> str:
-    """One cause from another, or from several others."""
-    if len(named) < 3:
-        return " from ".join(named)
-    return f"{named[0]} from {', '.join(named[1:-1])} or {named[-1]}"
+def _separated(labels: Sequence[str]) -> str:
+    """One effect from another, or from several others."""
+    if len(labels) < 3:
+        return " from ".join(labels)
+    return f"{labels[0]} from {', '.join(labels[1:-1])} or {labels[-1]}"
 
 
-_PLACE = re.compile(
+_SEGMENT = re.compile(
     r"(?P<what>[^\[\],]+?)(?:\s*\[(?P<unit>[^\]]+)\]|,\s*(?P<plain>\S+))?\s+(?P<span>[-\d.e+]+ to [-\d.e+]+)"
 )
 
 
-def where(entries: Entries) -> Cells | None:
-    rows = []
-    for e in entries:
-        size, noise = number(e.get("size")), number(e.get("over_noise"))
-        rows.append(
-            (
-                words.run_name(words.prose(e.get("run") or "")),
-                words.name(str(e.get("channel") or "")),
-                _place(e.get("segment", e.get("bin")) or ""),
-                _error(size, str(e.get("unit") or "")) if math.isfinite(size) else "",
-                words.significant(abs(noise), 2) if math.isfinite(noise) else "",
-            )
+def worst_segments(entries: Sequence[WorstSegment]) -> TextTable | None:
+    """Where the baseline model has its largest error, one segment a run."""
+    rows = [
+        (
+            typography.run_name(typography.prose(e.run)),
+            typography.name(e.channel),
+            _segment(e.segment),
+            _error(e.size, e.unit) if math.isfinite(e.size) else "",
+            typography.significant(abs(e.over_noise), 2) if math.isfinite(e.over_noise) else "",
         )
-    columns = ("run", "channel", "where", "measured − simulated", "× noise")
-    keep = [i for i in range(5) if any(row[i] for row in rows)]
-    return _table(
-        "Where the error was largest, before anything was mended",
-        "The worst piece of each run; the last column counts the levels of the sensor's noise.",
-        tuple(columns[i] for i in keep),
-        [tuple(row[i] for i in keep) for row in rows if any(row)],
-        tuple(i > 2 for i in keep),
+        for e in entries
+    ]
+    return _filled(
+        "Largest errors before any extension of the model",
+        "The worst segment of each run. × noise: ratio to the noise level of the sensor.",
+        ("run", "channel", "segment", "measured − simulated", "× noise"),
+        rows,
+        (False, False, False, True, True),
     )
 
 
-def _place(text: Any) -> str:
-    """ "time in the run [s] 12 to 40" as "time in the run 12 to 40 s"."""
-    found = _PLACE.fullmatch(words.prose(text))
+def _segment(text: str) -> str:
+    """``time in the run [s] 12 to 40`` as "time in the run 12 to 40 s"."""
+    found = _SEGMENT.fullmatch(typography.prose(text))
     if found is None:
-        return words.prose(text)
-    return f"{found['what']} {found['span']} {words.unit(found['unit'] or found['plain'] or '')}".strip()
+        return typography.prose(text)
+    return f"{found['what']} {found['span']} {typography.unit(found['unit'] or found['plain'] or '')}".strip()
 
 
 def _error(size: float, unit: str) -> str:
-    shown, factor = words.everyday(unit) or (unit, 1.0)
-    return f"{signed(size * factor, 2)} {words.unit(shown)}".strip()
+    shown, factor = typography.everyday(unit) or (unit, 1.0)
+    return f"{typography.signed(size * factor, 2)} {typography.unit(shown)}".strip()
 
 
-def _share(value: Any) -> str:
-    share = 100 * number(value)
-    if not math.isfinite(share):
-        return words.DASH
-    return f"{'< 0.1' if 0 <= share < 0.1 else words.fixed(share, 0 if share >= 10 else 1)}{words.NARROW}%"
+def _percent(share: float) -> str:
+    percent = 100 * share
+    if not math.isfinite(percent):
+        return typography.DASH
+    shown = "< 0.1" if 0 <= percent < 0.1 else typography.fixed(percent, 0 if percent >= 10 else 1)
+    return f"{shown}{typography.NARROW}%"
 
 
 def _table(
     title: str, caption: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]], numeric: tuple[bool, ...]
-) -> Cells | None:
-    return Cells(title, caption, columns, tuple(rows), numeric) if rows else None
+) -> TextTable | None:
+    return TextTable(title, caption, columns, tuple(rows), numeric) if rows else None
 
 
-def _biases(source: Any, known: Mapping[str, float]) -> str:
-    """The largest shifts of parameters, in per cent of those whose value is known."""
+def _filled(
+    title: str, caption: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]], numeric: tuple[bool, ...]
+) -> TextTable | None:
+    """The table without the columns that are empty in all its rows."""
+    keep = [i for i in range(len(columns)) if any(row[i] for row in rows)]
+    cells = [tuple(row[i] for i in keep) for row in rows]
+    return _table(title, caption, tuple(columns[i] for i in keep), cells, tuple(numeric[i] for i in keep))
+
+
+def _biases(biases: Mapping[str, float], known: Mapping[str, float]) -> str:
+    """The largest biases, in percent of the parameters whose value is known."""
     parts = []
-    told = {key for key, _ in items(source)}
-    for key, value in items(source):
-        name, shift = str(key), number(value)
-        if _FOLLOWS.get(name) in told:
+    for name, bias in biases.items():
+        if _FOLLOWS.get(name) in biases:
             continue
-        now = known.get(name, 0.0)
-        if math.isfinite(now) and now and abs(shift / now) < 10:
-            if abs(shift / now) >= _NOTICED:
-                parts.append((abs(shift / now), f"{words.name(name)} {signed(100 * shift / now, 2)}{words.NARROW}%"))
+        value = known.get(name, 0.0)
+        if math.isfinite(value) and value and abs(bias / value) < 10:
+            if abs(bias / value) >= _NOTICEABLE:
+                percent = f"{typography.signed(100 * bias / value, 2)}{typography.NARROW}%"
+                parts.append((abs(bias / value), f"{typography.name(name)} {percent}"))
             continue
         quantity = PARAMETERS.get(name)
-        unit = words.unit(quantity.unit) if quantity else ""
-        parts.append((0.0, f"{words.name(name)} {signed(shift, 2)} {unit}".strip()))
+        unit = typography.unit(quantity.unit) if quantity else ""
+        parts.append((0.0, f"{typography.name(name)} {typography.signed(bias, 2)} {unit}".strip()))
     parts.sort(key=lambda p: -p[0])
     more = f"; {len(parts) - _BIASES} more" if len(parts) > _BIASES else ""
     return "; ".join(text for _, text in parts[:_BIASES]) + more
 
 
-def p_value(value: Any) -> str:
-    p = number(value)
-    return words.DASH if not math.isfinite(p) else "< 0.0001" if p < 1e-4 else _short(words.significant(p, 2))
-
-
-def _short(text: str) -> str:
-    """A decimal without the zeros at its end."""
-    return text.rstrip("0").rstrip(".") if "." in text else text
+def p_value(p: float | None) -> str:
+    """A p value with two digits, "< 0.0001" below that, a dash for none."""
+    if p is None or not math.isfinite(p):
+        return typography.DASH
+    text = typography.significant(p, 2)
+    return "< 0.0001" if p < 1e-4 else text.rstrip("0").rstrip(".") if "." in text else text

@@ -1,34 +1,34 @@
-"""The diagnosis of a result's JSON as words and tables; whatever of it is absent is left out, nothing is demanded."""
+"""The diagnosis as a section of a page: verdict, gain, sentences and tables."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from types import MappingProxyType
 
+from vdyn_cli.quantities.diagnosis import Diagnosis, Gain
 from vdyn_cli.quantities.parameters import Estimate
-from vdyn_cli.report import causes, words
 from vdyn_cli.report import diagnosis_tables as tables
-from vdyn_cli.report.loose import listed, maps, number
-from vdyn_cli.report.views import Cells
+from vdyn_cli.report import effect_labels, typography
+from vdyn_cli.report.text_table import TextTable
 
 # verdict: (label, mood)
 VERDICTS: Mapping[str, tuple[str, str]] = {
     "adequate": ("adequate", "good"),
-    "named": ("cause named", "good"),
+    "named": ("effect identified", "good"),
     "ambiguous": ("ambiguous", "fair"),
-    "unknown": ("cause unknown", "bad"),
+    "unknown": ("unmodeled effect", "bad"),
     "not_testable": ("not testable", "fair"),
     "data_fault": ("data fault", "bad"),
 }
-_DOUBTED = ("ambiguous", "unknown")
-_MENDED = ("named", "data_fault")
+_UNEXPLAINED = ("ambiguous", "unknown")
+_EXPLAINED = ("named", "data_fault")
 
 
 @dataclass(frozen=True)
-class Gain:
-    """What the extension mended: error before and after, as texts and as shares of the larger."""
+class GainBars:
+    """The error before and after the extension, as texts and as percentages of the larger one."""
 
     metric: str
     unit: str
@@ -43,152 +43,150 @@ class Gain:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class DiagnosisSection:
     """The diagnosis as its page section shows it.
 
     Parameters
     ----------
-    notes : how it was judged, and what became of the model, in sentences.
-    where : the pieces of the runs in which the baseline was most wrong.
-    doubted : something is wrong that is not in the model.
+    mood : good, fair or bad: the color of the label.
+    notes : what the verdict is based on, and what became of the model, in sentences.
+    worst : the segments in which the baseline has its largest errors.
+    incomplete : an effect is present that is not in the model.
     """
 
     label: str
     mood: str
     sentence: str
-    gain: Gain | None
+    gain: GainBars | None
     notes: tuple[str, ...]
-    tables: tuple[Cells, ...]
-    where: Cells | None
-    doubted: bool
+    tables: tuple[TextTable, ...]
+    worst: TextTable | None
+    incomplete: bool
 
 
-def diagnosis(source: Mapping[str, Any] | None, parameters: Mapping[str, Estimate] | None = None) -> Diagnosis | None:
-    """Read the diagnosis of a document, None where there is none.
+def diagnosis_section(
+    source: Diagnosis | None, parameters: Mapping[str, Estimate] = MappingProxyType({})
+) -> DiagnosisSection | None:
+    """Lay out a diagnosis, None where there is none.
 
     Parameters
     ----------
-    parameters : against whose values a bias is told in per cent.
+    parameters : the estimates, against whose values a bias is given in percent.
     """
-    if not isinstance(source, Mapping) or not source:
+    if source is None:
         return None
-    verdict = str(source.get("verdict", ""))
-    label, mood = VERDICTS.get(verdict, (words.name(verdict) or "diagnosed", ""))
-    mood = "fair" if mood == "good" and source.get("doubt") else mood
-    known = {n: e.value for n, e in (parameters or {}).items()}
+    label, mood = VERDICTS[source.verdict]
+    known = {n: e.value for n, e in parameters.items()}
     shown = (
-        tables.found(maps(source.get("causes")), known),
-        tables.next_tests(maps(source.get("next_test")), answered=verdict in ("adequate", *_MENDED)),
-        tables.ranking(maps(source.get("ranking"))),
-        tables.not_testable(maps(source.get("not_testable")), known),
+        tables.identified(source.causes, known),
+        tables.next_tests(source.next_test, answered=source.verdict in ("adequate", *_EXPLAINED)),
+        tables.ranking(source.ranking),
+        tables.not_testable(source.not_testable, known),
     )
-    return Diagnosis(
+    return DiagnosisSection(
         label,
-        mood,
-        words.prose(source.get("sentence", "")),
-        gain(source.get("gain")),
-        tuple(n for n in (_evidence(source), _ambiguous(source), _extended(source)) if n),
+        "fair" if mood == "good" and source.doubt else mood,
+        typography.prose(source.sentence),
+        _gain_bars(source.gain) if source.gain else None,
+        tuple(note for note in (_evidence(source), _ambiguous(source), _extended(source)) if note),
         tuple(t for t in shown if t is not None),
-        tables.where(maps(source.get("where"))),
-        verdict in _DOUBTED or (verdict in _MENDED and not listed(source.get("extended")) and "extended" in source),
+        tables.worst_segments(source.where),
+        source.verdict in _UNEXPLAINED or (source.verdict in _EXPLAINED and not source.extended),
     )
 
 
-def gain(source: Any) -> Gain | None:
-    """The gain with its bars, None where before and after are not both known."""
-    if not isinstance(source, Mapping):
-        return None
-    before, after = number(source.get("before")), number(source.get("after"))
+def _gain_bars(gain: Gain) -> GainBars | None:
+    """The gain with its bars, None where the error before or after is not known."""
+    before, after = gain.before, gain.after
     if not (math.isfinite(before) and math.isfinite(after)):
         return None
     largest = max(before, after) or 1.0
-    interval = source.get("interval95")
-    bounds = [number(v) for v in interval] if isinstance(interval, Sequence) and len(interval) == 2 else []
-    share = number(source.get("share_of_explainable"))
-    metric = words.prose(source.get("metric", "error"))
-    sure = "" if source.get("certain", True) else ", though not for certain"
-    if not sure and bounds and bounds[0] <= 0:
-        sure = f", though of the {metric} alone that is not certain"
-    unit = words.unit(str(source.get("unit") or ""))
-    return Gain(
+    low, high = gain.interval95
+    metric, unit = typography.prose(gain.metric), typography.unit(gain.unit)
+    doubt = "" if gain.certain else ", not significant"
+    if gain.certain and low <= 0:
+        doubt = f"; the change of the {metric} alone is not significant"
+    share = typography.fixed(100 * gain.share_of_explainable, 0)
+    return GainBars(
         metric,
         unit,
-        words.significant(before, 2),
-        words.significant(after, 2),
+        typography.significant(before, 2),
+        typography.significant(after, 2),
         round(100 * before / largest, 1),
         round(100 * after / largest, 1),
         _change(before, after),
-        f"{words.significant(bounds[0], 2)} to {words.significant(bounds[1], 2)} {unit}".strip() if bounds else "",
-        f"{words.fixed(100 * share, 0)}{words.NARROW}% of what was above the noise, all channels together{sure}"
-        if math.isfinite(share)
+        f"{typography.significant(low, 2)} to {typography.significant(high, 2)} {unit}".strip(),
+        f"{share}{typography.NARROW}% of the misfit above noise, all channels together{doubt}"
+        if math.isfinite(gain.share_of_explainable)
         else "",
-        bool(source.get("held_out")),
+        gain.held_out,
     )
 
 
 def _change(before: float, after: float) -> str:
     if not before > 0:
         return ""
-    percent = words.fixed(abs(100 * (after - before) / before), 0)
-    return "unchanged" if percent == "0" else f"{percent}{words.NARROW}% {'less' if after < before else 'more'}"
+    percent = typography.fixed(abs(100 * (after - before) / before), 0)
+    return "unchanged" if percent == "0" else f"{percent}{typography.NARROW}% {'less' if after < before else 'more'}"
 
 
-def _evidence(source: Mapping[str, Any]) -> str:
-    """What the verdict rests on, in a sentence or two."""
-    evidence = source.get("evidence")
-    told = evidence if isinstance(evidence, Mapping) else {}
-    units, worth, smallest = (number(told.get(k)) for k in ("units", "worth", "smallest_p"))
-    if not math.isfinite(units):
+def _evidence(source: Diagnosis) -> str:
+    """What the verdict is based on."""
+    evidence = source.evidence
+    if evidence is None:
         return ""
-    kind = "pieces of runs" if told.get("unit") == "block" else "whole runs"
-    stated = number(told.get("stated", 0))
-    text = f"Judged by {words.fixed(units - stated, 0)} {kind}"
-    text += f" and {words.count(int(stated), 'stated value')}" if stated > 0 else ""
-    text += " as independent evidence"
-    text += f", worth {words.fixed(worth, 0)} equal ones" if math.isfinite(worth) else ""
-    p = tables.p_value(source.get("p_value"))
-    text += f". Were nothing wrong, chance alone would show as much with p = {p}" if p != words.DASH else ""
-    text += f"; the least that so many pieces can give is {tables.p_value(smallest)}" if math.isfinite(smallest) else ""
-    return text.replace("= <", "<") + "."
+    kind = "block" if evidence.unit == "block" else "run"
+    text = f"The test uses {typography.count(evidence.units - evidence.stated, kind)}"
+    text += f" and {typography.count(evidence.stated, 'stated value')}" if evidence.stated else ""
+    if math.isfinite(evidence.worth):
+        text += f" as independent units (effective number {typography.fixed(evidence.worth, 0)})"
+    if source.p_value is not None:
+        p = tables.p_value(source.p_value)
+        text += f". Probability of a statistic at least this large without a model error: p {_equals(p)}"
+    if math.isfinite(evidence.smallest_p):
+        text += f"; the smallest p that these units can give is {tables.p_value(evidence.smallest_p)}"
+    return f"{text}."
 
 
-def _extended(source: Mapping[str, Any]) -> str:
-    """What became of the model: which causes are in it now, and whether they go with the vehicle."""
-    taken = [str(n) for n in listed(source.get("extended"))]
-    found = {str(c.get("effect")): c for c in maps(source.get("causes"))}
-    if not taken:
-        why = str(source.get("not_extended") or "")
-        asked = "The model was left as it was, as the description asks (extend: never)." if found else ""
-        return f"{_sentence(why)}." if why else asked
-    named = {n: causes.told(found.get(n, {"effect": n})) for n in taken}
-    text = f"The parameters above are those of the model with {causes.joined(list(named.values()))} in it."
-    lasting = [named[n] for n in taken if found.get(n, {}).get("lasts")]
-    passing = [named[n] for n in taken if n in found and not found[n].get("lasts")]
+def _equals(p: str) -> str:
+    return p if p.startswith("<") else f"= {p}"
+
+
+def _extended(source: Diagnosis) -> str:
+    """What became of the model: which effects it includes now, and whether the vehicle keeps them."""
+    causes = {c.effect: c for c in source.causes}
+    if not source.extended:
+        why = typography.prose(source.not_extended)
+        requested = "The model was not extended, as the description requests (extend: never)." if causes else ""
+        return f"{_capitalized(why)}." if why else requested
+    labels = {n: typography.prose(causes[n].label) if n in causes else effect_labels.label(n) for n in source.extended}
+    text = f"The parameters above are those of the model with {effect_labels.joined(list(labels.values()))} in it."
+    lasting = [labels[n] for n in source.extended if n in causes and causes[n].lasts]
+    passing = [labels[n] for n in source.extended if n in causes and not causes[n].lasts]
     if lasting:
-        text += f" Later steps and exports keep {causes.joined(lasting)} as part of the vehicle."
+        text += f" Later steps and exports keep {effect_labels.joined(lasting)} as part of the vehicle."
     if passing:
-        stay = "stay" if len(passing) > 1 else "stays"
-        text += f" {_sentence(causes.joined(passing))} {stay} with this test, as no part of the vehicle."
+        belong = "belong" if len(passing) > 1 else "belongs"
+        text += f" {_capitalized(effect_labels.joined(passing))} {belong} to this test, not to the vehicle."
     return text
 
 
-def _ambiguous(source: Any) -> str:
-    """Which causes these data can't tell apart: one out of each set makes the answer."""
-    every = [[causes.combined(n) for n in listed(one)] for one in listed(source.get("ambiguous")) if listed(one)]
-    if not any(len(one) > 1 for one in every):
+def _ambiguous(source: Diagnosis) -> str:
+    """Which effects these data cannot discriminate: one of each set is the answer."""
+    sets = [[effect_labels.combined(n) for n in one] for one in source.ambiguous if one]
+    if not any(len(one) > 1 for one in sets):
         return ""
-    named = [_either(one) if len(one) > 1 else one[0] for one in every]
-    asked = source.get("verdict") == "ambiguous" and listed(source.get("extended"))
-    said = "extended by what was asked for" if asked else "not extended"
+    requested = source.verdict == "ambiguous" and source.extended
+    extended = "extended only by what the description requests" if requested else "not extended"
     return (
-        f"With {', and '.join(named)} in the model, what is left is noise: these data can't tell which it is. The model"
-        f" was {said}; the next test would tell."
+        f"With {', and '.join(_either(one) for one in sets)} in the model, the remaining residual is noise: these data"
+        f" do not discriminate between them. The model was {extended}; the next test decides."
     )
 
 
-def _either(named: Sequence[str]) -> str:
-    return " or ".join([", ".join(named[:-1]), named[-1]])
+def _either(labels: Sequence[str]) -> str:
+    return f"{', '.join(labels[:-1])} or {labels[-1]}" if len(labels) > 1 else labels[0]
 
 
-def _sentence(text: str) -> str:
+def _capitalized(text: str) -> str:
     return text[:1].upper() + text[1:]

@@ -1,135 +1,109 @@
-"""The pipeline's page: how every step ended, the full parameter set, then the section of each step's own page."""
+"""The page of a pipeline: how every step ended, the full parameter set, then the result of each step in short."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
 
-from vdyn_cli.quantities.parameters import GIVERS, Estimate
+from vdyn_cli.project.pipeline import ParameterSet, StepOutcome
+from vdyn_cli.quantities.parameters import GIVERS
 from vdyn_cli.quantities.vocabulary import TABLE
-from vdyn_cli.report import views, words
+from vdyn_cli.report import typography
 from vdyn_cli.report.diagnosis_tables import extensions
-from vdyn_cli.report.diagnosis_view import diagnosis
-from vdyn_cli.report.template import demoted, fill, markup, section_of, slug
-
-if TYPE_CHECKING:
-    from vdyn_cli.project.pipeline import StepOutcome
-
-
-def render_pipeline(title: str, outcomes: Sequence[StepOutcome], document: Mapping[str, Any], folder: Path) -> str:
-    """The pipeline's page; the sections of its good steps are those of the pages that stand in ``folder``."""
-    pages, diagnoses = {}, {}
-    for outcome in outcomes:
-        file = folder / f"{outcome.name}.html"
-        if outcome.good and file.is_file():
-            pages[outcome.name] = file.read_text(encoding="utf-8")
-            diagnoses[outcome.name] = _diagnosis(folder / f"{outcome.name}.json")
-    return pipeline_page(title, outcomes, document, pages, diagnoses)
+from vdyn_cli.report.diagnosis_view import DiagnosisSection, diagnosis_section
+from vdyn_cli.report.parameter_table import Symbol, parameter_rows, shown_symbol, widths
+from vdyn_cli.report.provenance_view import finding_texts, provenance_view
+from vdyn_cli.report.step_page import StepPage, step_page
+from vdyn_cli.report.template import fill, markup, slug
 
 
-def _diagnosis(path: Path) -> Any:
-    """The diagnosis of a step's result, None where it can't be read."""
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return found.get("diagnosis") if isinstance(found, dict) else None
+@dataclass(frozen=True)
+class StepRow:
+    """How one step ended, as a row of the first table; ``page`` is its result, None where there is none."""
+
+    name: str
+    slug: str
+    status: str
+    sentence: str
+    diagnosis: DiagnosisSection | None
+    findings: tuple[dict[str, str], ...]
+    page: StepPage | None
 
 
-def pipeline_page(
-    title: str,
-    outcomes: Sequence[StepOutcome],
-    document: Mapping[str, Any],
-    pages: Mapping[str, str],
-    diagnoses: Mapping[str, Any] = MappingProxyType({}),
-) -> str:
-    """The pipeline's page from the pages of its steps: status of each, the full parameter set, then every section.
+@dataclass(frozen=True)
+class MissingRow:
+    """A parameter of the full set that is not known: why, and which step estimates it."""
 
-    Parameters
-    ----------
-    diagnoses : the diagnosis of each step's document.
+    name: str
+    symbol: Symbol
+    unit: str
+    meaning: str
+    why: str
+    giver: str
+
+
+def render_pipeline(found: ParameterSet) -> str:
+    """The page of a pipeline as HTML text.
+
+    Each step is shown by what its JSON holds, so that the page has the same bytes whether a step ran or was reused;
+    its figures and methods are on its own page, to which this page links.
     """
-    steps = [
-        {
-            "name": words.clean(o.name),
-            "slug": slug(o.name),
-            "status": "done" if o.good else o.status,
-            "sentence": words.prose(o.sentence),
-            "diagnosis": diagnosis(diagnoses.get(o.name)),
-            "findings": [views.finding(f) for f in o.findings],
-            "section": markup(demoted(section_of(pages[o.name]))) if o.name in pages else "",
-        }
-        for o in outcomes
-    ]
-    estimates = _estimates(document.get("parameters"))
-    missing = _missing(document.get("missing"), estimates)
-    rows = views.parameter_rows(estimates)
-    good = sum(o.good for o in outcomes)
+    rows = [_step_row(o) for o in found.outcomes]
+    parameters = parameter_rows(found.parameters)
+    missing = [_missing_row(name, why) for name, why in found.missing.items()]
+    good = sum(o.good for o in found.outcomes)
+    warned = sum(bool(o.findings) for o in found.outcomes if o.good)
+    title = typography.prose(found.title) or "Test day"
     body = fill(
         "pipeline.html",
-        title=words.prose(title) or "Test day",
-        steps=steps,
-        verdict=_verdict(len(estimates), len(missing), good, len(outcomes)),
-        whole=good == len(outcomes),
-        doubts=sum(len(o.findings) for o in outcomes if o.good),
-        parameters=rows,
-        widths=views.widths(rows),
-        moved=any(r.before for r in rows),
+        title=title,
+        steps=rows,
+        verdict=_verdict(found, good),
+        status=_status(found, good, warned),
+        mood="bad" if good < len(rows) else "fair" if warned else "good",
+        parameters=parameters,
+        widths=widths(parameters),
+        moved=any(r.before for r in parameters),
         missing=missing,
-        extensions=extensions(document.get("extensions")),
-        linked={s["name"]: s["slug"] for s in steps if s["section"]},
-        provenance=views.provenance(document.get("provenance")),
+        extensions=extensions(found.parameters.extensions),
+        linked={r.name: r.slug for r in rows if r.page},
+        provenance=provenance_view(found.provenance),
     )
-    nav = [("parameters", "Parameter set"), *((f"step-{s['slug']}", s["name"]) for s in steps if s["section"])]
-    return fill("page.html", title=f"{words.prose(title)}: parameter set", name="pipeline", nav=nav, body=markup(body))
+    nav = [("parameters", "Parameter set"), *((f"step-{r.slug}", r.name) for r in rows if r.page)]
+    return fill("page.html", title=f"{title}: parameter set", name="pipeline", nav=nav, body=markup(body))
 
 
-def _estimates(parameters: Any) -> dict[str, Estimate]:
-    """Estimates of a parameter document, in the order of the table; what is malformed is left out."""
-    found = {}
-    entries = parameters if isinstance(parameters, Mapping) else {}
-    for name in [*(n for n in TABLE if n in entries), *(n for n in entries if n not in TABLE)]:
-        entry = entries[name]
-        try:
-            low, high = entry["interval95"]
-            bounds = tuple(float("nan") if v is None else float(v) for v in (low, high))
-            value = float("nan") if entry["value"] is None else float(entry["value"])
-            baseline = entry.get("baseline")
-            found[name] = Estimate(
-                value,
-                float(entry.get("std") or 0.0),
-                (bounds[0], bounds[1]),
-                str(entry.get("unit", "")),
-                str(entry.get("meaning", "")),
-                str(entry.get("source", "")),
-                None if baseline is None else float(baseline),
-            )
-        except (KeyError, TypeError, ValueError, AttributeError):
-            continue
-    return found
+def _step_row(outcome: StepOutcome) -> StepRow:
+    return StepRow(
+        typography.clean(outcome.name),
+        slug(outcome.name),
+        "done" if outcome.good else outcome.status,
+        typography.prose(outcome.sentence),
+        diagnosis_section(outcome.diagnosis),
+        tuple(finding_texts(f) for f in outcome.findings),
+        None if outcome.record is None else step_page(outcome.record, f"{outcome.name}.html"),
+    )
 
 
-def _missing(reasons: Any, known: Mapping[str, Estimate]) -> list[dict[str, Any]]:
-    """The parameters of the full set that nothing gave, each with why and what would give it."""
-    told = reasons if isinstance(reasons, Mapping) else {}
-    names = [n for n in TABLE if n not in known]
-    return [
-        {
-            "name": words.title(n),
-            "symbol": views.symbol(n, TABLE[n].symbol),
-            "unit": words.unit(TABLE[n].unit),
-            "meaning": words.prose(TABLE[n].meaning),
-            "why": words.prose(told.get(n, "not estimated")),
-            "giver": GIVERS.get(n, ""),
-        }
-        for n in names
-    ]
+def _missing_row(name: str, why: str) -> MissingRow:
+    quantity = TABLE[name]
+    return MissingRow(
+        typography.title(name),
+        shown_symbol(name, quantity.symbol),
+        typography.unit(quantity.unit),
+        typography.prose(quantity.meaning),
+        typography.prose(why),
+        GIVERS.get(name, ""),
+    )
 
 
-def _verdict(known: int, missing: int, good: int, total: int) -> str:
-    of_steps = f"{good} of {words.count(total, 'step')} done"
-    whole = "the parameter set is complete" if not missing else f"{words.count(missing, 'parameter')} still missing"
-    return f"{words.count(known, 'parameter')} known, {whole}; {of_steps}."
+def _verdict(found: ParameterSet, good: int) -> str:
+    of_steps = f"{good} of {typography.count(len(found.outcomes), 'step')} done"
+    missing = len(found.missing)
+    whole = "the parameter set is complete" if not missing else f"{typography.count(missing, 'parameter')} missing"
+    return f"{typography.count(len(found.parameters), 'parameter')} known, {whole}; {of_steps}."
+
+
+def _status(found: ParameterSet, good: int, warned: int) -> str:
+    if good < len(found.outcomes):
+        return "not all steps done"
+    return "all steps done" + (f", {typography.count(warned, 'step')} with warnings" if warned else "")

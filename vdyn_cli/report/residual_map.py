@@ -1,4 +1,4 @@
-"""Where the simulation is wrong: the mean residual of every run, over x and over the measured value, as colours."""
+"""Where the model is wrong: the mean residual of every run over x and over the measured value, as colors."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vdyn_cli.report import canvas, thin, words
-from vdyn_cli.report.canvas import Box
-from vdyn_cli.report.lanes import Channel, Trace
+from vdyn_cli.report import canvas, decimation, typography
+from vdyn_cli.report.canvas import PlotArea
+from vdyn_cli.report.panels import ChannelTraces, RunTrace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,15 +24,18 @@ _LEFT, _GAP, _RIGHT, _TOP, _BOTTOM = 130.0, 26.0, 96.0, 30.0, 46.0
 _LEAST, _SHARE = 3, 1 / 8  # samples behind a cell, at least: so many, and so much of an equal share
 
 
-def has_map(channel: Channel) -> bool:
-    """Whether there are runs to compare: at least two with samples enough to average."""
+def has_map(channel: ChannelTraces) -> bool:
+    """Whether there are runs to compare: at least two with 60 samples, two for each bin."""
     return sum(int(np.count_nonzero(np.isfinite(t.residual) & np.isfinite(t.x)) >= 60) for t in channel.traces) >= 2
 
 
-def map_svg(channel: Channel, name: str = "map", limit: float = 0.0) -> str:
-    """Draw the mean residual per run and bin, twice: along x, and along the measured value.
+def map_svg(channel: ChannelTraces, name: str = "map", limit: float = 0.0) -> str:
+    """Draw the mean residual per run and bin, twice: over x, and over the measured value.
 
-    ``limit`` is the residual of full colour, found from the channel where it is 0.
+    Parameters
+    ----------
+    name : begins the ids of the SVG element.
+    limit : the residual of full color, found from the channel where it is 0.
     """
     traces = channel.traces
     row = float(np.clip(320 / len(traces), 4, 22))
@@ -42,42 +45,42 @@ def map_svg(channel: Channel, name: str = "map", limit: float = 0.0) -> str:
     limit = limit or _limit(channel, along[1], over[1])
     with canvas.style():
         page = canvas.sheet(WIDTH, _TOP + tall + _BOTTOM)
-        unit = f", {words.unit(channel.unit)}" if channel.unit else ""
+        unit = f", {typography.unit(channel.unit)}" if channel.unit else ""
         for number, ((edges, cells), label) in enumerate(
-            ((along, words.prose(channel.x_label)), (over, f"measured {words.name(channel.name)}{unit}"))
+            ((along, typography.prose(channel.x_label)), (over, f"measured {typography.name(channel.name)}{unit}"))
         ):
-            box = Box(_LEFT + number * (half + _GAP), _TOP, half, tall)
-            axes = canvas.panel(page, box)
+            area = PlotArea(_LEFT + number * (half + _GAP), _TOP, half, tall)
+            axes = canvas.add_axes(page, area)
             _draw_cells(axes, edges, cells, limit)
             canvas.scale_axis(axes, "x", half, 70)
-            canvas.words_at(page, box.left + half, _TOP + tall + 40, label, ha="right")
-        canvas.words_at(page, 4, 14.5, f"mean of measured − simulated{unit}")
+            canvas.text_at(page, area.left + half, _TOP + tall + 40, label, ha="right")
+        canvas.text_at(page, 4, 14.5, f"mean of measured − simulated{unit}")
         _name_rows(page, traces, row)
-        _draw_scale(page, Box(WIDTH - _RIGHT + 22, _TOP, 14, max(tall, 66)), limit)
-        return canvas.to_svg(page, f"Where the simulated {words.name(channel.name)} is wrong", name)
+        _draw_scale(page, PlotArea(WIDTH - _RIGHT + 22, _TOP, 14, max(tall, 66)), limit)
+        return canvas.to_svg(page, f"Mean residual of the {typography.name(channel.name)} over runs", name)
 
 
-def caption(channel: Channel) -> str:
+def caption(channel: ChannelTraces) -> str:
     """How to read the map."""
     return (
-        f"Mean residual of the {words.name(channel.name)}, one row a run; left along the run, right over the"
-        " measured value. Good: pale everywhere, or colours without order. Bad: the same colour down a"
-        " column (an error that every run has there), or rows that alternate with the direction (wind or grade)."
+        f"Mean residual of the {typography.name(channel.name)}, one row per run. Left: along the run. Right: over the"
+        " measured value. Good: pale, or colors without a pattern. Bad: one color down a column (an error that all runs"
+        " share), or rows that alternate with the direction (wind or grade)."
     )
 
 
-def limit(channel: Channel) -> float:
-    """The residual of full colour of this channel's map."""
+def limit(channel: ChannelTraces) -> float:
+    """The residual that has the full color in the map of this channel."""
     along, over = _along_and_over(channel)
     return _limit(channel, along[1], over[1])
 
 
-def _along_and_over(channel: Channel) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+def _along_and_over(channel: ChannelTraces) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     traces = channel.traces
     return _cells(traces, [t.x for t in traces]), _cells(traces, [t.measured for t in traces])
 
 
-def _cells(traces: tuple[Trace, ...], positions: list[Array]) -> tuple[Array, Array]:
+def _cells(traces: tuple[RunTrace, ...], positions: list[Array]) -> tuple[Array, Array]:
     """Edges (bins+1,) and mean residuals (runs, bins)."""
     known = np.concatenate([p[np.isfinite(p) & t.used] for p, t in zip(positions, traces, strict=True)])
     if not known.size:
@@ -89,12 +92,12 @@ def _cells(traces: tuple[Trace, ...], positions: list[Array]) -> tuple[Array, Ar
     return edges, np.stack([_row(p, t, edges) for p, t in zip(positions, traces, strict=True)])
 
 
-def _row(position: Array, one: Trace, edges: Array) -> Array:
-    return thin.means(position, one.residual, edges, max(_LEAST, int(_SHARE * one.x.size / _BINS)))
+def _row(position: Array, one: RunTrace, edges: Array) -> Array:
+    return decimation.means(position, one.residual, edges, max(_LEAST, int(_SHARE * one.x.size / _BINS)))
 
 
-def _limit(channel: Channel, *cells: Array) -> float:
-    """The residual of full colour: what all but the outermost cells stay below, at least the noise floor."""
+def _limit(channel: ChannelTraces, *cells: Array) -> float:
+    """The residual of full color: the 98 % quantile of the cells, at least the noise floor."""
     size = np.abs(np.concatenate([c.ravel() for c in cells]))
     size = size[np.isfinite(size)]
     return max(float(np.percentile(size, 98)) if size.size else 0.0, channel.noise or 0.0) or 1.0
@@ -106,7 +109,7 @@ def _draw_cells(axes: Axes, edges: Array, cells: Array, limit: float) -> None:
         edges,
         rows,
         np.ma.masked_invalid(cells),
-        cmap=_colours(),
+        cmap=_colors(),
         vmin=-limit,
         vmax=limit,
         edgecolors="none",
@@ -116,27 +119,27 @@ def _draw_cells(axes: Axes, edges: Array, cells: Array, limit: float) -> None:
     axes.spines["left"].set_visible(False)
 
 
-def _colours() -> Colormap:
+def _colors() -> Colormap:
     from matplotlib.colors import LinearSegmentedColormap
 
     shades = ["#00456b", canvas.BLUE, "#a6cfe8", "#f7f7f5", "#f3c39c", canvas.VERMILLION, "#7a3500"]
     return LinearSegmentedColormap.from_list("residual", shades, N=41)
 
 
-def _name_rows(page: Sheet, traces: tuple[Trace, ...], row: float) -> None:
+def _name_rows(page: Sheet, traces: tuple[RunTrace, ...], row: float) -> None:
     stride = max(int(np.ceil(14 / row)), 1)
     for number in range(0, len(traces), stride):
-        name = words.shortened(traces[number].run, 16)
-        canvas.words_at(page, _LEFT - 8, _TOP + (number + 0.5) * row + 4.5, name, 12, ha="right")
+        name = typography.shortened(traces[number].run, 16)
+        canvas.text_at(page, _LEFT - 8, _TOP + (number + 0.5) * row + 4.5, name, 12, ha="right")
 
 
-def _draw_scale(page: Sheet, box: Box, limit: float) -> None:
-    axes = canvas.panel(page, box)
+def _draw_scale(page: Sheet, area: PlotArea, limit: float) -> None:
+    axes = canvas.add_axes(page, area)
     edges = np.linspace(-limit, limit, 22)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    axes.pcolormesh([0, 1], edges, middle[:, None], cmap=_colours(), vmin=-limit, vmax=limit)
+    axes.pcolormesh([0, 1], edges, middle[:, None], cmap=_colors(), vmin=-limit, vmax=limit)
     axes.yaxis.tick_right()
     for spine in axes.spines.values():
         spine.set_visible(False)
     axes.set_ylim(-limit, limit)
-    canvas.scale_axis(axes, "y", box.height, 40)
+    canvas.scale_axis(axes, "y", area.height, 40)

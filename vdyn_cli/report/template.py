@@ -1,4 +1,4 @@
-"""The templates' setting: escaping, the style sheet, numbers set in groups. The door to jinja2."""
+"""The environment of the templates: escaping, the style sheet, digit groups. The door to jinja2."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
-START, END = "<!--step-->", "<!--/step-->"
-
 
 def markup(text: str) -> Markup:
+    """Mark a text as HTML that needs no escaping: only texts that this room, or matplotlib, has escaped."""
     from markupsafe import Markup
 
-    return Markup(text)  # only ever texts that this room, or matplotlib, has escaped
+    return Markup(text)
 
 
 @cache
@@ -37,7 +36,7 @@ def _environment() -> Environment:
 
 
 def grouped(text: str) -> Markup:
-    """A number with its thousands set apart by space alone, so that a copied number stays one."""
+    """A number as HTML with its thousands separated by style alone, so that a copied number has no spaces."""
     from markupsafe import Markup, escape
 
     match = re.fullmatch(r"([−+]?)(\d{5,})(\D.*)?", text, re.DOTALL)
@@ -51,21 +50,11 @@ def grouped(text: str) -> Markup:
 
 
 def fill(template: str, **context: Any) -> str:
-    """A template with its context set in, every text escaped but what is marked as markup."""
+    """A template with its context filled in; every text is escaped except what ``markup`` marks."""
     page = _environment().get_template(template).render(**context)
-    return page.encode("utf-8", "replace").decode("utf-8")  # names of files may hold what no page can
-
-
-def section_of(page: str) -> str:
-    """The step's section of its page, empty where the page holds none."""
-    start, end = page.find(START), page.rfind(END)
-    return page[start + len(START) : end] if 0 <= start < end else ""
+    return page.encode("utf-8", "replace").decode("utf-8")  # file names may hold lone surrogates
 
 
 def slug(name: str) -> str:
+    """The name as the beginning of an id: lower-case letters, digits and hyphens."""
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "step"
-
-
-def demoted(section: str) -> str:
-    """The section one heading level lower; texts of a page never hold a tag, so only headings are met."""
-    return re.sub(r"<(/?)h([1-4])\b", lambda m: f"<{m[1]}h{int(m[2]) + 1}", section)

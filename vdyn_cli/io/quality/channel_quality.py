@@ -95,8 +95,8 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
     runs = _equal_runs(values)
     held = _held(values, runs, where)
     findings += held[1] or _interpolated(values, where)
-    for extreme, word in ((float(values.max()), "largest"), (float(values.min()), "smallest")):
-        findings += _clipped(values, runs, extreme, word, unit, where, line)
+    for named_extreme in (("largest", float(values.max())), ("smallest", float(values.min()))):
+        findings += _clipped(values, runs, named_extreme, unit, where, line)
     findings += _frozen(values, runs, held[0], unit, where, line)
     return Quality(tuple(findings))
 
@@ -162,8 +162,9 @@ def _interpolated(values: Array, where: str) -> list[Finding]:
 
 
 def _clipped(
-    values: Array, runs: _Runs, extreme: float, word: str, unit: str, where: str, line: LineOf
+    values: Array, runs: _Runs, named_extreme: tuple[str, float], unit: str, where: str, line: LineOf
 ) -> list[Finding]:
+    word, extreme = named_extreme
     if extreme == 0.0 or (extreme == 100.0 and unit in ("%", "percent")) or (extreme == 1.0 and unit in ("", "1")):
         return []
     value = values[runs.start]

@@ -86,9 +86,9 @@ def _model(shape: Shape) -> Model:
         sprung, to_front = sprung_body(*(getattr(p, name) for name in BODY_OF))
         share = p.cg_to_front / p.wheelbase
         past = x - p.distance_front
-        front = _axle(e, "front", (z + to_front * pitch, w + to_front * turn), past, speed, shape, 1.0 - share)
+        front = _axle(e, "front", (z + to_front * pitch, w + to_front * turn), (past, speed), shape, 1.0 - share)
         arm = to_front - p.wheelbase
-        rear = _axle(e, "rear", (z + arm * pitch, w + arm * turn), past - p.wheelbase, speed, shape, share)
+        rear = _axle(e, "rear", (z + arm * pitch, w + arm * turn), (past - p.wheelbase, speed), shape, share)
         heave_acceleration = -(front + rear) / sprung
         pitch_acceleration = -(to_front * front + arm * rear) / p.sprung_pitch_inertia
         e.integrate(heave=w, heave_rate=heave_acceleration, pitch=turn, pitch_rate=pitch_acceleration, position=speed)
@@ -99,9 +99,10 @@ def _model(shape: Shape) -> Model:
 
 
 def _axle(
-    e: Bench, end: str, body: tuple[Number, Number], past: Number, speed: Number, shape: Shape, share: Number
+    e: Bench, end: str, body: tuple[Number, Number], crossing: tuple[Number, Number], shape: Shape, share: Number
 ) -> Number:
     """One axle's motion and load; returns what its springs and dampers pull the body down by, N."""
+    past, speed = crossing  # m beyond the start of the bump, m/s
     p, at = e.p, f"_{end}"
     stiffness, damping = getattr(p, f"suspension_stiffness{at}"), getattr(p, f"suspension_damping{at}")
     mass, rigid = getattr(p, f"unsprung_mass{at}"), p.tire_vertical_stiffness

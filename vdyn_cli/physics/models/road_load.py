@@ -40,13 +40,11 @@ def road_load(
         drive_force, N).
     accelerometer : the resistances then see the measured speed (input ``speed``), and a second reading is the specific
         force f = (1 + k) (V' + g sin(grade)) + zero. Over M f + mr V' = F - Fd - Rr the slope drops out, so that
-        hills do not drive the simulated speed away from the measured one. road_slope is the road's mean slope, uphill
-        on the way out, as far as the grade does not tell it.
-    located : it is known where the car is: the input ``position`` (m) rises in the direction of driving, and heading
-        times position is the road's coordinate. What the road does is then a matter of the place. It is an input, and
-        not the speed's integral, so that a simulated speed that is off does not also meet the hills too late.
-    felt : an accelerometer told the slope beyond the known grade (input ``felt_slope``), for what asks for it. Such
-        runs are driven throughout.
+        hills do not affect the simulated speed. road_slope is the mean slope beyond the grade, uphill out.
+    located : the input ``position`` (m) rises in the direction of driving, and heading times position is the road's
+        coordinate, on which the grade then depends. It is an input and not the integral of the simulated speed, whose
+        error would shift the hills.
+    felt : an accelerometer gives the slope beyond the known grade (input ``felt_slope``); such runs are always driven.
 
     Returns
     -------
@@ -56,8 +54,8 @@ def road_load(
     -----
     Inputs: grade, wind_speed (m/s), elapsed (s since the first run began). Context of a run: heading (+1 out, -1 back,
     0 unknown), temperature (K). wind_variance (m^2/s^2) is what gusts add to the mean drag. The state run_time (s since
-    the run's log began) starts at zero unless a drive's start says how much of the log goes before. A located car's
-    context also holds road_begin and road_end (m), between which the runs took place.
+    the log's start) is zero at first unless the drive's start gives it. A located car's context also holds road_begin
+    and road_end (m), between which the runs took place.
     Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass that they leave out.
     """
 

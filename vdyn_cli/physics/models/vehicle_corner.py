@@ -31,7 +31,7 @@ def corner(e: Bench, u: Signals, at: Corner, body: Body, drive_torque: Number | 
     speed = body.speed - across * body.yaw_rate + swing * body.pitch_rate
     sideways = body.lateral_speed + along * body.yaw_rate + p.cg_height * body.roll_rate
     forward, left = _contact(e, at, speed, sideways, load, static)
-    torque, shaft_torque = spin(e, u, at, body, load, forward, drive_torque, driven_share)
+    torque, shaft_torque = spin(e, u, at, body, (load, forward), (drive_torque, driven_share))
     return Forces(
         forward=forward,
         left=left,

@@ -20,17 +20,18 @@ def spin(
     u: Signals,
     at: Corner,
     body: Body,
-    load: Number,
-    forward: Number,
-    drive_torque: Number | None,
-    driven_share: float,
+    contact: tuple[Number, Number],
+    drive: tuple[Number | None, float],
 ) -> tuple[Number, Number | None]:
-    """The wheel's spin; returns what the body turns it with and what its half-shaft carries, N m.
+    """The wheel's spin; returns the torque of the body on the wheel and that in the half-shaft, N m.
 
     Parameters
     ----------
-    load, forward : N, of the road on the tire. drive_torque, driven_share : as for a corner.
+    contact : load and forward force of the road on the tire, N.
+    drive : drive_torque and driven_share, as for a corner.
     """
+    load, forward = contact
+    drive_torque, driven_share = drive
     p, name = e.p, at.name
     radius = p.wheel_radius
     turning = e.state(f"wheel_speed{name}")

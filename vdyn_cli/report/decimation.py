@@ -1,4 +1,4 @@
-"""As many points as the page can show: thinning that keeps every peak and every gap."""
+"""Decimation to as many points as a page can show, which keeps every peak and every gap."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def finite(values: Array) -> Array:
 
 
 def connected(x: Array, y: Array, jump: float = 8.0) -> tuple[Array, Array]:
-    """The known samples in line, broken by a NaN only where x jumps by so many times its usual step.
+    """The known samples as a line, interrupted by a NaN where x steps by more than ``jump`` times its median step.
 
-    A slow channel in a fast log has a NaN between all its samples: those are no gaps.
+    A slow channel in a fast log has NaN between all its samples; these are not gaps.
     """
     known = np.isfinite(x) & np.isfinite(y)
     x, y = x[known], y[known]
@@ -36,10 +36,10 @@ def connected(x: Array, y: Array, jump: float = 8.0) -> tuple[Array, Array]:
 
 
 def envelope(x: Array, y: Array, columns: int) -> tuple[Array, Array]:
-    """Lowest and highest sample of every one of so many blocks, in their order; short lines stay as they are.
+    """Minimum and maximum of each of ``columns`` blocks, in their order; lines of up to 4 columns stay as they are.
 
-    A line drawn through the result looks like the line through all samples on a page so many columns wide. A block
-    with any gap (NaN) ends in a gap, so that a gap stays visible.
+    On a page of that many columns, a line through the result looks like the line through all samples. A block with a
+    gap (NaN) ends in a gap, so that it stays visible.
     """
     n = min(x.size, y.size)
     if n <= 4 * columns:
@@ -54,7 +54,7 @@ def envelope(x: Array, y: Array, columns: int) -> tuple[Array, Array]:
     highest = np.where(gap, -np.inf, ys).argmax(axis=1)
     order = np.sort(np.stack([lowest, highest], axis=1), axis=1)
     row = np.arange(rows)[:, None]
-    gap[-1, block - pad :] = False  # the padding is no gap of the data
+    gap[-1, block - pad :] = False  # padding, not a gap of the data
     breaks = gap.any(axis=1)
     out_x = np.concatenate([xs[row, order], xs[row, order[:, 1:]]], axis=1)
     out_y = np.concatenate([ys[row, order], np.full((rows, 1), np.nan)], axis=1)
@@ -64,7 +64,12 @@ def envelope(x: Array, y: Array, columns: int) -> tuple[Array, Array]:
 
 
 def cloud(x: Array, y: Array, cells: tuple[int, int], most: int) -> NDArray[np.intp]:
-    """Indices of one point per cell of the page's grid, at most so many, the first and outermost among them."""
+    """Indices of one point per cell of a grid on the page, at most ``most``.
+
+    Parameters
+    ----------
+    cells : number of cells in x and in y.
+    """
     index = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     if index.size <= most:
         return index

@@ -1,4 +1,4 @@
-"""Unit and meaning of everything in the exported vehicle: the vocabulary's words, and those that only a model has."""
+"""Unit and meaning of every quantity of the exported vehicle: those of the vocabulary, and those of the model alone."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ Q = Quantity
 _OWN = (
     Q("rolling_speed", "s/m", "rise of the rolling resistance coefficient with speed"),
     Q("wind_variance", "m^2/s^2", "variance of the gusts along the road"),
-    Q("heading", "", "+1 or -1 on the way out or back on the test track; 0 where that means nothing"),
-    Q("elapsed", "s", "time since the start; only what changes with it looks at it"),
+    Q("heading", "", "+1 or -1 on the way out or back on the test track; 0 where it does not apply"),
+    Q("elapsed", "s", "time since the start; only effects that change with time use it"),
     Q("start_speed", "m/s", "speed to start with"),
     Q("road", "m", "height of the road under the wheel"),
     Q("position", "m", "distance along the road"),
     Q("lateral_position", "m", "distance to the left"),
     Q("lateral_speed", "m/s", "speed to the left"),
-    Q("heave", "m", "height of the body's centre beyond rest"),
+    Q("heave", "m", "height of the body's center above rest"),
     Q("heave_rate", "m/s", "its rate"),
     Q("pitch", "rad", "pitch angle, nose-up positive"),
     Q("pitch_rate", "rad/s", "its rate"),
@@ -27,11 +27,11 @@ _OWN = (
     Q("yaw", "rad", "yaw angle, to the left positive"),
     Q("yaw_rate", "rad/s", "its rate"),
     Q("run_time", "s", "time since the start"),
-    Q("wheel_height", "m", "height of the wheel beyond rest"),
+    Q("wheel_height", "m", "height of the wheel above rest"),
     Q("wheel_rate", "m/s", "its rate"),
     Q("contact", "m", "height of the road as the tire's damping follows it"),
     Q("slip", "", "slip that has built up in the tire, driving positive"),
-    Q("lateral_slip", "", "the same to the side"),
+    Q("lateral_slip", "", "lateral slip that has built up in the tire"),
     Q("rolling_bend", "", "-1 to 1, sense of the rolling resistance"),
     Q("brake_bend", "", "-1 to 1, sense of the friction in the brake"),
     Q("twist", "rad", "twist of the half-shaft"),
@@ -41,17 +41,17 @@ OWN = {quantity.name: quantity for quantity in _OWN}
 
 
 def of_parameter(name: str) -> Quantity:
-    """A parameter, or what a run has besides."""
+    """Unit and meaning of a parameter, or of a further quantity of a run."""
     return PARAMETERS.get(name) or OWN.get(name) or Quantity(name, "", "")
 
 
 def of_signal(name: str) -> Quantity:
-    """An input or an output, perhaps of one wheel."""
+    """Unit and meaning of an input or an output, also of one wheel."""
     return CHANNELS.get(name) or of_state(name)
 
 
 def of_state(name: str) -> Quantity:
-    """A state, perhaps of one wheel; an effect's own state has no words but its name."""
+    """Unit and meaning of a state, also of one wheel; for the state of an effect only its name is known."""
     wheel = WHEELS.get(name[-3:])
     stem = name[:-3] if wheel else name
     known = OWN.get(stem) or CHANNELS.get(stem)

@@ -1,4 +1,4 @@
-"""Runs side by side on one strip of the page: each in its own lane, from its own start."""
+"""Runs side by side in one row of the page: each in a panel with its own x scale."""
 
 from __future__ import annotations
 
@@ -10,23 +10,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vdyn_cli.quantities.result import Comparison
-from vdyn_cli.report import thin, words
+from vdyn_cli.report import decimation, typography
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
 
-MOST = 12  # lanes that still show the shape of a trace on a laptop
-_GAP = 10.0  # px between lanes
+MOST = 12  # panels in a row: at 1150 px each is then about 90 px wide, enough for the shape of a run
+_GAP = 10.0  # px between panels
 
 
 @dataclass(frozen=True)
-class Trace:
-    """A comparison ready to draw: plain floats in the unit shown, equal lengths.
+class RunTrace:
+    """A comparison ready to draw: floats in the unit shown, all of shape (n,).
 
-    ``used`` marks the samples behind the fit; ``residual`` is measured minus simulated, ``before`` the same for the
-    model before its extension (None without one).
+    ``used`` marks the samples in the fit; ``baseline`` is the simulation before the extension (None without one).
     """
 
     run: str
@@ -39,35 +38,38 @@ class Trace:
 
     @cached_property
     def residual(self) -> Array:
+        """Measured minus simulated."""
         return self.measured - self.simulated
 
     @cached_property
     def before(self) -> Array | None:
+        """Measured minus the simulation before the extension, None without one."""
         return None if self.baseline is None else self.measured - self.baseline
 
     @cached_property
-    def along(self) -> bool:
-        """Whether x only ever rises, as time does; a slip or an angle goes to and fro."""
+    def rising(self) -> bool:
+        """Whether x never falls, like time; slip and angles go back and forth."""
         x = self.x[np.isfinite(self.x)]
         return bool(x.size < 2 or np.all(np.diff(x) >= 0))
 
 
 @dataclass(frozen=True)
-class Channel:
-    """All runs of one channel in one unit, with the noise floor where it is known."""
+class ChannelTraces:
+    """All runs of one channel in one unit; ``noise`` is the noise floor, None where it is unknown."""
 
     name: str
     unit: str
     x_label: str
-    traces: tuple[Trace, ...]
+    traces: tuple[RunTrace, ...]
     noise: float | None
 
     @property
     def extended(self) -> bool:
+        """Whether the model was extended."""
         return any(t.baseline is not None for t in self.traces)
 
-    def before(self) -> Channel:
-        """The channel as the model simulated it before its extension."""
+    def before(self) -> ChannelTraces:
+        """The channel with the simulation before the extension in place of the final one."""
         traces = tuple(
             t if t.baseline is None else replace(t, simulated=t.baseline, baseline=None) for t in self.traces
         )
@@ -75,21 +77,27 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Lane:
-    """Where a trace stands: its x range and its px range on the strip."""
+class Panel:
+    """The place of a run: its x range, and its px range in the row."""
 
-    trace: Trace
+    trace: RunTrace
     start: float
     end: float
     left: float
     width: float
 
     def px(self, x: Array) -> Array:
+        """px from the left of the row."""
         return self.left + (x - self.start) / (self.end - self.start) * self.width
 
 
-def channels(comparisons: Sequence[Comparison], noise: float, noise_unit: str) -> tuple[Channel, ...]:
-    """Group comparisons by channel, in everyday units, in the order in which they come."""
+def channel_traces(comparisons: Sequence[Comparison], noise: float, noise_unit: str) -> tuple[ChannelTraces, ...]:
+    """Group comparisons by channel, in everyday units, in the given order.
+
+    Parameters
+    ----------
+    noise, noise_unit : the noise floor of the fit, and its unit; channels of another unit have none.
+    """
     groups: dict[tuple[str, str, str], list[Comparison]] = {}
     for one in comparisons:
         groups.setdefault((one.channel, one.unit, one.x_label), []).append(one)
@@ -97,24 +105,24 @@ def channels(comparisons: Sequence[Comparison], noise: float, noise_unit: str) -
     for (channel, unit, x_label), members in groups.items():
         shown_unit, factor = _shown_unit(channel, unit)
         known = unit == noise_unit and np.isfinite(noise) and noise > 0
-        traces = tuple(trace(one, factor) for one in members)
-        out.append(Channel(channel, shown_unit, x_label, traces, noise * factor if known else None))
+        traces = tuple(run_trace(one, factor) for one in members)
+        out.append(ChannelTraces(channel, shown_unit, x_label, traces, noise * factor if known else None))
     return tuple(out)
 
 
 def _shown_unit(channel: str, unit: str) -> tuple[str, float]:
-    everyday = words.everyday(unit)
+    everyday = typography.everyday(unit)
     return everyday if everyday and (unit != "m/s" or "speed" in channel) else (unit, 1.0)
 
 
-def trace(one: Comparison, factor: float = 1.0) -> Trace:
-    """A comparison as plain floats of one length."""
-    arrays = [thin.finite(v) for v in (one.x, one.measured, one.simulated)]
-    baseline = None if one.baseline is None else thin.finite(one.baseline)
+def run_trace(one: Comparison, factor: float = 1.0) -> RunTrace:
+    """A comparison as floats of equal length, scaled by ``factor``."""
+    arrays = [decimation.finite(v) for v in (one.x, one.measured, one.simulated)]
+    baseline = None if one.baseline is None else decimation.finite(one.baseline)
     used = None if one.used is None else np.asarray(one.used, dtype=bool).ravel()
     n = min(a.size for a in (*arrays, *(a for a in (baseline, used) if a is not None)))
-    return Trace(
-        words.run_name(words.clean(one.run)),
+    return RunTrace(
+        typography.run_name(typography.clean(one.run)),
         arrays[0][:n],
         arrays[1][:n] * factor,
         arrays[2][:n] * factor,
@@ -130,17 +138,17 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
 
 
-def judged(one: Trace) -> Array:
-    """The residual by which a run is judged: of the samples used, or of all where none was (a held-out run)."""
+def judged_residual(one: RunTrace) -> Array:
+    """The residual of the samples in the fit, or of all samples of a run that the fit does not use."""
     return one.residual[one.used] if one.used.any() else one.residual
 
 
-def chosen(traces: Sequence[Trace]) -> tuple[Trace, ...]:
-    """The traces to draw: all, or of many the best, middle and worst by their residual, in their own order."""
+def drawn_traces(traces: Sequence[RunTrace]) -> tuple[RunTrace, ...]:
+    """The runs to draw: all, or of more than MOST those with the smallest, middle and largest rms, in their order."""
     drawable = [i for i, t in enumerate(traces) if np.isfinite(t.x).any()]
     if len(drawable) <= MOST:
         return tuple(traces[i] for i in drawable)
-    sizes = np.nan_to_num(np.array([rms(judged(traces[i])) for i in drawable]), nan=-1.0)
+    sizes = np.nan_to_num(np.array([rms(judged_residual(traces[i])) for i in drawable]), nan=-1.0)
     ranked = np.argsort(sizes, kind="stable")
     third = MOST // 3
     middle = (len(ranked) - third) // 2
@@ -148,8 +156,8 @@ def chosen(traces: Sequence[Trace]) -> tuple[Trace, ...]:
     return tuple(traces[drawable[i]] for i in sorted(picks))
 
 
-def lay(traces: Sequence[Trace], width: float) -> tuple[Lane, ...]:
-    """Share a strip's width: by the length of the runs, but none below a third of an equal share."""
+def lay_out(traces: Sequence[RunTrace], width: float) -> tuple[Panel, ...]:
+    """Divide the width of a row by the lengths of the runs; no panel is below a third of an equal share."""
     if not traces:
         return ()
     ends = [(float(np.nanmin(t.x)), float(np.nanmax(t.x))) for t in traces]
@@ -159,8 +167,8 @@ def lay(traces: Sequence[Trace], width: float) -> tuple[Lane, ...]:
     shares = np.maximum(shares, 1 / (3 * spans.size))
     widths = room * shares / shares.sum()
     lefts = np.concatenate([[0.0], np.cumsum(widths + _GAP)[:-1]])
-    lanes = []
+    panels = []
     for one, (a, b), left, wide in zip(traces, ends, lefts, widths, strict=True):
         half = 0.0 if b > a else 0.5 * (abs(a) or 1.0)  # one sample stands in the middle
-        lanes.append(Lane(one, a - half, b + half, float(left), float(wide)))
-    return tuple(lanes)
+        panels.append(Panel(one, a - half, b + half, float(left), float(wide)))
+    return tuple(panels)

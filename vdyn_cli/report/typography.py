@@ -1,4 +1,4 @@
-"""Numbers, units and names as a well-set page shows them: digits from the interval, superscripts, real minus signs."""
+"""Numbers, units and names as a page shows them: digits from the interval, superscripts, minus signs."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from vdyn_cli.quantities.number_text import magnitude
 
 if TYPE_CHECKING:
     from vdyn_cli.quantities.parameters import Estimate
@@ -23,7 +25,7 @@ _UNITS = {"deg": "°", "degree": "°", "degC": "°C", "degF": "°F", "um": "µm"
 # Units kept on one line with the number before them.
 _SHORT_UNITS = r"kg|N|kN|Nm|m|mm|km/h|m/s|s|ms|Hz|rad|°C|°|m²|N·m|kg·m²|kN/m|N/m"
 
-# Units that a test engineer thinks in, beside the SI ones: unit -> (everyday unit, factor).
+# Everyday units of test engineers: SI unit -> (unit, factor).
 _EVERYDAY = {"m/s": ("km/h", 3.6), "rad": ("°", 180 / math.pi)}
 
 
@@ -31,8 +33,8 @@ _NOTHING = 1e-280  # below, a double has lost its digits
 
 
 @dataclass(frozen=True)
-class Reading:
-    """A value with its 95 % interval, written with the digits that the interval justifies.
+class RoundedEstimate:
+    """A value with its 95 % interval as texts, with the digits that the interval justifies.
 
     ``plus`` and ``minus`` are the half-widths, the same text when they differ by less than a tenth, and empty
     where there is no interval. ``exponent`` is the power of ten common to all, or 0.
@@ -47,41 +49,49 @@ class Reading:
 
     @property
     def symmetric(self) -> bool:
+        """Whether both half-widths are the same text."""
         return self.plus == self.minus
 
 
 def clean(text: object) -> str:
-    """Text without what no page can hold: control characters become spaces, lone surrogates a replacement mark."""
+    """Text without characters that HTML forbids: control characters become spaces, lone surrogates a mark."""
     plain = str(text).encode("utf-8", "replace").decode("utf-8")
     return "".join(" " if (ord(c) < 32 and c != "\n") or 127 <= ord(c) < 160 else c for c in plain)
 
 
 def fixed(value: float, decimals: int) -> str:
-    """A number with so many decimals (negative: rounded to tens, hundreds ...), never "-0"."""
+    """A number with ``decimals`` decimals (negative: rounded to tens, hundreds ...), never "-0"."""
     text = f"{round(value, decimals):.{max(decimals, 0)}f}"
     return text.lstrip("-") if float(text) == 0 else text.replace("-", MINUS)
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """A number of so many significant digits; powers of ten only where a plain number would be unreadable."""
+    """A number with ``digits`` significant digits; with a power of ten below 1e-4 and from 1e7."""
     if not math.isfinite(value):
         return DASH
     if abs(value) < _NOTHING:
         return "0"
-    magnitude = _magnitude(value, digits)
-    if -4 <= magnitude < 7:
-        return fixed(value, digits - 1 - magnitude)
-    return f"{fixed(value / 10.0**magnitude, digits - 1)}{NARROW}×{NARROW}10{superscript(magnitude)}"
+    power = magnitude(value, digits)
+    if -4 <= power < 7:
+        return fixed(value, digits - 1 - power)
+    return f"{fixed(value / 10.0**power, digits - 1)}{NARROW}×{NARROW}10{superscript(power)}"
+
+
+def signed(value: float, digits: int = 3) -> str:
+    """A number with ``digits`` significant digits and its sign."""
+    text = significant(value, digits)
+    return f"+{text}" if value > 0 and text != "0" else text
 
 
 def superscript(power: int) -> str:
+    """An integer in superscript digits."""
     return str(power).translate(_SUPERSCRIPT)
 
 
-def reading(value: float, low: float = math.nan, high: float = math.nan) -> Reading:
+def rounded(value: float, low: float = math.nan, high: float = math.nan) -> RoundedEstimate:
     """Write a value and its interval with two significant digits of the narrower half-width."""
     if not math.isfinite(value):
-        return Reading(DASH)
+        return RoundedEstimate(DASH)
     above, below = high - value, value - low
     halves = [h for h in (above, below) if math.isfinite(h) and h > _NOTHING]
     if not halves:
@@ -92,20 +102,20 @@ def reading(value: float, low: float = math.nan, high: float = math.nan) -> Read
     exponent = _exponent(largest)
     scale = 10.0**-exponent
     # Digits a billion times finer than the number itself would only print its rounding errors.
-    decimals = 1 - _magnitude(max(min(halves), largest * 1e-9) * scale, 2)
+    decimals = 1 - magnitude(max(min(halves), largest * 1e-9) * scale, 2)
 
     def shown(x: float) -> str:
         return fixed(x * scale, decimals) if math.isfinite(x) else DASH
 
-    return Reading(shown(value), shown(above), shown(below), shown(low), shown(high), exponent)
+    return RoundedEstimate(shown(value), shown(above), shown(below), shown(low), shown(high), exponent)
 
 
-def _exact(value: float) -> Reading:
+def _exact(value: float) -> RoundedEstimate:
     exponent = _exponent(abs(value))
     text = f"{value * 10.0**-exponent:.6g}"
     if "e" in text:
-        return Reading(significant(value, 6))
-    return Reading(text.replace("-", MINUS), exponent=exponent)
+        return RoundedEstimate(significant(value, 6))
+    return RoundedEstimate(text.replace("-", MINUS), exponent=exponent)
 
 
 def _exponent(size: float) -> int:
@@ -114,14 +124,9 @@ def _exponent(size: float) -> int:
     return math.floor(math.log10(size))
 
 
-def _magnitude(value: float, digits: int) -> int:
-    """The power of ten of the leading digit after rounding to so many digits (9.99 to two digits is 10)."""
-    return int(f"{abs(value):.{digits - 1}e}".partition("e")[2])
-
-
 def estimate_text(estimate: Estimate) -> str:
     """One line for the terminal: ``0.560 ± 0.013 m²  (2.4 %)``."""
-    r = reading(estimate.value, *estimate.interval95)
+    r = rounded(estimate.value, *estimate.interval95)
     power = f"{NARROW}×{NARROW}10{superscript(r.exponent)}" if r.exponent else ""
     shown = unit(estimate.unit)
     if not r.plus:
@@ -132,7 +137,7 @@ def estimate_text(estimate: Estimate) -> str:
 
 
 def relative(value: float, low: float, high: float) -> str:
-    """The interval's half-width as a percentage of the value, or a dash where that says nothing."""
+    """The interval's half-width as a percentage of the value, or a dash where either is unknown or zero."""
     half = 0.5 * (high - low)
     if not (math.isfinite(half) and math.isfinite(value)) or value == 0 or half <= 0:
         return DASH
@@ -155,7 +160,7 @@ def quantity(value: float, unit_text: str, digits: int = 3) -> str:
 
 
 def everyday(unit_text: str) -> tuple[str, float] | None:
-    """The unit an engineer would say instead, and the factor to it: km/h for m/s, degrees for radians."""
+    """The everyday unit and the factor to it: km/h for m/s, degrees for radians; None for other units."""
     return _EVERYDAY.get(unit_text.strip())
 
 
@@ -169,12 +174,13 @@ _LOG = re.compile(r"(?:.*[/\\])?([^/\\]+?)\.(?:csv|txt|dat|asc|mf4)(?:\.gz)?", r
 
 
 def run_name(text: str) -> str:
-    """A run that is called by its log's path, by the file's bare name; other texts as they are."""
+    """The bare file name of a log's path; other texts unchanged."""
     match = _LOG.fullmatch(text.strip())
     return match[1] if match else text
 
 
 def title(identifier: str) -> str:
+    """``cg_height`` as "CG height", with a capital first letter."""
     text = name(identifier)
     return text[:1].upper() + text[1:]
 
@@ -192,7 +198,7 @@ def _part(word: str) -> tuple[str, str]:
 
 
 def prose(text: object) -> str:
-    """A sentence with the signs a typesetter would use: +- as ±, m^2 as m², hyphen before digits as minus."""
+    """A sentence with typographic signs: +- as ±, m^2 as m², a hyphen before digits as minus."""
     shown = re.sub(r"\s*(?:\+-|\+/-)\s*", " ± ", clean(text))
     shown = re.sub(r"(?<=[A-Za-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPT), shown)
     shown = re.sub(r"(?<![\w.)\]%])-(?=\d)", MINUS, shown)
@@ -200,7 +206,7 @@ def prose(text: object) -> str:
 
 
 def plain(value: Any) -> str:
-    """Any value of a JSON document as words."""
+    """Any value of a JSON document as text."""
     if value is None:
         return DASH
     if isinstance(value, bool):
@@ -225,7 +231,7 @@ def count(number: int, noun: str) -> str:
 
 
 def shortened(text: str, length: int) -> str:
-    """Text of at most so many characters, cut in the middle: the ends of run names tell runs apart."""
+    """Text of at most ``length`` characters, cut in the middle, because the ends of run names differ."""
     if len(text) <= length:
         return text
     head = max((length - 1) // 2, 0)

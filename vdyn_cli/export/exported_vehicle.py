@@ -1,0 +1,118 @@
+"""The vehicle of an export to C: the full model with the effects that were accepted, and every number in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.engine.c_source import CProgram, c_program
+from vdyn_cli.engine.graph import Graph, trace
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.export.parameter_file import AcceptedEffect, ParameterFile, completed
+from vdyn_cli.export.quantity_texts import comment, of_parameter, of_signal, of_state
+from vdyn_cli.physics.models.vehicle import Driven, vehicle
+from vdyn_cli.quantities.quantity import Quantity
+
+STEP = 1e-3  # s, the longest step that resolves half-shafts and wheel hop
+
+
+@dataclass(frozen=True)
+class ExportedVehicle:
+    """A model with its numbers.
+
+    Parameters
+    ----------
+    model, effects, graph : the model, the effects of the catalogue in it, and its compiled equations.
+    values : of every constant of the graph: parameters, unknowns of the effects and context, SI.
+    quantities : unit and meaning of parameters, inputs, outputs.
+    assumed : the reason for the value of each parameter that was not given.
+    accepted : the effects included, with their values.
+    effect_notes : which effects are included, and why others are not.
+    driven : the driven axle.
+    """
+
+    model: Model
+    effects: tuple[Effect, ...]
+    graph: Graph
+    values: Mapping[str, float]
+    quantities: Mapping[str, Quantity]
+    assumed: Mapping[str, str]
+    accepted: tuple[AcceptedEffect, ...]
+    effect_notes: tuple[str, ...]
+    driven: Driven
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Every assumption and every effect, a line each."""
+        return (*(f"assumed {name}: {why}" for name, why in self.assumed.items()), *self.effect_notes)
+
+    def program(self, name: str, title: str) -> CProgram:
+        """The vehicle as C source with a start speed; the caller chooses steps of at most STEP."""
+        comments = {n: comment(of_state(n)) for n in self.graph.states}
+        comments |= {n: comment(q) + _assumption(self.assumed.get(n)) for n, q in self.quantities.items()}
+        lines = (title, f"SI units. Driven: {self.driven}. Steps of at most {STEP:g} s.", *self.effect_notes)
+        return c_program(
+            self.graph, 1, name, start=("speed",), defaults=self.values, comments=comments, title="\n   ".join(lines)
+        )
+
+
+def exported_vehicle(parameter_file: ParameterFile, driven: Driven) -> ExportedVehicle:
+    """The vehicle of a parameter file.
+
+    Raises
+    ------
+    InputError : parameters that are missing and have no default.
+    """
+    model = vehicle(driven)
+    values, assumed = completed(parameter_file, model.parameters, "the full vehicle")
+    context = {"heading": 0.0, "temperature": parameter_file.values.get("temperature", 293.15)}
+    included, notes = accepted_effects(model, parameter_file.effects)
+    known = {effect.name: effect for effect in catalogue()}
+    effects = tuple(known[one.effect] for one in included)
+    graph = trace(model, effects)
+    unknowns = {name: value for one in included for name, value in one.unknowns.items()}
+    everything = {**graph.defaults, **values, **context, **unknowns}
+    quantities = {name: of_parameter(name) for name in (*model.parameters, *model.context)}
+    quantities |= {name: of_signal(name) for name in (*model.inputs, *graph.outputs)}
+    quantities |= {name: quantity for effect in effects for name, quantity in effect.unknowns.items()}
+    return ExportedVehicle(model, effects, graph, everything, quantities, assumed, included, notes, driven)
+
+
+def accepted_effects(
+    model: Model, effects: Iterable[AcceptedEffect]
+) -> tuple[tuple[AcceptedEffect, ...], tuple[str, ...]]:
+    """The effects that belong to the vehicle and that the model has an element for, with a note for each effect.
+
+    A sensor fault, a wind or a slope belongs to the test day, not to the vehicle, and the published parameters are
+    already corrected for it. The order is that of the catalogue, in which effects are applied everywhere.
+    """
+    known = {effect.name: effect for effect in catalogue()}
+    offers = {effect.name for effect in offered(model, catalogue())}
+    included: list[AcceptedEffect] = []
+    notes: list[str] = []
+    for one in effects:
+        effect = known.get(one.effect)
+        if effect is None:
+            notes.append(f"excluded {one.effect}: not an effect of this version")
+        elif effect.sensor:
+            notes.append(f"excluded {one.effect}: a fault of a sensor, not of the vehicle")
+        elif not effect.lasts:
+            notes.append(f"excluded {one.effect}: it belongs to the day of the test")
+        elif one.effect not in offers:
+            notes.append(f"excluded {one.effect}: the full vehicle has no element for it ({', '.join(effect.on)})")
+        elif strange := [name for name in one.unknowns if name not in effect.unknowns]:
+            notes.append(f"excluded {one.effect}: it has no unknown {', '.join(strange)}")
+        else:
+            included.append(one)
+            values = ", ".join(
+                f"{name} = {value:.4g} {effect.unknowns[name].unit}".rstrip() for name, value in one.unknowns.items()
+            )
+            notes.append(f"included {one.effect}: {values}")
+    order = list(known)
+    return tuple(sorted(included, key=lambda one: order.index(one.effect))), tuple(notes)
+
+
+def _assumption(why: str | None) -> str:
+    return f" (assumed: {why})" if why else ""

@@ -1,0 +1,139 @@
+"""The input of an export: a parameter file with the effects that it accepted, checked before anything is written."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vdyn_cli.export.quantity_texts import of_parameter
+from vdyn_cli.physics.models.vehicle_defaults import FOLLOWING, complete
+from vdyn_cli.quantities.errors import Finding, raise_all
+from vdyn_cli.quantities.parameters import GIVERS, Parameters, read_parameters
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+
+
+@dataclass(frozen=True)
+class AcceptedEffect:
+    """An effect by which the model was extended: its name and the values of its unknowns, SI."""
+
+    effect: str
+    unknowns: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class ParameterFile:
+    """One parameter file.
+
+    Parameters
+    ----------
+    name : of the file, without its folder.
+    title : of the description whose parameters these are.
+    parameters : the estimates.
+    effects : those by which the model was extended, and those that the diagnosis in this file named.
+    """
+
+    name: str
+    title: str
+    parameters: Parameters
+    effects: tuple[AcceptedEffect, ...] = ()
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The value of each parameter, SI."""
+        return {name: estimate.value for name, estimate in self.parameters.items()}
+
+
+def read_parameter_file(path: Path) -> ParameterFile:
+    """Read a parameter file that a step or the pipeline wrote.
+
+    Raises
+    ------
+    InputError : no such file; a value outside its physical range; an effect without its values. All at once.
+    """
+    parameters = read_parameters(path)
+    document = json.loads(path.read_text(encoding="utf-8"))
+    findings = []
+    for name, estimate in parameters.items():
+        quantity = PARAMETERS.get(name)
+        if quantity is not None and not quantity.allows(estimate.value):
+            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
+            findings.append(Finding(f"{path}, parameter '{name}'", f"lies outside {span}", f"{estimate.value:g}"))
+    lasting = {
+        effect: {name: estimate.value for name, estimate in unknowns.items()}
+        for effect, unknowns in parameters.extensions.items()
+    }
+    named = {one.effect: one for one in _named_effects(document.get("diagnosis"), str(path), findings)}
+    effects = (named | {effect: AcceptedEffect(effect, values) for effect, values in lasting.items()}).values()
+    raise_all(findings)
+    title = str(document.get("title") or f"result of vdyn {document.get('step', '')}".strip())
+    # The title is written into comments and XML.
+    title = "".join(letter if letter.isprintable() else " " for letter in title)
+    return ParameterFile(path.name, title, parameters, tuple(effects))
+
+
+def _named_effects(diagnosis: Any, where: str, findings: list[Finding]) -> tuple[AcceptedEffect, ...]:
+    """The effects that a diagnosis named."""
+    if not isinstance(diagnosis, Mapping) or diagnosis.get("verdict") != "named":
+        return ()
+    found = []
+    for entry in diagnosis.get("causes") or ():
+        try:
+            unknowns = {str(name): float(u["value"]) for name, u in entry["unknowns"].items()}
+            if not all(map(math.isfinite, unknowns.values())):
+                raise ValueError(unknowns)
+            found.append(AcceptedEffect(str(entry["effect"]), unknowns))
+        except (KeyError, TypeError, ValueError, AttributeError):
+            findings.append(Finding(f"{where}, diagnosis", "an effect lacks its name or the values of its unknowns"))
+    return tuple(found)
+
+
+def completed(
+    parameter_file: ParameterFile, names: Iterable[str], what: str
+) -> tuple[dict[str, float], dict[str, str]]:
+    """Values of all ``names``, SI, and the reason for each value that is assumed.
+
+    Parameters
+    ----------
+    what : what needs them, as the subject of a message.
+
+    Raises
+    ------
+    InputError : a parameter is missing and has no default; all at once, with the steps that estimate them.
+    """
+    done = complete(names, parameter_file.values)
+    # A parameter that follows from others is not requested together with them.
+    roots = [name for name in done.missing if name in GIVERS or name not in FOLLOWING]
+    refuse_missing(parameter_file, roots or done.missing, what)
+    return dict(done.values), dict(done.assumed)
+
+
+def refuse_missing(parameter_file: ParameterFile, names: Iterable[str], what: str) -> None:
+    """Refuse where a parameter is needed and missing.
+
+    Parameters
+    ----------
+    what : what needs them, as the subject of a message.
+
+    Raises
+    ------
+    InputError : a finding for each step that estimates some of them, and one for those that a description states.
+    """
+    by_giver: dict[str | None, list[str]] = {}
+    for name in names:
+        if name not in parameter_file.parameters:
+            by_giver.setdefault(GIVERS.get(name), []).append(name)
+    raise_all([_missing(parameter_file, giver, absent, what) for giver, absent in by_giver.items()])
+
+
+def _missing(parameter_file: ParameterFile, giver: str | None, names: list[str], what: str) -> Finding:
+    listed = ", ".join(names)
+    stated = f"state '{names[0]}: <number> {of_parameter(names[0]).unit}".rstrip() + "' "
+    stated += "and the others under vehicle" if len(names) > 1 else "under vehicle"
+    if giver is None:
+        return Finding(parameter_file.name, f"{what} needs {listed}, not given", remedy=f"{stated}, and run again")
+    remedy = f"add a '{giver}' test to the pipeline, or {stated}"
+    return Finding(parameter_file.name, f"{what} needs {listed}, which 'vdyn {giver}' estimates", remedy=remedy)

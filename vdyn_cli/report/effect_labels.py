@@ -1,0 +1,48 @@
+"""Effects by the labels of their catalogue, as a page names them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.report import typography
+
+
+def label(effect: str) -> str:
+    """The effect as a noun phrase, "a headwind"; free profiles, which no catalogue holds, by their own name."""
+    found = _effect(effect)
+    return found.label if found else typography.name(effect)
+
+
+def bare(text: str) -> str:
+    """A noun phrase without its article, as it stands in a table."""
+    for article in ("a ", "an ", "the "):
+        if text.startswith(article):
+            return text[len(article) :]
+    return text
+
+
+def combined(effects: str) -> str:
+    """Effects that act together, ``headwind+tire_warmup``, as a noun phrase."""
+    return joined([label(part) for part in effects.split("+")])
+
+
+def joined(labels: Sequence[str]) -> str:
+    """Noun phrases joined by "and"."""
+    return " and ".join(labels)
+
+
+def amplitude(effect: str, value: float) -> str:
+    """An amplitude of the effect in the unit of its first unknown; dimensionless ones in percent, NaN as no text."""
+    found = _effect(effect)
+    if not math.isfinite(value):
+        return ""
+    unit = next(iter(found.unknowns.values())).unit if found else ""
+    if not unit and found:
+        return f"{typography.plain(100 * value)}{typography.NARROW}%"
+    return f"{typography.plain(value)} {typography.unit(unit)}".strip()
+
+
+def _effect(name: str) -> Effect | None:
+    return next((e for e in catalogue() if e.name == name), None)

@@ -1,0 +1,131 @@
+"""The rows of a parameter table, and the table of correlations beside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.report import typography
+
+Symbol = tuple[tuple[str, str], ...]  # base and subscript of each part
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """One line of a parameter table; ``before`` is empty where no extension moved the value."""
+
+    key: str
+    name: str
+    symbol: Symbol
+    rounded: typography.RoundedEstimate
+    exact: bool
+    unit: str
+    relative: str
+    meaning: str
+    source: str
+    before: str
+    shift: str
+
+
+def parameter_rows(estimates: Mapping[str, Estimate]) -> tuple[ParameterRow, ...]:
+    """The rows of estimates, each with the digits that its interval justifies."""
+    return tuple(_parameter_row(key, estimate) for key, estimate in estimates.items())
+
+
+def _parameter_row(key: str, e: Estimate) -> ParameterRow:
+    rounded = typography.rounded(e.value, *e.interval95)
+    quantity = PARAMETERS.get(key)
+    before, shift = _shift(e, rounded)
+    return ParameterRow(
+        key,
+        typography.title(key),
+        shown_symbol(key, quantity.symbol if quantity else ""),
+        rounded,
+        e.interval95 == (e.value, e.value),
+        typography.unit(e.unit),
+        typography.relative(e.value, *e.interval95) if rounded.plus else "",
+        typography.prose(e.meaning),
+        typography.clean(e.source),
+        before,
+        shift,
+    )
+
+
+def shown_symbol(key: str, text: str) -> Symbol:
+    """The textbook symbol, none where the name ends with it ("tire B")."""
+    return () if text and typography.name(key).endswith(f" {text}") else typography.symbol(text)
+
+
+def _shift(e: Estimate, rounded: typography.RoundedEstimate) -> tuple[str, str]:
+    """The value before the extension with the digits of the value after it, and by how much it moved."""
+    if e.baseline is None or not math.isfinite(e.baseline) or not math.isfinite(e.value):
+        return "", ""
+    decimals = len(rounded.value.partition(".")[2])
+    scale = 10.0**-rounded.exponent
+    before = typography.fixed(e.baseline * scale, decimals)
+    if before == rounded.value or abs(e.baseline - e.value) <= 1e-9 * abs(e.value):
+        return "", ""
+    moved = 100 * (e.value - e.baseline) / abs(e.baseline) if e.baseline else math.nan
+    share = (
+        "" if not math.isfinite(moved) or abs(moved) >= 1000 else f"{typography.signed(moved, 2)}{typography.NARROW}%"
+    )
+    return before, share
+
+
+def widths(rows: Sequence[ParameterRow]) -> dict[str, int]:
+    """Characters before and after the decimal point, per column: numbers align on their points."""
+    out = {}
+    for key, texts in {
+        "value": [r.rounded.value for r in rows],
+        "half": [t for r in rows for t in (r.rounded.plus, r.rounded.minus)],
+        "before": [r.before for r in rows],
+    }.items():
+        parts = [t.partition(".") for t in texts] or [("", "", "")]
+        out[f"{key}_whole"] = max(len(whole) for whole, _, _ in parts)
+        out[f"{key}_rest"] = max(len(rest) + len(point) for _, point, rest in parts)
+    return out
+
+
+@dataclass(frozen=True)
+class Heat:
+    """A cell of the correlation table: its text, background, and whether the text is white."""
+
+    text: str
+    color: str
+    light: bool
+
+
+def correlation(table: Mapping[str, Mapping[str, float]]) -> tuple[tuple[str, tuple[Heat, ...]], ...]:
+    """The correlation table: name and cells of every row; only parameters that correlate with another."""
+    names = [a for a in table if any(b != a for b in table[a])]
+    return tuple((typography.name(a), tuple(_heat(table[a].get(b, math.nan), a == b) for b in names)) for a in names)
+
+
+def _heat(value: float, own: bool) -> Heat:
+    try:
+        rho = float(value)
+    except (TypeError, ValueError):
+        rho = math.nan
+    if own:
+        return Heat("1", "#e3e3e3", False)
+    if not math.isfinite(rho):
+        return Heat(typography.DASH, "#ffffff", False)
+    strength = min(abs(rho), 1.0) ** 1.5
+    full = (0, 90, 150) if rho < 0 else (190, 75, 0)
+    red, green, blue = (round(255 + (c - 255) * strength) for c in full)
+    return Heat(typography.fixed(rho, 2), f"#{red:02x}{green:02x}{blue:02x}", strength > 0.55)
+
+
+def strongest(table: Mapping[str, Mapping[str, float]]) -> str:
+    """A sentence on the most correlated pair, empty where no correlation exceeds 0.9."""
+    pairs = [(abs(r), a, b, r) for a in table for b, r in table[a].items() if a < b and isinstance(r, float)]
+    if not pairs or max(pairs)[0] < 0.9:
+        return ""
+    _, a, b, r = max(pairs)
+    return (
+        f"{typography.title(a)} and {typography.name(b)} are nearly collinear ({typography.fixed(r, 2)}): the data"
+        " determine their combination better than each of them."
+    )

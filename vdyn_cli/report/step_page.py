@@ -1,0 +1,184 @@
+"""What the page of a step shows, as one typed object: on its own page, and in short on the page of the pipeline."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from vdyn_cli.project.result_document import StepRecord
+from vdyn_cli.quantities.errors import alike
+from vdyn_cli.report import comparison, residual_map, typography
+from vdyn_cli.report.chips import Chip, chips
+from vdyn_cli.report.diagnosis_view import DiagnosisSection, diagnosis_section
+from vdyn_cli.report.figures import figure_svg
+from vdyn_cli.report.panels import ChannelTraces, channel_traces
+from vdyn_cli.report.parameter_table import Heat, ParameterRow, correlation, parameter_rows, strongest, widths
+from vdyn_cli.report.provenance_view import ProvenanceView, finding_texts, provenance_view
+from vdyn_cli.report.template import fill, markup, slug
+from vdyn_cli.report.text_table import TextTable, run_table, text_table
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+_MAPS = 4  # channels that get a residual map; more would repeat the same pattern
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A drawn figure with its caption."""
+
+    title: str
+    caption: str
+    svg: Markup
+    runs: TextTable | None = None
+
+
+@dataclass(frozen=True)
+class StepPage:
+    """Everything that the page of a step shows, as texts, tables and drawn figures.
+
+    Parameters
+    ----------
+    slug : begins every id of the page.
+    link : the file with the figures and methods, empty where they are here.
+    about : what the step is, in a few words.
+    """
+
+    slug: str
+    step: str
+    link: str
+    title: str
+    about: str
+    sentence: str
+    diagnosis: DiagnosisSection | None
+    chips: tuple[Chip, ...]
+    parameters: tuple[ParameterRow, ...]
+    warnings: tuple[str, ...]
+    comparisons: tuple[Plot, ...]
+    maps: tuple[Plot, ...]
+    figures: tuple[Plot, ...]
+    tables: tuple[TextTable, ...]
+    findings: tuple[Mapping[str, str], ...]
+    methods: tuple[str, ...]
+    correlation: tuple[tuple[str, tuple[Heat, ...]], ...]
+    strongest: str
+    provenance: ProvenanceView
+
+    @property
+    def widths(self) -> Mapping[str, int]:
+        """Characters before and after the decimal point of each column of the parameters."""
+        return widths(self.parameters)
+
+    @property
+    def moved(self) -> bool:
+        """Whether an extension of the model moved a parameter."""
+        return any(r.before for r in self.parameters)
+
+    @property
+    def where_title(self) -> str:
+        """The heading of the residual maps and the largest errors."""
+        good = self.diagnosis is not None and self.diagnosis.mood == "good" and not self.diagnosis.worst
+        return "Residual over runs" if good else "Where the model is wrong"
+
+    @property
+    def nav(self) -> list[tuple[str, str]]:
+        """Links to the parts that this page has: (id, text)."""
+        parts = (
+            ("fit", "Fit", self.comparisons),
+            ("where", self.where_title, self.maps or (self.diagnosis and self.diagnosis.worst)),
+            ("diagnosis", "Diagnosis", self.diagnosis),
+            ("detail", "Results", self.figures or self.tables),
+            ("data", "Data", self.findings),
+            ("methods", "Methods", self.methods or self.correlation),
+            ("provenance", "Provenance", True),
+        )
+        return [(f"{self.slug}-{part}", text) for part, text, there in parts if there]
+
+    def section(self, level: int) -> Markup:
+        """The content as HTML.
+
+        Parameters
+        ----------
+        level : of its first heading: 1 on the step's own page, 2 on the page of the pipeline.
+        """
+        return markup(fill("step.html", page=self, level=level))
+
+
+def step_page(record: StepRecord, link: str = "") -> StepPage:
+    """The page of a step's record.
+
+    Parameters
+    ----------
+    link : the file with the figures and methods, where the record was read from JSON, which does not hold them.
+    """
+    result = record.result
+    name = slug(result.step)
+    grouped = channel_traces(result.comparisons, result.fit.noise_floor, result.fit.unit)
+    findings = alike(result.findings)
+    section = diagnosis_section(record.diagnosis, result.parameters)
+    figures = [
+        Plot(typography.prose(f.title), typography.prose(f.caption), markup(figure_svg(f, f"{name}-fig{i}")))
+        for i, f in enumerate(result.figures)
+    ]
+    return StepPage(
+        slug=name,
+        step=typography.clean(result.step),
+        link=link,
+        title=typography.prose(record.title),
+        about=_about(result.step),
+        sentence=typography.prose(result.sentence),
+        diagnosis=section,
+        chips=chips(
+            result.fit,
+            sum(not (f.minor or f.doubt) for f in findings),
+            name,
+            gained=bool(section and section.gain and section.gain.held_out),
+            doubted=bool(section and section.incomplete) or bool(result.fit.warnings),
+        ),
+        parameters=parameter_rows(result.parameters),
+        warnings=tuple(typography.prose(w) for w in result.fit.warnings),
+        comparisons=tuple(_comparison(c, f"{name}-run{i}") for i, c in enumerate(grouped)),
+        maps=_maps(grouped, name),
+        figures=tuple(figures),
+        tables=tuple(text_table(t) for t in result.tables),
+        findings=tuple(finding_texts(f) for f in findings),
+        methods=tuple(typography.prose(p) for p in result.methods.split("\n\n") if p.strip()),
+        correlation=correlation(result.parameters.correlation),
+        strongest=strongest(result.parameters.correlation),
+        provenance=provenance_view(record.provenance),
+    )
+
+
+def _about(step: str) -> str:
+    from vdyn_cli.steps import names, summary
+
+    return typography.prose(summary(step)) if step in names() else ""
+
+
+def _comparison(channel: ChannelTraces, name: str) -> Plot:
+    return Plot(
+        f"{typography.title(channel.name)}, measured and simulated",
+        typography.prose(comparison.caption(channel)),
+        markup(comparison.comparison_svg(channel, name)),
+        run_table(channel),
+    )
+
+
+def _maps(grouped: Sequence[ChannelTraces], name: str) -> tuple[Plot, ...]:
+    """Maps of the residual; of an extended model also before the extension, in the same color scale."""
+    mapped = [c for c in grouped if residual_map.has_map(c)][:_MAPS]
+    found = []
+    for i, channel in enumerate(mapped):
+        before = channel.before() if channel.extended else None
+        what = f"{typography.title(channel.name)}: residual over runs"
+        limit = 0.0 if before is None else residual_map.limit(before)
+        if before is not None:
+            svg = residual_map.map_svg(before, f"{name}-map{i}-before", limit)
+            caption = typography.prose(residual_map.caption(before))
+            found.append(Plot(f"{what}, before the extension", caption, markup(svg)))
+        caption = residual_map.caption(channel) if before is None else "The same color scale as before the extension."
+        title = what if before is None else f"{what}, after the extension"
+        svg = residual_map.map_svg(channel, f"{name}-map{i}", limit)
+        found.append(Plot(title, typography.prose(caption), markup(svg)))
+    return tuple(found)
