@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -49,3 +50,15 @@ def shared_data() -> Path:
 @pytest.fixture(scope="session")
 def root() -> Path:
     return ROOT
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _written_results_follow_their_schema() -> Iterator[None]:
+    """Every result that a command writes in this process is checked against the schema that it publishes."""
+    from tests.result_check import checked
+    from vdyn_cli.commands import run_pipeline, run_step
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (run_step, run_pipeline):
+            patch.setattr(module, "to_json", checked(module.to_json))
+        yield

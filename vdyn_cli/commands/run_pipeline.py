@@ -13,7 +13,7 @@ from vdyn_cli.commands.run_step import Tell, write_step
 from vdyn_cli.io.files import sha256, write_whole
 from vdyn_cli.project.pipeline import Status, StepOutcome, Task, load_plan, summary_document
 from vdyn_cli.project.result_document import step_command, to_json, versions
-from vdyn_cli.quantities.errors import Finding, InputError, VdynError, alike
+from vdyn_cli.quantities.errors import Finding, InputError, VdynError, merge_similar
 from vdyn_cli.quantities.parameters import MissingParameterError
 
 QUIET = ("", "adequate", "not_testable")  # verdicts that a line on the console says nothing of
@@ -127,7 +127,7 @@ def _to_read(document: Mapping[str, Any]) -> tuple[Finding, ...]:
     """What a good result still warns of."""
     warnings = [Finding(document["step"], text) for text in document["fit"]["warnings"]]
     findings = [Finding(**f) for f in document["findings"]]
-    return (*warnings, *(f for f in alike(findings) if not (f.minor or f.doubt)))
+    return (*warnings, *(f for f in merge_similar(findings) if not (f.minor or f.doubt)))
 
 
 def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> Mapping[str, Any] | None:

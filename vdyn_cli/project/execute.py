@@ -12,7 +12,7 @@ from vdyn_cli.diagnosis.extend import diagnosed
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import step_command, step_document
-from vdyn_cli.quantities.errors import Finding, InputError, ResultError, alike
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, load_step, published
 
@@ -77,7 +77,7 @@ def _placed(finding: Finding, inputs: Inputs) -> Finding:
 def _doubted(result: Result) -> Result:
     """The result, with a warning of what its findings doubt, and of data missed by far more than noise explains."""
     fit = result.fit
-    doubts = [f"{f.where}: {f.what}" for f in alike(result.findings) if f.doubt]
+    doubts = [f"{f.where}: {f.what}" for f in merge_similar(result.findings) if f.doubt]
     warnings = [*doubts, *fit.warnings]
     if fit.misfit:
         warnings.append(

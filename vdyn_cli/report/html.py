@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vdyn_cli.quantities.errors import Finding, alike
+from vdyn_cli.quantities.errors import Finding, merge_similar
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.report import comparison, residual_map, views, words
 from vdyn_cli.report.diagnosis_view import diagnosis
@@ -61,7 +61,7 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
     name = slug(result.step)
     grouped = channels(result.comparisons, result.fit.noise_floor, result.fit.unit)
     rows = views.parameter_rows(result.parameters)
-    findings = alike(result.findings)
+    findings = merge_similar(result.findings)
     to_read = sum(not (f.minor or f.doubt) for f in findings)
     told = diagnosis(document.get("diagnosis") or result.diagnosis, result.parameters)
     return {
