@@ -13,11 +13,13 @@ ROOT = Path(__file__).resolve().parent.parent
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
-# Files that take longest: side by side, what is begun last should be short.
+# The files that take longest start first, so that the parallel processes end together.
 LONGEST = (
+    "test_sample_day.py",
     "test_coastdown_diagnosis.py",
     "test_contract.py",
     "test_puzzle.py",
+    "test_next_test.py",
     "test_cli.py",
     "test_coastdown.py",
     "test_validate_open_road.py",
@@ -27,6 +29,12 @@ LONGEST = (
     "test_validate.py",
     "test_damage.py",
 )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep our order: pytest-xdist would start with the files of most tests, which are the quick ones."""
+    if hasattr(config.option, "loadscopereorder"):
+        config.option.loadscopereorder = False
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -17,6 +17,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.cg import step as step
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 SEED = 2
 VEHICLE = random_vehicle(SEED)
 KNOWN = given({**plant.known(VEHICLE), "tire_vertical_stiffness": VEHICLE.tire_vertical_stiffness})

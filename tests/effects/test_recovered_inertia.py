@@ -17,6 +17,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.inertia import step as step
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 SPEC = step.InertiaSpec.model_validate({"test": "inertia", "settings": {"torque_zero": 1.0, "force_zero": 10.0}})
 SEED = 1
 VEHICLE = random_vehicle(SEED)

@@ -17,6 +17,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.tire import step as step
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 SPEC = step.TireSpec.model_validate({"test": "tire"})
 SEED = 2
 VEHICLE = random_vehicle(SEED)
