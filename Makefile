@@ -1,15 +1,16 @@
-# The sample day with one rule a step: make -j2 OUT=out. The same bytes as 'vdyn pipeline configs/pipeline.yaml'.
+# The sample test day, one rule per step: make -j2 OUT=out. Results are byte for byte those of
+# 'vdyn pipeline configs/pipeline.yaml'.
 OUT  ?= out
 VDYN ?= .venv/bin/vdyn
 LOGS := $(wildcard sample_logs/*)
-# What each diagnosis may cost in false alarms, so that all together keep to 5 %.
+# False-alarm probability of each of the seven diagnoses: 0.05 / 7 (Bonferroni), so that of all together at most 5 %.
 LEVEL := 0.007143
 STEPS := area coastdown inertia cg bump tire shaft validate
 
 .PHONY: all clean
 all: $(STEPS:%=$(OUT)/%.json)
 
-# What a step needs of others, each the result of its own rule.
+# Each step's result depends on the results that it reads parameters from.
 $(OUT)/coastdown.json: $(OUT)/area.json
 $(OUT)/inertia.json: $(OUT)/coastdown.json
 $(OUT)/cg.json: $(OUT)/coastdown.json $(OUT)/inertia.json

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,11 +13,13 @@ ROOT = Path(__file__).resolve().parent.parent
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
-# Files that take longest: side by side, what is begun last should be short.
+# The files that take longest start first, so that the parallel processes end together.
 LONGEST = (
+    "test_sample_day.py",
     "test_coastdown_diagnosis.py",
     "test_contract.py",
     "test_puzzle.py",
+    "test_next_test.py",
     "test_cli.py",
     "test_coastdown.py",
     "test_validate_open_road.py",
@@ -26,6 +29,12 @@ LONGEST = (
     "test_validate.py",
     "test_damage.py",
 )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep our order: pytest-xdist would start with the files of most tests, which are the quick ones."""
+    if hasattr(config.option, "loadscopereorder"):
+        config.option.loadscopereorder = False
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -49,3 +58,15 @@ def shared_data() -> Path:
 @pytest.fixture(scope="session")
 def root() -> Path:
     return ROOT
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _written_results_follow_their_schema() -> Iterator[None]:
+    """Every result that a command writes in this process is checked against the schema that it publishes."""
+    from tests.result_check import checked
+    from vdyn_cli.commands import run_pipeline, run_step
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (run_step, run_pipeline):
+            patch.setattr(module, "to_json", checked(module.to_json))
+        yield

@@ -131,6 +131,7 @@ def test_a_damaged_description_gives_a_result_or_a_clear_error(step: str, day: P
         path.write_text(good, encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", steps.names())
 @quick
 @given(st.integers(0, 2**32 - 1))

@@ -1,4 +1,4 @@
-"""The command line: one command a step, made from the registry; the only room that prints and exits."""
+"""The command line: one command per step, made from the registry; prints and exits."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ import typer
 
 from vdyn_cli import steps
 from vdyn_cli.diagnosis.level import LEVEL
-from vdyn_cli.quantities.errors import InputError, VdynError, alike
+from vdyn_cli.quantities.errors import InputError, VdynError, merge_similar
 
 app = typer.Typer(
-    help="From a test day's logs to a vehicle model that can be trusted.",
+    help="Estimate and validate a longitudinal vehicle model from road-test logs.",
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -25,7 +25,7 @@ app = typer.Typer(
 )
 
 
-MANY = 4  # errors alike, from which on they are told as one
+MERGED = 4  # smallest number of similar errors that are merged into one line
 
 
 class Exit(IntEnum):
@@ -36,20 +36,21 @@ class Exit(IntEnum):
     INTERRUPTED = 130
 
 
-Test = Annotated[Path, typer.Argument(metavar="TEST.yaml", help="The test's description.", show_default=False)]
+Test = Annotated[Path, typer.Argument(metavar="TEST.yaml", help="Description of the test.", show_default=False)]
 Known = Annotated[
     list[Path] | None,
-    typer.Option("--known", metavar="FILE.json", help="Parameters that another step gave; may be repeated."),
+    typer.Option("--known", metavar="FILE.json", help="Result of another step, or parameters.json; may be repeated."),
 ]
 Output = Annotated[
-    str, typer.Option("-o", "--output", metavar="DIR|-", help="Folder for JSON and report; '-': JSON on stdout.")
+    str,
+    typer.Option("-o", "--output", metavar="DIR|-", help="Folder for JSON and report; '-' writes the JSON to stdout."),
 ]
 Diagnose = Annotated[
-    bool, typer.Option("--diagnose/--no-diagnose", help="Say what the simulation gets wrong, and why.")
+    bool, typer.Option("--diagnose/--no-diagnose", help="Test the model for errors, and name their cause.")
 ]
-Level = Annotated[float, typer.Option(min=1e-6, max=0.5, help="Chance that the diagnosis raises a false alarm.")]
-Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Say nothing but errors.")]
-Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Say more.")]
+Level = Annotated[float, typer.Option(min=1e-6, max=0.5, help="False-alarm probability of the diagnosis.")]
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")]
+Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Print minor notes, too.")]
 
 
 def _say(text: str = "") -> None:
@@ -57,7 +58,7 @@ def _say(text: str = "") -> None:
 
 
 def _add_step(name: str) -> None:
-    """The command of one step; nothing of the step is imported before it runs."""
+    """Add the command of one step, which imports the step when it runs."""
 
     def command(
         test: Test,
@@ -77,7 +78,7 @@ def _add_step(name: str) -> None:
 
 
 def _teller(quiet: bool, verbose: bool) -> Callable[[str, bool], None]:
-    """Prints what the run has to say: (text, whether only the talkative want it)."""
+    """The function (text, detail) that prints a line to stderr; details are printed with -v only."""
 
     def tell(text: str, detail: bool = False) -> None:
         if not quiet and (verbose or not detail):
@@ -95,13 +96,13 @@ def pipeline(
     description: Annotated[Path, typer.Argument(metavar="PIPELINE.yaml", show_default=False)],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of results.")] = Path("out"),
     keep_going: Annotated[
-        bool, typer.Option("--keep-going/--stop", help="After a failure, run the steps that do not need it.")
+        bool, typer.Option("--keep-going/--stop", help="After a failure, run the steps that do not depend on it.")
     ] = True,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Steps to run side by side.")] = 1,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Number of steps to run in parallel.")] = 1,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Run a test day's steps in the order of their needs and fill in the parameter set."""
+    """Run all steps of a test day in the order of their dependencies and write the parameter set."""
     from vdyn_cli.commands.run_pipeline import run_pipeline
 
     code = run_pipeline(description, output, keep_going=keep_going, jobs=jobs, tell=_teller(quiet, verbose))
@@ -117,7 +118,7 @@ def export(
     driven: Annotated[str, typer.Option("--driven", metavar="front|rear|both", help="Driven axle.")] = "front",
     quiet: Quiet = False,
 ) -> None:
-    """Hand a parameter set to other programs: C, FMU, tire file, dynamometer, MATLAB."""
+    """Export a parameter set: C, FMU, tire file, dynamometer coefficients, MATLAB."""
     from vdyn_cli.commands.run_export import run_export
 
     run_export(parameters, to, output, name, driven, _teller(quiet, False))
@@ -125,7 +126,7 @@ def export(
 
 @app.command("list")
 def list_steps() -> None:
-    """The steps, what each reads, needs and gives; and the effects that can be looked for."""
+    """List the steps with their channels and parameters, and the candidate effects."""
     from vdyn_cli.commands.explain import listing
 
     typer.echo(listing())
@@ -133,9 +134,9 @@ def list_steps() -> None:
 
 @app.command()
 def explain(
-    topic: Annotated[str, typer.Argument(metavar="STEP|EFFECT|PARAMETER", show_default=False)],
+    topic: Annotated[str, typer.Argument(metavar="STEP|EFFECT|PARAMETER|glossary|policy", show_default=False)],
 ) -> None:
-    """The equations, assumptions and sources behind a step, an effect or a parameter."""
+    """Print equations, assumptions and sources of a step, an effect or a parameter."""
     from vdyn_cli.commands.explain import explanation
 
     typer.echo(explanation(topic))
@@ -143,16 +144,16 @@ def explain(
 
 @app.command()
 def schema(
-    step: Annotated[str, typer.Argument(metavar="STEP|pipeline", show_default=False)],
+    step: Annotated[str, typer.Argument(metavar="STEP|pipeline|result|parameters", show_default=False)],
 ) -> None:
-    """The JSON schema of a step's YAML, for completion in editors."""
+    """Print the JSON schema of a step's YAML (for completion in editors), of a result or of parameters.json."""
     from vdyn_cli.commands.schema import json_schema
 
     typer.echo(json_schema(step), nl=False)
 
 
 def main() -> None:
-    """Entry point: runs the command and turns what went wrong into a message and an exit code."""
+    """Run the command line; errors become messages and exit codes."""
     # Many threads make small dense problems slower by an order of magnitude; must be set before numpy is imported.
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
@@ -164,12 +165,12 @@ def _run() -> int:
         code = app(standalone_mode=False)
         return code if isinstance(code, int) else Exit.GOOD
     except VdynError as error:
-        # What stands in a line of its own is told line by line; what whole logs share, once.
+        # Errors of single lines are listed one by one; errors that whole logs share are merged.
         in_lines = any(re.search(r":\d+$", f.where) for f in error.findings)
-        _say("\n".join(str(f) for f in (error.findings if in_lines else alike(error.findings, least=MANY))))
+        _say("\n".join(str(f) for f in (error.findings if in_lines else merge_similar(error.findings, least=MERGED))))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
-        _say("interrupted; nothing half-written is left behind")
+        _say("interrupted; no incomplete file was written")
         return Exit.INTERRUPTED
     except BrokenPipeError:
         return Exit.GOOD
@@ -187,5 +188,5 @@ def _bug(error: Exception) -> int:
 
         traceback.print_exception(error)
     else:
-        _say("set VDYN_DEBUG=1 to see where, and please report it with the command and its input")
+        _say("Set VDYN_DEBUG=1 to see the traceback, and please report it with the command and its input.")
     return Exit.BUG

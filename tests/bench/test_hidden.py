@@ -11,6 +11,8 @@ from tests.bench.hidden_log import recalled, remember
 from tests.bench.hidden_table import alone, covered, found, gained, merged, not_wrong, quiet, section
 from tests.bench.hidden_trial import Size, Trial, judged, run
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 SEED = 3001
 FAST = [cell for cell in CASES if cell.fast]
 

@@ -11,6 +11,8 @@ from tests.bench.cases import CASES
 from tests.bench.recovery import Report, Trial, merged, run, section
 from vdyn_cli.steps import names
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 
 @pytest.mark.parametrize("name", [name for name, case in CASES.items() if case.step in names()])
 def test_each_case_gives_its_parameters_for_the_first_vehicle(name: str) -> None:

@@ -82,9 +82,9 @@ runs:
         ("test: coastdown\ndiagnose: {extend: headwind}\n", r"takes never, named, or a list such as \[headwind\]"),
         ("test: coastdown\ndiagnose: {effects: [headwind, 3]}\n", r"^test.yaml:2: 'diagnose.effects.1': [^\n]*$"),
         ("test: coastdown\nruns: [{log: a.csv, direction: [out]}]\n", "input should be 'out' or 'back'"),
-        ("test: coastdown\ndiagnose: {effects: []}\n", "test.yaml:2: .*write all, none, or some"),
-        ("test: coastdown\ndiagnose: {extend: []}\n", "write never, named, or some"),
-        ("test: coastdown\ndiagnose: {effects: none, extend: [headwind]}\n", "nothing in where 'effects' is none"),
+        ("test: coastdown\ndiagnose: {effects: []}\n", "test.yaml:2: .*Write all, none, or a list"),
+        ("test: coastdown\ndiagnose: {extend: []}\n", "Write never, named, or a list"),
+        ("test: coastdown\ndiagnose: {effects: none, extend: [headwind]}\n", "requests effects, but 'effects' is none"),
     ],
 )
 def test_refusals(tmp_path: Path, text: str, says: str) -> None:

@@ -59,7 +59,7 @@ def test_refused_in_words(tmp_path: Path, text: str | bytes, says: str) -> None:
         load_yaml(write(tmp_path, text))
 
 
-def test_missing_file_names_its_neighbours(tmp_path: Path) -> None:
+def test_missing_file_names_its_neighbors(tmp_path: Path) -> None:
     (tmp_path / "coastdown.yaml").write_text("test: coastdown")
     with pytest.raises(InputError, match=r"did you mean coastdown\.yaml"):
         load_yaml(tmp_path / "coastdwn.yaml")

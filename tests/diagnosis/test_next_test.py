@@ -83,6 +83,7 @@ def with_it(seed: int, plan: Plan) -> Driven:
     return [(seed, SHORT), (seed + 500, wide)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "rival"),
     [("headwind", "road_grade"), ("speed_dependent_rolling", "brake_drag_fading")],
@@ -99,6 +100,7 @@ def test_what_is_promised_is_what_the_plant_says_of_driving_it(name: str, rival:
     assert all(0.5 < ratio < 2.0 for ratio in ratios)
 
 
+@pytest.mark.slow
 def test_the_logs_of_the_manoeuvre_tell_as_much(tmp_path: Path) -> None:
     """Driven by the plant, logged, read and fitted together with the first runs."""
     ratios = []
@@ -114,6 +116,7 @@ def told(of: Workbench) -> tuple[Verdict, tuple[NextTest, ...]]:
     return verdict, next_tests(of, verdict)
 
 
+@pytest.mark.slow
 def test_rivals_are_told_apart_once_it_is_driven(tmp_path: Path) -> None:
     vehicle, hidden = random_vehicle(1), {"headwind": 2.0}
     narrow = SHORT.but(runs=6, start_speed=24.0, end_speed=15.0)
@@ -153,6 +156,7 @@ def test_with_the_drag_known_it_is_promised(tmp_path: Path) -> None:
     assert plan.t >= SAFE
 
 
+@pytest.mark.slow
 def test_runs_one_way_are_told_what_two_coasts_would_give(tmp_path: Path) -> None:
     vehicle, day = random_vehicle(1), SHORT.but(one_way=True)
     verdict, (first, second) = told(bench(vehicle, [(1, day)], {}, tmp_path))

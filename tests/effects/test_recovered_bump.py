@@ -17,6 +17,8 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.bump import step as step
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 SPEC = step.BumpSpec.model_validate({"test": "bump", "bump": {"height": 0.07, "width": 0.48}})
 SEED = 4
 VEHICLE = random_vehicle(SEED)

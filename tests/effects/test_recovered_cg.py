@@ -18,6 +18,8 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.cg import step as step
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 SEED = 2
 VEHICLE = random_vehicle(SEED)
 KNOWN = given({**plant.known(VEHICLE), "tire_vertical_stiffness": VEHICLE.tire_vertical_stiffness})

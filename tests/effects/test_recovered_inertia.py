@@ -19,6 +19,8 @@ from vdyn_cli.steps import load_step
 from vdyn_cli.steps.inertia.problem import DIAGNOSED_WINDOW, InertiaData, prepare
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 SPEC = InertiaSpec.model_validate({"test": "inertia", "settings": {"torque_zero": 1.0, "force_zero": 10.0}})
 SEED = 1
 VEHICLE = random_vehicle(SEED)

@@ -19,6 +19,8 @@ from vdyn_cli.steps import load_step
 from vdyn_cli.steps.shaft.problem import prepare
 from vdyn_cli.steps.shaft.spec import ShaftSpec
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 SEED = 2
 VEHICLE = random_vehicle(SEED)
 KNOWN = given({})

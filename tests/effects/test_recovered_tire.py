@@ -19,6 +19,8 @@ from vdyn_cli.steps import load_step
 from vdyn_cli.steps.tire.problem import prepare
 from vdyn_cli.steps.tire.spec import TireSpec
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 SPEC = TireSpec.model_validate({"test": "tire"})
 SEED = 2
 VEHICLE = random_vehicle(SEED)

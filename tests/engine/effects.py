@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     reference="none",
 )
 def fading_drag(rolling: Law, s: Signals, q: Signals) -> Number:
-    """Rolling resistance that fades as the tyre warms up."""
+    """Rolling resistance that fades as the tire warms up."""
     return rolling(s.but(rolling_resistance=s.rolling_resistance * (1 + q.fading * (1 - s.warmth))))
 
 

@@ -1,4 +1,4 @@
-"""Small models for the engine's tests: a road load, and a half car whose tyres lift off."""
+"""Small models for the engine's tests: a road load, and a half car whose tires lift off."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def test_half_car_agrees_with_an_adaptive_integrator_through_lift_off():
     truth = solve_ivp(rate, drive.time[[0, -1]], start, "DOP853", drive.time, rtol=1e-10, atol=1e-12, max_step=1e-3)
     expected = np.array([loads(t, y) for t, y in zip(truth.t, truth.y.T, strict=True)]).T
     simulated = half(substeps=8)(drive, HALF_THETA)
-    assert np.min(expected) == 0  # the tyre leaves the ground
+    assert np.min(expected) == 0  # the tire leaves the ground
     for got, load in zip(simulated.outputs.values(), expected, strict=True):
         assert np.max(np.abs(got - load)) < 0.2  # of 20 kN; the corners of lift-off and bump cost the high order
 

@@ -1,4 +1,4 @@
-"""Averages of neighbouring samples."""
+"""Averages of neighboring samples."""
 
 from __future__ import annotations
 

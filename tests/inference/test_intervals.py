@@ -60,6 +60,7 @@ def test_a_deletion_is_the_refit_without_the_block() -> None:
         assert unit.change[0] == pytest.approx(refit.values["slope"] - solution.values["slope"], rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("units", "runs", "lengths"),
     [("run", 6, ()), ("run", 6, (200, 20, 20, 40, 40, 80)), ("block", 4, ()), ("block", 1, (60,))],
@@ -127,6 +128,7 @@ def coverage(case: Case, seeds: int) -> np.ndarray:
     return np.sum(inside, axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [Case(8), Case(8, believed_gust=0.3, believed_memory=3.0), Case(4), Case(4, run_wind=0.3, wind_prior=0.3)],
@@ -137,6 +139,7 @@ def test_intervals_cover(case: Case) -> None:
     assert np.all(coverage(case, 40) >= 33)
 
 
+@pytest.mark.slow
 def test_textbook_intervals_would_not_cover_in_gusts_believed_too_weak() -> None:
     """The reason for units of evidence: the same 40 campaigns by sample count."""
     case, inside = Case(8, believed_gust=0.3, believed_memory=3.0), 0

@@ -37,7 +37,7 @@ def test_uneven_samples_need_their_time() -> None:
     assert white_level(trace) > 1.0
 
 
-def test_a_coarse_quantisation_is_not_no_noise() -> None:
+def test_a_coarse_quantization_is_not_no_noise() -> None:
     step = 0.5
     slow = np.linspace(0, 3, 4000)
     assert 0.001 < white_level(np.round(slow / step) * step) < step

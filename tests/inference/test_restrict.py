@@ -83,7 +83,7 @@ def test_priors_are_left_out_of_those_named_alone() -> None:
     assert solve(free).values == solve(full()).values
 
 
-def test_a_few_steps_come_near_without_a_judgement() -> None:
+def test_a_few_steps_come_near_without_a_judgment() -> None:
     shared, own = approach(full(), 8)
     fitted = solve(full())
     for name, value in fitted.values.items():

@@ -1,7 +1,7 @@
 """Crossing a bump: a half car drives over it at some 15 km/h, four times, and its wheels leave the road.
 
 Logged at 500 Hz on a jittering clock: axle loads (zero unknown), speed (scale off by about 1e-4), the body's vertical
-acceleration and pitch rate. Where the bump lies in a log is known to a few centimetres only.
+acceleration and pitch rate. Where the bump lies in a log is known to a few centimeters only.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ EFFECTS = {
     "suspension_friction": "N of dry friction in an axle's struts",
     "progressive_spring": "1/m: spring force K x (1 + q x), x > 0 in compression",
     "tire_damping": "N s/m per axle",
-    "tire_enveloping": "m of contact patch over which the tyre averages the road",
+    "tire_enveloping": "m of contact patch over which the tire averages the road",
     "speed_error": "1: the speed channel reads (1 + q) times the speed",
     "clock_offset": "s by which acceleration and pitch rate are read late",
     "bump_height": "1: the bump is (1 + q) times as high as the tester measured; in no catalogue, for controls",
@@ -178,7 +178,7 @@ def samples() -> Samples:
         about=(
             f"Haversine bump {Bump().height} m high, {Bump().width} m wide, {DISTANCE} m (+- {DISTANCE_SD} m) after "
             "the start of each log; the wheels lift off behind it. Vertical acceleration is zero at rest; pitch is "
-            "nose-up positive; loads are those between tyres and road."
+            "nose-up positive; loads are those between tires and road."
         ),
     )
 

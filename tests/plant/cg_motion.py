@@ -1,8 +1,8 @@
 """How the true car pitches and loads its axles while it is driven and braked hard, with the effects that can be hidden.
 
-The car is one rigid body (mass M, pitch inertia I about its centre at height h) that heaves and pitches on a spring and
+The car is one rigid body (mass M, pitch inertia I about its center at height h) that heaves and pitches on a spring and
 damper per axle, on tires that do not give way vertically, while drive and brake forces act at the road and drag at its
-own height. With a the acceleration of the centre, w the wheels' speed, all four wheels' inertia J and nose-up pitch th,
+own height. With a the acceleration of the center, w the wheels' speed, all four wheels' inertia J and nose-up pitch th,
 
     I th'' = lf Ff - lr Fr + h (M a + Fd + M g sin(grade)) + Fd (hd - h) + J w',      M z'' = Ff + Fr - M g cos(grade),
 
@@ -20,7 +20,7 @@ clock_offset                          s by which the wheel loads are logged late
 road_grade                            uphill on the way out
 aero_lift                             m^2 of lift area, half on each axle; ``aero_lift_front``, ``aero_lift_rear``
 unsprung_mass                         kg of each axle that bounces on the tires' spring instead of standing still
-pitch_axis                            m below the centre of the axis the body pitches about: the centre moves as it does
+pitch_axis                            m below the center of the axis the body pitches about: the center moves as it does
 crosstalk                             share of each wheel's longitudinal force that its load cell feels
 pitch_rate_gain                       the gyro reads (1 + size) x
 ====================================  =================================================================================
@@ -70,7 +70,7 @@ class Ride:
     """True signals at some times; loads of whole axles, at the road; ``force``: longitudinal at the road."""
 
     speed: Array
-    acceleration: Array  # of the centre of gravity
+    acceleration: Array  # of the center of gravity
     pitch: Array
     pitch_rate: Array
     pitch_acceleration: Array

@@ -93,7 +93,7 @@ def information(
 def whiten(case: Case, columns: Sequence[Array]) -> list[Array]:
     """Speed series (samples, any number) of each run, filtered so that the plant's noise would come out white and unit.
 
-    The noise is a white, quantised reading of a speed that gusts (Ornstein-Uhlenbeck) and torque noise have moved: the
+    The noise is a white, quantized reading of a speed that gusts (Ornstein-Uhlenbeck) and torque noise have moved: the
     innovations of a two-state Kalman filter over (speed error, gust), all runs side by side.
     """
     day, decided = case.day, case.plan

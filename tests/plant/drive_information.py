@@ -4,7 +4,7 @@ Nothing is fitted but what the tester doubts: every parameter is known within th
 each drive has a mean wind and sensor zeros of its own. The slopes come from one further drive each, about a car with
 nothing hidden, integrated more finely than the logs; they are kept per vehicle and plan, for that is slow. What happens
 below walking pace is left out: where the car stops, readings jump, and no slope tells how. What it is left with is a
-speed of each drive that nobody knows to a few millimetres per second.
+speed of each drive that nobody knows to a few millimeters per second.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ States: way, speed, heave, pitch and their rates, four wheel speeds, four slips,
 the speed of its inner end. The planetary output's torque T i is shared equally by the two inner ends, each of which
 carries half of the motor-generators' inertia. Slip lags, sigma s' = (w r - v) - |v| s, and drives
 Fx = Fz D sin(C atan(b - E (b - atan b))), b = B s. Rolling resistance is a torque frr Fz r on each wheel: the road
-presses ahead of the wheel's centre, so that the same torque, one from outside, lifts the car's nose. The body pitches
+presses ahead of the wheel's center, so that the same torque, one from outside, lifts the car's nose. The body pitches
 as in ``cg_motion``: on a spring and damper per axle, on tires that do not give way vertically, with the wheels' spin in
 the balance of moments. Integrated by LSODA to a relative 1e-7.
 

@@ -1,11 +1,11 @@
-"""A planar half car on a bump: body, two axles, tyres that lift off. Many cars at once, each on its own road.
+"""A planar half car on a bump: body, two axles, tires that lift off. Many cars at once, each on its own road.
 
 With q = (z, theta, zf, zr) about rest (theta nose-up) and the spring lengths e = E q,
 
     M q'' = -(E' diag(K) E + Kt) q - (E' diag(C) E + Ct) q' - E' s + t,
 
 where s is what the springs and dampers add to their linear law and t = Kt u + Ct u' + lift, lift >= 0 being what
-keeps the tyre from pulling. The linear part is integrated exactly (matrix exponential), with the road's push as a
+keeps the tire from pulling. The linear part is integrated exactly (matrix exponential), with the road's push as a
 parabola through its values at both ends and the middle of a step, s and lift as straight lines whose end comes from a
 prediction, corrected once.
 """
@@ -28,7 +28,7 @@ class HalfCars:
     sprung_mass: Array
     pitch_inertia: Array
     unsprung_mass: Array  # (n, 2)
-    levers: Array  # (n, 2), from the sprung body's centre to the axles, both positive
+    levers: Array  # (n, 2), from the sprung body's center to the axles, both positive
     stiffness: Array  # (n, 2)
     damping: Array  # (n, 2)
     tire_stiffness: Array
@@ -90,7 +90,7 @@ class Ride:
 
 
 def ride(cars: HalfCars, road: Array, slope: Array, step: float) -> Ride:
-    """From rest over ``road`` (n, 2 steps + 1, 2), the height under each tyre each half step; ``slope`` is its rate."""
+    """From rest over ``road`` (n, 2 steps + 1, 2), the height under each tire each half step; ``slope`` is its rate."""
     A, B = cars.matrices()
     onward, level, ramp, bow = _holds(A, B, step)
     halves = cars.tire_stiffness[:, None, None] * road + cars.tire_damping[:, None, None] * slope
@@ -102,7 +102,7 @@ def ride(cars: HalfCars, road: Array, slope: Array, step: float) -> Ride:
     n, points, _ = forced.shape
     blend = np.zeros((n, points, 4))  # s and t, lift included, at the grid points
     blend[:, :, 2:] = forced
-    pushed = cars.static_load[:, None, :] + forced  # tyre load were the wheel at rest
+    pushed = cars.static_load[:, None, :] + forced  # tire load were the wheel at rest
     law = _Beyond(cars) if np.any([cars.asymmetry, cars.friction, cars.progression, cars.degression]) else None
     state = np.zeros((points, n, 8))
     more = np.zeros((n, 4))

@@ -17,7 +17,7 @@ from tests.plant.information import Information, prior, total
 from tests.plant.vehicle import Vehicle, random_vehicle
 
 FRESH = 500_000  # added to the seed of a further campaign with the same vehicle
-DRAWN = 0.0055  # share: 50 micrometres of diameter, 0.3 GPa of modulus
+DRAWN = 0.0055  # share: 50 micrometers of diameter, 0.3 GPa of modulus
 PLAUSIBLE = 10.0  # typical sizes: a rival within these, as a standard deviation, is believed
 
 About = Callable[[Vehicle, int, Mapping[str, float], Sequence[str]], Information]

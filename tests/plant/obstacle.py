@@ -14,7 +14,7 @@ class Bump:
     """Height of the road over the distance s past the bump's near edge.
 
     ``shape`` is "haversine" (a full cosine period), "half_sine", or "profile" with ``table`` (2, k) of distance and
-    height, straight between its points. ``patch`` is the length over which the tyre averages.
+    height, straight between its points. ``patch`` is the length over which the tire averages.
     """
 
     height: float = 0.07
@@ -30,7 +30,7 @@ class Bump:
         return self._level(s)
 
     def slope(self, s: Array) -> Array:
-        """Rise of that height per metre."""
+        """Rise of that height per meter."""
         if self.patch > 0:
             return (self._level(s + self.patch / 2) - self._level(s - self.patch / 2)) / self.patch
         inside = (s > 0) & (s < self.width)

@@ -89,7 +89,7 @@ def white(signal: Array, sd: float, rng: np.random.Generator) -> Array:
     return signal + sd * rng.standard_normal(np.shape(signal))
 
 
-def quantise(signal: Array, step: float) -> Array:
+def quantize(signal: Array, step: float) -> Array:
     return np.round(signal / step) * step if step > 0 else signal
 
 
@@ -102,4 +102,4 @@ def read(sensor: Sensor, true: Array, rng: np.random.Generator) -> Array:
     """The readings of a true signal that is already at the sensor's sample times (latency is ``at``'s part)."""
     zero = sensor.offset + sensor.zero * rng.standard_normal()
     reading = white((1.0 + sensor.gain) * true + zero, sensor.noise, rng)
-    return quantise(np.clip(reading, -sensor.limit, sensor.limit), sensor.step)
+    return quantize(np.clip(reading, -sensor.limit, sensor.limit), sensor.step)

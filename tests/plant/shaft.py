@@ -1,6 +1,6 @@
 """Half-shafts: drawings of the left and right one, and a tip-in (and tip-out) with the left one's twist logged.
 
-A motor of its own inertia turns the shaft's inner end, the wheel its outer one; the tyre's slip builds up over its
+A motor of its own inertia turns the shaft's inner end, the wheel its outer one; the tire's slip builds up over its
 relaxation length and pushes half a car. Explicit midpoint steps.
 """
 
@@ -63,7 +63,7 @@ PATTERN = {
 
 
 def drawing(vehicle: Vehicle, side: str) -> list[Section]:
-    """Sections to a tenth of a millimetre whose stiffness is the vehicle's within 0.1 %."""
+    """Sections to a tenth of a millimeter whose stiffness is the vehicle's within 0.1 %."""
     wanted, shear = float(getattr(vehicle, f"shaft_stiffness_{side}")), vehicle.shear_modulus
     plain = [Section(*(value / 1000 for value in row)) for row in PATTERN[side]]
     thicker = (wanted * sum(s.compliance(shear) for s in plain)) ** 0.25

@@ -20,8 +20,8 @@ from tests.plant.vehicle import REFERENCE, Vehicle
 
 EFFECTS = {"mirrors": "1: the door mirrors, which do not count, are in the picture"}
 BOX_WIDTH, BOX_HEIGHT = 1.745, 1.490  # m, the car's overall width without mirrors, and height: 2.600 m^2
-CLEARANCE, TYRE_WIDTH = 0.17, 0.195  # m
-PIXELS = 350.0  # per metre at the box
+CLEARANCE, TIRE_WIDTH = 0.17, 0.195  # m
+PIXELS = 350.0  # per meter at the box
 MARGIN = 0.20  # m around the box
 LINES = 8  # per row of pixels
 
@@ -50,14 +50,14 @@ def known(photo: Photo) -> dict[str, float]:
 
 
 def outline(area: float) -> list[Array]:
-    """Polygons (k, 2) in m, x from the middle, y from the ground, that do not overlap: body, and the tyres below it."""
+    """Polygons (k, 2) in m, x from the middle, y from the ground, that do not overlap: body, and the tires below it."""
     grow = (area / (0.842 * BOX_WIDTH * BOX_HEIGHT)) ** 0.5
     wide, high, low = grow * BOX_WIDTH / 2, grow * BOX_HEIGHT, grow * CLEARANCE
-    tread = grow * TYRE_WIDTH
+    tread = grow * TIRE_WIDTH
     outer, inner = 0.02 - wide, 0.02 + tread - wide
-    tyre = np.array([[outer, 0.0], [inner, 0.0], [inner, low], [outer, low]])
-    tyres = [tyre, tyre * [-1.0, 1.0]]
-    wanted = area - sum(polygon_area(t) for t in tyres)
+    tire = np.array([[outer, 0.0], [inner, 0.0], [inner, low], [outer, low]])
+    tires = [tire, tire * [-1.0, 1.0]]
+    wanted = area - sum(polygon_area(t) for t in tires)
 
     def body(roundness: float) -> Array:
         """Half width over height: full up to the waist, then a superellipse up to the roof."""
@@ -72,7 +72,7 @@ def outline(area: float) -> list[Array]:
     for _ in range(60):
         middle = (less + more) / 2
         less, more = (middle, more) if polygon_area(body(middle)) < wanted else (less, middle)
-    return [body((less + more) / 2), *tyres]
+    return [body((less + more) / 2), *tires]
 
 
 def polygon_area(corners: Array) -> float:
@@ -102,20 +102,20 @@ def photo(
     middle, ground = size[0] / 2 + float(rng.uniform(-3, 3)), size[1] - PIXELS * MARGIN + float(rng.uniform(-3, 3))
 
     def place(corners: Array, scale: float = 1.0) -> Array:
-        """Metres to pixels; the camera looks at the middle of the box, so that is where sizes shrink to."""
-        centre = np.array([0.0, high / 2])
-        x, y = (centre + scale * (corners - centre)).T
+        """Meters to pixels; the camera looks at the middle of the box, so that is where sizes shrink to."""
+        center = np.array([0.0, high / 2])
+        x, y = (center + scale * (corners - center)).T
         return np.column_stack([middle + PIXELS * x, ground - PIXELS * y])
 
     cover = _coverage([place(s, smaller) for s in (*shapes, *ears)], size)
     x, y = np.meshgrid(np.linspace(-1, 1, size[0]), np.linspace(-1, 1, size[1]))
     wall = 214.0 - 8.0 * x - 10.0 * y - 12.0 * (x**2 + y**2)
     paint = 38.0 + 6.0 * y
-    grey = Image.fromarray(np.uint8(np.clip(wall + cover * (paint - wall), 0, 255)))
+    gray = Image.fromarray(np.uint8(np.clip(wall + cover * (paint - wall), 0, 255)))
     corners = place(np.array([[-wide, high], [wide, 0.0]]))
     box = tuple(float(value) for value in corners.ravel())
-    _mark(grey, box)
-    soft = np.asarray(grey.filter(ImageFilter.GaussianBlur(0.8)), dtype=float)
+    _mark(gray, box)
+    soft = np.asarray(gray.filter(ImageFilter.GaussianBlur(0.8)), dtype=float)
     seen = np.uint8(np.clip(soft + noise * rng.standard_normal(soft.shape) + 0.5, 0, 255))
     painted = [place(s, smaller) for s in _masks(wide, high)] if ears else []
     mask = _coverage(painted, size) > 0.5
@@ -129,7 +129,7 @@ def samples() -> Samples:
         files={"silhouette.png": shot.png},
         truth=truth(REFERENCE),
         about=(
-            f"The car's front, tyres included, mirrors folded, from {shot.distance} m, in the plane of a box "
+            f"The car's front, tires included, mirrors folded, from {shot.distance} m, in the plane of a box "
             f"{shot.box_width:.3f} m wide and {shot.box_height:.3f} m high whose corners are marked: left "
             f"{shot.box[0]:.1f}, top {shot.box[1]:.1f}, right {shot.box[2]:.1f}, bottom {shot.box[3]:.1f} in pixels."
         ),
@@ -177,7 +177,7 @@ def _mark(picture: Image.Image, box: tuple[float, ...]) -> None:
             draw.line([(x, y + 6 * away), (x, y + 26 * away)], fill=110)
 
 
-def _png(grey: Array) -> bytes:
+def _png(gray: Array) -> bytes:
     stream = io.BytesIO()
-    Image.fromarray(grey).save(stream, "PNG", optimize=True)
+    Image.fromarray(gray).save(stream, "PNG", optimize=True)
     return stream.getvalue()

@@ -1,6 +1,6 @@
 """Slip sweeps: one wheel of a car that is towed at constant speed is driven and braked slowly through its slip range.
 
-Both speeds are noisy, so slip is; the tyre's force is Fz times the magic formula, as a function of the true slip.
+Both speeds are noisy, so slip is; the tire's force is Fz times the magic formula, as a function of the true slip.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ ONE_SIDED = ("tire_relaxation",)
 PARAMETERS = ("tire_B", "tire_C", "tire_D", "tire_E")
 RATE = 100.0
 SENSORS: dict[str, Sensor] = {
-    "Wheel Speed [rad/s]": WHEEL_SPEED.but(noise=0.25),  # a tyre that vibrates, a tooth wheel at 100 Hz
+    "Wheel Speed [rad/s]": WHEEL_SPEED.but(noise=0.25),  # a tire that vibrates, a tooth wheel at 100 Hz
     "Vehicle Speed [km/h]": GROUND_SPEED.but(noise=0.10),
     "Fx [N]": WHEEL_FORCE.but(noise=30.0, zero=0.0),
     "Fz [N]": WHEEL_FORCE.but(noise=30.0, zero=0.0),

@@ -15,8 +15,8 @@ AIR_DENSITY = 1.225  # kg/m^3, of the reference conditions
 class Vehicle:
     """A Prius-class car in SI units; stiffness and damping of the suspension and of the tires are per axle.
 
-    Two axles of unsprung mass ride at the height of the wheel centres, and they are shared out so that the sprung
-    body's centre lies above the same point of the road as the whole car's.
+    Two axles of unsprung mass ride at the height of the wheel centers, and they are shared out so that the sprung
+    body's center lies above the same point of the road as the whole car's.
     """
 
     mass: float = 1588.0
@@ -25,7 +25,7 @@ class Vehicle:
     track_rear: float = 1.520
     cg_to_rear: float = 1.45
     cg_height: float = 0.61  # of the whole car
-    pitch_inertia: float = 2200.0  # of the whole car about its centre, wheels not pitching along
+    pitch_inertia: float = 2200.0  # of the whole car about its center, wheels not pitching along
     antenna_height: float = 1.52
     frontal_area: float = 2.19
     drag_coefficient: float = 0.25
@@ -76,12 +76,12 @@ class Vehicle:
 
     @property
     def sprung_height(self) -> float:
-        """Height of the sprung body's centre: the whole car's less the axles at wheel-centre height."""
+        """Height of the sprung body's center: the whole car's less the axles at wheel-center height."""
         return (self.mass * self.cg_height - self.unsprung_mass * self.wheel_radius) / self.sprung_mass
 
     @property
     def sprung_pitch_inertia(self) -> float:
-        """Of the sprung body about its own centre (the half car's); the whole car's adds the height between them."""
+        """Of the sprung body about its own center (the half car's); the whole car's adds the height between them."""
         lever = self.sprung_height - self.wheel_radius
         return self.pitch_inertia - self.sprung_mass * self.unsprung_mass / self.mass * lever**2
 

@@ -1,7 +1,7 @@
 """Wheel-inertia drives: a driven wheel with a force sensor at its hub, throttle and brake stepped at 15 m/s or so.
 
-The motion is chosen and the torque follows (inverse dynamics), so nothing stiff is integrated: the tyre's force Fc(t)
-is a series of smoothed steps, the car's speed v its quadrature, the slip s the one at which the tyre gives Fc under the
+The motion is chosen and the torque follows (inverse dynamics), so nothing stiff is integrated: the tire's force Fc(t)
+is a series of smoothed steps, the car's speed v its quadrature, the slip s the one at which the tire gives Fc under the
 load Fz, the wheel's speed om = v (1 + s) / r, and the torque
 
     T = Jw om' + Fc r + frr Fz r,    hub forces  Fc - mw v'  and  Fz - mw g.
@@ -238,7 +238,7 @@ def _load(vehicle: Vehicle, drive: Drive, acceleration: Array, clock: Array) -> 
 
 
 def _slip(vehicle: Vehicle, friction: Array) -> Array:
-    """The slip below the peak at which the tyre gives ``friction`` = Fc / Fz: Newton on the inner function."""
+    """The slip below the peak at which the tire gives ``friction`` = Fc / Fz: Newton on the inner function."""
     inner = np.tan(np.arcsin(friction / vehicle.tire_D) / vehicle.tire_C)
     x = inner.copy()
     for _ in range(20):

@@ -150,7 +150,7 @@ def test_bouncing_axles_and_a_low_pitch_axis_disturb_the_balance() -> None:
     assert 5.0 < unbalanced(REFERENCE, bouncing).std() < 100.0
     shifted = RUN.ride(REFERENCE, {"pitch_axis": 0.3})
     left = unbalanced(REFERENCE, shifted)
-    # The centre of gravity moves back by 0.3 m x pitch: the front loses that much moment.
+    # The center of gravity moves back by 0.3 m x pitch: the front loses that much moment.
     assert np.allclose(left, -REFERENCE.mass * GRAVITY * 0.3 * shifted.pitch, atol=1e-6)
 
 

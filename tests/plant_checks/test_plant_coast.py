@@ -180,6 +180,7 @@ def test_whitened_noise_is_white_and_of_unit_size(day: coast.Day) -> None:
         assert abs(np.mean([np.mean(c[lag:] * c[:-lag]) for c in columns])) < 0.01
 
 
+@pytest.mark.slow
 def test_the_bound_behaves() -> None:
     eight = information(REFERENCE, 1)
     sixteen = information(REFERENCE, 1, DAY.but(runs=16))

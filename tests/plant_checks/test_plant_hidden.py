@@ -15,6 +15,8 @@ from tests.plant.hidden import VARIANTS, Evidence, Scenario
 from tests.plant.information import prior, total
 from tests.plant.vehicle import REFERENCE, random_vehicle
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 
 def test_every_row_is_about_a_variant_and_its_effects_are_known_to_the_plant() -> None:
     assert len({cell.name for cell in CASES}) == len(CASES)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.plant import cg, coast
-from tests.plant.sensors import GPS_SPEED, Record, Sensor, at, jitter, quantise, read, regular, tilt
+from tests.plant.sensors import GPS_SPEED, Record, Sensor, at, jitter, quantize, read, regular, tilt
 from tests.plant.vehicle import GRAVITY, REFERENCE, Vehicle, random_vehicle
 from tests.plant.write_csv import CONTINENTAL, WINDOWS, WITH_BOM, csv_bytes
 
@@ -95,7 +95,7 @@ def test_sensors_do_what_they_say() -> None:
     assert read(Sensor(gain=0.1, offset=2.0), zeros + 10.0, rng)[0] == pytest.approx(13.0)
     assert read(Sensor(limit=5.0), zeros + 10.0, rng)[0] == 5.0
     assert np.std([read(Sensor(zero=3.0), zeros[:1], rng) for _ in range(2000)]) == pytest.approx(3.0, rel=0.05)
-    assert quantise(np.array([0.26]), 0.1)[0] == pytest.approx(0.3)
+    assert quantize(np.array([0.26]), 0.1)[0] == pytest.approx(0.3)
     assert tilt(np.zeros(1), 0.01)[0] == pytest.approx(GRAVITY * np.sin(0.01))
     clock = regular(10.0, 10.0)
     assert at(np.array([5.0]), clock, clock**1, latency=0.5)[0] == pytest.approx(4.5)

@@ -10,6 +10,8 @@ import pytest
 from tests.bench.bmw_diagnosis import diagnosed, repeats
 from vdyn_cli.quantities.result import Result
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 
 @pytest.fixture(scope="module")
 def result(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Result:

@@ -66,6 +66,7 @@ def test_summer_trips_give_the_road_load_and_winter_trips_more(trips: Season) ->
     assert abs(apart["corrected"]) < apart["tested"]
 
 
+@pytest.mark.slow
 def test_winter_s_tires_are_found_still_warming_up(trips: Season) -> None:
     """What only cold tires add is named, and leaves the road load of the warm car less far above summer's."""
     found = trips("winter")
@@ -74,6 +75,7 @@ def test_winter_s_tires_are_found_still_warming_up(trips: Season) -> None:
     assert at_60(found)[0] < at_60(trips("winter", diagnose=False))[0]
 
 
+@pytest.mark.slow
 def test_without_the_elevation_channel_the_answer_is_less_sure_and_says_so(trips: Season) -> None:
     sure = trips("summer", diagnose=False)
     blind = trips("summer", without="elevation", diagnose=False)

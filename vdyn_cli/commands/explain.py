@@ -1,4 +1,4 @@
-"""What the program knows of a step, an effect or a parameter, in the words of its own documentation."""
+"""`vdyn explain` and `vdyn list`: steps, effects, parameters and channels, from their own documentation."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Sequence
 
 from vdyn_cli import steps
+from vdyn_cli.commands.glossary import glossary
 from vdyn_cli.effects import Effect, candidates, catalogue, refused
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.parameters import GIVERS
@@ -13,35 +14,42 @@ from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps import Step
 
-LONG = 6  # unknowns of an effect that are listed one by one
+PAGES = ("glossary", "policy")  # topics that are one page each
+MOST_LISTED = 6  # unknowns of an effect that are listed one by one
 
 
 def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
-    """The name itself where it is known.
+    """Return the name if it is known.
 
     Raises
     ------
-    InputError : it is not, with the closest names.
+    InputError : the name is unknown; the remedy lists the closest names.
     """
     if name in known:
         return name
-    raise InputError(Finding(name, f"is no {kind}", remedy=did_you_mean(name, known, "see 'vdyn list'")))
+    raise InputError(Finding(name, f"is not a {kind}", remedy=did_you_mean(name, known, "see 'vdyn list'")))
 
 
 def explanation(topic: str) -> str:
-    """The documentation of a step, an effect, a parameter or a channel.
+    """The documentation of a step, an effect, a parameter or a channel, the glossary, or the diagnosis policy.
 
     Raises
     ------
-    InputError : nothing of that name.
+    InputError : the topic is unknown.
     """
+    if topic == "glossary":
+        return glossary()
+    if topic == "policy":
+        from vdyn_cli.diagnosis.policy import policy_text  # type: ignore[import-not-found, unused-ignore]
+
+        return str(policy_text())
     effects = {e.name: e for e in catalogue()}
     quantities = CHANNELS | PARAMETERS
-    closest_topic(topic, (*steps.names(), *effects, *quantities), "step, effect or parameter")
+    closest_topic(topic, (*steps.names(), *effects, *quantities, *PAGES), "step, effect or parameter")
     found = [_step(topic)] if topic in steps.names() else []
     found += [_quantity(quantities[topic])] if topic in quantities else []
     found += [_effect(effects[topic])] if topic in effects else []
-    return "\n\n".join(found)  # a wrong wheel_radius is a cause, its value a parameter
+    return "\n\n".join(found)  # wheel_radius is a parameter and a candidate effect
 
 
 def _step(name: str) -> str:
@@ -53,34 +61,34 @@ def _step(name: str) -> str:
         "",
         f"channels: {', '.join(step.required) or 'none'}",
         f"optional: {', '.join(step.optional) or 'none'}",
-        f"needs:    {', '.join(step.needs) or 'nothing'}",
-        f"gives:    {', '.join(step.gives) or 'no parameters'}",
+        f"reads:    {', '.join(step.needs) or 'no parameters'}",
+        f"estimates: {', '.join(step.gives) or 'no parameters'}",
     ]
     return "\n".join(lines)
 
 
 def _effect(effect: Effect) -> str:
-    """Law, unknowns and source; then what tells it in the data, what it can be taken for, and what settles it."""
-    fault = ", a fault of a sensor" if effect.sensor else ""
-    shows = "within a run" if effect.kind == "within_run" else "only between runs"
-    keeps = "belongs to the vehicle" if effect.lasts else "stays with the test"
+    """Law, unknowns and source; then its signature in the data, similar effects, and what would confirm it."""
+    fault = ", a sensor fault" if effect.sensor else ""
+    shows = "within a run" if effect.kind == "within_run" else "between runs only"
+    keeps = "belongs to the vehicle" if effect.lasts else "belongs to the test"
     lines = [
         f"{effect.name}: {effect.label}{fault}",
-        f"corrects the law {', '.join(effect.on)}; shows {shows}; {keeps}",
+        f"corrects the law {', '.join(effect.on)}; visible {shows}; {keeps}",
         "",
         inspect.cleandoc(effect.law.__doc__ or effect.summary),
         "",
         *_ranges(effect),
-        f"looked for in:  {', '.join(_looked_for_in(effect)) or 'no installed step'}",
-        f"in the data:    {effect.signature}",
-        f"can be taken for: {', '.join(effect.alike) or 'nothing else known'}",
-        f"would confirm it: {effect.confirm}",
+        f"candidate in: {', '.join(_tested_in(effect)) or 'no installed step'}",
+        f"signature in the data: {effect.signature}",
+        f"similar effects: {', '.join(effect.alike) or 'none known'}",
+        f"how to confirm it: {effect.confirm}",
         f"source: {effect.reference}",
     ]
     return "\n".join(lines)
 
 
-def _looked_for_in(effect: Effect) -> list[str]:
+def _tested_in(effect: Effect) -> list[str]:
     """The steps of which the effect is a candidate."""
     steps_found = _loaded()[0]
     return [s.name for s in steps_found if s.diagnosable is not None and effect in candidates(s.situations)]
@@ -99,13 +107,13 @@ def _loaded() -> tuple[list[Step], list[Finding]]:
 
 
 def _ranges(effect: Effect) -> list[str]:
-    """A line for each unknown; of a long row of equals the first and the last."""
+    """A line for each unknown; of more than MOST_LISTED the first and the last."""
     lines = [_range(q, effect.nominal.get(q.name)) for q in effect.unknowns.values()]
-    return lines if len(lines) <= LONG else [lines[0], "  ...", lines[-1]]
+    return lines if len(lines) <= MOST_LISTED else [lines[0], "  ...", lines[-1]]
 
 
 def _range(quantity: Quantity, nominal: float | None) -> str:
-    usual = f", usually {nominal:g}" if nominal is not None else ""
+    usual = f", nominal {nominal:g}" if nominal is not None else ""
     span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".rstrip()
     return f"  {quantity.name}: {quantity.meaning}, {span}{usual}"
 
@@ -127,9 +135,9 @@ def listing() -> str:
         lines += [
             f"  {step.name:<10} {steps.summary(step.name)}",
             f"             reads {', '.join(step.required) or 'no log'}; optional {', '.join(step.optional) or 'none'}",
-            f"             gives {', '.join(step.gives) or 'no parameters'}",
+            f"             estimates {', '.join(step.gives) or 'no parameters'}",
         ]
-    lines.append("effects, with the steps that look for them ('vdyn explain NAME' says more)")
+    lines.append("candidate effects, with the steps that test them (see 'vdyn explain NAME')")
     wanted = {s.name: candidates(s.situations) for s in found if s.diagnosable is not None}
     for e in catalogue():
         fault = " (sensor)" if e.sensor else ""

@@ -9,7 +9,7 @@ from pathlib import Path
 from vdyn_cli.io.files import write_whole
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.result_document import StepRecord, to_json
-from vdyn_cli.quantities.errors import ResultError, alike
+from vdyn_cli.quantities.errors import ResultError, merge_similar
 from vdyn_cli.report.typography import estimate_text
 
 Tell = Callable[..., None]
@@ -38,7 +38,7 @@ def run_step(
         record = write_step(name, path, known_files, Path(output), level)
         tell(f"{Path(output) / name}.json and .html")
     result = record.result
-    for finding in alike([f for f in result.findings if not f.doubt]):
+    for finding in merge_similar([f for f in result.findings if not f.doubt]):
         tell(f"note: {finding}", detail=finding.minor)
     for warning in result.fit.warnings:
         tell(f"warning: {warning}")

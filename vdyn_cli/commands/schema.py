@@ -1,4 +1,4 @@
-"""The JSON schema of each description, for completion and checks in editors."""
+"""JSON schemas: of each test description, for completion in editors, and of the result files, for scripts."""
 
 from __future__ import annotations
 
@@ -6,29 +6,49 @@ import json
 from typing import Any
 
 from vdyn_cli.commands.explain import closest_topic
+from vdyn_cli.description.test_description import described
 from vdyn_cli.project.pipeline import PipelineSpec
+from vdyn_cli.quantities.result_schema import ParametersDocument, ResultDocument, document_schema
 from vdyn_cli.steps import load_step, names
+
+TOPICS = ("pipeline", "result", "parameters")  # beside the steps
 
 
 def json_schema(topic: str) -> str:
-    """The schema of a step's description, or of the pipeline's.
+    """The JSON schema (draft 2020-12) of a description or of a result file.
+
+    Parameters
+    ----------
+    topic : a step or ``pipeline`` for its YAML, ``result`` for the JSON of a step, ``parameters`` for the pipeline's
+        ``parameters.json``.
 
     Raises
     ------
-    InputError : no such step.
+    InputError : the topic is unknown.
     """
-    if topic == "pipeline":
-        return _text(_with_vehicle_file(PipelineSpec.model_json_schema()))
-    step = load_step(closest_topic(topic, names(), "step"))
-    schema = _with_vehicle_file(step.spec.model_json_schema())
-    channel = {"$ref": "#/$defs/Channel"}
-    schema["properties"]["test"] = {"const": step.name}
-    schema["properties"]["channels"] = {
-        "type": "object",
-        "additionalProperties": False,
-        "properties": {n: {**channel, "description": f"{q.meaning}, {q.unit}"} for n, q in step.channels().items()},
+    closest_topic(topic, (*names(), *TOPICS), "schema")
+    schemas = {
+        "pipeline": lambda: _with_vehicle_file(PipelineSpec.model_json_schema()),
+        "result": lambda: document_schema(ResultDocument),
+        "parameters": lambda: document_schema(ParametersDocument),
     }
-    return _text(schema)
+    schema = schemas[topic]() if topic in schemas else _step_schema(topic)
+    return json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}, indent=2) + "\n"
+
+
+def _step_schema(name: str) -> dict[str, Any]:
+    step = load_step(name)
+    schema = _with_vehicle_file(step.spec.model_json_schema())
+    keys = schema["properties"]
+    channel = {"$ref": "#/$defs/Channel"}
+    keys["test"] = {"const": step.name, "description": keys["test"]["description"]}
+    keys["channels"] = {
+        "type": "object",
+        "description": keys["channels"]["description"],
+        "additionalProperties": False,
+        "properties": {n: {**channel, "description": described(q)} for n, q in step.channels().items()},
+    }
+    return schema
 
 
 def _with_vehicle_file(schema: dict[str, Any]) -> dict[str, Any]:
@@ -37,7 +57,3 @@ def _with_vehicle_file(schema: dict[str, Any]) -> dict[str, Any]:
     ways = [{"$ref": "#/$defs/Vehicle"}, {"type": "string", "description": "a YAML file with these keys"}]
     schema["properties"]["vehicle"] = {**{k: v for k, v in vehicle.items() if k != "$ref"}, "anyOf": ways}
     return schema
-
-
-def _text(schema: dict[str, Any]) -> str:
-    return json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}, indent=2) + "\n"

@@ -78,6 +78,11 @@ def si(quantity: Quantity) -> Si:
     return Si(quantity.unit, quantity.lower, quantity.upper)
 
 
+def described(quantity: Quantity) -> str:
+    """Meaning and unit of a quantity, the description of its key: ``"vehicle mass as tested, kg"``."""
+    return f"{quantity.meaning}, {quantity.unit or 'dimensionless'}"
+
+
 class VehicleBase(Strict):
     """What the user knows of the vehicle before the test."""
 
@@ -96,7 +101,7 @@ else:
         "Vehicle",
         __base__=VehicleBase,
         **{
-            name: (Annotated[Given, si(quantity)] | None, Field(None, title=quantity.meaning))
+            name: (Annotated[Given, si(quantity)] | None, Field(None, description=described(quantity)))
             for name, quantity in PARAMETERS.items()
             if name not in ("temperature", "pressure")
         },
@@ -106,46 +111,52 @@ else:
 class Environment(Strict):
     """The air on the day; dry air unless the density is given."""
 
-    temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = None
-    pressure: Annotated[Given, si(PARAMETERS["pressure"])] | None = None
-    humidity: Annotated[Given, Si("", 0, 1)] | None = None
+    temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = Field(None, description="air temperature, K")
+    pressure: Annotated[Given, si(PARAMETERS["pressure"])] | None = Field(None, description="air pressure, Pa")
+    humidity: Annotated[Given, Si("", 0, 1)] | None = Field(None, description="relative humidity, 0 to 1")
 
 
 class Channel(Strict):
     """Where one of our channels stands in a log: its column, unit, and sign convention."""
 
-    column: str
-    unit: str
-    sign: Literal[1, -1] = 1
+    column: str = Field(description="name of the column in the log's header")
+    unit: str = Field(description="unit of the column, such as km/h; write '' for a dimensionless column")
+    sign: Literal[1, -1] = Field(1, description="-1 where the logger's sign convention is the opposite of vdyn's")
 
 
 class Reading(Strict):
     """How a log file is written, where guessing is not wanted; ``clock: drop`` drops rows that step back."""
 
-    delimiter: str | None = None
-    decimal: Literal[".", ","] | None = None
-    encoding: str | None = None
-    header_row: Annotated[int, Field(ge=1)] | None = None  # line of the header, counted from 1
-    clock: Literal["strict", "drop"] = "strict"
+    delimiter: str | None = Field(None, description="character between columns; detected when left out")
+    decimal: Literal[".", ","] | None = Field(None, description="decimal separator; detected when left out")
+    encoding: str | None = Field(None, description="text encoding, such as latin-1; detected when left out")
+    header_row: Annotated[int, Field(ge=1)] | None = Field(
+        None, description="line of the header, counted from 1; detected when left out"
+    )
+    clock: Literal["strict", "drop"] = Field(
+        "strict", description="strict: a time that steps back is an error; drop: its rows are dropped and reported"
+    )
 
 
 class Logger(Strict):
     """One of several loggers that recorded the same run on clocks of their own."""
 
-    channels: dict[str, Channel]
-    reading: Reading = Reading()
+    channels: dict[str, Channel] = Field(description="vdyn's channel name: column and unit of this logger's log")
+    reading: Reading = Field(Reading(), description="how this logger's files are written")
 
 
 class Run(Strict):
     """One run: its log (or one log per logger), direction, and start since the first run."""
 
-    log: str | None = None
-    logs: list[str] | None = None
-    direction: Literal["out", "back"] | None = None
-    start: Annotated[Given, Si("s")] | None = None
-    temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = None
-    from_time: Annotated[Given, Si("s")] | None = None
-    to_time: Annotated[Given, Si("s")] | None = None
+    log: str | None = Field(None, description="path of the log, from the folder of this description")
+    logs: list[str] | None = Field(None, description="paths of one log per logger, in the order of 'loggers'")
+    direction: Literal["out", "back"] | None = Field(None, description="direction of travel on the test track")
+    start: Annotated[Given, Si("s")] | None = Field(None, description="start of this log since that of the first, s")
+    temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = Field(
+        None, description="air temperature during this run where it differs from the environment's, K"
+    )
+    from_time: Annotated[Given, Si("s")] | None = Field(None, description="use samples from this time of the log on, s")
+    to_time: Annotated[Given, Si("s")] | None = Field(None, description="use samples up to this time of the log, s")
 
     @model_validator(mode="after")
     def _one_kind_of_log(self) -> Run:
@@ -155,10 +166,14 @@ class Run(Strict):
 
 
 class Diagnose(Strict):
-    """Which candidate causes to look for, and whether the model may be extended by what is found."""
+    """Which candidate effects to test, and whether the model may be extended by the effects that are named."""
 
-    effects: Literal["all", "none"] | list[str] = "all"
-    extend: Literal["never", "named"] | list[str] = "named"
+    effects: Literal["all", "none"] | list[str] = Field(
+        "all", description="candidate effects to test: all, none, or a list such as [headwind]"
+    )
+    extend: Literal["never", "named"] | list[str] = Field(
+        "named", description="effects to add to the model: never any, those that are named, or a list of requested ones"
+    )
 
     @field_validator("effects", "extend", mode="before")
     @classmethod
@@ -169,29 +184,36 @@ class Diagnose(Strict):
         return value
 
     @model_validator(mode="after")
-    def _something_to_look_for(self) -> Diagnose:
+    def _something_to_test(self) -> Diagnose:
         if self.effects == []:
-            raise PydanticCustomError("effects", "'effects' names none: write all, none, or some of them")
+            raise PydanticCustomError(
+                "effects", "'effects' is an empty list. Write all, none, or a list such as [headwind]"
+            )
         if self.extend == []:
-            raise PydanticCustomError("extend", "'extend' names none: write never, named, or some effects")
+            raise PydanticCustomError(
+                "extend", "'extend' is an empty list. Write never, named, or a list such as [headwind]"
+            )
         if self.effects == "none" and isinstance(self.extend, list):
-            raise PydanticCustomError("extend", "'extend' takes nothing in where 'effects' is none")
+            raise PydanticCustomError(
+                "extend",
+                "'extend' requests effects, but 'effects' is none. Write extend: never, or the effects to test",
+            )
         return self
 
 
 class TestSpec(Strict):
     """What every test description has; a step adds its own settings by deriving from it."""
 
-    test: str
-    title: str = ""
-    vehicle: Vehicle = Vehicle()
-    environment: Environment = Environment()
-    reading: Reading = Reading()
-    channels: dict[str, Channel] = {}
-    loggers: list[Logger] = []
-    align_on: str = "speed"
-    runs: list[Run] = []
-    diagnose: Diagnose = Diagnose()
+    test: str = Field(description="the step that evaluates this test")
+    title: str = Field("", description="title of the report")
+    vehicle: Vehicle = Field(Vehicle(), description="what is known of the vehicle: parameters, or a YAML file of them")
+    environment: Environment = Field(Environment(), description="the air during the test")
+    reading: Reading = Field(Reading(), description="how the log files are written, where detection fails")
+    channels: dict[str, Channel] = Field({}, description="vdyn's channel name: column and unit of the logs")
+    loggers: list[Logger] = Field([], description="several loggers of the same runs, each with its channels and clock")
+    align_on: str = Field("speed", description="channel of all loggers that aligns their clocks")
+    runs: list[Run] = Field([], description="the runs, one entry each")
+    diagnose: Diagnose = Field(Diagnose(), description="which model errors to test, and whether to extend the model")
 
 
 S = TypeVar("S", bound=BaseModel)

@@ -74,14 +74,14 @@ def _read_text(path: Path) -> str:
             raise InputError(Finding(str(path), "is too large for a test description", f"{size} bytes"))
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
-        raise InputError(Finding(str(path), "does not exist", remedy=_neighbours(path))) from None
+        raise InputError(Finding(str(path), "does not exist", remedy=_neighbors(path))) from None
     except OSError as error:
         raise InputError(Finding(str(path), f"can't be read: {error.strerror}")) from None
     except UnicodeDecodeError:
         raise InputError(Finding(str(path), "is not UTF-8 text", remedy="save the file as UTF-8")) from None
 
 
-def _neighbours(path: Path) -> str:
+def _neighbors(path: Path) -> str:
     try:
         names = [p.name for p in path.parent.iterdir()]
     except OSError:

@@ -25,7 +25,7 @@ def read_at(
     Parameters
     ----------
     time, value, shift : (n,) s, trace, s.
-    rate : (n,) time derivative of the trace, or None: slopes are then those of parabolas through three neighbours.
+    rate : (n,) time derivative of the trace, or None: slopes are then those of parabolas through three neighbors.
     tangents, rate_tangents, shift_tangents : (n, k) derivatives to the unknowns.
 
     Returns
@@ -57,7 +57,7 @@ def read_at(
 
 
 def _slopes(time: Array, values: Array) -> Array:
-    """Slopes (n, k) of the parabolas through each sample and its neighbours; one-sided at the ends."""
+    """Slopes (n, k) of the parabolas through each sample and its neighbors; one-sided at the ends."""
     step = np.diff(time)[:, None]
     chord = np.diff(values, axis=0) / step
     if step.size == 1:

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-UNROLLED = 4  # so many neighbours are written out rather than looped over
+UNROLLED = 4  # so many neighbors are written out rather than looped over
 
-Groups = Sequence[tuple[int, int]]  # (width, count): neighbours that are moved together, one group after the other
+Groups = Sequence[tuple[int, int]]  # (width, count): neighbors that are moved together, one group after the other
 
 
 def print_steps(states: int, inputs: int, readings: int, lanes: int, held: int) -> list[str]:
@@ -94,7 +94,7 @@ def _address(name: str, array: str, stride: int) -> list[str]:
 
 
 class _Block:
-    """One group of neighbours: loads, arithmetic, one store."""
+    """One group of neighbors: loads, arithmetic, one store."""
 
     def __init__(self, tag: str, width: int, index: str) -> None:
         self.lines: list[str] = []

@@ -23,14 +23,14 @@ ARRIVED = 1e-11  # a step so small, relative to the steps of the first guess's s
 
 @dataclass(frozen=True)
 class Root:
-    """One eigenvalue of a linearised model.
+    """One eigenvalue of a linearized model.
 
     Parameters
     ----------
     value : s, rad/s; the motion goes as exp(s t).
     shape : each state's share of the motion, in the state's own unit; the largest participant is 1.
     participation : how much of this root each state holds: |left x right|, all states together 1. Has no unit, so that
-        metres and radians compare.
+        meters and radians compare.
     slopes : derivative of ``value`` to each constant of the model.
     """
 

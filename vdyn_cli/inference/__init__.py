@@ -8,7 +8,7 @@ import numpy as np
 
 from vdyn_cli.inference.evidence import judge
 from vdyn_cli.inference.intervals import equal_information_blocks
-from vdyn_cli.inference.minimize import Minimum, minimise
+from vdyn_cli.inference.minimize import Minimum, minimize
 from vdyn_cli.inference.normal_system import Solved
 from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.refusals import refusals
@@ -42,7 +42,7 @@ def solve(
 ) -> Solution:
     """Fit shared and per-run unknowns to all runs at once, and say what the answer is worth.
 
-    Minimises sum over runs and rows of rho(r), plus half the squares of the priors, within the physical ranges;
+    Minimizes sum over runs and rows of rho(r), plus half the squares of the priors, within the physical ranges;
     rho(r) = r^2 / 2 unless robust.
 
     Parameters
@@ -60,7 +60,7 @@ def solve(
         The fit does not converge; the data do not determine the unknowns (the combination that they do determine is
         named); or a value lies at its bound.
     """
-    minimum, scale = _minimise(regression, robust, most_iterations, tolerance)
+    minimum, scale = _minimize(regression, robust, most_iterations, tolerance)
     solved = Solved(regression, minimum, robust, scale)
     raise_all(refusals(solved), ResultError)
     return judge(solved, units)
@@ -76,7 +76,7 @@ def approach(regression: Regression, most_iterations: int) -> tuple[dict[str, fl
     ------
     ResultError : the model has no finite value at the start.
     """
-    minimum, _ = _minimise(regression, "none", most_iterations, 1.0)
+    minimum, _ = _minimize(regression, "none", most_iterations, 1.0)
     s, m = len(regression.shared), len(regression.own)
     x = minimum.point.x
     each = x[s:].reshape(len(regression.runs), m)
@@ -84,7 +84,7 @@ def approach(regression: Regression, most_iterations: int) -> tuple[dict[str, fl
     return shared, {u.name: each[:, i] for i, u in enumerate(regression.own)}
 
 
-def _minimise(regression: Regression, loss: Loss, most_iterations: int, tolerance: float) -> tuple[Minimum, float]:
+def _minimize(regression: Regression, loss: Loss, most_iterations: int, tolerance: float) -> tuple[Minimum, float]:
     """The minimum; for a robust loss the scale of the residuals is found with it, from their median."""
     lower, upper = regression.bounds()
 
@@ -93,7 +93,7 @@ def _minimise(regression: Regression, loss: Loss, most_iterations: int, toleranc
             return evaluate(regression, x, loss, scale)
 
         try:
-            return minimise(at, start, lower, upper, most_iterations, tolerance)
+            return minimize(at, start, lower, upper, most_iterations, tolerance)
         except ArithmeticError as error:
             raise ResultError(
                 Finding("fit", str(error), _words(regression, start), "check the start values and the logs for gaps")

@@ -1,4 +1,4 @@
-"""Noise in which only neighbours share anything: the factor of its banded covariance C = L L', and solving with it."""
+"""Noise in which only neighbors share anything: the factor of its banded covariance C = L L', and solving with it."""
 
 from __future__ import annotations
 

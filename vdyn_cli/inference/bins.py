@@ -1,4 +1,4 @@
-"""Averages of neighbouring samples: a fit then costs what the gusts need, whatever the logger's rate."""
+"""Averages of neighboring samples: a fit then costs what the gusts need, whatever the logger's rate."""
 
 from __future__ import annotations
 

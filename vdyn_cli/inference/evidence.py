@@ -17,14 +17,14 @@ from vdyn_cli.inference.solution import Downweighted, Solution, Unit
 Kind = Literal["run", "block"]
 
 FEWEST_RUNS = 6  # with so many runs, if they are even enough, the run is the unit of evidence
-BLOCKS = 12  # otherwise so many blocks within runs: more are shorter, and share what colour the whitening left
+BLOCKS = 12  # otherwise so many blocks within runs: more are shorter, and share what color the whitening left
 PER_UNKNOWN = 3  # blocks at least for each shared unknown: fewer would fit them one by one and hardly scatter
 FEWEST_BLOCKS = 8
 FEWEST_EFFECTIVE = 4.0  # units worth fewer equal ones than this are too uneven to judge by
 OUTLIER = 0.3  # a row whose weight is less is named
 MOSTLY_STATED = 1e4  # times the data's variance: what the data tell is then next to nothing beside what was stated
 STRAINED = 4.5  # standard deviations from a prior: something else is wrong
-NEIGHBOURS = 3  # rows apart: outliers this near are named together
+NEIGHBORS = 3  # rows apart: outliers this near are named together
 
 
 def _strained(solved: Solved) -> list[str]:
@@ -96,7 +96,7 @@ def _per_run(solved: Solved) -> tuple[dict[str, Array], dict[str, Array]]:
 
 
 def _least(solved: Solved, effective: Array, count: int) -> float:
-    """Effective units of the least favoured unknown that is asked for and that only the data tell."""
+    """Effective units of the least favored unknown that is asked for and that only the data tell."""
     asked = [e for e, u in zip(effective, solved.regression.shared, strict=True) if not (u.nuisance or u.prior)]
     return float(min(asked, default=count))
 
@@ -182,5 +182,5 @@ def _outliers(solved: Solved, run: str, residual: Array) -> list[Downweighted]:
         return []
     weight = weights(residual, solved.loss, solved.scale)
     at = np.flatnonzero(weight < OUTLIER)
-    groups = np.split(at, np.flatnonzero(np.diff(at) > NEIGHBOURS) + 1) if at.size else []
+    groups = np.split(at, np.flatnonzero(np.diff(at) > NEIGHBORS) + 1) if at.size else []
     return [Downweighted(run, int(g[0]), int(g[-1]), float(np.mean(weight[g]))) for g in groups]

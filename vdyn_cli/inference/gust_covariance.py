@@ -71,7 +71,7 @@ class Steady:
 
 
 @dataclass(frozen=True)
-class Coloured:
+class Colored:
     size: str
     time: str
     response: Array  # (n, b), of the rows to the disturbance in each bin
@@ -88,13 +88,13 @@ class RunNoise:
     push : (n,), response of the rows to a constant acceleration of 1 m/s^2.
     """
 
-    parts: tuple[White | Steady | Coloured, ...]
+    parts: tuple[White | Steady | Colored, ...]
     known: Array
     push: Array
 
     @property
     def sources(self) -> tuple[str, ...]:
-        names = [n for p in self.parts for n in ((p.size, p.time) if isinstance(p, Coloured) else (p.source,))]
+        names = [n for p in self.parts for n in ((p.size, p.time) if isinstance(p, Colored) else (p.source,))]
         return tuple(dict.fromkeys(names))
 
     def covariance(self, sizes: Mapping[str, float]) -> Array:
@@ -196,7 +196,7 @@ def speed_noise(s: Surroundings) -> RunNoise:
     gust = -integral * s.pull[None, :]
     parts = (
         White("speed_noise", s.speed_level**2 / s.bins.count),
-        Coloured("gust", "gust_time", gust, _lag(s.bins)),
+        Colored("gust", "gust_time", gust, _lag(s.bins)),
         Steady("run_wind", gust.sum(axis=1)),
         Steady(s.own_force, integral.sum(axis=1)),
     )
@@ -213,8 +213,8 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
     parts = (
         White("speed_noise", np.r_[s.speed_level**2 / s.bins.count, none]),
         White("acceleration_noise", np.r_[none, s.acceleration_level**2 / s.bins.count]),
-        Coloured("gust", "gust_time", gust, lag),
-        Coloured("road", "road_time", road, lag),
+        Colored("gust", "gust_time", gust, lag),
+        Colored("road", "road_time", road, lag),
         Steady("road_mean", road.sum(axis=1)),
         Steady("run_wind", gust.sum(axis=1)),
         Steady(s.own_force, push.sum(axis=1)),
@@ -225,12 +225,12 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
 
 
 def force_noise(s: Surroundings) -> RunNoise:
-    """Of the specific force alone, on an open road: coloured pushes of any cause, and a zero known to ``s.zero``."""
+    """Of the specific force alone, on an open road: colored pushes of any cause, and a zero known to ``s.zero``."""
     lag, ones = _lag(s.bins), np.ones(s.bins.time.size)
     parts = (
         White("acceleration_noise", s.acceleration_level**2 / s.bins.count),
-        Coloured("gust", "gust_time", np.diag(-s.pull), lag),
-        Coloured("push", "push_time", np.eye(ones.size), lag),
+        Colored("gust", "gust_time", np.diag(-s.pull), lag),
+        Colored("push", "push_time", np.eye(ones.size), lag),
         Steady("run_wind", -s.pull),
         Steady(s.own_force, ones),
     )

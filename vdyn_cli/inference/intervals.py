@@ -65,7 +65,7 @@ def spread(units: Sequence[Evidence], covariance: Array) -> Spread:
     covariance : (s, s), inverse information about the shared unknowns, priors and all units considered.
 
     Assumes that units err independently; within a unit the noise may be anything.
-    Source: Bell and McCaffrey, Survey Methodology 28 (2002) 169-181, there called bias-reduced linearisation.
+    Source: Bell and McCaffrey, Survey Methodology 28 (2002) 169-181, there called bias-reduced linearization.
     """
     pulls, deletions, ways, told = [], [], [], []
     for unit in units:

@@ -41,7 +41,7 @@ class Minimum:
     iterations: int
 
 
-def minimise(
+def minimize(
     evaluate: Callable[[Array], Point | None],
     start: Array,
     lower: Array,
@@ -52,7 +52,7 @@ def minimise(
     """Least squares within bounds from one start.
 
     Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that no bound holds, D the largest column norms
-    met so far; what would leave its range stops at the bound. mu falls where the linearisation predicts well and
+    met so far; what would leave its range stops at the bound. mu falls where the linearization predicts well and
     rises where it does not.
 
     Parameters
@@ -60,7 +60,7 @@ def minimise(
     evaluate : cost and triangles at x, or None where the model cannot be computed.
     tolerance : what a full step may still promise on arrival, as the fall of the sum of squares in variances of one
         residual; where the fit stalls, a hundred times that. At a kink of the model, and where much is left over, the
-        linearisation promises what no step keeps: then what the step and parts of it keep is asked, of a promise of
+        linearization promises what no step keeps: then what the step and parts of it keep is asked, of a promise of
         less than two standard errors.
 
     Raises

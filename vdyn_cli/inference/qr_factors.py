@@ -82,7 +82,7 @@ class Arrow:
         return np.concatenate([shared, products[:, :m].ravel()])
 
     def reduction(self, step: Array) -> float:
-        """By how much a step, (s + g m), lowers half the sum of squares of the linearised problem."""
+        """By how much a step, (s + g m), lowers half the sum of squares of the linearized problem."""
         s, m = self.n_shared, self.n_own
         own = step[s:].reshape(len(self.runs), m)
         runs = np.einsum("ghk,gk->gh", self.runs[:, :, :m], own) + self.runs[:, :, m : m + s] @ step[:s]

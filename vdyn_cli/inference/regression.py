@@ -124,7 +124,7 @@ class Point:
     ----------
     x : (s + g m), shared first, then run by run.
     cost : half the sum of squares, or of losses, priors included.
-    arrow : the linearisation.
+    arrow : the linearization.
     squares : sum of rho'(r)^2, priors included: of r^2 where no loss is robust.
     curvature : mean of rho''(r): 1 where no loss is robust.
     n_rows : of all runs, before they were folded, and one for each prior.

@@ -1,7 +1,7 @@
 """Sizes of the noise from the data themselves, by restricted maximum likelihood.
 
 For each run's residual r, derivatives J to what all runs share and U to what the run has for itself, and covariance
-C(sizes), minimised over the sizes' logarithms x::
+C(sizes), minimized over the sizes' logarithms x::
 
     sum 1/2 log |C| + 1/2 log |A| + 1/2 sum e' C^-1 e + sum 1/2 ((x - typical)/spread)^2,
     A = sum J' C^-1 J,  e = r - J A^-1 sum J' C^-1 r
@@ -58,17 +58,17 @@ def find_sizes(runs: Sequence[NoisyRun], start: Mapping[str, float], priors: Arr
     from scipy.optimize import minimize
 
     names = tuple(start)
-    centre = np.log([SOURCES[n].typical for n in names])
+    center = np.log([SOURCES[n].typical for n in names])
     spread = np.array([SOURCES[n].spread for n in names])
     known = np.zeros(runs[0].shared.shape[1]) if priors is None else priors
 
     def cost(x: Array) -> tuple[float, Array]:
         sizes = dict(zip(names, np.exp(x).tolist(), strict=True))
         value, slopes = _likelihood(runs, sizes, known)
-        away = (x - centre) / spread
+        away = (x - center) / spread
         return value + 0.5 * float(away @ away), np.array([slopes[n] for n in names]) + away / spread
 
-    bounds = [(c - REACH * s, c + REACH * s) for c, s in zip(centre, spread, strict=True)]
+    bounds = [(c - REACH * s, c + REACH * s) for c, s in zip(center, spread, strict=True)]
     begin = np.log([start[n] for n in names])
     try:
         found = minimize(cost, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": FLAT, "gtol": LEVEL})

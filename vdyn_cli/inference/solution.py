@@ -14,7 +14,7 @@ from vdyn_cli.inference.qr_factors import Array
 
 @dataclass(frozen=True)
 class Downweighted:
-    """Neighbouring rows of one run that a robust loss took for outliers."""
+    """Neighboring rows of one run that a robust loss took for outliers."""
 
     run: str
     first: int
@@ -56,7 +56,7 @@ class Solution:
     cost : half the sum of squares (or of losses), priors included.
     residuals : per run, at the solution.
     unit, n_units, effective_units : what was taken as independent, how many there were, and how many equal ones they
-        are worth for the least favoured unknown.
+        are worth for the least favored unknown.
     degrees : of Student's t, for each shared unknown.
     """
 

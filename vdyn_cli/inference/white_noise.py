@@ -23,7 +23,7 @@ def white_level(trace: Array, time: Array | None = None) -> float:
     trace : (n,), the recorded channel, n >= 8; NaN are skipped.
     time : (n,), its increasing time in s where the samples are uneven.
 
-    Assumes that the signal bends little within four samples. A trace so coarsely quantised that most differences
+    Assumes that the signal bends little within four samples. A trace so coarsely quantized that most differences
     vanish falls back to their root mean square.
 
     Raises

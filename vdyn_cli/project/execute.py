@@ -11,7 +11,7 @@ from vdyn_cli.diagnosis.extend import diagnosed
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
-from vdyn_cli.quantities.errors import Finding, InputError, ResultError, alike
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, load_step, published
 
@@ -68,7 +68,7 @@ def _placed(finding: Finding, inputs: Inputs) -> Finding:
 def _doubted(result: Result) -> Result:
     """The result with a warning for each doubtful finding, and for a residual far above the noise."""
     fit = result.fit
-    doubts = [f"{f.where}: {f.what}" for f in alike(result.findings) if f.doubt]
+    doubts = [f"{f.where}: {f.what}" for f in merge_similar(result.findings) if f.doubt]
     warnings = [*doubts, *fit.warnings]
     if fit.misfit:
         warnings.append(

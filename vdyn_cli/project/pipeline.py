@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from pydantic import Field
+
 from vdyn_cli.description.test_description import Strict, Vehicle, load_spec
 from vdyn_cli.description.yaml_source import Source, load_yaml
 from vdyn_cli.diagnosis.level import LEVEL, shared
@@ -23,9 +25,9 @@ from vdyn_cli.steps import Step, load_step, names
 class PipelineSpec(Strict):
     """A pipeline's description: its title, the vehicle as known beforehand, and the tests' descriptions."""
 
-    pipeline: str
-    vehicle: Vehicle = Vehicle()
-    steps: list[str]
+    pipeline: str = Field(description="title of the report")
+    vehicle: Vehicle = Field(Vehicle(), description="what is known of the vehicle: parameters, or a YAML file of them")
+    steps: list[str] = Field(description="paths of the tests' descriptions, from the folder of this file, in any order")
 
 
 Status = Literal["done", "reused", "failed", "skipped"]

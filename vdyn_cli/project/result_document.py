@@ -16,7 +16,7 @@ from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.io.files import sha256
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.quantities.diagnosis import Diagnosis
-from vdyn_cli.quantities.errors import Finding, alike
+from vdyn_cli.quantities.errors import Finding, merge_similar
 from vdyn_cli.quantities.parameters import FORMAT, read_parameters, to_document
 from vdyn_cli.quantities.result import FitSummary, Result
 
@@ -68,7 +68,7 @@ class StepRecord:
     def to_read(self) -> tuple[Finding, ...]:
         """The warnings and findings that a reader should see before using the result."""
         warnings = [Finding(self.result.step, text) for text in self.result.fit.warnings]
-        return (*warnings, *(f for f in alike(self.result.findings) if not (f.minor or f.doubt)))
+        return (*warnings, *(f for f in merge_similar(self.result.findings) if not (f.minor or f.doubt)))
 
     @cached_property
     def document(self) -> dict[str, Any]:

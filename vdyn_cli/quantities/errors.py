@@ -1,4 +1,4 @@
-"""What goes wrong and what to do about it: findings, and the two errors that end a command."""
+"""Findings, the messages to the user, and the two errors that end a command."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing worth telling the user: where it is, what it is, what was found there, how to mend it.
+    """One message to the user: place, fact, what was found there, remedy.
 
     Parameters
     ----------
     where : file with line (``coast.yaml:12``), or file with channel (``run1.csv, column 'Speed'``).
-    what : one sentence fragment naming the problem.
-    got : the offending text or value, empty when there is none to show.
-    remedy : what the user can do, empty when nothing can be done.
-    minor : worth knowing, but no reason to doubt the result.
-    fault : a sensor did not measure, so that nothing should be concluded from what looks odd beside it; also a doubt.
-    doubt : a reason to doubt the result, told before anything else.
+    what : one sentence fragment that states the fact.
+    got : the offending text or value; empty where there is none to show.
+    remedy : what the user can do; empty where nothing can be done.
+    minor : a note, no reason to doubt the result.
+    fault : a sensor did not measure, so that the diagnosis must not name another cause; also a doubt.
+    doubt : a reason to doubt the result; reported first.
     """
 
     where: str
@@ -41,7 +41,7 @@ class Finding:
 
 
 class VdynError(Exception):
-    """A problem of the user's input or result; carries every finding, never just the first."""
+    """A problem of the user's input or result, with all its findings."""
 
     exit_code: ClassVar[int] = 70
 
@@ -73,7 +73,7 @@ def raise_all(findings: Iterable[Finding], error: type[VdynError] = InputError) 
 
 
 def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
-    """The closest of the known names, whatever their case, as a remedy; ``otherwise`` where none is close."""
+    """The remedy for a misspelled name: up to three close names, case ignored, or ``otherwise`` where none is close."""
     from difflib import get_close_matches
 
     plain = {k.lower(): k for k in reversed(tuple(known))}
@@ -81,24 +81,27 @@ def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
     return f"did you mean {' or '.join(near)}?" if near else otherwise
 
 
-def alike(findings: Sequence[Finding], least: int = 2) -> tuple[Finding, ...]:
-    """Findings that say the same of several logs, but for numbers, told once: of the first, and how many more.
+def merge_similar(findings: Sequence[Finding], least: int = 2) -> tuple[Finding, ...]:
+    """Merge findings of several logs that differ in numbers only: the first log's finding, and how many more logs.
 
-    ``least`` : so many are told as one.
+    Parameters
+    ----------
+    findings : in the order in which they are reported.
+    least : smallest number of similar findings that are merged.
     """
     groups: dict[tuple[str, str, str], list[Finding]] = {}
     for found in findings:
         place = found.where.partition(", ")[2]
         groups.setdefault((place, re.sub(r"\d+(?:[.,]\d+)?", "#", found.what), found.remedy), []).append(found)
-    told = []
+    merged: list[Finding] = []
     for (place, _, _), same in groups.items():
         first = same[0]
         if len(same) < least:
-            told += same
+            merged += same
             continue
         if len(same) > 1:
             log = first.where.partition(", ")[0]
             where = f"{log} and {len(same) - 1} more" + (f", {place}" if place else "")
             first = replace(first, where=where)
-        told.append(first)
-    return tuple(told)
+        merged.append(first)
+    return tuple(merged)

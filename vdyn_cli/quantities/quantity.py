@@ -39,11 +39,11 @@ class Quantity:
         return self.lower <= value <= self.upper
 
 
-# Spellings that test benches use and that pint reads otherwise ("Nm" is its number-metre) or not at all.
+# Spellings that test benches use and that pint reads otherwise ("Nm" is its number-meter) or not at all.
 _SPELLINGS = (
-    "newton_metre = newton * metre = Nm",
-    "kilonewton_metre = 1000 newton * metre = kNm",
-    "kilogram_metre_squared = kilogram * metre ** 2 = kgm2",
+    "newton_meter = newton * meter = Nm",
+    "kilonewton_meter = 1000 newton * meter = kNm",
+    "kilogram_meter_squared = kilogram * meter ** 2 = kgm2",
 )
 
 _TOWER = re.compile(r"(?:\*\*|\^)\s*(?:-?\d{2,}|[-\d.]+\s*(?:\*\*|\^))")  # powers of powers would be computed

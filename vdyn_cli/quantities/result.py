@@ -43,7 +43,7 @@ class Comparison:
 class Series:
     """One line, cloud of points, band (between ``y`` and ``y2``) or set of bars of a figure.
 
-    ``error`` is the half-width of error bars; ``role`` chooses the colour.
+    ``error`` is the half-width of error bars; ``role`` chooses the color.
     """
 
     label: str

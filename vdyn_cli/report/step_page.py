@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from vdyn_cli.project.result_document import StepRecord
-from vdyn_cli.quantities.errors import alike
+from vdyn_cli.quantities.errors import merge_similar
 from vdyn_cli.report import comparison, residual_map, typography
 from vdyn_cli.report.chips import Chip, chips
 from vdyn_cli.report.diagnosis_view import DiagnosisSection, diagnosis_section
@@ -115,7 +115,7 @@ def step_page(record: StepRecord, link: str = "") -> StepPage:
     result = record.result
     name = slug(result.step)
     grouped = channel_traces(result.comparisons, result.fit.noise_floor, result.fit.unit)
-    findings = alike(result.findings)
+    findings = merge_similar(result.findings)
     section = diagnosis_section(record.diagnosis, result.parameters)
     figures = [
         Plot(typography.prose(f.title), typography.prose(f.caption), markup(figure_svg(f, f"{name}-fig{i}")))

@@ -153,7 +153,7 @@ def test_a_dense_profile_is_thinned_within_its_tolerance() -> None:
     assert np.max(np.abs(np.interp(x, at, level) - (height - height[0]))) == pytest.approx(off)
 
 
-def test_the_sprung_body_s_centre() -> None:
+def test_the_sprung_body_s_center() -> None:
     sprung, to_front = sprung_body(1500.0, 1.2, 2.6, 90.0, 70.0)
     assert sprung == 1340.0
     assert sprung * to_front + 70.0 * 2.6 == pytest.approx(1500.0 * 1.2)

@@ -7,7 +7,7 @@ from functools import cache
 
 import pytest
 
-from tests.engine.test_linearise import by_hand
+from tests.engine.test_linearize import by_hand
 from tests.physics.models.vehicle_cases import parameters
 from vdyn_cli.physics.models.vibration_modes import Mode, cruise, modes
 from vdyn_cli.quantities.errors import ResultError

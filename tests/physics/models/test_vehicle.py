@@ -97,7 +97,7 @@ def over_a_bump(time: Array, speed: float, wheels: tuple[str, ...], car: dict[st
     return simulate(drive(time, {"speed": speed}, **roads), car)
 
 
-# Hubs at the height of the centre of gravity: pitching does not move them along, as in the half car.
+# Hubs at the height of the center of gravity: pitching does not move them along, as in the half car.
 LEVEL = {"cg_height": REFERENCE.wheel_radius, "rolling_resistance": 1e-9, "drag_area": 0.0}
 LEVEL |= {"tire_vertical_damping": 0.0}
 

@@ -69,7 +69,9 @@ HIDDEN = {
 }
 
 
-@pytest.mark.parametrize("case", HIDDEN)
+@pytest.mark.parametrize(
+    "case", ["headwind", *(pytest.param(case, marks=pytest.mark.slow) for case in HIDDEN if case != "headwind")]
+)
 def test_what_is_hidden_is_named_with_its_size_and_gains_on_held_out_runs(case: str, tmp_path: Path) -> None:
     effects, day = HIDDEN[case]
     made = document(described(tmp_path, effects, day))
@@ -104,6 +106,7 @@ def test_nothing_hidden_is_adequate(tmp_path: Path) -> None:
     assert plain["provenance"]["command"].endswith("--no-diagnose")
 
 
+@pytest.mark.slow
 def test_a_drag_that_no_effect_describes_is_unknown(tmp_path: Path) -> None:
     told = document(described(tmp_path, {"drag_bump": 25.0}))["diagnosis"]
     assert told["verdict"] == "unknown"
@@ -112,6 +115,7 @@ def test_a_drag_that_no_effect_describes_is_unknown(tmp_path: Path) -> None:
     assert told["next_test"]
 
 
+@pytest.mark.slow
 def test_brakes_that_let_go_slower_than_they_usually_do_are_still_brakes(tmp_path: Path) -> None:
     hidden = {"brake_drag_fading": 200.0, "brake_drag_fading_time": 45.0}
     made = document(described(tmp_path, hidden, EIGHT.but(runs=16)))
@@ -122,18 +126,20 @@ def test_brakes_that_let_go_slower_than_they_usually_do_are_still_brakes(tmp_pat
         assert low < size < high
 
 
+@pytest.mark.slow
 def test_an_accelerometer_with_a_wrong_gain_is_no_matter_of_the_car(tmp_path: Path) -> None:
     vehicle, day = random_vehicle(SEED), EIGHT.but(acceleration=ACCELEROMETER.but(gain=0.2))
     channels = {**cases.COAST_CHANNELS, "acceleration": ("Long Accel [m/s^2]", "m/s^2")}
     made = document(cases.coast_downs(vehicle, SEED, tmp_path, day, False, {}, channels))
     told = made["diagnosis"]
-    assert told["verdict"] in ("data_fault", "ambiguous")
+    assert told["verdict"] == "data_fault"
     (size,) = (c["unknowns"]["accelerometer_gain_error"] for c in told["causes"] if c["effect"] == "accelerometer_gain")
     assert size["interval95"][0] < 0.2 < size["interval95"][1]
     low, high = made["parameters"]["drag_area"]["interval95"]
     assert low < vehicle.drag_area < high
 
 
+@pytest.mark.slow
 def test_a_slope_can_be_asked_for_beside_an_accelerometer_that_tells_it(tmp_path: Path) -> None:
     vehicle, day = random_vehicle(SEED), EIGHT.but(acceleration=ACCELEROMETER)
     channels = {**cases.COAST_CHANNELS, "acceleration": ("Long Accel [m/s^2]", "m/s^2")}
@@ -150,11 +156,10 @@ def test_while_a_sensor_stood_still_nothing_else_is_blamed(tmp_path: Path) -> No
     path = described(tmp_path, {"headwind": 2.0})
     damage(sorted(tmp_path.glob("*.csv")), "stuck")
     told = document(path)["diagnosis"]
-    assert told["verdict"] in ("data_fault", "not_testable")
+    assert told["verdict"] == "data_fault"
     assert told["causes"] == told["extended"] == []
-    if told["verdict"] == "data_fault":
-        assert "GPS Speed" in told["sentence"]
-        assert "frozen" in told["sentence"]
+    assert "GPS Speed" in told["sentence"]
+    assert "frozen" in told["sentence"]
 
 
 def test_what_stood_still_may_be_cut_out(tmp_path: Path) -> None:
@@ -166,7 +171,7 @@ def test_what_stood_still_may_be_cut_out(tmp_path: Path) -> None:
         run["to_time"] = float(time[int(0.39 * time.size)])
     path.write_text(yaml.safe_dump(description), encoding="utf-8")
     made = document(path)
-    assert made["diagnosis"]["verdict"] != "data_fault"
+    assert made["diagnosis"]["verdict"] == "adequate"
     assert not any(f["fault"] for f in made["findings"])
 
 
@@ -200,10 +205,10 @@ def test_logs_that_hold_nothing_are_refused_in_words(what: str, tmp_path: Path) 
         with log.open("w", encoding="utf-8", newline="") as file:
             csv.writer(file).writerows([head, *rows])
     code, text, error = vdyn("coastdown", path, "-o", "-")
-    assert code in (1, 2)
+    assert code == 1
     assert text == ""
     assert "bug" not in error
-    assert "coastdown_0" in error or "run" in error
+    assert "coastdown_0.csv: rejected" in error
 
 
 def test_a_wind_stays_with_its_day(tmp_path: Path) -> None:
@@ -214,6 +219,7 @@ def test_a_wind_stays_with_its_day(tmp_path: Path) -> None:
     assert "headwind" not in read_parameters(tmp_path / "out" / "coastdown.json").extensions
 
 
+@pytest.mark.slow
 def test_a_cause_of_the_car_goes_with_its_parameters(tmp_path: Path) -> None:
     path = described(tmp_path, {"speed_dependent_rolling": 2e-4}, diagnose={"extend": ["speed_dependent_rolling"]})
     code, _, error = vdyn("coastdown", path, "-o", tmp_path / "out", "-q")
@@ -253,6 +259,7 @@ def test_no_effects_is_no_diagnosis(tmp_path: Path) -> None:
     assert made["diagnosis"] is None
 
 
+@pytest.mark.slow
 def test_drag_above_a_nominal_coefficient_is_found(tmp_path: Path) -> None:
     """What a data sheet says of the drag takes part with its spread: a rig's drag shows against nothing else.
 
@@ -264,7 +271,7 @@ def test_drag_above_a_nominal_coefficient_is_found(tmp_path: Path) -> None:
     found = document(described(tmp_path, {"extra_drag_area": 0.1}, settings={"fix": fix}))
     diagnosis = found["diagnosis"]
     answers = {cause["effect"] for cause in diagnosis["causes"]} | {n for one in diagnosis["ambiguous"] for n in one}
-    assert diagnosis["verdict"] in ("named", "ambiguous")
+    assert diagnosis["verdict"] == "ambiguous"
     assert "extra_drag_area" in answers
     assert not answers & {"headwind", "road_grade", "driveline_drag", "brake_drag"}
     (said,) = (f for f in found["findings"] if f["where"] == "vehicle.drag_area")

@@ -34,7 +34,8 @@ def test_regimes_are_what_the_car_does() -> None:
 
 def test_a_mass_on_a_road_is_simulated_where_it_moves_and_nobody_brakes() -> None:
     found, _ = stretches([log()], [Note()], Cut("road_load"))
-    assert [(round(s.time[0]), round(s.time[-1])) for s in found] == [(4, 48)] or found[0].time[-1] < 48.0
+    assert [(round(s.time[0]), round(s.time[-1])) for s in found] == [(4, 48)]
+    assert found[0].time[-1] < 48.0
     assert all(not s.inputs["brake_torque"].any() for s in found)
 
 

@@ -12,6 +12,8 @@ from vdyn_cli.steps.validate.extended import sized
 from vdyn_cli.steps.validate.flanks import rested
 from vdyn_cli.steps.validate.regression import weigh
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 
 def test_a_size_that_is_begun_too_small_begins_again_where_all_knocks_fit(
     tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch

@@ -72,7 +72,7 @@ def test_the_likeliest_zero_is_tried_and_others_to_either_side(std: float, count
     zeros = _Explained(np.zeros((1, 1)), 0.7, std).zeros
     assert zeros.size == count
     assert zeros[count // 2] == pytest.approx(0.7)
-    assert count == 25 or np.diff(zeros).max() <= 0.5
+    assert (np.diff(zeros).max() <= 0.5) == (std < 1.0)
 
 
 def test_of_zeros_that_let_gears_rest_alike_the_likeliest_is_taken(trials: Callable[[float], Trial]) -> None:
@@ -98,6 +98,7 @@ def test_without_play_nothing_is_tried(trials: Callable[[float], Trial]) -> None
     assert rested(trial) is trial
 
 
+@pytest.mark.slow
 def test_a_size_is_known_no_better_than_drives_tell_it_from_sizes_about_it(trials: Callable[[float], Trial]) -> None:
     ((size, spread),) = evenly(trials(PLAY)).values()
     assert size == pytest.approx(PLAY, abs=3 * spread)
@@ -129,6 +130,7 @@ def finite(below: float, best: float = PLAY) -> Callable[[float], float]:
     return cost
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("begun", [0.9, 1.0, 1.1])
 @pytest.mark.parametrize("below", [np.inf, 1.65e-3])
 def test_a_size_beside_the_best_comes_back_to_it_from_sizes_that_can_be_simulated(
@@ -179,6 +181,7 @@ def test_sizes_that_are_not_possible_are_neither_tried_nor_told(
     assert size == pytest.approx(most)
 
 
+@pytest.mark.slow
 def test_a_torque_whose_zero_is_known_has_none_to_try(trials: Callable[[float], Trial]) -> None:
     def exact(size: float) -> Trial:
         trial = trials(size)
@@ -190,6 +193,7 @@ def test_a_torque_whose_zero_is_known_has_none_to_try(trials: Callable[[float], 
     assert evenly(exact(PLAY))
 
 
+@pytest.mark.slow
 def test_a_zero_that_is_hardly_known_is_found_where_the_drive_has_it(drive: Inputs) -> None:
     """Half a newton metre decides on which flank gears rest, whatever a data sheet allows."""
     log = drive.data[0]
@@ -204,6 +208,7 @@ def test_a_zero_that_is_hardly_known_is_found_where_the_drive_has_it(drive: Inpu
     assert zero == pytest.approx(1.1 + ZERO, abs=0.15)
 
 
+@pytest.mark.slow
 def test_play_that_was_found_before_is_weighed_by_the_car_without_it(drive: Inputs) -> None:
     before = Estimate(PLAY, 2e-5, (PLAY - 4e-5, PLAY + 4e-5), "rad", "free play", "shaft")
     known = replace(drive.known, extensions={"backlash": {"backlash": before}})

@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 from tests.plant import puzzle
 from vdyn_cli.cli import app
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 
 @pytest.fixture(scope="module")
 def told(root: Path) -> dict[str, Any]:

@@ -82,6 +82,7 @@ def test_it_publishes_no_parameters_and_shows_what_it_found(right: Result) -> No
     assert {c.channel for c in right.comparisons} == {*OUTPUTS, "jerk"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["wheel_radius", "tire_relaxation_length"])
 def test_a_parameter_wrong_by_three_standard_deviations_shows(root: Path, tmp_path: Path, name: str) -> None:
     result = validated(root, tmp_path, (2,), wrong={name: 3.0})
@@ -93,6 +94,7 @@ def test_a_parameter_wrong_by_three_standard_deviations_shows(root: Path, tmp_pa
     assert name.replace("_", " ") in result.sentence
 
 
+@pytest.mark.slow
 def test_a_parameter_wrong_by_far_is_told_first(root: Path, tmp_path: Path) -> None:
     result = validated(root, tmp_path, (2,), wrong={"mass": 20.0})
     found = numbers(result)
@@ -117,6 +119,7 @@ def test_the_regression_is_the_door_for_effects(root: Path, tmp_path: Path) -> N
     assert change == pytest.approx(rows.jacobian[:, shared.index("mass")], abs=1e-3 * np.abs(change).max())
 
 
+@pytest.mark.slow
 def test_its_lines_may_go_through_parameters_that_are_not_as_believed(root: Path, tmp_path: Path) -> None:
     """Priors stay where they are; a start beyond what is plausible is taken back to five standard deviations."""
     found = inputs(root, tmp_path, true_parameters(), (1,))
@@ -140,6 +143,7 @@ def test_how_a_car_leaves_rest_is_not_known_to_the_millimetre(root: Path, tmp_pa
     assert np.sqrt(covariance.min()) > 0.9 * DEPARTURE
 
 
+@pytest.mark.slow
 def test_free_play_is_weighed_by_what_some_play_does(root: Path, tmp_path: Path) -> None:
     """It has no slope at nothing: its trace is that of a size worth finding."""
     found = inputs(root, tmp_path, true_parameters(), (1,))

@@ -13,6 +13,8 @@ from tests.open_road import CDA, DENSITY, F0, F1, Made, Truth, description, driv
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.result import Result
 
+pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
+
 DRIVES, SHORT = 8, 200.0  # s
 LOSSES = {"driveline_loss", "torque_gain", "mass_error", "rotating_mass", "wheel_radius"}
 

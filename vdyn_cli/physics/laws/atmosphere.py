@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 GAS_CONSTANT_DRY = 287.055  # J/(kg K), dry air
-GAS_CONSTANT_VAPOUR = 461.495  # J/(kg K), water vapour
+GAS_CONSTANT_VAPOR = 461.495  # J/(kg K), water vapor
 
 
 def air_density(temperature: float, pressure: float, humidity: float = 0.0) -> float:
@@ -28,5 +28,5 @@ def air_density(temperature: float, pressure: float, humidity: float = 0.0) -> f
     Magnus form with the coefficients of WMO-No. 8 (es = 611.2 Pa exp(17.62 t/(243.12 + t)), t in degC).
     """
     celsius = temperature - 273.15
-    vapour = humidity * 611.2 * math.exp(17.62 * celsius / (243.12 + celsius))
-    return (pressure - vapour) / (GAS_CONSTANT_DRY * temperature) + vapour / (GAS_CONSTANT_VAPOUR * temperature)
+    vapor = humidity * 611.2 * math.exp(17.62 * celsius / (243.12 + celsius))
+    return (pressure - vapor) / (GAS_CONSTANT_DRY * temperature) + vapor / (GAS_CONSTANT_VAPOR * temperature)

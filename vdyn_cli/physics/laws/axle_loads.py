@@ -23,13 +23,13 @@ def motion_moment(s: Signals) -> Number:
 
     (M h + J) a + h W + Fd hd - I th'',   a = a_antenna + (H - h) th'' + d th'^2
 
-    J = sum of the wheels' inertia over their radius: wheels that spin up take load off the front axle as if the centre
+    J = sum of the wheels' inertia over their radius: wheels that spin up take load off the front axle as if the center
     of gravity were higher by J/M (some 10 mm for a car).
 
     Signals: ``acceleration`` m/s^2 of the antenna, free of gravity; ``pitch`` rad, ``pitch_rate``,
     ``pitch_acceleration`` nose-up, rad/s, rad/s^2; ``climb`` N, the weight along the road (W), positive uphill;
     ``drag`` N at ``drag_height`` m; ``mass``, ``cg_height``, ``pitch_inertia``, ``antenna_height``,
-    ``antenna_offset`` (ahead of the centre of gravity), ``spin`` kg m (J).
+    ``antenna_offset`` (ahead of the center of gravity), ``spin`` kg m (J).
 
     Assumes a body that pitches as one; source: SAE 2017-01-1574, equations (5) to (7), with the wheels' spin added.
     """

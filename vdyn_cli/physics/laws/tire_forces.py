@@ -1,4 +1,4 @@
-"""Longitudinal and lateral force of a tyre over its slip."""
+"""Longitudinal and lateral force of a tire over its slip."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a tyre's slip builds up, at speed and at rest; along and across alike."""
+"""How a tire's slip builds up, at speed and at rest; along and across alike."""
 
 from __future__ import annotations
 

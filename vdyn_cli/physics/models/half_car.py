@@ -33,7 +33,7 @@ Points = tuple[tuple[float, float], ...]
 def sprung_body(
     mass: Number, cg_to_front: Number, wheelbase: Number, unsprung_mass_front: Number, unsprung_mass_rear: Number
 ) -> tuple[Number, Number]:
-    """Mass of the sprung body, kg, and how far its centre lies behind the front axle, m.
+    """Mass of the sprung body, kg, and how far its center lies behind the front axle, m.
 
     Ms = M - mf - mr,   Ms lf = M cg_to_front - mr L   (moments about the front axle)
     """
@@ -56,13 +56,13 @@ def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
     Returns
     -------
     Model with outputs front_load, rear_load (N), vertical_acceleration (m/s^2, of the body ``antenna_offset`` m ahead
-    of its centre, zero at rest) and pitch_rate (rad/s); states of the body and the axles, and ``position`` m along the
+    of its center, zero at rest) and pitch_rate (rad/s); states of the body and the axles, and ``position`` m along the
     road, where the bump begins at ``distance_front``; the rear axle meets it a ``wheelbase`` later.
 
     Notes
     -----
     Inputs: speed m/s and elapsed s, from which speed_scale (relative) and speed_ramp (m/s^2) correct the speed.
-    ``mass`` and ``cg_to_front`` are the whole car's, ``sprung_pitch_inertia`` that of the body about its own centre,
+    ``mass`` and ``cg_to_front`` are the whole car's, ``sprung_pitch_inertia`` that of the body about its own center,
     which lies lf behind the front axle (``sprung_body``). ``outboard_mass`` is the mass of an axle's wheels
     outside the load sensors: 0 where the loads are those on the road, else a sensor reads Fz - m (g + z'').
     Assumes small angles, vertical motion independent of the longitudinal one, both wheels of an axle alike.

@@ -36,9 +36,9 @@ MODELS = {
 
 
 def compound_inertia(period: float, mass: float, pivot_distance: float, gravity: float) -> float:
-    """Moment of inertia about the centre of mass, kg m^2, of a body swinging about a pivot.
+    """Moment of inertia about the center of mass, kg m^2, of a body swinging about a pivot.
 
-    J = m g d T^2 / (4 pi^2) - m d^2, d from pivot to centre of mass, T (s) of small swings.
+    J = m g d T^2 / (4 pi^2) - m d^2, d from pivot to center of mass, T (s) of small swings.
     """
     return mass * pivot_distance * (gravity * (period / (2 * pi)) ** 2 - pivot_distance)
 

@@ -1,4 +1,4 @@
-"""The tyre's force over slip as a model: slip and load in, longitudinal force out. A static map."""
+"""The tire's force over slip as a model: slip and load in, longitudinal force out. A static map."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def vehicle(driven: Driven = "front", torque: Torque = "axle", located: bool = F
     Returns
     -------
     Model with outputs speed (m/s), wheel_speed_fl, _fr, _rl, _rr (rad/s), shaft_torque_left, _right (N m, the front
-    axle's where both are driven), acceleration (m/s^2, specific force along the road at the centre of gravity),
+    axle's where both are driven), acceleration (m/s^2, specific force along the road at the center of gravity),
     front_load, rear_load (N at the road), jerk (m/s^3, the time derivative of V').
 
     Notes
@@ -75,12 +75,12 @@ def vehicle(driven: Driven = "front", torque: Torque = "axle", located: bool = F
     heights are zero at rest on a flat road of height zero; a run starts at rest on the heights of its first sample,
     rolling freely at its start speed, with shafts twisted by the torque of the first sample.
     Stiffness, damping and unsprung mass are per axle; ``pitch_inertia`` and ``roll_inertia`` are the whole car's about
-    its centre, wheels staying on the ground. V is the speed of the whole car's centre; the hubs, carried along by a
+    its center, wheels staying on the ground. V is the speed of the whole car's center; the hubs, carried along by a
     body that pitches, move at V + a (h - r) pitch': with the share a = ``hub_swing`` of 1 the sprung body's inertia,
     I - mu M/Ms (h - r)^2, needs no term, and energy is kept. Links that keep the hubs back make it less, as soft mounts
     make ``driveline_pitch`` less than 1, the share of the pitching that the inner ends follow; wheels turn with respect
     to the road.
-    Assumes small angles, no steering, roll centres on the ground, vertical wheel travel, no aerodynamic lift, no
+    Assumes small angles, no steering, roll centers on the ground, vertical wheel travel, no aerodynamic lift, no
     gyroscopic moments, an open differential, and half of ``driveline_inertia`` on each side of it.
     Source: the model described in doi:10.4271/2017-01-1574; equations of motion by virtual work.
     """

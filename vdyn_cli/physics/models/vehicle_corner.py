@@ -23,7 +23,7 @@ def corner(e: Bench, u: Signals, at: Corner, body: Body, drive_torque: Number | 
     driven_share : the part of all driven wheels that one stands for.
     """
     p = e.p
-    along = p.cg_to_front if at.axle == "front" else p.cg_to_front - p.wheelbase  # ahead of the whole car's centre
+    along = p.cg_to_front if at.axle == "front" else p.cg_to_front - p.wheelbase  # ahead of the whole car's center
     arm = body.sprung_to_front if at.axle == "front" else body.sprung_to_front - p.wheelbase  # of the sprung body's
     across = getattr(p, f"track_{at.axle}") * (0.5 if at.side == "left" else -0.5)
     strut, load, static = _suspension(e, u, at, body, arm, across)

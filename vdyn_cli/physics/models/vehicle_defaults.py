@@ -89,7 +89,7 @@ _WAYS = (
     _A("tire_relaxation_length", lambda k: 0.3, "usual for passenger car tires: 0.1 to 0.4 m"),
     _A("tire_cornering_stiffness", lambda k: 15.0, "usual; a straight drive does not feel it"),
     _A("rolling_speed", lambda k: 0.0, "rolling resistance taken as independent of speed"),
-    _A("drag_height", lambda k: k["cg_height"], "at the centre of gravity"),
+    _A("drag_height", lambda k: k["cg_height"], "at the center of gravity"),
     _A("air_density", lambda k: air_density(k["temperature"], k["pressure"]), "dry air of this temperature, pressure"),
     _A("air_density", lambda k: air_density(293.15, 1e5), "20 degC, 100 kPa, to which a road load is referred"),
     _A("wind_variance", lambda k: 0.0, "no gusts"),

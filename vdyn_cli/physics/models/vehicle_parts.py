@@ -24,7 +24,7 @@ CORNERS = tuple(Corner(f"_{axle[0]}{side[0]}", axle, side) for axle in ("front",
 class Body:
     """The chassis's states, SI, and what follows from them and the parameters.
 
-    ``sprung_mass`` kg has its centre ``sprung_to_front`` m behind the front axle; ``lightness`` m/s^2 is what a slope
+    ``sprung_mass`` kg has its center ``sprung_to_front`` m behind the front axle; ``lightness`` m/s^2 is what a slope
     takes from gravity across the road, g (1 - cos).
     """
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import Bins, cut
-from vdyn_cli.inference.gust_covariance import Coloured, RunNoise, Steady, White, integration
+from vdyn_cli.inference.gust_covariance import Colored, RunNoise, Steady, White, integration
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.validate.drives import Stretch
@@ -51,16 +51,16 @@ def slow_noise(s: Stretch, plan: Plan, bins: Bins, values: Mapping[str, float], 
     level = plan.common_level
     if not plan.felt:
         gust = -moved * pull
-        parts: list[White | Steady | Coloured] = [
+        parts: list[White | Steady | Colored] = [
             White("speed_noise", level**2 / count),
-            Coloured("gust", "gust_time", gust, _lag(bins)),
+            Colored("gust", "gust_time", gust, _lag(bins)),
             Steady("run_wind", gust.sum(axis=1)),
             Steady("run_drive", moved.sum(axis=1)),
         ]
         if (
             FELT in s.inputs
         ):  # what an accelerometer takes for a slope, and torque that is reckoned, are off by stretches
-            parts.append(Coloured("push", "push_time", moved, _lag(bins)))
+            parts.append(Colored("push", "push_time", moved, _lag(bins)))
         return RunNoise(tuple(parts), walk, moved.sum(axis=1))
     felt = here - pull[:, None] * moved
     push, none = np.vstack([moved, felt]), np.zeros(count.size)
@@ -72,8 +72,8 @@ def slow_noise(s: Stretch, plan: Plan, bins: Bins, values: Mapping[str, float], 
     parts = [
         White("speed_noise", np.r_[level**2 / count, none]),
         White("acceleration_noise", np.r_[none, (force**2 + driven**2) / count]),
-        Coloured("gust", "gust_time", gust, lag),
-        Coloured("road", "road_time", road, lag),
+        Colored("gust", "gust_time", gust, lag),
+        Colored("road", "road_time", road, lag),
         Steady("road_mean", road.sum(axis=1)),
         Steady("run_wind", gust.sum(axis=1)),
         Steady("run_drive", push.sum(axis=1)),

@@ -1,0 +1,42 @@
+"""`vdyn explain`: steps, effects, parameters, and the two pages."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import pytest
+
+from vdyn_cli.commands.explain import explanation
+from vdyn_cli.commands.glossary import GLOSSARY, glossary
+from vdyn_cli.quantities.diagnosis import Verdict
+from vdyn_cli.quantities.errors import InputError
+
+
+def test_the_glossary_is_one_page_of_one_line_each() -> None:
+    lines = glossary().splitlines()
+    assert explanation("glossary").splitlines() == lines
+    assert len(lines) == len(GLOSSARY) <= 50
+    assert max(map(len, lines)) <= 120
+    assert all(word in glossary() for word in ("candidate effect", "baseline", "block", "held-out gain", "evidence"))
+
+
+def test_the_glossary_explains_every_verdict() -> None:
+    assert set(get_args(Verdict)) <= set(GLOSSARY)
+
+
+def test_the_policy_lists_the_thresholds_of_the_diagnosis() -> None:
+    from vdyn_cli.diagnosis.policy import policy_text
+
+    assert explanation("policy") == policy_text()
+    assert len(policy_text().splitlines()) > 5
+
+
+def test_a_parameter_that_is_an_effect_too_has_both_explanations() -> None:
+    text = explanation("wheel_radius")
+    assert "effective rolling radius" in text
+    assert "candidate in:" in text
+
+
+def test_a_misspelled_topic_gets_the_closest_names() -> None:
+    with pytest.raises(InputError, match="did you mean glossary"):
+        explanation("glosary")

@@ -1,0 +1,44 @@
+"""`vdyn explain glossary`: the words of this project that a reader of its reports needs, one line each."""
+
+from __future__ import annotations
+
+GLOSSARY = {
+    "candidate effect": "a law or sensor fault that may be missing from the model; nothing at zero amplitude",
+    "effect": "a candidate effect that the diagnosis named or the description requests; see 'vdyn list'",
+    "baseline": "the model, and its estimates, before any effect is added",
+    "extension": "the model with effects added; its estimates stand beside those of the baseline",
+    "diagnosis": "test of the baseline against all candidate effects, after each fit",
+    "verdict": "what the diagnosis concludes, one of the next six",
+    "adequate": "no model error detected",
+    "named": "one effect, or one pair, removes the significant residual and every rival is rejected",
+    "ambiguous": "several effects remove the residual about equally well; the set is listed",
+    "unknown": "a significant model error that no candidate effect removes",
+    "not_testable": "too few runs, or a fit that cannot be computed: no test is possible",
+    "data_fault": "a sensor did not measure, so that a model error cannot be told from it",
+    "evidence": "the independent units that the test compares, and their effective number",
+    "run": "one pass over the track, or one recording: the largest independent unit",
+    "block": "a part of a run, long enough to be nearly independent of its neighbors",
+    "level": "chance of a false alarm when the model is correct, over all candidate effects",
+    "score test": "test of a candidate effect from the baseline's residual, in standard errors",
+    "amplitude": "the estimate of an effect's unknown, such as a headwind of 2 m/s",
+    "visibility": "share of an effect's sensitivity that is not collinear with the fitted parameters, 0 to 1",
+    "not testable effect": "a candidate effect that these data cannot show, with the bias it would cause",
+    "biased": "by how much a parameter was off without the named effect",
+    "remainder": "significant residual that the named effects leave",
+    "free profile": "a smooth curve over speed, time or position that stands for any law that is not listed",
+    "held-out gain": "fall of the error in runs that the fit and the choice of effect did not use",
+    "noise floor": "rms of the residual that measurement noise alone would leave",
+    "given": "a value that the description states, with the standard deviation after +-",
+    "prior": "a given value with its standard deviation, where the data may move it",
+    "pull": "change of a given value by the fit, in its standard deviations",
+    "next test": "the manoeuvre that separates rival effects, with the expected distance in standard errors",
+    "finding": "one message: place, fact, number, remedy",
+    "doubt": "a finding that makes the result doubtful; listed first",
+    "known": "parameters of other steps, passed with --known",
+}
+
+
+def glossary() -> str:
+    """The glossary as text, one line each: word and meaning."""
+    width = max(map(len, GLOSSARY))
+    return "\n".join(f"{word:<{width}}  {meaning}" for word, meaning in GLOSSARY.items())

@@ -1,0 +1,133 @@
+"""The published form of a step's result JSON and of the pipeline's ``parameters.json``, as pydantic models.
+
+A number that is not finite has no form in JSON: it is written as null, so that the schema allows null for each number.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
+
+from vdyn_cli.quantities.diagnosis import Diagnosis
+
+
+class Entry(BaseModel):
+    """A part of a result: frozen, and an unknown key is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class EstimateEntry(Entry):
+    """One parameter with its uncertainty, in SI units."""
+
+    value: float = Field(description="estimate, or the value that was given, in 'unit'")
+    std: float = Field(description="standard deviation of the estimate, in 'unit'; 0 for a value given as exact")
+    interval95: tuple[float, float] = Field(description="lower and upper end of the 95 % interval, in 'unit'")
+    unit: str = Field(description="SI unit; empty for a dimensionless parameter")
+    meaning: str = Field(description="what the parameter is")
+    baseline: float | None = Field(description="estimate without the extension of the model, in 'unit'; null if given")
+    source: str = Field(description="'given', 'measured', or the step that estimated it")
+
+
+class FitEntry(Entry):
+    """How well the model follows the data."""
+
+    runs: list[str] = Field(description="logs that were used")
+    rms: float = Field(description="root mean square of the residual, in 'unit'")
+    noise_floor: float = Field(description="rms that measurement noise alone would leave, in 'unit'")
+    unit: str = Field(description="unit of 'rms', 'noise_floor' and 'held_out_rms'")
+    unknowns: list[str] = Field(description="names of the parameters that were fitted together")
+    interval_unit: str = Field(description="independent unit behind the intervals: 'run', 'block', or empty")
+    interval_units: int = Field(description="number of independent units")
+    held_out_rms: float | None = Field(description="rms in runs that the fit did not use, in 'unit'")
+    warnings: list[str] = Field(description="reasons to doubt the result")
+
+
+class FindingEntry(Entry):
+    """One message: place, fact, what was found there, remedy."""
+
+    where: str = Field(description="file and line, or log and channel")
+    what: str = Field(description="the fact")
+    got: str = Field(description="the offending text or value; may be empty")
+    remedy: str = Field(description="what to do; may be empty")
+    minor: bool = Field(description="true: a note, no reason to doubt the result")
+    fault: bool = Field(description="true: a sensor did not measure")
+    doubt: bool = Field(description="true: a reason to doubt the result")
+
+
+class Versions(BaseModel):
+    """Versions of the program and of the packages that a result depends on."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    vdyn_cli: str = Field(description="version of this program")
+
+
+class Provenance(Entry):
+    """What the result was made from; the same inputs, settings and versions give the same bytes."""
+
+    inputs: dict[str, str] = Field(description="sha256 of every file that was read, by its path or name")
+    settings: dict[str, JsonValue] = Field({}, description="the test's description as it was understood, in SI units")
+    versions: Versions = Field(description="versions of the program and its packages")
+    command: str = Field(description="the command that makes this file")
+
+
+class ParameterSet(BaseModel):
+    """What a result of a step and of the pipeline have in common; ``--known`` and ``vdyn export`` read these keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    format: Literal["vdyn/parameters/1"] = Field(description="name and version of this format")
+    step: str = Field(description="the step that wrote the file, or 'pipeline'")
+    parameters: dict[str, EstimateEntry] = Field(description="estimates by name; see 'vdyn explain NAME'")
+    correlation: dict[str, dict[str, float]] = Field(description="correlation of parameters that were fitted together")
+    extensions: dict[str, dict[str, EstimateEntry]] = Field(
+        description="effects that extend the model and belong to the vehicle: effect, its unknowns, their estimates"
+    )
+    provenance: Provenance = Field(description="inputs, settings, versions and command")
+
+
+class ResultDocument(ParameterSet):
+    """The result of one step. Further keys hold numbers of that step alone, such as ``road_load`` of a coast-down."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    sentence: str = Field(description="the result in one sentence")
+    fit: FitEntry = Field(description="how well the model follows the data")
+    findings: list[FindingEntry] = Field(description="notes and doubts about inputs and result")
+    diagnosis: Diagnosis | None = Field(description="what the model gets wrong; null where no diagnosis was made")
+
+
+class StepSummary(Entry):
+    """How one step of a pipeline ended."""
+
+    good: bool = Field(description="whether the step has a result")
+    sentence: str = Field(description="the result in one sentence, or why there is none")
+    verdict: str = Field(description="verdict of the diagnosis; empty where none was made")
+    diagnosis: str = Field(description="the diagnosis in one sentence; empty where none was made")
+
+
+class ParametersDocument(ParameterSet):
+    """The pipeline's ``parameters.json``: the full parameter set of a test day."""
+
+    title: str = Field(description="title of the pipeline")
+    missing: dict[str, str] = Field(description="parameters without a value, and why")
+    steps: dict[str, StepSummary] = Field(description="how each step ended")
+
+
+class _NumbersOrNull(GenerateJsonSchema):
+    def float_schema(self, schema: core_schema.FloatSchema) -> JsonSchemaValue:
+        return {**super().float_schema(schema), "type": ["number", "null"]}
+
+
+def document_schema(model: type[BaseModel]) -> dict[str, Any]:
+    """The JSON schema of a published document, in which each number may be null.
+
+    Parameters
+    ----------
+    model : :class:`ResultDocument` or :class:`ParametersDocument`.
+    """
+    return model.model_json_schema(schema_generator=_NumbersOrNull)
