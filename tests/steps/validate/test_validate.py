@@ -22,9 +22,9 @@ from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.validate import step as validate
-from vdyn_cli.steps.validate.drives import OUTPUTS
+from vdyn_cli.steps.validate.segments import OUTPUTS
 from vdyn_cli.steps.validate.noise import DEPARTURE
-from vdyn_cli.steps.validate.regression import weigh
+from vdyn_cli.steps.validate.whitening import whiten_drives
 
 
 def validated(root: Path, folder: Path, drives: tuple[int, ...] = (1,), wrong: Any = None, **settings: Any) -> Result:
@@ -133,10 +133,10 @@ def test_its_lines_may_go_through_parameters_that_are_not_as_believed(root: Path
 
 def test_how_a_car_leaves_rest_is_not_known_to_the_millimetre(root: Path, tmp_path: Path) -> None:
     found = inputs(root, tmp_path, true_parameters(), (1,))
-    w = weigh(validate.trial_of(found.spec, found.data, found.known)[0], calm=True)
-    rows = len(w.plans[0].bins.time)
+    w = whiten_drives(validate.trial_of(found.spec, found.data, found.known)[0], calm=True)
+    rows = len(w.layouts[0].bins.time)
     covariance = w.factors[0][:rows] @ w.factors[0][:rows].T
-    assert w.plans[0].section(w.plans[0].bins).min() > 0
+    assert w.layouts[0].section(w.layouts[0].bins).min() > 0
     assert np.sqrt(covariance.min()) > 0.9 * DEPARTURE
 
 
@@ -145,14 +145,14 @@ def test_free_play_is_weighed_by_what_some_play_does(root: Path, tmp_path: Path)
     found = inputs(root, tmp_path, true_parameters(), (1,))
     play = next(e for e in catalogue() if e.name == "backlash")
     size = play.probes[len(play.probes) // 3]
-    trials = [
+    setups = [
         validate.trial_of(found.spec, found.data, found.known, [play], [Unknown("backlash", start, 0.0, 0.06, "rad")])[
             0
         ]
         for start in (0.0, size)
     ]
-    without, with_it = (one.first[0] for one in trials)
-    column = without.slopes["shaft_torque_left"][:, len(trials[0].beliefs.names) + len(trials[0].instruments)]
+    without, with_it = (one.first[0] for one in setups)
+    column = without.sensitivities["shaft_torque_left"][:, len(setups[0].prior.names) + len(setups[0].instruments)]
     apart = with_it.values["shaft_torque_left"] - without.values["shaft_torque_left"]
     assert np.abs(apart).max() > 1.0
     assert column * size == pytest.approx(apart, abs=0.05 * np.abs(apart).max())
@@ -165,10 +165,10 @@ def test_what_earlier_steps_found_beside_the_parameters_is_simulated_and_not_sou
     size = Estimate(0.4, 0.02, (0.36, 0.44), "m^2", "drag of what was mounted", "coastdown")
     extended = replace(found.known, extensions={"extra_drag_area": {"extra_drag_area": size}})
     plain, _ = validate.trial_of(found.spec, found.data, found.known)
-    trial, _ = validate.trial_of(found.spec, found.data, extended)
-    assert "extra_drag_area" in trial.beliefs.names
-    assert trial.beliefs.std[trial.beliefs.names.index("extra_drag_area")] == 0.02
-    speeds = [t.first[0].values["speed"][-1] for t in (plain, trial)]
+    setup, _ = validate.trial_of(found.spec, found.data, extended)
+    assert "extra_drag_area" in setup.prior.names
+    assert setup.prior.std[setup.prior.names.index("extra_drag_area")] == 0.02
+    speeds = [t.first[0].values["speed"][-1] for t in (plain, setup)]
     assert speeds[1] < speeds[0] - 0.5
     step = load_step("validate")
     case = case_of(step, found.spec, extended, step.prepare(found.spec, found.data, extended))

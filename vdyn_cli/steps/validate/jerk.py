@@ -20,7 +20,7 @@ FASTEST = 40.0  # Hz of the logger at least: slower, a jerk would show nothing o
 
 
 @dataclass(frozen=True)
-class Filter:
+class SmoothDerivative:
     """The low-pass: ``width`` is tau in s."""
 
     width: float
@@ -41,10 +41,10 @@ class Filter:
         return float(np.sum(((1.0 - 0.5 * lag**2) * np.exp(-0.25 * lag**2)) ** 2))
 
 
-JERK = Filter(0.02)
+JERK = SmoothDerivative(0.02)
 
 
-def slope_of(time: Array, values: Array, derive: bool = True) -> Array | None:
+def smooth_derivative(time: Array, values: Array, derive: bool = True) -> Array | None:
     """The low-passed time derivative of values (n,) or (n, k), or the low-passed values themselves.
 
     NaN within reach of the filter gives NaN. None where the log is too slow to tell.

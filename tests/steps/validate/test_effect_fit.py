@@ -1,0 +1,35 @@
+"""Play that is fitted on straight lines comes to rest where all knocks fit, not where the first lines lead."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tests.steps.validate.test_flanks import PLAY, one_drive, simulated
+from vdyn_cli.steps.validate import extended, flanks
+from vdyn_cli.steps.validate.effect_fit import fit_effects
+from vdyn_cli.steps.validate.nondifferentiable import with_best_zeros
+from vdyn_cli.steps.validate.whitening import whiten_drives
+
+
+def test_a_size_that_is_begun_too_small_begins_again_where_all_knocks_fit(
+    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The lines through two thirds of the size come to rest at little more."""
+    monkeypatch.setattr(extended, "PASSES", 2)  # fewer passes and sizes than in earnest: they take time
+    monkeypatch.setattr(flanks, "AROUND", (0.8, 0.9, 1.0, 1.1, 1.2))
+    drive = one_drive(tmp_path_factory.mktemp("play"))
+    found = fit_effects(
+        simulated(drive, PLAY / 1.5), lambda begun: whiten_drives(with_best_zeros(begun), calm=True).regression
+    )
+    size, spread = found.solution.values["backlash"], found.spreads["backlash"]
+    assert size == pytest.approx(PLAY, rel=0.1)
+    assert size == pytest.approx(PLAY, abs=2 * spread)
+    assert found.solution.std["backlash"] < spread < 0.1 * PLAY
+    assert found.setup.extra[0].start == size
+    assert not found.setup.at
+    assert not found.doubts
+    (doubt,) = replace(found, moved=2.0).doubts
+    assert "have not come to rest: the last pass moved them by 2.0 standard errors" in doubt.what
+    assert doubt.doubt
