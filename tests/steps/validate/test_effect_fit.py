@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from tests.steps.validate.test_flanks import PLAY, one_drive, simulated
-from vdyn_cli.steps.validate import extended, flanks
+from tests.steps.validate.test_nondifferentiable import PLAY, one_drive, simulated
+from vdyn_cli.steps.validate import effect_fit, nondifferentiable
 from vdyn_cli.steps.validate.effect_fit import fit_effects
 from vdyn_cli.steps.validate.nondifferentiable import with_best_zeros
 from vdyn_cli.steps.validate.whitening import whiten_drives
@@ -17,11 +17,14 @@ def test_a_size_that_is_begun_too_small_begins_again_where_all_knocks_fit(
     tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The lines through two thirds of the size come to rest at little more."""
-    monkeypatch.setattr(extended, "PASSES", 2)  # fewer passes and sizes than in earnest: they take time
-    monkeypatch.setattr(flanks, "AROUND", (0.8, 0.9, 1.0, 1.1, 1.2))
+    monkeypatch.setattr(effect_fit, "PASSES", 2)  # fewer passes and sizes than in earnest: they take time
+    monkeypatch.setattr(nondifferentiable, "AROUND", (0.8, 0.9, 1.0, 1.1, 1.2))
     drive = one_drive(tmp_path_factory.mktemp("play"))
+    reference = drive.reference
     found = fit_effects(
-        simulated(drive, PLAY / 1.5), lambda begun: whiten_drives(with_best_zeros(begun), calm=True).regression
+        simulated(drive, PLAY / 1.5),
+        lambda begun: whiten_drives(with_best_zeros(begun, reference), calm=True).regression,
+        reference,
     )
     size, spread = found.solution.values["backlash"], found.spreads["backlash"]
     assert size == pytest.approx(PLAY, rel=0.1)

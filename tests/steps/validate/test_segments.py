@@ -10,9 +10,9 @@ import pytest
 from tests.steps.validate.validate_cases import inputs, true_parameters
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.segments import Segmentation, RunConditions, end_speed, drive_segments
+from vdyn_cli.steps.validate.problem import ValidateProblem
 from vdyn_cli.steps.validate.regimes import REGIMES
-from vdyn_cli.steps.validate.step import trial_of
+from vdyn_cli.steps.validate.segments import RunConditions, Segmentation, drive_segments, end_speed
 
 TIME = np.arange(0.0, 60.0, 0.1)
 # Stands, accelerates, cruises, coasts, brakes, stands.
@@ -99,7 +99,9 @@ def test_an_output_that_holds_one_value_all_through_is_none(root: Path, tmp_path
     found = inputs(root, tmp_path, true_parameters())
     logs = [log.between(0.0, 6.0) for log in found.data]
     stuck = [log.with_channels(wheel_speed_fl=np.full(log.time.size, 3.0)) for log in logs]
-    whole, left = (trial_of(found.spec, some, found.known)[0].channels for some in (logs, stuck))
+    whole, left = (
+        ValidateProblem(found.spec, tuple(some), found.known).baseline.sensors.channels for some in (logs, stuck)
+    )
     assert set(whole) - set(left) == {"wheel_speed_fl"}
     still = [log.with_channels(speed=np.full(log.time.size, 3.0)) for log in logs]
-    assert "speed" in trial_of(found.spec, still, found.known)[0].channels
+    assert "speed" in ValidateProblem(found.spec, tuple(still), found.known).baseline.sensors.channels

@@ -77,7 +77,7 @@ class ValidateProblem:
     spec: ValidateSpec
     logs: tuple[Log, ...]
     known: Parameters
-    _begun: dict[tuple[tuple[str, float], ...], SimulationSetup] = field(default_factory=dict, repr=False)
+    _begun: dict[tuple[tuple[str, float], ...], SimulationSetup] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def roads(self) -> tuple[RoadProfile, ...]:
