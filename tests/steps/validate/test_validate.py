@@ -135,9 +135,10 @@ def test_its_lines_may_go_through_parameters_that_are_not_as_believed(root: Path
 def test_how_a_car_leaves_rest_is_not_known_to_the_millimetre(root: Path, tmp_path: Path) -> None:
     found = inputs(root, tmp_path, true_parameters(), (1,))
     w = whiten_drives(prepared(found).baseline, calm=True)
-    rows = len(w.layouts[0].bins.time)
-    covariance = w.factors[0][:rows] @ w.factors[0][:rows].T
-    assert w.layouts[0].section(w.layouts[0].bins).min() > 0
+    (one,) = w.whitenings
+    rows = len(one.layout.bins.time)
+    covariance = one.factor[:rows] @ one.factor[:rows].T
+    assert one.layout.section(one.layout.bins).min() > 0
     assert np.sqrt(covariance.min()) > 0.9 * DEPARTURE
 
 

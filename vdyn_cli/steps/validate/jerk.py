@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-FASTEST = 40.0  # Hz of the logger at least: slower, a jerk would show nothing of the driveline
+SLOWEST_RATE = 40.0  # Hz of the logger at least: slower, a jerk would show nothing of the driveline
 
 
 @dataclass(frozen=True)
@@ -44,16 +44,19 @@ class SmoothDerivative:
 JERK = SmoothDerivative(0.02)
 
 
-def smooth_derivative(time: Array, values: Array, derive: bool = True) -> Array | None:
+def resolves_jerk(time: Array) -> bool:
+    """Whether a clock (n,), s, is fast enough for a jerk."""
+    return float(np.median(np.diff(time))) <= 1.0 / SLOWEST_RATE
+
+
+def smooth_derivative(time: Array, values: Array, derive: bool = True) -> Array:
     """The low-passed time derivative of values (n,) or (n, k), or the low-passed values themselves.
 
-    NaN within reach of the filter gives NaN. None where the log is too slow to tell.
+    NaN within reach of the filter gives NaN.
     """
     from scipy.ndimage import convolve1d
 
     spacing = float(np.median(np.diff(time)))
-    if spacing > 1.0 / FASTEST:
-        return None
     even = np.arange(time[0], time[-1] + 0.5 * spacing, spacing)
     columns = values.reshape(values.shape[0], -1)
     grid = np.column_stack([np.interp(even, time, c) for c in columns.T])

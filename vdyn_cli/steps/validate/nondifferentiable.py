@@ -82,7 +82,8 @@ class DifferentiableReference:
         """Of every drive."""
         w = self.whitened
         return tuple(
-            self._drive(w.white(k, o, w.setup.vector.start_speed(k)[0]), w.start(k)) for k, o in enumerate(w.first)
+            self._drive(w.white(k, o, w.setup.vector.start_speed(k)[0]), w.setup.vector.start(k))
+            for k, o in enumerate(w.setup.first)
         )
 
     def _drive(self, rows: Rows, start: Array) -> _Explained:
@@ -105,7 +106,7 @@ class DifferentiableReference:
         stay is as unlikely as the drive has it.
         """
         theta = setup.vector.start(run)
-        at = self.whitened.start(run)
+        at = self.setup.vector.start(run)
         believed = [setup.prior.values[n] for n in setup.prior.names]
         at[: len(believed)] += theta[: len(believed)] - believed
         if setup.sensors.driving:

@@ -66,9 +66,9 @@ def posterior(w: WhitenedDrives) -> Posterior:
     known = prior_rows(regression.shared, np.zeros(s))[:, :-1]
     held = prior_rows(regression.own, np.zeros(m))[:, :-1]
     count = range(len(setup.segments))
-    starts = [w.start(k) for k in count]
+    starts = [w.setup.vector.start(k) for k in count]
     shared, own = setup.vector.theta, np.array([x[s:] for x in starts])
-    rows = [w.white(k, w.first[k], float(own[k, 0])) for k in count]
+    rows = [w.white(k, w.setup.first[k], float(own[k, 0])) for k in count]
     jacobians = [r.jacobian for r in rows]
     solver = _Arrowhead(jacobians, known, held, s)
     centre, settled = shared.copy(), False

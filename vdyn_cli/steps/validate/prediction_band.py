@@ -12,23 +12,22 @@ too is outside for a while, or not at all.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.steps.validate import noise
-from vdyn_cli.steps.validate.jerk import JERK, smooth_derivative
+from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.steps.validate.jerk import JERK, resolves_jerk, smooth_derivative
 from vdyn_cli.steps.validate.regimes import REGIMES
 from vdyn_cli.steps.validate.residual_rows import RESTING
 from vdyn_cli.steps.validate.segments import WHEELS
-from vdyn_cli.steps.validate.whitening import WhitenedDrives
+from vdyn_cli.steps.validate.whitening import WhitenedDrives, errors
 
 Array = NDArray[np.float64]
 
-WIDE = 1.959963984540054  # standard deviations of a 95 % band
-DRAWS = 400
+DRAWS = 400  # Monte Carlo drives of a right model: the 97.5 % limit of a share is then known to a tenth
 POINTS = 240  # samples of a segment at which draws are made
 SEED = 19021202
 CHANCE = 0.05  # that a right model is called wrong, all outputs together
@@ -36,101 +35,102 @@ CHANCE = 0.05  # that a right model is called wrong, all outputs together
 
 @dataclass(frozen=True, eq=False)
 class PredictionBand:
-    """One output of one segment, each (n,): error (simulated less measured) and standard deviations.
+    """One output of one segment.
 
-    ``own`` : of the parameters. ``gusts`` : of gusts, winds, unknown road and the start. ``sensor`` : of the channel's
-    own noise and of the torque sensor's through the car. ``shares`` : (k,) sum over time of the parameters' parts.
+    Parameters
+    ----------
+    error : (n,) simulated less measured. measured : (n,).
+    slopes : (n, k) sensitivities to the uncertain parameters. own_slopes : (n, m) to the segment's start and zeros.
+    own : (n,) standard deviation by the parameters. gusts : (n,) by gusts, winds, unknown road, start and zeros.
+    sensor : of the channel's own noise and of the torque sensor's through the car.
+    shares : (k,) sum over time of the parameters' parts of the variance.
+    slow : (first slow row, scale) of the gusts that move it, scale times the row's unit; None: no gusts.
     """
 
     error: Array
     measured: Array
+    slopes: Array
+    own_slopes: Array
     own: Array
     gusts: Array
     sensor: float
     shares: Array
+    slow: tuple[int, float] | None
 
     @property
     def half(self) -> Array:
-        """Half width of the whole 95 % band."""
-        return np.asarray(WIDE * np.sqrt(self.own**2 + self.gusts**2 + self.sensor**2))
+        """(n,) half width of the whole 95 % band."""
+        return np.asarray(NORMAL95 * np.sqrt(self.own**2 + self.gusts**2 + self.sensor**2))
 
     @property
     def outside(self) -> NDArray[np.bool_]:
+        """(n,) where the error is outside the whole band."""
         return np.asarray(np.abs(self.error) > self.half)
 
 
 def bands(w: WhitenedDrives) -> tuple[dict[str, PredictionBand], ...]:
     """Every output of every segment; ``jerk`` is the slope of the specific force unless it was measured itself."""
-    return tuple(_segment(w, k) for k in range(len(w.setup.segments)))
+    return tuple(_segment_bands(w, k) for k in range(len(w.setup.segments)))
 
 
-def _segment(w: WhitenedDrives, run: int) -> dict[str, PredictionBand]:
-    setup, s, p, outcome = w.setup, w.setup.segments[run], w.layouts[run], w.first[run]
-    root = setup.prior.root
-    own_std = np.array([setup.vector.start_speed(run)[1], *(setup.sensors.zeros[n] for n in setup.sensors.zeroed)])
-    speed_gust, force_gust = _gusts(w, run)
+def _segment_bands(w: WhitenedDrives, run: int) -> dict[str, PredictionBand]:
+    setup, s, p = w.setup, w.setup.segments[run], w.whitenings[run].layout
+    outcome, perturbed, shared = setup.first[run], setup.perturbed[run], len(setup.vector.shared)
+    root, own_std, b = setup.prior.root, _own_std(w, run), p.bins.time.size
+    sigma = np.sqrt(np.maximum(np.diag(w.slow_covariance(run)), 0.0))
     found = {}
-    for name, error in w.error(run, outcome).items():
+    for name, error in errors(setup, run, outcome).items():
         slopes = outcome.sensitivities[name]
-        gust = np.zeros(s.time.size)
+        own_slopes, gust, slow = slopes[:, shared:], np.zeros(s.time.size), None
         if name == "speed" or name in WHEELS:
-            gust = speed_gust / (1.0 if name == "speed" else p.radius)
+            scale = 1.0 if name == "speed" else p.radius
+            gust, slow = np.interp(s.time, p.bins.time, sigma[:b]) * (s.smooth_speed > RESTING) / scale, (0, scale)
         elif name == "acceleration":
-            gust = force_gust
-        own_parts = slopes[:, len(setup.vector.shared) :] * own_std
-        perturbed = float(np.std(w.perturbed[run][name]))
-        sensor = float(np.hypot(p.levels[name], perturbed)) if name in p.levels else perturbed
-        found[name] = _band(
-            error, s.outputs[name], slopes[:, : len(root)], root, np.hypot(gust, _norm(own_parts)), sensor
+            gust, slow = np.interp(s.time, p.bins.time, sigma[b:]) if p.felt else gust, (b, 1.0)
+        gusts = np.hypot(gust, _norm(own_slopes * own_std))
+        noise = float(np.std(perturbed[name]))
+        sensor = float(np.hypot(p.levels[name], noise)) if name in p.levels else noise
+        parts = _parameter_parts(error, slopes[:, : len(root)], root)
+        found[name] = PredictionBand(
+            error, s.outputs[name], slopes[:, : len(root)], own_slopes, parts[0], gusts, sensor, parts[1], slow
         )
-    if "acceleration" in found:
-        jerk = _jerk(w, run, root)
-        if jerk is not None:
-            found["jerk"] = jerk
+    if "acceleration" in found and resolves_jerk(s.time):
+        found["jerk"] = _jerk(w, run, root)
     return found
+
+
+def _own_std(w: WhitenedDrives, run: int) -> Array:
+    """Standard deviations of a segment's start speed and zeros."""
+    sensors = w.setup.sensors
+    return np.array([w.setup.vector.start_speed(run)[1], *(sensors.zeros[n] for n in sensors.zeroed)])
 
 
 def _norm(parts: Array) -> Array:
     return np.asarray(np.sqrt(np.sum(parts**2, axis=1)))
 
 
-def _band(error: Array, measured: Array, slopes: Array, root: Array, gusts: Array, sensor: float) -> PredictionBand:
-    moved = slopes @ root
-    own = _norm(moved)
-    covariance = root @ root.T
+def _parameter_parts(error: Array, slopes: Array, root: Array) -> tuple[Array, Array]:
+    """Standard deviation by the parameters at every sample, and the sum over time of each parameter's part."""
     good = np.isfinite(error)
-    shares = np.einsum("ti,ij,tj->i", slopes[good], covariance, slopes[good], optimize=True)
-    return PredictionBand(error, measured, own, gusts, sensor, shares)
+    shares = np.einsum("ti,ij,tj->i", slopes[good], root @ root.T, slopes[good], optimize=True)
+    return _norm(slopes @ root), shares
 
 
-def _gusts(w: WhitenedDrives, run: int) -> tuple[Array, Array]:
-    """Standard deviation of speed and specific force by gusts, winds and road, at every sample."""
-    s, p = w.setup.segments[run], w.layouts[run]
-    sizes = {**w.sizes, "speed_noise": 0.0, "acceleration_noise": 0.0}
-    slow = noise.slow_noise(s, p, p.bins, w.setup.prior.values, w.torque_levels[run])
-    sigma = np.sqrt(np.maximum(np.diag(slow.covariance(sizes)), 0.0))
-    b = p.bins.time.size
-    speed = np.interp(s.time, p.bins.time, sigma[:b]) * (s.smooth_speed > RESTING)
-    return speed, np.interp(s.time, p.bins.time, sigma[b:]) if p.felt else np.zeros(s.time.size)
-
-
-def _jerk(w: WhitenedDrives, run: int, root: Array) -> PredictionBand | None:
+def _jerk(w: WhitenedDrives, run: int, root: Array) -> PredictionBand:
     """The slope of the specific force, through the same low-pass on both sides."""
-    s, outcome = w.setup.segments[run], w.first[run]
+    s, outcome = w.setup.segments[run], w.setup.first[run]
     measured = s.outputs.get("jerk")
     force = s.outputs["acceleration"]
     made = smooth_derivative(s.time, force) if measured is None else smooth_derivative(s.time, measured, derive=False)
-    if made is None:
-        return None
-    simulated = smooth_derivative(s.time, outcome.values["acceleration"])
-    perturbed = smooth_derivative(s.time, w.perturbed[run]["acceleration"])
+    error = smooth_derivative(s.time, outcome.values["acceleration"]) - made
     slopes = smooth_derivative(s.time, outcome.sensitivities["acceleration"][:, : len(root)])
-    assert simulated is not None
-    assert perturbed is not None
-    assert slopes is not None
-    level = w.layouts[run].levels["acceleration"] * JERK.noise_gain(s.time)
-    sensor = float(np.hypot(level, np.std(perturbed)))
-    return _band(simulated - made, made, slopes, root, np.zeros(s.time.size), sensor)
+    level = w.whitenings[run].layout.levels["acceleration"] * JERK.noise_gain(s.time)
+    noise = np.std(smooth_derivative(s.time, w.setup.perturbed[run]["acceleration"]))
+    own, shares = _parameter_parts(error, slopes, root)
+    nothing = np.zeros(s.time.size)
+    return PredictionBand(
+        error, made, slopes, np.zeros((s.time.size, 0)), own, nothing, float(np.hypot(level, noise)), shares, None
+    )
 
 
 @dataclass(frozen=True)
@@ -151,13 +151,17 @@ class BandTest:
 
 
 def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) -> tuple[dict[str, BandTest], float]:
-    """Time outside by output, against what chance gives, and the chance of the worst of all outputs."""
+    """Time outside of every output against Monte Carlo drives of a right model, and the p value of the worst output."""
     outputs = list(dict.fromkeys(n for one in found for n in one))
     drawn = {n: _Tally() for n in outputs}
     rng = np.random.default_rng(SEED)
     latent = rng.standard_normal((DRAWS, len(w.setup.prior.names)))
     for run, one in enumerate(found):
-        _draw(w, run, one, latent, rng, drawn)
+        for name, fake in _drawn_outside(w, run, one, latent, rng):
+            s, band = w.setup.segments[run], one[name]
+            real = np.isfinite(band.error) & ~s.stopping
+            outside = np.where(real, band.outside, False).astype(float)
+            drawn[name].add(s.marks[real], outside[real], fake[real], JERK.alike(s.time) if name == "jerk" else 1.0)
     out, ranks = {}, []
     for name in outputs:
         tally = drawn[name]
@@ -210,56 +214,32 @@ class _Tally:
         return float(real / count), np.asarray(drawn)
 
 
-def _draw(
-    w: WhitenedDrives,
-    run: int,
-    one: Mapping[str, PredictionBand],
-    latent: Array,
-    rng: np.random.Generator,
-    drawn: Mapping[str, _Tally],
-) -> None:
-    """Errors of right models: parameters from their belief, gusts, zeros; the sensor's noise by its probability."""
+def _drawn_outside(
+    w: WhitenedDrives, run: int, one: Mapping[str, PredictionBand], latent: Array, rng: np.random.Generator
+) -> Iterator[tuple[str, Array]]:
+    """Probability (n, draws) that each output of a right model is outside its band.
+
+    Parameters from their prior (``latent``), gusts and zeros are drawn; the sensor's noise enters by its probability.
+    """
     from scipy.special import ndtr
 
-    setup, s, p = w.setup, w.setup.segments[run], w.layouts[run]
-    root = setup.prior.root
+    s, p, root = w.setup.segments[run], w.whitenings[run].layout, w.setup.prior.root
     at = np.unique(np.linspace(0, s.time.size - 1, min(POINTS, s.time.size)).astype(int))
-    sizes = {**w.sizes, "speed_noise": 0.0, "acceleration_noise": 0.0}
-    slow = noise.slow_noise(s, p, p.bins, setup.prior.values, w.torque_levels[run]).covariance(sizes)
+    slow = w.slow_covariance(run)
     slow[np.diag_indices_from(slow)] += 1e-12 * np.trace(slow) / len(slow) + 1e-16
     paths = np.linalg.cholesky(slow) @ rng.standard_normal((len(slow), DRAWS))
-    b = p.bins.time.size
-    own_std = np.array([setup.vector.start_speed(run)[1], *(setup.sensors.zeros[n] for n in setup.sensors.zeroed)])
+    own_std, b = _own_std(w, run), p.bins.time.size
     own = own_std[:, None] * rng.standard_normal((own_std.size, DRAWS))
+    around = np.repeat(np.arange(at.size), np.diff(np.r_[at, s.time.size]))  # a drawn point stands for those about it
     for name, band in one.items():
-        real = np.isfinite(band.error) & ~s.stopping
-        slopes = _slopes(w, run, name)
-        shift = slopes[at, : len(root)] @ (root @ latent.T)
-        if slopes.shape[1] > len(setup.vector.shared):
-            shift += slopes[at, len(setup.vector.shared) :] @ own
-        if name == "speed" or name in WHEELS:
-            shift += _along(s.time[at], p.bins.time, paths[:b]) / (1.0 if name == "speed" else p.radius)
-        elif name == "acceleration":
-            shift += _along(s.time[at], p.bins.time, paths[b:])
-        edge = band.half[at][:, None]
-        sensor = max(band.sensor, 1e-12)
-        fake = ndtr((-edge - shift) / sensor) + ndtr((shift - edge) / sensor)
-        # Every drawn point stands for the samples about it.
-        whole = np.repeat(np.arange(at.size), np.diff(np.r_[at, s.time.size]))
-        outside = np.where(real, band.outside, False).astype(float)
-        kept = real
-        drawn[name].add(s.marks[kept], outside[kept], fake[whole][kept], JERK.alike(s.time) if name == "jerk" else 1.0)
-
-
-def _slopes(w: WhitenedDrives, run: int, name: str) -> Array:
-    outcome = w.first[run]
-    if name != "jerk":
-        return outcome.sensitivities[name]
-    slopes = smooth_derivative(
-        w.setup.segments[run].time, outcome.sensitivities["acceleration"][:, : len(w.setup.prior.names)]
-    )
-    assert slopes is not None
-    return slopes
+        shift = band.slopes[at] @ (root @ latent.T)
+        if band.own_slopes.shape[1]:
+            shift += band.own_slopes[at] @ own
+        if band.slow is not None:
+            first, scale = band.slow
+            shift += _along(s.time[at], p.bins.time, paths[first : first + b]) / scale
+        edge, sensor = band.half[at][:, None], max(band.sensor, 1e-12)
+        yield name, (ndtr((-edge - shift) / sensor) + ndtr((shift - edge) / sensor))[around]
 
 
 def _along(time: Array, at: Array, paths: Array) -> Array:

@@ -42,8 +42,8 @@ def window_ends(w: WhitenedDrives, names: tuple[str, ...]) -> WindowEnds:
     """The end error of every segment, and their mean with an interval over trips."""
     setup = w.setup
     run = np.array([s.run for s in setup.segments])
-    error = np.array([o.values["speed"][-1] - s.end[0] for o, s in zip(w.first, setup.segments, strict=True)])
-    slopes = np.array([o.sensitivities["speed"][-1, : len(setup.prior.names)] for o in w.first])
+    error = np.array([o.values["speed"][-1] - s.end[0] for o, s in zip(setup.first, setup.segments, strict=True)])
+    slopes = np.array([o.sensitivities["speed"][-1, : len(setup.prior.names)] for o in setup.first])
     share = np.array([1.0 / np.sum(run == u) for u in run])
     moved = share @ slopes / share.sum() @ setup.prior.root
     length = float(np.median([s.duration for s in setup.segments]))
