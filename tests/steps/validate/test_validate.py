@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.steps.validate.validate_cases import described, inputs, known_file, true_parameters
+from tests.steps.validate.validate_cases import described, inputs, known_file, prepared, true_parameters
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.diagnosis.asked import case_of
 from vdyn_cli.effects import catalogue
@@ -21,15 +21,15 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
-from vdyn_cli.steps.validate import step as validate
-from vdyn_cli.steps.validate.drives import OUTPUTS
 from vdyn_cli.steps.validate.noise import DEPARTURE
-from vdyn_cli.steps.validate.regression import weigh
+from vdyn_cli.steps.validate.segments import OUTPUTS
+from vdyn_cli.steps.validate.spec import ValidateSettings
+from vdyn_cli.steps.validate.whitening import whiten_drives
 
 
 def validated(root: Path, folder: Path, drives: tuple[int, ...] = (1,), wrong: Any = None, **settings: Any) -> Result:
     found = inputs(root, folder, true_parameters(wrong), drives, **settings)
-    return validate.estimate(found.spec, found.data, found.known)
+    return prepared(found).publish()
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +104,7 @@ def test_a_parameter_wrong_by_far_is_told_first(root: Path, tmp_path: Path) -> N
 
 def test_the_regression_is_the_door_for_effects(root: Path, tmp_path: Path) -> None:
     found = inputs(root, tmp_path, true_parameters(), (1,), model="road_load")
-    regression = validate.regression(found.spec, found.data, found.known)
+    regression = prepared(found).regression()
     shared = [u.name for u in regression.shared]
     assert {"mass", "drag_area", "rolling_resistance"} <= set(shared)
     assert all(u.prior is not None for u in regression.shared)
@@ -123,12 +123,13 @@ def test_the_regression_is_the_door_for_effects(root: Path, tmp_path: Path) -> N
 def test_its_lines_may_go_through_parameters_that_are_not_as_believed(root: Path, tmp_path: Path) -> None:
     """Priors stay where they are; a start beyond what is plausible is taken back to five standard deviations."""
     found = inputs(root, tmp_path, true_parameters(), (1,))
-    believed = validate.regression(found.spec, found.data, found.known)
+    problem = prepared(found)
+    believed = problem.regression()
     inertia = next(u for u in believed.shared if u.name == "driveline_inertia")
     assert inertia.prior is not None
     mean, std = inertia.prior
     for asked, taken in ((mean + std, mean + std), (mean + 50 * std, mean + 5 * std)):
-        moved = validate.regression(found.spec, found.data, found.known, begun={"driveline_inertia": asked})
+        moved = problem.regression(start={"driveline_inertia": asked})
         there = next(u for u in moved.shared if u.name == "driveline_inertia")
         assert there.start == pytest.approx(taken)
         assert there.prior == inertia.prior
@@ -136,10 +137,11 @@ def test_its_lines_may_go_through_parameters_that_are_not_as_believed(root: Path
 
 def test_how_a_car_leaves_rest_is_not_known_to_the_millimetre(root: Path, tmp_path: Path) -> None:
     found = inputs(root, tmp_path, true_parameters(), (1,))
-    w = weigh(validate.trial_of(found.spec, found.data, found.known)[0], calm=True)
-    rows = len(w.plans[0].bins.time)
-    covariance = w.factors[0][:rows] @ w.factors[0][:rows].T
-    assert w.plans[0].section(w.plans[0].bins).min() > 0
+    w = whiten_drives(prepared(found).baseline, calm=True)
+    (one,) = w.whitenings
+    rows = len(one.layout.bins.time)
+    covariance = one.factor[:rows] @ one.factor[:rows].T
+    assert one.layout.section(one.layout.bins).min() > 0
     assert np.sqrt(covariance.min()) > 0.9 * DEPARTURE
 
 
@@ -149,14 +151,10 @@ def test_free_play_is_weighed_by_what_some_play_does(root: Path, tmp_path: Path)
     found = inputs(root, tmp_path, true_parameters(), (1,))
     play = next(e for e in catalogue() if e.name == "backlash")
     size = play.probes[len(play.probes) // 3]
-    trials = [
-        validate.trial_of(found.spec, found.data, found.known, [play], [Unknown("backlash", start, 0.0, 0.06, "rad")])[
-            0
-        ]
-        for start in (0.0, size)
-    ]
-    without, with_it = (one.first[0] for one in trials)
-    column = without.slopes["shaft_torque_left"][:, len(trials[0].beliefs.names) + len(trials[0].instruments)]
+    base = prepared(found).baseline
+    setups = [base.with_effects([play], [Unknown("backlash", start, 0.0, 0.06, "rad")]) for start in (0.0, size)]
+    without, with_it = (one.first[0] for one in setups)
+    column = without.sensitivities["shaft_torque_left"][:, len(setups[0].prior.names) + len(setups[0].sensors.gain_std)]
     apart = with_it.values["shaft_torque_left"] - without.values["shaft_torque_left"]
     assert np.abs(apart).max() > 1.0
     assert column * size == pytest.approx(apart, abs=0.05 * np.abs(apart).max())
@@ -168,11 +166,11 @@ def test_what_earlier_steps_found_beside_the_parameters_is_simulated_and_not_sou
     found = inputs(root, tmp_path, true_parameters(), (1,), model="road_load")
     size = Estimate(0.4, 0.02, (0.36, 0.44), "m^2", "drag of what was mounted", "coastdown")
     extended = replace(found.known, extensions={"extra_drag_area": {"extra_drag_area": size}})
-    plain, _ = validate.trial_of(found.spec, found.data, found.known)
-    trial, _ = validate.trial_of(found.spec, found.data, extended)
-    assert "extra_drag_area" in trial.beliefs.names
-    assert trial.beliefs.std[trial.beliefs.names.index("extra_drag_area")] == 0.02
-    speeds = [t.first[0].values["speed"][-1] for t in (plain, trial)]
+    plain = prepared(found).baseline
+    setup = prepared(replace(found, known=extended)).baseline
+    assert "extra_drag_area" in setup.prior.names
+    assert setup.prior.std[setup.prior.names.index("extra_drag_area")] == 0.02
+    speeds = [t.first[0].values["speed"][-1] for t in (plain, setup)]
     assert speeds[1] < speeds[0] - 0.5
     step = load_step("validate")
     case = case_of(step, found.spec, extended, step.prepare(found.spec, found.data, extended))
@@ -196,7 +194,7 @@ def changed(found: Inputs, **channels: Any) -> tuple[Log, ...]:
 
 def refusal(found: Inputs, logs: tuple[Log, ...]) -> str:
     with pytest.raises(InputError) as caught:
-        validate.estimate(found.spec, logs, found.known)
+        prepared(replace(found, data=logs)).publish()
     return str(caught.value)
 
 
@@ -210,9 +208,9 @@ def test_gaps_in_the_torque_are_refused_and_in_outputs_skipped(root: Path, tmp_p
     said = refusal(found, changed(found, drive_torque=holed))
     assert "channel 'drive_torque'" in said
     assert "40 values are missing" in said
-    road = replace(found, spec=found.spec.model_copy(update={"settings": validate.ValidateSettings(model="road_load")}))
+    road = replace(found, spec=found.spec.model_copy(update={"settings": ValidateSettings(model="road_load")}))
     logs = changed(road, speed=holed, acceleration=holed)
-    assert numbers(validate.estimate(road.spec, logs, road.known))["outputs"]["speed"]["rms"] < 0.5
+    assert numbers(prepared(replace(road, data=logs)).publish())["outputs"]["speed"]["rms"] < 0.5
 
 
 def test_torque_and_speed_of_different_length_are_refused(root: Path, tmp_path: Path) -> None:
@@ -305,9 +303,11 @@ def test_left_and_right_torques_drive_the_same_car(root: Path, tmp_path: Path) -
     each = 0.5 * log["drive_torque"] * 3.267
     channels = {n: v for n, v in log.channels.items() if n != "drive_torque"}
     sides = Log(log.name, log.time, {**channels, "drive_torque_left": each, "drive_torque_right": each})
-    one = validate.trial_of(found.spec, found.data, found.known)[0]
-    two = validate.trial_of(found.spec, (sides,), found.known)[0]
-    start = 1.0 * np.r_[one.theta(), 0.0, np.zeros(len(one.zeroed))]
+    one = prepared(found).baseline
+    two = prepared(replace(found, data=(sides,))).baseline
+    start = 1.0 * np.r_[one.vector.theta, 0.0, np.zeros(len(one.sensors.zeroed))]
     whole = one.simulate(0, start, slopes=False).values["speed"]
-    other = two.simulate(0, np.r_[two.theta(), 0.0, np.zeros(len(two.zeroed))], slopes=False).values["speed"]
+    other = two.simulate(0, np.r_[two.vector.theta, 0.0, np.zeros(len(two.sensors.zeroed))], slopes=False).values[
+        "speed"
+    ]
     assert whole == pytest.approx(other, abs=0.02)

@@ -15,6 +15,7 @@ from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.quantities.parameters import Estimate, Parameters, to_document
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import load_step
+from vdyn_cli.steps.validate.problem import ValidateProblem
 
 # Standard deviations as the steps reach on the sample day, and of what a data sheet says.
 STD = {
@@ -89,6 +90,11 @@ def known_file(folder: Path, parameters: Parameters) -> Path:
     document = {"format": "vdyn/parameters/1", **to_document(parameters)}
     path.write_text(json.dumps(document), encoding="utf-8")
     return path
+
+
+def prepared(found: Inputs) -> ValidateProblem:
+    """The problem of some inputs."""
+    return ValidateProblem(found.spec, tuple(found.data), found.known)
 
 
 def inputs(root: Path, folder: Path, parameters: Parameters, drives: tuple[int, ...] = (1,), **settings: Any) -> Inputs:

@@ -13,7 +13,7 @@ drives say of each parameter: its move over the standard deviation of that move.
 ``model: vehicle`` has 18 degrees of freedom and takes what all steps give; what no step gives is assumed widely, and
 told. ``model: road_load`` is a mass on a road, for cars of which only mass, radius, ratio and road load are known
 (rolling_resistance and drag_area, or road_load_f0, f1, f2); it leaves out what is braked. ``windows`` cuts long trips
-into short stretches and tells how far the speed has run away at the end of each; ``powered`` takes those in which the
+into short segments and tells how far the speed has run away at the end of each; ``powered`` takes those in which the
 torque is above zero throughout, as nobody brakes then.
 
 Inputs: drive torque (or left and right), brake torque, grade, wind; what is not recorded is zero. They must be there

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-FASTEST = 40.0  # Hz of the logger at least: slower, a jerk would show nothing of the driveline
+SLOWEST_RATE = 40.0  # Hz of the logger at least: slower, a jerk would show nothing of the driveline
 
 
 @dataclass(frozen=True)
-class Filter:
+class SmoothDerivative:
     """The low-pass: ``width`` is tau in s."""
 
     width: float
@@ -41,19 +41,22 @@ class Filter:
         return float(np.sum(((1.0 - 0.5 * lag**2) * np.exp(-0.25 * lag**2)) ** 2))
 
 
-JERK = Filter(0.02)
+JERK = SmoothDerivative(0.02)
 
 
-def slope_of(time: Array, values: Array, derive: bool = True) -> Array | None:
+def resolves_jerk(time: Array) -> bool:
+    """Whether a clock (n,), s, is fast enough for a jerk."""
+    return float(np.median(np.diff(time))) <= 1.0 / SLOWEST_RATE
+
+
+def smooth_derivative(time: Array, values: Array, derive: bool = True) -> Array:
     """The low-passed time derivative of values (n,) or (n, k), or the low-passed values themselves.
 
-    NaN within reach of the filter gives NaN. None where the log is too slow to tell.
+    NaN within reach of the filter gives NaN.
     """
     from scipy.ndimage import convolve1d
 
     spacing = float(np.median(np.diff(time)))
-    if spacing > 1.0 / FASTEST:
-        return None
     even = np.arange(time[0], time[-1] + 0.5 * spacing, spacing)
     columns = values.reshape(values.shape[0], -1)
     grid = np.column_stack([np.interp(even, time, c) for c in columns.T])

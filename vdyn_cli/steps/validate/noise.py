@@ -11,15 +11,15 @@ from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.inference.gust_covariance import Colored, RunNoise, Steady, White, integration
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.validate.drives import Stretch
-from vdyn_cli.steps.validate.felt import FELT
-from vdyn_cli.steps.validate.rows import Plan
+from vdyn_cli.steps.validate.residual_rows import RowLayout
+from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
+from vdyn_cli.steps.validate.segments import DriveSegment
 
 Array = NDArray[np.float64]
 
 SIZING = 1.0  # s of a bin when the sizes are found: in coarser ones a sensor's white noise looks like a rough road
 DEPARTURE = 0.003  # m/s by which a car may leave rest otherwise: brakes let go, tires creep, friction breaks away
-MOST_SIZED = 40  # stretches from which the sizes are found
+MOST_SIZED = 40  # segments from which the sizes are found
 
 
 def inertia_of(values: Mapping[str, float]) -> float:
@@ -30,26 +30,28 @@ def inertia_of(values: Mapping[str, float]) -> float:
     return values["mass"] + turning / values["wheel_radius"] ** 2
 
 
-def slow_noise(s: Stretch, plan: Plan, bins: Bins, values: Mapping[str, float], torque_level: float) -> RunNoise:
-    """Covariance of the slow rows of a stretch, averaged over ``bins``, by the sizes of its sources.
+def slow_noise(
+    s: DriveSegment, layout: RowLayout, bins: Bins, values: Mapping[str, float], torque_level: float
+) -> RunNoise:
+    """Covariance of the slow rows of a segment, averaged over ``bins``, by the sizes of its sources.
 
     Parameters
     ----------
     torque_level : N m of white noise in a sample of the drive torque.
     """
     inertia = inertia_of(values)
-    speed = np.maximum(bins.mean(s.outputs["speed"][plan.keep] + s.inputs["wind_speed"][plan.keep]), 0.0)
+    speed = np.maximum(bins.mean(s.outputs["speed"][layout.keep] + s.inputs["wind_speed"][layout.keep]), 0.0)
     pull = values["air_density"] * values["drag_area"] * speed / inertia
     driven = values["driveline_efficiency"] * values["gear_ratio"] / values["wheel_radius"] / inertia * torque_level
-    together = plan.section(bins)[:, None] == plan.section(bins)[None, :]
+    together = layout.section(bins)[:, None] == layout.section(bins)[None, :]
     moved, here = integration(bins, pull) * together, np.eye(bins.time.size)
     since = np.cumsum(bins.width)
     spacing = float(np.median(np.diff(s.time)))
     walk = driven**2 * spacing * np.minimum(since[:, None], since[None, :]) * together
-    walk += DEPARTURE**2 * together * (plan.section(bins) > 0)  # after a rest
+    walk += DEPARTURE**2 * together * (layout.section(bins) > 0)  # after a rest
     count = bins.count.astype(float)
-    level = plan.common_level
-    if not plan.felt:
+    level = layout.common_level
+    if not layout.felt:
         gust = -moved * pull
         parts: list[White | Steady | Colored] = [
             White("speed_noise", level**2 / count),
@@ -58,8 +60,8 @@ def slow_noise(s: Stretch, plan: Plan, bins: Bins, values: Mapping[str, float], 
             Steady("run_drive", moved.sum(axis=1)),
         ]
         if (
-            FELT in s.inputs
-        ):  # what an accelerometer takes for a slope, and torque that is reckoned, are off by stretches
+            SLOPE_CHANNEL in s.inputs
+        ):  # what an accelerometer takes for a slope, and torque that is reckoned, are off by segments
             parts.append(Colored("push", "push_time", moved, _lag(bins)))
         return RunNoise(tuple(parts), walk, moved.sum(axis=1))
     felt = here - pull[:, None] * moved
@@ -68,7 +70,7 @@ def slow_noise(s: Stretch, plan: Plan, bins: Bins, values: Mapping[str, float], 
     share = values["mass"] / inertia
     road = -GRAVITY * np.vstack([share * moved, share * felt - here])
     lag = _lag(bins)
-    force = plan.levels["acceleration"]
+    force = layout.levels["acceleration"]
     parts = [
         White("speed_noise", np.r_[level**2 / count, none]),
         White("acceleration_noise", np.r_[none, (force**2 + driven**2) / count]),
@@ -87,14 +89,14 @@ def _lag(bins: Bins) -> Array:
     return np.asarray(np.abs(bins.time[:, None] - bins.time[None, :]))
 
 
-def sizing_bins(plan: Plan) -> Bins:
+def sizing_bins(layout: RowLayout) -> Bins:
     """Coarser bins, in which sizes are found quickly; never finer than the rows that are fitted."""
-    width = plan.bins.width
-    return cut(plan.time, max(SIZING, float(np.median(width)), float(np.sum(width)) / 100), plan.part)
+    width = layout.bins.width
+    return cut(layout.time, max(SIZING, float(np.median(width)), float(np.sum(width)) / 100), layout.part)
 
 
 def sizes(runs: Sequence[NoisyRun], priors: Array) -> dict[str, float]:
-    """The sizes of all sources from the slow rows of the stretches, what is fitted being reckoned with.
+    """The sizes of all sources from the slow rows of the segments, what is fitted being reckoned with.
 
     Parameters
     ----------

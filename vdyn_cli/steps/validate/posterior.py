@@ -1,10 +1,10 @@
 """What the drives say of each parameter, beside what was known of it.
 
 The whitened rows of all outputs and the prior make one least squares problem. It is solved with the derivatives at the
-prior (the chord method: each further step costs a simulation without derivatives), each stretch's own unknowns
+prior (the chord method: each further step costs a simulation without derivatives), each segment's own unknowns
 eliminated. With the information F of the drives, the prior covariance P and the move d that they ask for::
 
-    strain of a parameter    d_i / sqrt(P_ii - C_ii),  C = (P^-1 + F)^-1
+    pull of a parameter    d_i / sqrt(P_ii - C_ii),  C = (P^-1 + F)^-1
 
 is a standard normal number where model and prior are right: the estimate moves by that much or more in 32 of 100 cases
 beyond 1, in 5 beyond 2. Likewise each direction of parameters that the drives see: q = u'L's / sqrt(f + f^2) with s the
@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.errors import ResultError
-from vdyn_cli.steps.validate.regression import Weighed
-from vdyn_cli.steps.validate.trial import Outcome, Trial
+from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
+from vdyn_cli.steps.validate.whitening import WhitenedDrives
 
 Array = NDArray[np.float64]
 
@@ -35,22 +35,22 @@ NEGLIGIBLE = 0.1  # share of the prior's variance: what the drives take away les
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """The parameters after the drives, in the order of the beliefs (k).
+    """The parameters after the drives, in the order of the prior (k).
 
     Parameters
     ----------
-    values, std : after the drives. strain : of each parameter, NaN where the drives do not see it.
-    told : (k,) share of the prior's variance that the drives took away.
-    own : (stretches, m) start speed and zeros of each stretch.
+    values, std : after the drives. pull : of each parameter, NaN where the drives do not see it.
+    reduction : (k,) share of the prior's variance that the drives took away.
+    own : (segments, m) start speed and zeros of each segment.
     statistic, degrees, chance : of the move as a whole; chance that a right model moves so far.
-    white : mean square of the whitened rows after the move, by stretch.
+    white : mean square of the whitened rows after the move, by segment.
     settled : whether the steps came to rest.
     """
 
     values: Array
     std: Array
-    strain: Array
-    told: Array
+    pull: Array
+    reduction: Array
     own: Array
     statistic: float
     degrees: int
@@ -59,27 +59,27 @@ class Posterior:
     settled: bool
 
 
-def posterior(w: Weighed) -> Posterior:
+def posterior(w: WhitenedDrives) -> Posterior:
     """Weigh the drives with the prior."""
-    regression, trial = w.regression, w.trial
+    regression, setup = w.regression, w.setup
     s, m = len(regression.shared), len(regression.own)
     known = prior_rows(regression.shared, np.zeros(s))[:, :-1]
     held = prior_rows(regression.own, np.zeros(m))[:, :-1]
-    count = range(len(trial.stretches))
-    starts = [w.start(k) for k in count]
-    shared, own = trial.theta(), np.array([x[s:] for x in starts])
-    rows = [w.white(k, w.first[k], float(own[k, 0])) for k in count]
+    count = range(len(setup.segments))
+    starts = [w.setup.vector.start(k) for k in count]
+    shared, own = setup.vector.theta, np.array([x[s:] for x in starts])
+    rows = [w.white(k, w.setup.first[k], float(own[k, 0])) for k in count]
     jacobians = [r.jacobian for r in rows]
     solver = _Arrowhead(jacobians, known, held, s)
     centre, settled = shared.copy(), False
     residuals = [r.residual for r in rows]
     first = None
     for step in range(STEPS + 1):
-        pulls = [j.T @ r for j, r in zip(jacobians, residuals, strict=True)]
+        gradients = [j.T @ r for j, r in zip(jacobians, residuals, strict=True)]
         zeros = own @ (held.T @ held)  # their priors are about zero; a start speed has none
-        moved, own_moved = solver.step(pulls, known.T @ (known @ (shared - centre)), zeros)
+        moved, own_moved = solver.step(gradients, known.T @ (known @ (shared - centre)), zeros)
         if first is None:
-            first = solver.reduced_pull(pulls, zeros)
+            first = solver.reduced_gradient(gradients, zeros)
         if np.max(np.abs(moved) / solver.std) < SETTLED:
             settled = True
             break
@@ -87,7 +87,7 @@ def posterior(w: Weighed) -> Posterior:
             break
         shared, own = shared + moved, own + own_moved
         try:
-            outcomes = trial.each(_simulated(trial, shared, own))
+            outcomes = setup.each(_simulated(setup, shared, own))
         except ResultError:
             shared, own = shared - moved, own - own_moved
             break
@@ -95,15 +95,15 @@ def posterior(w: Weighed) -> Posterior:
             w.white(k, o, float(own[k, 0]), slopes=False).residual for k, o in zip(count, outcomes, strict=True)
         ]
     assert first is not None
-    return _told(w, solver, shared, own, first, residuals, settled)
+    return _described(w, solver, shared, own, first, residuals, settled)
 
 
-def _simulated(trial: Trial, shared: Array, own: Array) -> Callable[[int], Outcome]:
-    return lambda k: trial.simulate(k, np.r_[shared, own[k]], slopes=False)
+def _simulated(setup: SimulationSetup, shared: Array, own: Array) -> Callable[[int], SimulatedSegment]:
+    return lambda k: setup.simulate(k, np.r_[shared, own[k]], slopes=False)
 
 
 class _Arrowhead:
-    """Normal equations of shared unknowns and each stretch's own."""
+    """Normal equations of shared unknowns and each segment's own."""
 
     def __init__(self, jacobians: list[Array], known: Array, held: Array, s: int) -> None:
         self.s, self.prior = s, known.T @ known
@@ -119,41 +119,47 @@ class _Arrowhead:
         self.covariance = np.linalg.inv(self.prior + self.information)
         self.std = np.sqrt(np.diag(self.covariance))
 
-    def reduced_pull(self, pulls: list[Array], own_prior: Array) -> Array:
-        """Scores of the shared unknowns with each stretch's own eliminated."""
+    def reduced_gradient(self, gradients: list[Array], own_prior: Array) -> Array:
+        """Scores of the shared unknowns with each segment's own eliminated."""
         total = np.zeros(self.s)
-        for (_, _, follow), pull, prior in zip(self.blocks, pulls, own_prior, strict=True):
-            total += pull[: self.s] - follow.T @ (pull[self.s :] + prior)
+        for (_, _, follow), gradient, prior in zip(self.blocks, gradients, own_prior, strict=True):
+            total += gradient[: self.s] - follow.T @ (gradient[self.s :] + prior)
         return total
 
-    def step(self, pulls: list[Array], shared_prior: Array, own_prior: Array) -> tuple[Array, Array]:
-        right = self.reduced_pull(pulls, own_prior) + shared_prior
+    def step(self, gradients: list[Array], shared_prior: Array, own_prior: Array) -> tuple[Array, Array]:
+        right = self.reduced_gradient(gradients, own_prior) + shared_prior
         moved = -self.covariance @ right
         own = [
-            -np.linalg.solve(c, pull[self.s :] + prior + b.T @ moved) if len(c) else np.zeros(0)
-            for (b, c, _), pull, prior in zip(self.blocks, pulls, own_prior, strict=True)
+            -np.linalg.solve(c, gradient[self.s :] + prior + b.T @ moved) if len(c) else np.zeros(0)
+            for (b, c, _), gradient, prior in zip(self.blocks, gradients, own_prior, strict=True)
         ]
         return moved, np.array(own)
 
 
-def _told(
-    w: Weighed, solver: _Arrowhead, shared: Array, own: Array, first: Array, residuals: list[Array], settled: bool
+def _described(
+    w: WhitenedDrives,
+    solver: _Arrowhead,
+    shared: Array,
+    own: Array,
+    first: Array,
+    residuals: list[Array],
+    settled: bool,
 ) -> Posterior:
     from scipy.special import chdtrc
 
-    beliefs = w.trial.beliefs
-    k = len(beliefs.names)
+    prior = w.setup.prior
+    k = len(prior.names)
     values, std = shared[:k], solver.std[:k]
-    gone = np.maximum(beliefs.std**2 - std**2, 0.0)
-    told = gone / beliefs.std**2
-    seen = told > NEGLIGIBLE
-    prior = np.array([beliefs.values[n] for n in beliefs.names])
-    strain = np.where(seen, (values - prior) / np.sqrt(np.where(seen, gone, 1.0)), np.nan)
-    root = beliefs.root
+    gone = np.maximum(prior.std**2 - std**2, 0.0)
+    reduction = gone / prior.std**2
+    seen = reduction > NEGLIGIBLE
+    before = np.array([prior.values[n] for n in prior.names])
+    pull = np.where(seen, (values - before) / np.sqrt(np.where(seen, gone, 1.0)), np.nan)
+    root = prior.root
     f, u = np.linalg.eigh(root.T @ solver.information[:k, :k] @ root)
     strong = f > SEEN
     q = (u.T @ root.T @ first[:k])[strong] / np.sqrt(f[strong] + f[strong] ** 2)
     statistic, degrees = float(q @ q), int(strong.sum())
     chance = float(chdtrc(degrees, statistic)) if degrees else 1.0
     white = np.array([float(np.mean(r**2)) for r in residuals])
-    return Posterior(values, std, strain, told, own, statistic, degrees, chance, white, settled)
+    return Posterior(values, std, pull, reduction, own, statistic, degrees, chance, white, settled)

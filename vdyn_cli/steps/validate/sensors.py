@@ -1,4 +1,4 @@
-"""How the outputs of a simulated drive are read: sensors' gains, the same in all stretches, and zeros of each."""
+"""How the outputs of a simulated drive are read: sensors' gains, the same in all segments, and zeros of each."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vdyn_cli.engine.simulate import Simulated
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.validate.drives import OUTPUTS, Stretch
+from vdyn_cli.steps.validate.segments import OUTPUTS, DriveSegment
 
 Array = NDArray[np.float64]
 
@@ -28,8 +28,8 @@ class Sensors:
     Parameters
     ----------
     channels : outputs that are fitted.
-    zeros : standard deviation of a sensor's zero, by channel or drive_torque; each stretch has its own.
-    gains : standard deviation of a sensor's gain, by channel; the same in all stretches, and of both shaft torques.
+    zeros : standard deviation of a sensor's zero, by channel or drive_torque; each segment has its own.
+    gains : standard deviation of a sensor's gain, by channel; the same in all segments, and of both shaft torques.
     """
 
     channels: tuple[str, ...]
@@ -38,7 +38,7 @@ class Sensors:
 
     @cached_property
     def zeroed(self) -> tuple[str, ...]:
-        """Channels whose zero is a nuisance of every stretch; the drive torque's, which drives the car, first."""
+        """Channels whose zero is a nuisance of every segment; the drive torque's, which drives the car, first."""
         return tuple(n for n in ("drive_torque", *self.channels) if self.zeros.get(n, 0.0) > 0)
 
     @property
@@ -47,8 +47,8 @@ class Sensors:
         return int("drive_torque" in self.zeroed)
 
     @cached_property
-    def instruments(self) -> dict[str, float]:
-        """Unknowns of the readings that all stretches share, with their standard deviations about zero."""
+    def gain_std(self) -> dict[str, float]:
+        """Unknowns of the readings that all segments share, with their standard deviations about zero."""
         return {f"{n}_gain": self.gains[n] for n in GAINS if self.gains.get(n, 0.0) > 0 and self._reading(n)}
 
     def _reading(self, group: str) -> tuple[str, ...]:
@@ -57,7 +57,7 @@ class Sensors:
     def read(self, name: str, true: Array, gains: Array, zeros: Array) -> tuple[Array, tuple[Array, Array]]:
         """What the sensor of a channel reads, (n,), and the derivatives to gains, (n, k), and zeros, (n, m)."""
         to_gains, to_zeros = np.zeros((true.size, gains.size)), np.zeros((true.size, zeros.size))
-        for i, instrument in enumerate(self.instruments):
+        for i, instrument in enumerate(self.gain_std):
             if name in self._reading(instrument.removesuffix("_gain")):
                 to_gains[:, i] = true
         if name in self.zeroed:
@@ -65,12 +65,14 @@ class Sensors:
         return true + to_gains @ gains + to_zeros @ zeros, (to_gains, to_zeros)
 
     def gain_unknowns(self) -> tuple[Unknown, ...]:
+        """The gains, about zero, of the sensors that all segments share."""
         return tuple(
             Unknown(n, 0.0, -FARTHEST_GAIN, FARTHEST_GAIN, "", (0.0, std), nuisance=True)
-            for n, std in self.instruments.items()
+            for n, std in self.gain_std.items()
         )
 
     def zero_unknowns(self) -> tuple[Unknown, ...]:
+        """The zeros that each segment has for itself."""
         far = {n: FARTHEST_ZERO * self.zeros[n] for n in self.zeroed}
         return tuple(
             Unknown(f"{n}_zero", 0.0, -far[n], far[n], "", (0.0, self.zeros[n]), per_run=True, nuisance=True)
@@ -78,8 +80,8 @@ class Sensors:
         )
 
 
-def true_readings(seen: Simulated, s: Stretch) -> tuple[dict[str, Array], dict[str, Array]]:
-    """What perfect sensors would read of a simulated stretch, (n,), and the derivatives, (n, k), by output."""
+def ideal_readings(seen: Simulated, s: DriveSegment) -> tuple[dict[str, Array], dict[str, Array]]:
+    """What perfect sensors would read of a simulated segment, (n,), and the derivatives, (n, k), by output."""
     names = [n for n in OUTPUTS if n in seen.outputs]
     values = {n: seen.outputs[n] for n in names}
     slopes = {n: seen.sensitivities[n] for n in names}

@@ -1,0 +1,77 @@
+"""Rows of known noise: coloured noise made white, gusts in the common error alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.validate.residual_rows import prewhitener, row_layout
+from vdyn_cli.steps.validate.segments import DriveSegment, RunConditions, Segmentation, drive_segments
+
+RADIUS = 0.3
+SPEEDS = ("speed", "wheel_speed_fl", "wheel_speed_rl")
+
+
+def coloured(rng: np.random.Generator, rows: int) -> np.ndarray:
+    """Two channels perturbed by one source that rings."""
+    from scipy.signal import lfilter
+
+    shake = lfilter([0.5], [1.0, -1.6, 0.8], rng.standard_normal(rows))
+    return np.column_stack([shake, 0.6 * np.r_[0.0, shake[:-1]]])
+
+
+def test_coloured_noise_on_top_of_white_noise_becomes_white() -> None:
+    rng = np.random.default_rng(2)
+    found = prewhitener(coloured(rng, 20_000), 12)
+    rows = coloured(rng, 20_000) + rng.standard_normal((20_000, 2))
+    white = found.white(rows[:, :, None], np.zeros(20_000, dtype=np.int64))[:, :, 0]
+    assert white.shape == (20_000 - 12, 2)
+    assert np.cov(white.T) == pytest.approx(np.eye(2), abs=0.05)
+    for lag in range(1, 6):
+        across = white[lag:].T @ white[:-lag] / len(white)
+        assert np.abs(across).max() < 0.05, lag
+    assert np.var(rows[:, 0]) > 2.0
+
+
+def test_rows_do_not_reach_across_a_hole() -> None:
+    rng = np.random.default_rng(3)
+    found = prewhitener(coloured(rng, 2_000), 4)
+    part = np.r_[np.zeros(100), np.ones(100)].astype(np.int64)
+    assert len(found.white(rng.standard_normal((200, 2, 1)), part)) == 200 - 2 * 4
+
+
+def driven() -> DriveSegment:
+    rng = np.random.default_rng(5)
+    time = np.arange(0.0, 30.0, 0.01)
+    speed = 10.0 + np.sin(0.2 * time)
+    channels = {
+        "speed": speed + 0.02 * rng.standard_normal(time.size),
+        "wheel_speed_fl": speed / RADIUS + 0.01 * rng.standard_normal(time.size),
+        "wheel_speed_rl": speed / RADIUS + 0.01 * rng.standard_normal(time.size),
+        "drive_torque": np.full(time.size, 20.0) + 0.1 * rng.standard_normal(time.size),
+    }
+    (made,), _ = drive_segments([Log("a.csv", time, channels)], [RunConditions()], Segmentation("vehicle"))
+    return made
+
+
+def test_what_moves_all_speeds_alike_is_in_the_slow_rows_alone() -> None:
+    s = driven()
+    true = 10.0 + np.sin(0.2 * s.time)
+    found = row_layout(s, SPEEDS, RADIUS, {"speed": true, **{n: true / RADIUS for n in SPEEDS[1:]}})
+    push = 0.1 * s.time
+    gust = {"speed": push, **{n: push / RADIUS for n in SPEEDS[1:]}}
+    assert np.abs(found.fast(gust)).max() < 1e-9
+    slow = found.slow({n: v[:, None] for n, v in gust.items()})[:, 0]
+    assert slow == pytest.approx(found.bins.mean(push[found.keep]), abs=1e-9)
+    noise = found.fast({n: s.outputs[n] - (true if n == "speed" else true / RADIUS) for n in SPEEDS})
+    assert np.std(noise, axis=0) == pytest.approx(1.0, abs=0.05)
+    assert np.abs(np.corrcoef(noise.T)[0, 1]) < 0.05
+
+
+def test_the_slower_sensor_of_the_same_speed_counts_less() -> None:
+    s = driven()
+    true = 10.0 + np.sin(0.2 * s.time)
+    found = row_layout(s, SPEEDS, RADIUS, {"speed": true, **{n: true / RADIUS for n in SPEEDS[1:]}})
+    each = np.array([0.02, 0.01 * RADIUS, 0.01 * RADIUS])
+    assert found.common_level == pytest.approx(np.sum(each**-2.0) ** -0.5, rel=0.1)

@@ -1,0 +1,53 @@
+"""The road that an accelerometer felt, on drives whose road is known."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.open_road import G, Made, Truth, drive
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL, felt_road, with_slope
+
+
+def log_of(made: Made, **more: np.ndarray) -> Log:
+    return Log("drive", made.time, {"speed": made.speed, "acceleration": made.felt, **more})
+
+
+def test_hills_are_found_without_the_torque() -> None:
+    for seed in range(3):
+        made = drive(Truth(zero=0.0), seed)
+        found = felt_road(log_of(made))
+        assert np.corrcoef(found.slope, made.slope)[0, 1] > 0.97
+        assert np.std(found.slope - made.slope) < 0.003
+
+
+def test_the_zero_makes_the_drive_level_from_end_to_end() -> None:
+    made = drive(Truth(zero=0.3), 4)
+    level, tilted = felt_road(log_of(drive(Truth(zero=0.0), 4))), felt_road(log_of(made))
+    assert abs(tilted.zero - level.zero - 0.3) < 0.002
+    assert np.allclose(tilted.slope, level.slope, atol=2e-4)
+    assert abs(float(np.mean(tilted.profile))) < 1e-3
+
+
+def test_a_grade_that_is_known_is_left_out() -> None:
+    made = drive(Truth(), 5)
+    rest = felt_road(log_of(made, grade=made.slope))
+    assert np.std(rest.slope) < 0.2 * np.std(made.slope)
+
+
+def test_gaps_and_stops_do_no_harm() -> None:
+    made = drive(Truth(), 6)
+    speed, force = made.speed.copy(), made.felt.copy()
+    force[500:520] = np.nan
+    speed[1000:1100] = np.linspace(speed[1000], 0.0, 100)
+    force[1000:1100] = np.gradient(speed[1000:1100], made.time[1000:1100]) + G * made.slope[1000:1100]
+    speed[1100:], force[1100:] = 0.0, 0.5  # it stands, and a brake rocks it
+    found = felt_road(Log("drive", made.time, {"speed": speed, "acceleration": force}))
+    assert np.corrcoef(found.slope[:1000], made.slope[:1000])[0, 1] > 0.97
+    assert np.ptp(found.slope[1120:]) < 1e-3, "a car that stands tells nothing of its road"
+
+
+def test_a_log_takes_the_slope_of_its_road_as_a_channel() -> None:
+    log = log_of(drive(Truth(), 7, seconds=60.0))
+    road = felt_road(log)
+    assert np.array_equal(with_slope(log, road)[SLOPE_CHANNEL], road.slope)

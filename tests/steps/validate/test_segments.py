@@ -1,0 +1,108 @@
+"""Which parts of a log are simulated, what the car does in each, and where it starts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.steps.validate.validate_cases import inputs, true_parameters
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.validate.problem import ValidateProblem
+from vdyn_cli.steps.validate.regimes import REGIMES
+from vdyn_cli.steps.validate.segments import RunConditions, Segmentation, drive_segments, end_speed
+
+TIME = np.arange(0.0, 60.0, 0.1)
+# Stands, accelerates, cruises, coasts, brakes, stands.
+SPEED = np.interp(TIME, [0, 3, 13, 33, 48, 54, 60], [0, 0, 20, 20, 17, 0, 0])
+TORQUE = np.where((TIME > 3) & (TIME <= 13), 300.0, np.where((TIME > 13) & (TIME <= 33), 40.0, 0.0))
+BRAKE = np.where((TIME > 48) & (TIME <= 55), 1500.0, 0.0)
+
+
+def log(**changed: np.ndarray) -> Log:
+    return Log("a.csv", TIME, {"speed": SPEED, "drive_torque": TORQUE, "brake_torque": BRAKE, **changed})
+
+
+def test_regimes_are_what_the_car_does() -> None:
+    (s,), _ = drive_segments([log()], [RunConditions("out")], Segmentation("vehicle"))
+    at = {t: REGIMES[s.marks[np.searchsorted(s.time, t)]] for t in (1.0, 4.0, 10.0, 20.0, 40.0, 51.0, 58.0)}
+    assert list(at.values()) == ["low speed", "launch", "acceleration", "cruise", "coast", "braking", "low speed"]
+    assert s.heading == 1.0
+
+
+def test_a_mass_on_a_road_is_simulated_where_it_moves_and_nobody_brakes() -> None:
+    found, _ = drive_segments([log()], [RunConditions()], Segmentation("road_load"))
+    assert [(round(s.time[0]), round(s.time[-1])) for s in found] == [(4, 48)]
+    assert found[0].time[-1] < 48.0
+    assert all(not s.inputs["brake_torque"].any() for s in found)
+
+
+def test_powered_windows_follow_one_another() -> None:
+    found, _ = drive_segments([log()], [RunConditions()], Segmentation("road_load", 10.0, True))
+    assert len(found) == 2
+    assert all(s.duration == pytest.approx(10.0, abs=0.11) for s in found)
+    assert all((s.inputs["drive_torque"] > 0).all() for s in found)
+    assert found[1].time[0] == pytest.approx(found[0].time[-1], abs=0.11)
+
+
+def test_a_start_speed_is_read_from_the_second_beside_it() -> None:
+    rng = np.random.default_rng(1)
+    noisy = 10.0 + 0.5 * TIME + 0.1 * rng.standard_normal(TIME.size)
+    value, std = end_speed(TIME, noisy, first=True)
+    assert value == pytest.approx(10.0, abs=4 * std)
+    assert 0.02 < std < 0.12
+    value, std = end_speed(TIME, noisy, first=False)
+    assert value == pytest.approx(10.0 + 0.5 * TIME[-1], abs=4 * std)
+
+
+def test_a_torque_from_a_slower_logger_is_taken_as_straight_lines() -> None:
+    sparse = np.where(np.arange(TIME.size) % 4 == 0, TORQUE, np.nan)
+    sparse[-1] = 0.0
+    (s,), _ = drive_segments([log(drive_torque=sparse)], [RunConditions()], Segmentation("vehicle"))
+    assert np.isfinite(s.inputs["drive_torque"]).all()
+
+
+def test_one_missing_torque_is_a_gap() -> None:
+    holed = TORQUE.copy()
+    holed[100] = np.nan
+    with pytest.raises(InputError, match=r"1 values? (is|are) missing"):
+        drive_segments([log(drive_torque=holed)], [RunConditions()], Segmentation("vehicle"))
+
+
+def test_an_output_that_is_mostly_empty_is_left_out_and_told() -> None:
+    empty = np.full(TIME.size, np.nan)
+    empty[:50] = 0.0
+    (s,), told = drive_segments([log(acceleration=empty)], [RunConditions()], Segmentation("vehicle"))
+    assert "acceleration" not in s.outputs
+    assert any("is empty in 92% of the rows" in f.what for f in told)
+
+
+def test_a_log_that_begins_in_a_tip_in_begins_at_its_own_speed() -> None:
+    """v = 10 + 3 t^2 / 2 over the first second: a straight line would begin at 9.75 m/s."""
+    time = np.linspace(0.0, 4.0, 401)
+    noisy = 10.0 + 1.5 * time**2 + np.random.default_rng(3).normal(0.0, 0.02, time.size)
+    value, std = end_speed(time, noisy, first=True)
+    assert abs(value - 10.0) < std < 0.2
+    assert abs(value - 10.0) < 0.03
+
+
+def test_a_car_that_stands_all_through_is_no_drive() -> None:
+    still = log(speed=np.zeros(TIME.size), drive_torque=np.zeros(TIME.size), brake_torque=np.zeros(TIME.size))
+    found, said = drive_segments([log(), still], [RunConditions("out"), RunConditions("back")], Segmentation("vehicle"))
+    assert [s.run for s in found] == [0]
+    assert any("no segment of it can be simulated" in f.what for f in said)
+
+
+def test_an_output_that_holds_one_value_all_through_is_none(root: Path, tmp_path: Path) -> None:
+    """It would pass for noise that all outputs share, and nothing would lie outside its band."""
+    found = inputs(root, tmp_path, true_parameters())
+    logs = [log.between(0.0, 6.0) for log in found.data]
+    stuck = [log.with_channels(wheel_speed_fl=np.full(log.time.size, 3.0)) for log in logs]
+    whole, left = (
+        ValidateProblem(found.spec, tuple(some), found.known).baseline.sensors.channels for some in (logs, stuck)
+    )
+    assert set(whole) - set(left) == {"wheel_speed_fl"}
+    still = [log.with_channels(speed=np.full(log.time.size, 3.0)) for log in logs]
+    assert "speed" in ValidateProblem(found.spec, tuple(still), found.known).baseline.sensors.channels

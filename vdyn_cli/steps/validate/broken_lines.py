@@ -1,0 +1,142 @@
+"""Where a torque turns from one straight line into another, between samples.
+
+Each sample seen by itself is rounded off a little at a corner, always to the same side, and what is rounded off shakes
+half-shafts less than the driver did. So samples on straight pieces that follow one another are fitted as one broken
+line, whose corners t_k are free::
+
+    T(t) = a + b t + sum_k c_k max(t - t_k, 0)
+
+solved with the column -1(t > t_k) beside each max(t - t_k, 0): its coefficient over c_k is the corner's step.
+(Muggeo, Statistics in Medicine 22 (2003) 3055.) A broken line that misses samples by more than their noise is none, and
+they stay as they were.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.drive import Points
+from vdyn_cli.steps.validate.line_fits import LineFits
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SHARP = 4.0  # standard deviations by which the slopes of two lines must differ to make a corner
+KNOWN = 0.05  # share of the shorter line within which it must be known where they meet
+NONE_INSIDE = 0.85  # share of a line's reach in which there is no other corner: it may go a little beyond one
+NEXT = 64  # spacings from one corner to the next of the same broken line
+MOST = 10  # corners of one broken line
+STEPS = 8  # of a fit
+LIKELY = 4.0  # standard deviations of a sum of squares that a broken line may have
+EDGE = 1e-3  # of a spacing: a corner so near a sample is that sample
+
+
+@dataclass(frozen=True, eq=False)
+class _Broken:
+    """A broken line through samples ``first`` to ``end``: its corners, and its value at any time."""
+
+    first: int
+    end: int
+    corners: Array
+    at: Callable[[Array], Array]
+    misses: Array
+
+
+def with_corners(
+    time: Array, torque: Array, values: Array, lines: tuple[LineFits, LineFits], level: float
+) -> tuple[Array, Points]:
+    """The denoised values (n,) with those near corners from broken lines, and the corners between samples.
+
+    Parameters
+    ----------
+    torque : (n,) samples with white noise of ``level``. values : (n,) as lines give them one by one.
+    lines : before and after each sample.
+    """
+    spacing = float(np.median(np.diff(time)))
+    found = _seen(lines, spacing)
+    values, times, heights = values.copy(), [], []
+    for group, least, most in _groups(found, lines, time.size):
+        middle = 0.5 * (time[group] + time[group + 1])
+        broken = _fit(time, torque, least, most, middle)
+        if _holds(broken, level):
+            values[broken.first : broken.end] = broken.at(time[broken.first : broken.end])
+            times.append(broken.corners)
+            heights.append(broken.at(broken.corners))
+    if not times:
+        return values, (np.zeros(0), np.zeros(0))
+    at, height = np.concatenate(times), np.concatenate(heights)
+    nearest = np.abs(at - time[np.clip(np.searchsorted(time, at) - [[1], [0]], 0, time.size - 1)]).min(axis=0)
+    between = (nearest > EDGE * spacing) & (np.diff(at, prepend=-np.inf) > 0.0)
+    return values, (at[between], height[between])
+
+
+def _seen(lines: tuple[LineFits, LineFits], spacing: float) -> Index:
+    """The samples after which the line before and the line after differ most, one for each corner."""
+    before, after = lines
+    turn = np.abs(after.slopes[1:] - before.slopes[:-1])
+    sharp = turn / np.sqrt(before.slope_variance[:-1] + after.slope_variance[1:])
+    shorter = np.minimum(before.reach[:-1], after.reach[1:]) * spacing
+    unsure = np.sqrt(before.variance[:-1] + after.variance[1:]) > KNOWN * turn * shorter
+    sharp[unsure] = 0.0
+    found = []
+    clear = np.flatnonzero(sharp >= SHARP)
+    for i in clear[np.argsort(-sharp[clear], kind="stable")]:
+        if sharp[i] >= SHARP:
+            found.append(i)
+            back, on = (int(NONE_INSIDE * reach) for reach in (before.reach[i], after.reach[i + 1]))
+            sharp[max(i - back, 0) : i + on + 1] = 0.0
+    return np.sort(np.array(found, dtype=np.int64))
+
+
+def _groups(found: Index, lines: tuple[LineFits, LineFits], count: int) -> list[tuple[Index, int, int]]:
+    """Corners that straight pieces link, with the samples from the first piece to the end of the last."""
+    before, after = lines
+    gap = np.diff(found)
+    apart = (after.reach[found[:-1] + 1] + before.reach[found[1:]] < gap - 1) | (gap > NEXT)
+    linked = [g for g in np.split(found, np.flatnonzero(apart) + 1) if g.size]
+    spans = []
+    for g in (part for whole in linked for part in np.array_split(whole, -(-whole.size // MOST))):
+        beside = found[(found < g[0]) | (found > g[-1])]
+        least = max(int(g[0] - before.reach[g[0]]), int(np.max(beside[beside < g[0]], initial=-2)) + 2)
+        most = min(int(g[-1] + 2 + after.reach[g[-1] + 1]), int(np.min(beside[beside > g[-1]], initial=count)))
+        spans.append((g, least, most))
+    between = [int(a[-1] + b[0]) for (a, _, _), (b, _, _) in pairwise(spans)]  # twice halfway to the next
+    starts, ends = [0, *((k + 1) // 2 + 1 for k in between)], [*(k // 2 + 1 for k in between), count]
+    return [(g, max(a, low), min(b, high)) for (g, a, b), low, high in zip(spans, starts, ends, strict=False)]
+
+
+def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _Broken:
+    """The broken line of least squares, its corners begun here."""
+    t = time[first:end]
+    origin, span = t.mean(), float(np.ptp(t))
+    spacing = span / (t.size - 1)
+
+    def columns(at: Array, corners: Array) -> Array:
+        return np.column_stack([np.ones(at.size), (at - origin) / span, *np.maximum(at - corners[:, None], 0.0) / span])
+
+    for _ in range(STEPS):
+        steps = -1.0 * (t > corners[:, None]).T
+        found = np.linalg.lstsq(np.hstack([columns(t, corners), steps]), torque[first:end], rcond=None)[0]
+        turns, moves = found[2 : 2 + corners.size] / span, found[2 + corners.size :]
+        moved = np.divide(moves, turns, out=np.zeros_like(moves), where=turns != 0.0)
+        moved = np.clip(moved, -2 * spacing, 2 * spacing)
+        corners = np.sort(np.clip(corners + moved, t[1], t[-2]))
+        if np.abs(moved).max() < EDGE * spacing:
+            break
+    shape = np.linalg.lstsq(columns(t, corners), torque[first:end], rcond=None)[0]
+
+    def line(at: Array) -> Array:
+        return np.asarray(columns(at, corners) @ shape)
+
+    return _Broken(first, end, corners, line, torque[first:end] - line(t))
+
+
+def _holds(broken: _Broken, level: float) -> bool:
+    """Do the samples lie about the broken line as their noise lets them?"""
+    free = max(broken.misses.size - 2 - 2 * broken.corners.size, 1)
+    return bool(np.sum(broken.misses**2) / level**2 < free + LIKELY * np.sqrt(2.0 * free))

@@ -1,0 +1,120 @@
+"""Sizes of effects that the model is extended by, fitted on straight lines through themselves.
+
+A straight line through a car with nothing wrong is too far off for a size that is large: it is laid again through what
+it gave, until little moves. Play has no slope at nothing and knocks, so that lines come to rest where one knock fits
+well; then they begin again where all fit best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vdyn_cli.inference import Regression, Solution, solve
+from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.inference.linearized_regression import frozen
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.validate.nondifferentiable import DifferentiableReference, profile_estimates
+from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
+from vdyn_cli.steps.validate.simulation import SimulationSetup
+
+PASSES = 4  # of simulation and straight line
+SETTLED = 0.1  # standard deviations that a further pass may move it
+RESTLESS = 1.0  # standard deviations by which the last pass may move it, and no more be said
+AGAIN = 0.4  # standard deviations that the size with which all knocks fit best may be off
+FEWEST_UNITS = 8  # drives cut into windows that are units of evidence by themselves
+
+
+@dataclass(frozen=True, eq=False)
+class FittedEffects:
+    """What the drives make of the effects.
+
+    Parameters
+    ----------
+    setup : with the effects at these sizes. solution : of the fit. linearized : its regression.
+    spreads : standard deviations of sizes that straight lines tell too well.
+    moved : standard deviations by which the last pass moved the sizes.
+    """
+
+    setup: SimulationSetup
+    solution: Solution
+    linearized: Regression
+    spreads: Mapping[str, float]
+    moved: float
+
+    @property
+    def doubts(self) -> tuple[Finding, ...]:
+        """What is to be said of sizes that have not come to rest."""
+        if self.moved < RESTLESS:
+            return ()
+        what = f"the causes' sizes have not come to rest: the last pass moved them by {self.moved:.1f} standard errors"
+        return (Finding("fit", what, "", "take their intervals for too narrow", doubt=True),)
+
+
+def fit_effects(
+    setup: SimulationSetup,
+    regression: Callable[[SimulationSetup], Regression],
+    reference: DifferentiableReference,
+) -> FittedEffects:
+    """The setup with its effects at the amplitudes that the drives estimate.
+
+    Parameters
+    ----------
+    regression : of the drives, where a setup starts. reference : of the car without nondifferentiable effects.
+
+    Raises
+    ------
+    ResultError : the drives do not determine the amplitudes, or a simulation is not finite.
+    """
+    last = _settled(setup, regression)
+    profiled = profile_estimates(last.setup, reference)
+    if any(abs(at - last.solution.values[n]) > AGAIN * std for n, (at, std) in profiled.items()):
+        extra = tuple(replace(u, start=profiled[u.name][0]) if u.name in profiled else u for u in last.setup.extra)
+        last = _settled(replace(last.setup, extra=extra), regression)
+        profiled = profile_estimates(last.setup, reference)
+    solution = last.solution
+    spreads = {n: float(np.hypot(std, at - solution.values[n])) for n, (at, std) in profiled.items()}
+    std = {**solution.std, **spreads}
+    moved = max((move / std[n] for n, move in last.moves.items() if std[n] > 0.0), default=0.0)
+    return FittedEffects(replace(last.setup, at={}), solution, last.linearized, spreads, moved)
+
+
+@dataclass(frozen=True, eq=False)
+class _Pass:
+    """One linearization: the setup that its fit leads to, and the moves of the amplitudes."""
+
+    setup: SimulationSetup
+    solution: Solution
+    linearized: Regression
+    moves: Mapping[str, float]
+
+
+def _settled(setup: SimulationSetup, regression: Callable[[SimulationSetup], Regression]) -> _Pass:
+    first, moved = _relinearized(setup, regression)
+    if moved < SETTLED:
+        return first
+    return until_settled(lambda one: _relinearized(one.setup, regression), first, PASSES - 1, SETTLED).state
+
+
+def _relinearized(setup: SimulationSetup, regression: Callable[[SimulationSetup], Regression]) -> tuple[_Pass, float]:
+    """The fit linearized at a setup's start, and its largest move in standard deviations."""
+    start = dict(zip(setup.vector.shared, setup.vector.theta.tolist(), strict=True))
+    linearized = frozen(regression(setup))
+    by_run = SLOPE_CHANNEL in setup.model.inputs and len(linearized.runs) >= FEWEST_UNITS
+    solution = solve(linearized, units="run" if by_run else "block")
+    moves = {n: abs(solution.values[n] - at) for n, at in start.items() if n in solution.values}
+    amplitudes = {u.name: moves[u.name] for u in setup.extra}
+    begun = setup.begun_at(solution.values) if setup.model.name == "vehicle" else setup
+    after = replace(begun, extra=tuple(replace(u, start=solution.values[u.name]) for u in setup.extra))
+    judged = moves if setup.nondifferentiable else amplitudes
+    relative = [m / solution.std[n] if solution.std[n] > 0.0 else np.inf for n, m in judged.items()]
+    return _Pass(after, solution, linearized, amplitudes), max(relative)
+
+
+def fitted(setup: SimulationSetup, solution: Solution) -> SimulationSetup:
+    """The extended setup with its parameters where the drives put them."""
+    moved = {n: solution.values[n] for n in setup.prior.names}
+    prior = replace(setup.prior, values={**setup.prior.values, **moved})
+    return replace(setup, prior=prior, baseline=None, extended=None)

@@ -1,0 +1,172 @@
+"""Drive and brake torque without most of their sensors' noise.
+
+Noise in an input is worse than noise in an output: it shakes the simulated shafts as no real torque does, and a fit
+that sees them shake more than the measured ones makes them stiffer or more damped. So every sample is replaced by the
+ends of straight lines through its neighbours, before and after it, as many as lie on one line within the noise: a ramp
+stays a ramp (`lines`). A driver does not wait for a sample: where lines meet between samples, there the corner is
+(`corners`). Segmentation off, it would be a knock that the simulated shafts do not feel.
+
+Whenever a driver lets go of a pedal the torque comes back to one level, which all those segments tell together: half a
+newton metre decides on which flank a gearing with play then rests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.drive import Drive, Points
+from vdyn_cli.engine.model import Model
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.validate.broken_lines import with_corners
+from vdyn_cli.steps.validate.line_fits import lines_after, lines_before
+from vdyn_cli.steps.validate.segments import DriveSegment, driving
+
+Array = NDArray[np.float64]
+
+TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
+NOISY_INPUTS = (*TORQUES, "brake_torque")  # inputs whose noise shakes the simulated car
+LEAST_TORQUE = 1e-3  # N m of noise in a torque
+SEED = 20170401  # of the noise that is added to the torque
+
+NEAR = 5.0  # noise levels of no torque, within which the level lies to which it comes back
+FAR = 3.0  # standard deviations of the sensor's zero, within which it lies too
+FEWEST = 30  # samples of a segment at that level
+ALIKE = 4.0  # standard deviations by which such a segment, and a mean over a part of it, may differ
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueSignals:
+    """TorqueSignals at the samples of a segment, and corners between samples."""
+
+    values: Mapping[str, Array]
+    corners: Mapping[str, Points]
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentTorques:
+    """A segment's torques as the simulated car shall feel them, and with more noise of their sensors' size."""
+
+    denoised: TorqueSignals
+    perturbed: TorqueSignals
+
+
+@dataclass(frozen=True, eq=False)
+class DriveInputs:
+    """What drives the simulated car in every segment; denoised once.
+
+    Parameters
+    ----------
+    segments : what is simulated. model : whose inputs are wanted.
+    zero : N m, standard deviation of what the drive torque reads at no torque.
+    air_density : kg/m^3 at ``day`` (K), where each segment has the air of its own temperature; None: one air for all.
+    """
+
+    segments: tuple[DriveSegment, ...]
+    model: Model
+    zero: float = 0.0
+    air_density: float | None = None
+    day: float = 293.15
+
+    @cached_property
+    def torques(self) -> tuple[SegmentTorques, ...]:
+        """Torques of every segment; a mass on a road has no shafts that noise could shake: its are as measured."""
+        denoise = self.model.name == "vehicle"
+        return tuple(_segment_torques(k, s, self.model.inputs, denoise, self.zero) for k, s in enumerate(self.segments))
+
+    @cached_property
+    def drives(self) -> tuple[Drive, ...]:
+        """Inputs of the simulator."""
+        return tuple(self._drive(s, one.denoised) for s, one in zip(self.segments, self.torques, strict=True))
+
+    @cached_property
+    def perturbed_drives(self) -> tuple[Drive, ...]:
+        """The same with further noise of the torque sensors' size."""
+        return tuple(self._drive(s, one.perturbed) for s, one in zip(self.segments, self.torques, strict=True))
+
+    def air(self, temperature: float) -> dict[str, float]:
+        """The model's parameters that differ at this temperature (K)."""
+        return {} if self.air_density is None else {"air_density": self.air_density * self.day / temperature}
+
+    def _drive(self, s: DriveSegment, torques: TorqueSignals) -> Drive:
+        everything = {
+            **s.inputs,
+            "elapsed": s.since + s.time - s.time[0],
+            **{f"road_{wheel}": 0.0 for wheel in ("fl", "fr", "rl", "rr")},
+            **torques.values,
+        }
+        inputs = {n: everything[n] for n in self.model.inputs}
+        context = {"heading": s.heading, "temperature": s.temperature}
+        return Drive(s.time, inputs, {}, self.air(s.temperature), context, torques.corners)
+
+
+def _segment_torques(run: int, s: DriveSegment, inputs: tuple[str, ...], denoise: bool, zero: float) -> SegmentTorques:
+    torques = dict(s.inputs)
+    if "drive_torque" in inputs and "drive_torque" not in torques:
+        torques["drive_torque"] = driving(Log(s.name, s.time, s.inputs))
+    rng = np.random.default_rng([SEED, run])
+    noise = rng.standard_normal((len(NOISY_INPUTS), s.time.size))
+    names = [n for n in NOISY_INPUTS if n in inputs]
+    levels = {n: max(white_level(torques[n], s.time), LEAST_TORQUE) for n in names}
+    if not denoise:
+        more = {n: torques[n] + levels[n] * noise[k] for k, n in enumerate(names)}
+        return SegmentTorques(TorqueSignals({n: torques[n] for n in names}, {}), TorqueSignals(more, {}))
+    zeros = {n: zero if n in TORQUES else 0.0 for n in names}
+    clean = {n: denoised(s.time, torques[n], levels[n], zeros[n]) for n in names}
+    more = {n: clean[n][0] + levels[n] * noise[k] for k, n in enumerate(names)}
+    again = {n: denoised(s.time, more[n], levels[n], zeros[n]) for n in names}
+    return SegmentTorques(_torques(clean), _torques(again))
+
+
+def _torques(found: Mapping[str, tuple[Array, Points]]) -> TorqueSignals:
+    return TorqueSignals(
+        {n: values for n, (values, _) in found.items()}, {n: c for n, (_, c) in found.items() if c[0].size}
+    )
+
+
+def denoised(time: Array, torque: Array, level: float, zero: float = 0.0) -> tuple[Array, Points]:
+    """The torque (n,), N m, whose samples carry white noise of ``level``; and its corners between samples.
+
+    ``zero``: N m, standard deviation of what the sensor reads at no torque.
+    """
+    before, after = lines_before(time, torque, level), lines_after(time, torque, level)
+    weight = after.variance / (before.variance + after.variance)
+    values = weight * before.values + (1.0 - weight) * after.values
+    values, corners = with_corners(time, torque, values, (before, after), level)
+    return _come_back(torque, values, np.searchsorted(corners[0], time), level, zero), corners
+
+
+def _come_back(torque: Array, values: Array, piece: NDArray[np.int64], level: float, zero: float) -> Array:
+    """The denoised values, of segments at the level of no torque that all of them have in common.
+
+    ``piece`` (n,) counts the corners before each sample: a ramp that begins at that level has no part in the segment.
+    """
+    near = np.sort(values[np.abs(values) < max(NEAR * level, FAR * zero)])
+    if near.size < FEWEST:
+        return values
+    crowd = np.searchsorted(near, near + level) - np.searchsorted(near, near - level)
+    common = float(np.median(torque[np.abs(values - near[np.argmax(crowd)]) < level]))
+    at = np.flatnonzero(np.abs(values - common) < ALIKE * level)
+    apart = (np.diff(at) > 1) | (np.diff(piece[at]) > 0)
+    segments = np.split(at, np.flatnonzero(apart) + 1)
+    back = values
+    for _ in range(2):
+        same = [s for s in segments if s.size >= FEWEST and _is_level(torque[s], common, level)]
+        if same:
+            every = np.concatenate(same)
+            common = float(torque[every].mean())
+            back = values.copy()
+            back[every] = common
+    return back
+
+
+def _is_level(torque: Array, common: float, level: float) -> bool:
+    """Are the mean of a segment and those of its parts, ever shorter ones, what they are about a common level?"""
+    halvings = range(int(np.log2(max(torque.size / FEWEST, 1.0))) + 1)
+    pieces = [p for k in halvings for p in np.array_split(torque, 2**k)]
+    return all(abs(p.mean() - common) < ALIKE * level / np.sqrt(p.size) for p in pieces)

@@ -1,0 +1,90 @@
+"""Straight lines that end at every sample of a noisy signal, as long as the signal is straight.
+
+A line through a sample and its neighbours to one side is taken longer and longer while the intervals of its end meet
+those of the shorter ones. (Intersection of confidence intervals: Katkovnik, IEEE Trans. Signal Process. 47 (1999)
+2567.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+REACHES = (2, 4, 8, 16, 32, 64, 128)  # samples to one side
+LONGEST = 1.5  # s to one side
+WIDTH = 2.0  # standard deviations of the intervals that must meet
+STRAIGHT = 8  # samples that a line has at least whose slope is told: what swings is straight over fewer
+
+
+@dataclass(frozen=True, eq=False)
+class LineFits:
+    """At every sample (n,) the line that ends there.
+
+    Parameters
+    ----------
+    values, variance : of the line's end. reach : samples that the line has before that.
+    slopes, slope_variance : where the line is long enough, else of infinite variance.
+    """
+
+    values: Array
+    variance: Array
+    slopes: Array
+    slope_variance: Array
+    reach: NDArray[np.int64]
+
+    @property
+    def turned(self) -> LineFits:
+        """Seen the other way in time."""
+        values, variance, reach = self.values[::-1], self.variance[::-1], self.reach[::-1]
+        return LineFits(values, variance, -self.slopes[::-1], self.slope_variance[::-1], reach)
+
+
+def lines_before(time: Array, values: Array, level: float) -> LineFits:
+    """LineFits from the samples before each sample (n,), whose white noise is of ``level``."""
+    best, variance = values.copy(), np.full(values.size, level**2)
+    slopes, slope_variance = np.zeros(values.size), np.full(values.size, np.inf)
+    reached = np.zeros(values.size, dtype=np.int64)
+    low, high = values - WIDTH * level, values + WIDTH * level
+    going = np.ones(values.size, dtype=bool)
+    spacing = float(np.median(np.diff(time)))
+    for reach in REACHES:
+        if reach * spacing > LONGEST or reach >= values.size:
+            break
+        line, spread, slope, square = _line_ends(time, values, reach)
+        sigma = level * np.sqrt(spread)
+        lower, upper = np.maximum(low, line - WIDTH * sigma), np.minimum(high, line + WIDTH * sigma)
+        going &= (lower <= upper) & (np.arange(values.size) >= reach)
+        best, variance = np.where(going, line, best), np.where(going, sigma**2, variance)
+        reached = np.where(going, reach, reached)
+        straight = going & (reach >= STRAIGHT)
+        slopes = np.where(straight, slope, slopes)
+        slope_variance = np.where(straight, level**2 / square, slope_variance)
+        low, high = np.where(going, lower, low), np.where(going, upper, high)
+    return LineFits(best, variance, slopes, slope_variance, reached)
+
+
+def lines_after(time: Array, values: Array, level: float) -> LineFits:
+    """LineFits from the samples after each sample."""
+    return lines_before(-time[::-1], values[::-1], level).turned
+
+
+def _line_ends(time: Array, values: Array, reach: int) -> tuple[Array, Array, Array, Array]:
+    """WindowEnds of straight lines through each sample and ``reach`` before it, with their variance for noise of one.
+
+    And the lines' slopes, with the inverse of theirs.
+    """
+    windows = np.lib.stride_tricks.sliding_window_view
+    t = windows(time, reach + 1)
+    t = t - t[:, -1:]
+    x = windows(values, reach + 1)
+    middle = t.mean(axis=1, keepdims=True)
+    square = np.sum((t - middle) ** 2, axis=1)
+    slope = np.sum((t - middle) * x, axis=1) / square
+    ends = x.mean(axis=1) - slope * middle[:, 0]
+    spread = 1.0 / (reach + 1) + middle[:, 0] ** 2 / square
+    pad = np.zeros(reach)
+    return np.r_[pad, ends], np.r_[pad + 1.0, spread], np.r_[pad, slope], np.r_[pad + 1.0, square]

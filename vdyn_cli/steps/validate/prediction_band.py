@@ -1,0 +1,250 @@
+"""Where the simulation may lie: the band of the parameters' own uncertainty, and that of gusts and sensors about it.
+
+With S the exact sensitivities of an output, L L' the parameters' covariance, G the gusts' response and s the noise of
+the sensor (and of the torque sensor, through the car), the error of a right model has variance
+
+    S L L' S'  +  G C G'  +  s^2
+
+at every sample. Outside the band the model is wrong; inside it the parameters are merely uncertain. How much time
+outside is too much is drawn from the same law: gusts and parameters move a whole drive at once, so that a right model
+too is outside for a while, or not at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.steps.validate.jerk import JERK, resolves_jerk, smooth_derivative
+from vdyn_cli.steps.validate.regimes import REGIMES
+from vdyn_cli.steps.validate.residual_rows import RESTING
+from vdyn_cli.steps.validate.segments import WHEELS
+from vdyn_cli.steps.validate.whitening import WhitenedDrives, errors
+
+Array = NDArray[np.float64]
+
+DRAWS = 400  # Monte Carlo drives of a right model: the 97.5 % limit of a share is then known to a tenth
+POINTS = 240  # samples of a segment at which draws are made
+SEED = 19021202
+CHANCE = 0.05  # that a right model is called wrong, all outputs together
+
+
+@dataclass(frozen=True, eq=False)
+class PredictionBand:
+    """One output of one segment.
+
+    Parameters
+    ----------
+    error : (n,) simulated less measured. measured : (n,).
+    slopes : (n, k) sensitivities to the uncertain parameters. own_slopes : (n, m) to the segment's start and zeros.
+    own : (n,) standard deviation by the parameters. gusts : (n,) by gusts, winds, unknown road, start and zeros.
+    sensor : of the channel's own noise and of the torque sensor's through the car.
+    shares : (k,) sum over time of the parameters' parts of the variance.
+    slow : (first slow row, scale) of the gusts that move it, scale times the row's unit; None: no gusts.
+    """
+
+    error: Array
+    measured: Array
+    slopes: Array
+    own_slopes: Array
+    own: Array
+    gusts: Array
+    sensor: float
+    shares: Array
+    slow: tuple[int, float] | None
+
+    @property
+    def half(self) -> Array:
+        """(n,) half width of the whole 95 % band."""
+        return np.asarray(NORMAL95 * np.sqrt(self.own**2 + self.gusts**2 + self.sensor**2))
+
+    @property
+    def outside(self) -> NDArray[np.bool_]:
+        """(n,) where the error is outside the whole band."""
+        return np.asarray(np.abs(self.error) > self.half)
+
+
+def bands(w: WhitenedDrives) -> tuple[dict[str, PredictionBand], ...]:
+    """Every output of every segment; ``jerk`` is the slope of the specific force unless it was measured itself."""
+    return tuple(_segment_bands(w, k) for k in range(len(w.setup.segments)))
+
+
+def _segment_bands(w: WhitenedDrives, run: int) -> dict[str, PredictionBand]:
+    setup, s, p = w.setup, w.setup.segments[run], w.whitenings[run].layout
+    outcome, perturbed, shared = setup.first[run], setup.perturbed[run], len(setup.vector.shared)
+    root, own_std, b = setup.prior.root, _own_std(w, run), p.bins.time.size
+    sigma = np.sqrt(np.maximum(np.diag(w.slow_covariance(run)), 0.0))
+    found = {}
+    for name, error in errors(setup, run, outcome).items():
+        slopes = outcome.sensitivities[name]
+        own_slopes, gust, slow = slopes[:, shared:], np.zeros(s.time.size), None
+        if name == "speed" or name in WHEELS:
+            scale = 1.0 if name == "speed" else p.radius
+            gust, slow = np.interp(s.time, p.bins.time, sigma[:b]) * (s.smooth_speed > RESTING) / scale, (0, scale)
+        elif name == "acceleration":
+            gust, slow = np.interp(s.time, p.bins.time, sigma[b:]) if p.felt else gust, (b, 1.0)
+        gusts = np.hypot(gust, _norm(own_slopes * own_std))
+        noise = float(np.std(perturbed[name]))
+        sensor = float(np.hypot(p.levels[name], noise)) if name in p.levels else noise
+        parts = _parameter_parts(error, slopes[:, : len(root)], root)
+        found[name] = PredictionBand(
+            error, s.outputs[name], slopes[:, : len(root)], own_slopes, parts[0], gusts, sensor, parts[1], slow
+        )
+    if "acceleration" in found and resolves_jerk(s.time):
+        found["jerk"] = _jerk(w, run, root)
+    return found
+
+
+def _own_std(w: WhitenedDrives, run: int) -> Array:
+    """Standard deviations of a segment's start speed and zeros."""
+    sensors = w.setup.sensors
+    return np.array([w.setup.vector.start_speed(run)[1], *(sensors.zeros[n] for n in sensors.zeroed)])
+
+
+def _norm(parts: Array) -> Array:
+    return np.asarray(np.sqrt(np.sum(parts**2, axis=1)))
+
+
+def _parameter_parts(error: Array, slopes: Array, root: Array) -> tuple[Array, Array]:
+    """Standard deviation by the parameters at every sample, and the sum over time of each parameter's part."""
+    good = np.isfinite(error)
+    shares = np.einsum("ti,ij,tj->i", slopes[good], root @ root.T, slopes[good], optimize=True)
+    return _norm(slopes @ root), shares
+
+
+def _jerk(w: WhitenedDrives, run: int, root: Array) -> PredictionBand:
+    """The slope of the specific force, through the same low-pass on both sides."""
+    s, outcome = w.setup.segments[run], w.setup.first[run]
+    measured = s.outputs.get("jerk")
+    force = s.outputs["acceleration"]
+    made = smooth_derivative(s.time, force) if measured is None else smooth_derivative(s.time, measured, derive=False)
+    error = smooth_derivative(s.time, outcome.values["acceleration"]) - made
+    slopes = smooth_derivative(s.time, outcome.sensitivities["acceleration"][:, : len(root)])
+    level = w.whitenings[run].layout.levels["acceleration"] * JERK.noise_gain(s.time)
+    noise = np.std(smooth_derivative(s.time, w.setup.perturbed[run]["acceleration"]))
+    own, shares = _parameter_parts(error, slopes, root)
+    nothing = np.zeros(s.time.size)
+    return PredictionBand(
+        error, made, slopes, np.zeros((s.time.size, 0)), own, nothing, float(np.hypot(level, noise)), shares, None
+    )
+
+
+@dataclass(frozen=True)
+class BandTest:
+    """One output over all drives.
+
+    Parameters
+    ----------
+    share : of the time outside the whole band; ``limit`` : what a right model stays below in 97.5 % of all cases.
+    by_regime : (share, limit) of each regime that was driven.
+    chance : how often a right model is at least so far outside, over the whole drive.
+    """
+
+    share: float
+    limit: float
+    chance: float
+    by_regime: Mapping[str, tuple[float, float]]
+
+
+def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) -> tuple[dict[str, BandTest], float]:
+    """Time outside of every output against Monte Carlo drives of a right model, and the p value of the worst output."""
+    outputs = list(dict.fromkeys(n for one in found for n in one))
+    drawn = {n: _Tally() for n in outputs}
+    rng = np.random.default_rng(SEED)
+    latent = rng.standard_normal((DRAWS, len(w.setup.prior.names)))
+    for run, one in enumerate(found):
+        for name, fake in _drawn_outside(w, run, one, latent, rng):
+            s, band = w.setup.segments[run], one[name]
+            real = np.isfinite(band.error) & ~s.stopping
+            outside = np.where(real, band.outside, False).astype(float)
+            drawn[name].add(s.marks[real], outside[real], fake[real], JERK.alike(s.time) if name == "jerk" else 1.0)
+    out, ranks = {}, []
+    for name in outputs:
+        tally = drawn[name]
+        noise = rng.standard_normal(DRAWS)
+        share, fake = tally.whole(noise)
+        chance = (1 + float(np.sum(fake >= share - 1e-12))) / (1 + DRAWS)
+        ranks.append((share, fake))
+        by = {r: tally.of(i, noise) for i, r in enumerate(REGIMES) if tally.count[i]}
+        limits = {r: (real, float(np.quantile(f, 0.975))) for r, (real, f) in by.items()}
+        out[name] = BandTest(share, float(np.quantile(fake, 0.975)), chance, limits)
+    return out, _worst(ranks)
+
+
+def _worst(ranks: list[tuple[float, Array]]) -> float:
+    """How often the least likely of all outputs is as unlikely as here, for a right model."""
+    everything = np.array([np.r_[real, fake] for real, fake in ranks])
+    order = np.array([[np.mean(row >= v) for v in row] for row in everything])
+    least = order.min(axis=0)
+    return float(np.mean(least <= least[0]))
+
+
+class _Tally:
+    """Time outside, measured and drawn, by regime."""
+
+    def __init__(self) -> None:
+        self.count = np.zeros(len(REGIMES))
+        self.real = np.zeros(len(REGIMES))
+        self.fake = np.zeros((len(REGIMES), DRAWS))
+        self.scatter = np.zeros((len(REGIMES), DRAWS))
+
+    def add(self, marks: NDArray[np.int64], real: Array, fake: Array, alike: float) -> None:
+        """``alike``: neighbouring samples whose noise is the same, so that fewer are independent."""
+        for i in range(len(REGIMES)):
+            here = marks == i
+            self.count[i] += here.sum()
+            self.real[i] += real[here].sum()
+            self.fake[i] += fake[here].sum(axis=0)
+            self.scatter[i] += alike * (fake[here] * (1.0 - fake[here])).sum(axis=0)
+
+    def of(self, i: int, noise: Array) -> tuple[float, Array]:
+        return self._shares(self.real[i], self.count[i], self.fake[i], self.scatter[i], noise)
+
+    def whole(self, noise: Array) -> tuple[float, Array]:
+        parts = (self.real.sum(), self.count.sum(), self.fake.sum(axis=0), self.scatter.sum(axis=0))
+        return self._shares(*parts, noise)
+
+    @staticmethod
+    def _shares(real: float, count: float, fake: Array, scatter: Array, noise: Array) -> tuple[float, Array]:
+        drawn = np.clip((fake + np.sqrt(scatter) * noise) / count, 0.0, 1.0)
+        return float(real / count), np.asarray(drawn)
+
+
+def _drawn_outside(
+    w: WhitenedDrives, run: int, one: Mapping[str, PredictionBand], latent: Array, rng: np.random.Generator
+) -> Iterator[tuple[str, Array]]:
+    """Probability (n, draws) that each output of a right model is outside its band.
+
+    Parameters from their prior (``latent``), gusts and zeros are drawn; the sensor's noise enters by its probability.
+    """
+    from scipy.special import ndtr
+
+    s, p, root = w.setup.segments[run], w.whitenings[run].layout, w.setup.prior.root
+    at = np.unique(np.linspace(0, s.time.size - 1, min(POINTS, s.time.size)).astype(int))
+    slow = w.slow_covariance(run)
+    slow[np.diag_indices_from(slow)] += 1e-12 * np.trace(slow) / len(slow) + 1e-16
+    paths = np.linalg.cholesky(slow) @ rng.standard_normal((len(slow), DRAWS))
+    own_std, b = _own_std(w, run), p.bins.time.size
+    own = own_std[:, None] * rng.standard_normal((own_std.size, DRAWS))
+    around = np.repeat(np.arange(at.size), np.diff(np.r_[at, s.time.size]))  # a drawn point stands for those about it
+    for name, band in one.items():
+        shift = band.slopes[at] @ (root @ latent.T)
+        if band.own_slopes.shape[1]:
+            shift += band.own_slopes[at] @ own
+        if band.slow is not None:
+            first, scale = band.slow
+            shift += _along(s.time[at], p.bins.time, paths[first : first + b]) / scale
+        edge, sensor = band.half[at][:, None], max(band.sensor, 1e-12)
+        yield name, (ndtr((-edge - shift) / sensor) + ndtr((shift - edge) / sensor))[around]
+
+
+def _along(time: Array, at: Array, paths: Array) -> Array:
+    """Each path (b, draws) at other times, straight between."""
+    right = np.clip(np.searchsorted(at, time), 1, at.size - 1)
+    left = right - 1
+    share = np.clip((time - at[left]) / (at[right] - at[left]), 0.0, 1.0)[:, None]
+    return np.asarray(paths[left] * (1 - share) + paths[right] * share)

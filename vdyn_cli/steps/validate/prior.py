@@ -1,0 +1,254 @@
+"""The parameters of a validation: values, how well they are known, and what had to be assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import Unknown
+from vdyn_cli.physics.models.vehicle_defaults import Completed, complete
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+
+Array = NDArray[np.float64]
+
+# Relative where a value is far from zero, in SI where it is zero (``ABSOLUTE``). What is not named is taken as exact.
+RELATIVE: Mapping[str, float] = {
+    "unsprung_mass_front": 0.2,
+    "unsprung_mass_rear": 0.2,
+    "tire_relaxation_length": 0.4,
+    "drag_height": 0.15,
+    "driveline_efficiency": 0.01,
+    "air_density": 0.02,
+    "driveline_inertia": 0.1,
+    "shaft_damping_left": 0.4,
+    "shaft_damping_right": 0.4,
+    "brake_share_front": 0.08,
+    "hub_swing": 1.0,
+    "driveline_pitch": 1.0,
+    "rotating_mass": 0.3,
+}
+ABSOLUTE: Mapping[str, float] = {
+    "tire_load_sensitivity": 2e-5,  # 1/N: friction falls by 0 to 4 % per kN
+    "tire_vertical_damping": 100.0,  # N s/m: a few per cent of critical for the wheel hop
+}
+# Of no effect on a straight and level drive: assuming them needs no line in the report.
+UNFELT = frozenset(
+    {"roll_inertia", "yaw_inertia", "track_front", "track_rear", "tire_cornering_stiffness", "tire_vertical_damping",
+     "rolling_speed", "wind_variance", "cg_to_front", "drag_area"}
+)  # fmt: skip
+
+SIGNED = ("hub_swing", "driveline_pitch", "rolling_speed")  # may lie on either side of zero
+FARTHEST = 200.0  # standard deviations by which drives may contradict what was believed
+LEAST = 0.02  # of what was believed
+NEAR = 5.0  # standard deviations, within which a simulation begins about what was believed
+TURNING_SHARE = 0.035  # of the mass, for wheels alone, where nothing is given
+DERIVED = ("cg_to_front", "drag_area")  # follow exactly from what is given
+STEP = 1e-3  # of a standard deviation, for the derivatives of what is derived
+ALMOST = 1e-6  # taken off a perfect correlation, so that it can be inverted
+APART = 0.02  # m by which the parts of the wheelbase may miss it
+
+
+@dataclass(frozen=True)
+class ParameterPrior:
+    """The model's parameters as they are known before the drives.
+
+    Parameters
+    ----------
+    values : every parameter of the model, SI.
+    names : those that have a standard deviation, k of them.
+    std : (k,); correlation : (k, k).
+    sources : of each name: the step that gave it, "given", or "assumed".
+    assumptions : what was taken for granted.
+    """
+
+    values: Mapping[str, float]
+    names: tuple[str, ...]
+    std: Array
+    correlation: Array
+    sources: Mapping[str, str]
+    assumptions: tuple[Finding, ...]
+
+    @property
+    def covariance(self) -> Array:
+        return np.asarray(self.correlation * np.outer(self.std, self.std))
+
+    @property
+    def root(self) -> Array:
+        """(k, k), lower triangular L with covariance L L'."""
+        return np.asarray(self.std[:, None] * np.linalg.cholesky(self.correlation))
+
+
+def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior:
+    """What is known of the parameters ``names`` of a model.
+
+    Those that nobody gives follow from others or are assumed (vehicle_defaults), with a standard deviation of their
+    own. A stated road load F0, F1, F2 stands for tires and air where neither is known.
+
+    Raises
+    ------
+    InputError : parameters that are missing, each with the step that gives it, or outside what is physical.
+    """
+    _refuse_unphysical(known)
+    wanted = tuple(n for n in names if n != "wind_variance")
+    base = {n: e.value for n, e in known.items()}
+    full = complete(wanted, _road_load(base))
+    known.require(*full.missing, where="validate")
+    assumed = dict(full.assumed)
+    if "rotating_mass" in wanted and not {"rotating_mass"} & known.keys() and "wheel_inertia" not in known:
+        assumed["rotating_mass"] = f"{TURNING_SHARE:.1%} of the mass, as of wheels"
+    free = _Free(base, {n: e.std for n, e in known.items() if e.std > 0}, assumed)
+    for name in assumed:
+        std = 0.0 if name in DERIVED else _assumed_std(name, full.values[name])
+        if std > 0:
+            free.added[name] = std
+    return _propagated(known, wanted, free, full)
+
+
+def with_accepted_effects(prior: ParameterPrior, sizes: Mapping[str, Estimate]) -> ParameterPrior:
+    """With the sizes of causes that earlier steps accepted, each as well known as it was found."""
+    std = [e.std if e.std > 0 else ALMOST * max(abs(e.value), 1.0) for e in sizes.values()]
+    k, m = len(prior.names), len(sizes)
+    correlation = np.eye(k + m)
+    correlation[:k, :k] = prior.correlation
+    return replace(
+        prior,
+        values={**prior.values, **{n: e.value for n, e in sizes.items()}},
+        names=(*prior.names, *sizes),
+        std=np.concatenate([prior.std, std]),
+        correlation=correlation,
+        sources={**prior.sources, **{n: e.source for n, e in sizes.items()}},
+    )
+
+
+def _assumed_std(name: str, value: float) -> float:
+    """Standard deviation of an assumed value, SI."""
+    return ABSOLUTE.get(name, RELATIVE.get(name, 0.0) * abs(value))
+
+
+@dataclass
+class _Free:
+    """What may vary: the numbers given, and by how much what was assumed may be off beside that."""
+
+    base: dict[str, float]
+    std: dict[str, float]
+    assumed: dict[str, str]
+    added: dict[str, float] = field(default_factory=dict)
+
+
+def _propagated(known: Parameters, wanted: tuple[str, ...], free: _Free, full: Completed) -> ParameterPrior:
+    """The model's own parameters and their covariance, from those stated: D R D' with D the derivatives."""
+    given, added = list(free.std), list(free.added)
+    slopes = np.zeros((len(wanted), len(given) + len(added)))  # per standard deviation
+    for j, name in enumerate((*given, *added)):
+        own = name in free.added
+        step = STEP * (free.added[name] if own else free.std[name])
+        at = full.values[name] if own else free.base[name]
+        above, below = (complete(wanted, _road_load({**free.base, name: at + s})).values for s in (step, -step))
+        slopes[:, j] = [(above[n] - below[n]) / (2 * STEP) for n in wanted]
+    related = np.eye(slopes.shape[1])
+    for i, a in enumerate(given):
+        for j, b in enumerate(given):
+            if i != j:
+                related[i, j] = known.correlation.get(a, {}).get(b, 0.0)
+    covariance = slopes @ _positive(related) @ slopes.T
+    std = np.sqrt(np.diag(covariance))
+    values = {n: full.values[n] for n in wanted}
+    kept = np.flatnonzero(std > 1e-9 * np.maximum(np.abs(list(values.values())), 1e-9))
+    inner = covariance[np.ix_(kept, kept)] / np.outer(std[kept], std[kept])
+    names = tuple(wanted[i] for i in kept)
+    sources = {n: known[n].source if n in known else "assumed" if n in free.assumed else "given" for n in names}
+    assumptions = tuple(
+        _assumption(n, values[n], float(std[wanted.index(n)]), why)
+        for n, why in free.assumed.items()
+        if n not in UNFELT
+    )
+    return ParameterPrior(values, names, std[kept], _positive(inner), sources, assumptions)
+
+
+def _positive(correlation: Array) -> Array:
+    """The nearest matrix of that kind that can be inverted: rounded files and exact sums are not quite."""
+    if not correlation.size:
+        return correlation
+    values, vectors = np.linalg.eigh(0.5 * (correlation + correlation.T))
+    if values[0] >= ALMOST:
+        return correlation
+    mended = (vectors * np.maximum(values, ALMOST)) @ vectors.T
+    scale = np.sqrt(np.diag(mended))
+    return np.asarray(mended / np.outer(scale, scale))
+
+
+def _road_load(v: Mapping[str, float]) -> dict[str, float]:
+    """With the parts of a stated road load, and the inertia of turning parts, where a mass on a road needs them."""
+    found = dict(v)
+    if "rolling_resistance" not in v and {"road_load_f0", "mass"} <= v.keys():
+        weight = v["mass"] * GRAVITY
+        found["rolling_resistance"] = v["road_load_f0"] / weight
+        found["rolling_speed"] = v.get("road_load_f1", 0.0) / weight
+    parts = {"drag_coefficient", "frontal_area"} <= v.keys()
+    if "drag_area" not in v and not parts and {"road_load_f2", "air_density"} <= v.keys():
+        found["drag_area"] = 2 * v["road_load_f2"] / v["air_density"]
+    if "rotating_mass" not in v and {"wheel_inertia", "wheel_radius"} <= v.keys():
+        inertia = 4 * v["wheel_inertia"] + v.get("driveline_inertia", 0.0)
+        found["rotating_mass"] = inertia / v["wheel_radius"] ** 2
+    elif "rotating_mass" not in v and "mass" in v:
+        found["rotating_mass"] = TURNING_SHARE * v["mass"]
+    return found
+
+
+def _assumption(name: str, value: float, std: float, source: str) -> Finding:
+    unit = PARAMETERS[name].unit if name in PARAMETERS else ""
+    said = f"{value:.3g} +- {std:.2g} {unit}".strip() if std else f"{value:.3g} {unit}".strip()
+    what = f"{name} is not given: {said} is taken ({source})"
+    return Finding("vehicle", what, remedy=f"add '{name}: <number> {unit}'".rstrip() + " under vehicle", minor=True)
+
+
+def _refuse_unphysical(known: Parameters) -> None:
+    problems = []
+    for name, e in known.items():
+        quantity = PARAMETERS.get(name)
+        where = f"parameter '{name}' (source: {e.source})"
+        if not (np.isfinite(e.value) and np.isfinite(e.std) and e.std >= 0):
+            problems.append(Finding(where, "is not a finite number with a standard deviation", f"{e.value} +- {e.std}"))
+        elif quantity is not None and not quantity.allows(e.value):
+            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
+            got = f"{e.value:.4g} {quantity.unit}".strip()
+            problems.append(Finding(where, f"lies outside what is physical ({span})", got, "check its unit and source"))
+    raise_all(problems)
+    parts = {"wheelbase", "cg_to_front", "cg_to_rear"}
+    if parts <= set(known):
+        whole, front, rear = (known[n].value for n in ("wheelbase", "cg_to_front", "cg_to_rear"))
+        if abs(front + rear - whole) > APART:
+            what = "cg_to_front and cg_to_rear do not add up to the wheelbase"
+            raise InputError(Finding("parameters", what, f"{front:.3f} + {rear:.3f} m, not {whole:.3f} m"))
+
+
+def prior_unknowns(prior: ParameterPrior) -> tuple[Unknown, ...]:
+    """Every parameter with what is known of it, begun there."""
+    return tuple(_prior_unknown(prior, i) for i in range(len(prior.names)))
+
+
+def near_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict[str, float]:
+    """Those of the values that are parameters', as far as they are possible and not absurd."""
+    near = {}
+    for u, std in zip(prior_unknowns(prior), prior.std.tolist(), strict=True):
+        if u.name in values:
+            low, high = max(u.lower, u.start - NEAR * std), min(u.upper, u.start + NEAR * std)
+            near[u.name] = float(np.clip(values[u.name], low, high))
+    return near
+
+
+def _prior_unknown(prior: ParameterPrior, i: int) -> Unknown:
+    name, value, std = prior.names[i], prior.values[prior.names[i]], float(prior.std[i])
+    row = {b: float(prior.correlation[i, j]) for j, b in enumerate(prior.names) if j != i}
+    related = {b: r for b, r in row.items() if abs(r) > 1e-12}
+    # Wide: drives may contradict what was believed by any number of standard deviations, which is then a finding.
+    low, high = value - FARTHEST * std, value + FARTHEST * std
+    if value > 0 and name not in SIGNED:
+        low = max(low, LEAST * value)
+    return Unknown(name, value, low, high, "", (value, std), nuisance=True, prior_correlation=related)

@@ -1,0 +1,267 @@
+"""A validation, prepared once from its description, its logs and the known parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.physics.models.road_load import road_load
+from vdyn_cli.physics.models.vehicle import vehicle
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps.free_profiles import profile, span_of
+from vdyn_cli.steps.manoeuvre import Manoeuvre
+from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
+from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted
+from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, refuse_coarse, refuse_foreign, refuse_sparse
+from vdyn_cli.steps.validate.input_torque import DriveInputs
+from vdyn_cli.steps.validate.nondifferentiable import (
+    DifferentiableReference,
+    differentiable_reference,
+    likely_size,
+    with_best_zeros,
+)
+from vdyn_cli.steps.validate.open_road import road_findings
+from vdyn_cli.steps.validate.posterior import posterior
+from vdyn_cli.steps.validate.prediction_band import band_tests, bands
+from vdyn_cli.steps.validate.prior import ParameterPrior, parameter_prior, with_accepted_effects
+from vdyn_cli.steps.validate.result import result
+from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL, RoadProfile, felt_road, with_slope
+from vdyn_cli.steps.validate.segments import (
+    OUTPUTS,
+    SLOWEST,
+    DriveSegment,
+    RunConditions,
+    Segmentation,
+    drive_segments,
+)
+from vdyn_cli.steps.validate.sensors import Sensors
+from vdyn_cli.steps.validate.simulation import SimulationSetup, with_accurate_step
+from vdyn_cli.steps.validate.spec import ValidateSpec
+from vdyn_cli.steps.validate.validation import Validation
+from vdyn_cli.steps.validate.whitening import whiten_drives
+
+ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
+ROOM_TEMPERATURE = 293.15  # K, where no temperature is given
+FREE_FORCE = 100.0  # N, prior standard deviation of a free profile
+LEAST_ACCELERATION = 0.8  # share of the samples in which an accelerometer must hold a number to show the road's slope
+STARTS = 4  # linearization points of the baseline that are kept with their simulations
+
+
+@dataclass(frozen=True, eq=False)
+class ValidateProblem:
+    """Drives against a model (contract: ``steps.contract.Problem``).
+
+    Parameters
+    ----------
+    spec : the description. logs : of its runs, in their order. known : parameters from other steps and the vehicle.
+
+    Notes
+    -----
+    Everything that is asked for is made when it is first asked for, and at most once. The properties and methods
+    raise InputError (missing or unphysical parameters; inputs with gaps or on another clock than the speed) and
+    ResultError (the simulation is not finite in the shortest steps).
+    """
+
+    spec: ValidateSpec
+    logs: tuple[Log, ...]
+    known: Parameters
+    _begun: dict[tuple[tuple[str, float], ...], SimulationSetup] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def roads(self) -> tuple[RoadProfile, ...]:
+        """The road of every drive as its accelerometer shows it; empty where it is not used.
+
+        Used for windows of open-road drives with drive torque above zero.
+        """
+        s = self.spec.settings
+        powered = s.model == "road_load" and s.windows is not None and s.windows.powered
+        there = all(
+            "acceleration" in log and np.isfinite(log["acceleration"]).mean() > LEAST_ACCELERATION for log in self.logs
+        )
+        return tuple(felt_road(log) for log in self.logs) if powered and there else ()
+
+    @cached_property
+    def segmented(self) -> tuple[tuple[DriveSegment, ...], tuple[Finding, ...]]:
+        """The segments that are simulated, and findings about the logs."""
+        s = self.spec.settings
+        if s.step:
+            refuse_coarse(s.model, s.step.value)
+        refuse_sparse(self.logs)
+        w = s.windows
+        rule = Segmentation(s.model)
+        if w:
+            rule = Segmentation(s.model, w.length.value, w.powered, max(w.slowest.value, SLOWEST))
+        day = _day(self)
+        conditions = [RunConditions(r.direction, r.temperature.value if r.temperature else day) for r in self.spec.runs]
+        logs = self.logs
+        if self.roads:
+            logs = tuple(with_slope(log, road) for log, road in zip(logs, self.roads, strict=True))
+        segments, findings = drive_segments(logs, conditions, rule)
+        return tuple(segments), tuple(findings)
+
+    @cached_property
+    def model(self) -> Model:
+        """What simulates the drives."""
+        s = self.spec.settings
+        if s.model == "road_load":
+            return road_load("torque", felt=bool(self.roads))
+        sides = all("drive_torque_left" in log and "drive_torque" not in log for log in self.logs)
+        return vehicle(s.driven, "sides" if sides else "axle")
+
+    @cached_property
+    def carried(self) -> tuple[Effect, ...]:
+        """Effects that earlier steps accepted and that this model can take: they are in it from the start."""
+        return offered(self.model, [e for e in catalogue() if e.name in self.known.extensions])
+
+    @cached_property
+    def prior(self) -> ParameterPrior:
+        """The model's parameters, and the amplitudes of carried effects, before the drives."""
+        sizes = {n: e for one in self.carried for n, e in self.known.extensions[one.name].items()}
+        return with_accepted_effects(parameter_prior(self.known, self.model.parameters), sizes)
+
+    @cached_property
+    def baseline(self) -> SimulationSetup:
+        """The simulation without candidate effects, at the prior."""
+        segments, findings = self.segmented
+        prior, sensors, s = self.prior, _sensors(self), self.spec.settings
+        if not segments:
+            what = "no segment of any run can be simulated"
+            raise InputError(*findings, Finding("runs", what, remedy="check the channels and settings.windows"))
+        own_air = bool(self.roads) and "temperature" in self.known and "air_density" not in prior.names
+        inputs = DriveInputs(
+            segments,
+            self.model,
+            sensors.zeros.get("drive_torque", 0.0),
+            prior.values["air_density"] if own_air else None,
+            _day(self),
+        )
+        is_vehicle = s.model == "vehicle"
+        step = s.step.value if s.step else LONGEST_STEP if is_vehicle else ROAD_LOAD_STEP
+        made = SimulationSetup(inputs, self.model, prior, sensors, step, self.carried)
+        return with_accurate_step(made) if is_vehicle and not s.step else made
+
+    @cached_property
+    def reference(self) -> DifferentiableReference:
+        """The car without nondifferentiable effects (free play), by which their amplitudes are judged."""
+        return differentiable_reference(self.baseline)
+
+    @property
+    def profiles(self) -> tuple[Effect, ...]:
+        """A force that is free over the speed, and one over the time of a drive."""
+        speed = span_of([log["speed"] for log in self.logs], 1.0)
+        day = span_of([log.time - log.time[0] for log in self.logs], 1.0)
+        return (
+            profile("force_over_speed", "driveline", "speed", speed, FREE_FORCE, "N"),
+            profile("force_over_drive", "driveline", "elapsed", day, FREE_FORCE, "N"),
+        )
+
+    @property
+    def duration(self) -> float:
+        """Length of the longest drive, s."""
+        return max((float(log.time[-1] - log.time[0]) for log in self.logs), default=0.0)
+
+    def regression(
+        self,
+        effects: Sequence[Effect] = (),
+        unknowns: Sequence[Unknown] = (),
+        start: Mapping[str, float] = NO_VALUES,
+    ) -> Regression:
+        """The whitened regression of all outputs; its noise is estimated with the effects in the model.
+
+        Shared unknowns are all parameters that have a standard deviation, with it as their prior. Those of a vehicle
+        may start elsewhere: near shafts that oscillate at another frequency than the real ones, a linearized fit
+        wants more damping.
+        """
+        base = self._started(start if self.model.name == "vehicle" else NO_VALUES)
+        return self._whitened(base.with_effects(effects, unknowns))
+
+    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+        """Simulate the drives and describe how well the model predicts them, extended by effects or not."""
+        setup = self.baseline.with_effects(effects, unknowns)
+        if not self.spec.settings.windows and not unknowns:  # where it is extended the baseline has passed this check
+            refuse_foreign(setup)
+        findings, amplitudes, fit, road = list(self.segmented[1]), {}, None, None
+        if unknowns:
+            fit = fit_effects(setup, self._whitened, self.reference)
+            setup = fit.setup
+            amplitudes = dict(sizes_found(fit.solution, unknowns, fit.spreads))
+            findings += fit.doubts
+        whitened = shown = whiten_drives(setup)
+        if fit is not None and self.roads:
+            shown = whiten_drives(fitted(setup, fit.solution))
+            road = road_findings(fit, self.logs, self.roads)
+        found = bands(shown)
+        tests, chance = band_tests(shown, found)
+        # A fitted zero of the drive torque has no part in what is shown, since the baseline has none.
+        zeroed = with_best_zeros(setup, self.reference)
+        after = posterior(whitened if zeroed is setup else whiten_drives(zeroed))
+        validation = Validation(whitened, shown, found, tests, chance, after, road)
+        return result(self.spec, self.logs, validation, amplitudes, findings)
+
+    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float]:
+        """The likeliest amplitude of a nondifferentiable effect alone in the model, and the gain in log likelihood."""
+
+        def setup(size: float) -> SimulationSetup:
+            return self.baseline.with_effects((effect,), start(size))
+
+        least, *_, most = effect.probes
+        return likely_size(setup, self.reference, least, most)
+
+    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
+        """None: drives are not planned."""
+        return ()
+
+    def _started(self, start: Mapping[str, float]) -> SimulationSetup:
+        """The baseline started at these values; the diagnosis asks for the same few again and again."""
+        key = tuple(start.items())
+        if key not in self._begun:
+            begun = self.baseline.begun_at(start) if start else self.baseline
+            if len(self._begun) == STARTS:
+                del self._begun[next(iter(self._begun))]
+            self._begun[key] = with_best_zeros(begun, self.reference)
+        return self._begun[key]
+
+    def _whitened(self, setup: SimulationSetup) -> Regression:
+        """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope."""
+        if SLOPE_CHANNEL not in setup.model.inputs:
+            return whiten_drives(with_best_zeros(setup, self.reference), calm=True).regression
+        s = self.spec.settings
+        zeros = tuple(road.zero for road in self.roads)
+        spread = BetweenDriveSpread(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros)
+        return drive_regression(setup, spread)
+
+
+def _moves(log: Log, channel: str) -> bool:
+    """Whether a sensor ever changes: a constant reading would pass for noise that all outputs share."""
+    values = log[channel] if channel in log else np.zeros(0)
+    return not values.size or float(np.nanmax(values)) > float(np.nanmin(values))
+
+
+def _day(problem: ValidateProblem) -> float:
+    return problem.known.value("temperature", ROOM_TEMPERATURE)
+
+
+def _sensors(problem: ValidateProblem) -> Sensors:
+    """The compared channels, of those that model and logs have, with the spread of their zeros and gains."""
+    s = problem.spec.settings
+    has = OUTPUTS if s.model == "vehicle" else ("speed",) if problem.roads else ("speed", "acceleration")
+    there = [n for n in has if all(n in one.outputs for one in problem.segmented[0])]
+    channels = tuple(n for n in there if n == "speed" or all(_moves(log, n) for log in problem.logs))
+    zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)
+    zeros["acceleration"] = s.zeros.acceleration.value
+    if s.model == "vehicle":  # in a mass on a road it would act like a free force in every drive
+        zeros["drive_torque"] = s.zeros.drive_torque.value
+    gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
+    return Sensors(channels, zeros, gains)

@@ -1,0 +1,217 @@
+"""How a segment's errors become rows of known noise: what gusts push apart from what they leave alone.
+
+Gusts push the car, and the push stays in its speed and in the speed of all its wheels alike. With e the error of each
+speed (wheel speeds times radius) and s its sensor's noise, the errors in units of their noise, u = e/s, are turned so
+that one combination carries the gusts and the others do not::
+
+    c = sum(e/s^2) / sum(1/s^2)          the common error, of noise 1/sqrt(sum(1/s^2))
+    contrasts Q'u,  Q orthonormal to g = 1/s
+
+The common error and the specific force are averaged over bins and whitened with the covariance of gusts, winds and
+sensors (gust_noise). Contrasts, shaft torques and what the specific force does within a bin are left to the sensors'
+noise, and to that of the torque sensor, which drives the simulated car: `Prewhitener`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import white_level
+from vdyn_cli.inference.bins import Bins, cut
+from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
+from vdyn_cli.steps.validate.segments import WHEELS, DriveSegment
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+TORQUES = ("shaft_torque_left", "shaft_torque_right")
+WIDTH = 0.5  # s of a bin of the common error: a sixteenth of the usual gust
+ROUGH = 2.0  # s, where the slope was felt: it is known no finer, and torque and force are not sampled together
+CREEPING = 2.0  # m/s, below which rows are not used
+RESTING = 0.1  # m/s
+MOST_BINS = 300
+FINEST = 0.008  # s between rows: a logger that is faster is averaged
+LEAST = {"speed": 1e-3, "acceleration": 1e-3, **dict.fromkeys(WHEELS, 1e-3), **dict.fromkeys(TORQUES, 0.05)}
+
+
+@dataclass(frozen=True, eq=False)
+class RowLayout:
+    """Which rows a segment gives.
+
+    Parameters
+    ----------
+    keep : (m,) samples in which every fitted channel holds a number.
+    fine : groups of neighbouring kept samples of which each fast row is the mean.
+    bins : groups of kept samples for the slow rows; ``part`` (m,) labels of segments without a hole.
+    levels : white noise of each channel's samples.
+    radius : m, from wheel speed to speed; ``slipping`` (speeds, m): speed over radius times wheel speed, by which a
+        change of the car's speed is smaller than that of a wheel that slips.
+    rests : (j,) s, instants at which the car stood still: what gusts did before is then forgotten.
+    speeds : fitted channels of speed; ``others`` : shaft torques; ``felt`` : whether the specific force is fitted.
+    """
+
+    keep: NDArray[np.int64]
+    part: NDArray[np.int64]
+    fine: Bins
+    bins: Bins
+    time: Array
+    levels: Mapping[str, float]
+    radius: float
+    slipping: Array
+    rests: Array
+    speeds: tuple[str, ...]
+    others: tuple[str, ...]
+    felt: bool
+
+    def section(self, bins: Bins) -> NDArray[np.int64]:
+        """(b,) how often the car had stood still before each bin."""
+        return np.searchsorted(self.rests, bins.time).astype(np.int64)
+
+    @property
+    def common_level(self) -> float:
+        """m/s, noise of the common error in one sample."""
+        return float(np.sum(self._weights) ** -0.5)
+
+    @property
+    def _sigma(self) -> Array:
+        return np.array([self.levels[n] * (1.0 if n == "speed" else self.radius) for n in self.speeds])
+
+    @property
+    def _weights(self) -> Array:
+        return self._sigma**-2
+
+    @property
+    def _contrasts(self) -> Array:
+        """(speeds, speeds - 1), orthonormal, blind to what all speeds share."""
+        g = (1.0 / self._sigma)[:, None]
+        return np.asarray(np.linalg.qr(np.hstack([g, np.eye(len(g))]))[0][:, 1 : len(g)])
+
+    def speeds_of(self, values: Mapping[str, Array]) -> Array:
+        """(speeds, m, ...) errors of the speeds at the kept samples, m/s."""
+        read = np.array([values[n][self.keep] * (1.0 if n == "speed" else self.radius) for n in self.speeds])
+        return read * self.slipping.reshape(*self.slipping.shape, *[1] * (read.ndim - 2))
+
+    def slow(self, values: Mapping[str, Array], bins: Bins | None = None) -> Array:
+        """(b, ...) common error, m/s, followed by (b, ...) specific force, m/s^2, averaged over the bins."""
+        bins = self.bins if bins is None else bins
+        share = self._weights / np.sum(self._weights)
+        rows = [bins.mean(np.tensordot(share, self.speeds_of(values), 1))]
+        if self.felt:
+            rows.append(bins.mean(values["acceleration"][self.keep]))
+        return np.concatenate(rows)
+
+    def fast(self, values: Mapping[str, Array]) -> Array:
+        """(r, f, ...) everything that gusts leave alone, each in units of its sensor's noise."""
+        columns = []
+        if len(self.speeds) > 1:
+            speeds = self.speeds_of(values)
+            scaled = speeds / self._sigma.reshape(-1, *[1] * (speeds.ndim - 1))
+            columns += list(np.tensordot(self._contrasts.T, scaled, 1))
+        columns += [values[n][self.keep] / self.levels[n] for n in self.others]
+        if self.felt:
+            force = values["acceleration"][self.keep]
+            columns.append(
+                (force - np.repeat(self.bins.mean(force), self.bins.count, axis=0)) / self.levels["acceleration"]
+            )
+        count = np.sqrt(self.fine.count.astype(float))
+        rows = [self.fine.mean(c) * count.reshape(-1, *[1] * (c.ndim - 1)) for c in columns]
+        return (
+            np.stack(rows, axis=1)
+            if rows
+            else np.zeros((self.fine.count.size, 0, *next(iter(values.values())).shape[1:]))
+        )
+
+
+def row_layout(
+    s: DriveSegment, channels: tuple[str, ...], radius: float, simulated: Mapping[str, Array], finest: float = FINEST
+) -> RowLayout:
+    """The rows of a segment whose logs hold ``channels``: where the car moves and every channel is there.
+
+    Below 2 m/s the tread's damping and the friction of brakes decide, which are not parameters; a gust moves the
+    instant at which the car stops, and with it a jump of the deceleration.
+    """
+    fitted = [n for n in channels if n in s.outputs]
+    there = np.all([np.isfinite(s.outputs[n]) for n in fitted], axis=0) & (s.smooth_speed > CREEPING)
+    keep = np.flatnonzero(there)
+    time = s.time[keep]
+    usual = float(np.median(np.diff(s.time)))
+    part = np.r_[0, np.cumsum(np.diff(time) > 3 * usual)].astype(np.int64)
+    covered = float(np.sum(np.diff(time)[np.diff(part) == 0]))
+    bins = cut(time, max(ROUGH if SLOPE_CHANNEL in s.inputs else WIDTH, covered / MOST_BINS), part)
+    fine = cut(time, finest, part) if usual < 0.75 * finest else _each(time)
+    levels = {n: max(white_level(s.outputs[n], s.time), LEAST[n]) for n in fitted}
+    speeds = tuple(n for n in ("speed", *WHEELS) if n in fitted)
+    others = tuple(n for n in TORQUES if n in fitted)
+    speed = simulated["speed"][keep]
+    slipping = np.array(
+        [
+            np.ones(keep.size) if n == "speed" else np.clip(speed / (simulated[n][keep] * radius), 0.5, 1.5)
+            for n in speeds
+        ]
+    )
+    felt = "acceleration" in fitted
+    return RowLayout(
+        keep, part, fine, bins, time, levels, radius, slipping, s.time[s.smooth_speed < RESTING], speeds, others, felt
+    )
+
+
+def _each(time: Array) -> Bins:
+    ones = np.ones(time.size, dtype=np.int64)
+    return Bins(np.arange(time.size, dtype=np.int64), ones, time, np.gradient(time) if time.size > 1 else time)
+
+
+@dataclass(frozen=True, eq=False)
+class Prewhitener:
+    """A prediction of each fast row from those before it, and the scatter about it: what makes coloured noise white.
+
+    Parameters
+    ----------
+    weights : (lags, f, f); scatter : (f, f), lower triangular.
+    """
+
+    weights: Array
+    scatter: Array
+
+    def white(self, fast: Array, part: NDArray[np.int64]) -> Array:
+        """(r', f, ...) the fast rows that have all their predecessors, made white."""
+        lags = len(self.weights)
+        inner = fast.reshape(*fast.shape[:2], int(np.prod(fast.shape[2:])))
+        left = inner[lags:].copy()
+        for k, weight in enumerate(self.weights, start=1):
+            left -= np.einsum("ij,rjc->ric", weight, inner[lags - k : -k])
+        whole = part[lags:] == part[: part.size - lags]
+        left = np.einsum("ij,rjc->ric", np.linalg.inv(self.scatter), left[whole])
+        return np.asarray(left.reshape(len(left), *fast.shape[1:]))
+
+
+def prewhitener(sample: Array, lags: int) -> Prewhitener:
+    """The predictor of noise whose sensors add white noise of one to a coloured sample.
+
+    Parameters
+    ----------
+    sample : (r, f), of what the torque sensor's noise does to the fast rows.
+
+    Solves the multichannel Yule-Walker equations of the sample's covariances plus the identity at lag zero.
+    """
+    f, rows = sample.shape[1], len(sample)
+    lags = min(lags, max(rows // (10 * max(f, 1)), 0))
+    covariances = [sample[k:].T @ sample[: rows - k] / rows for k in range(lags + 1)]  # E x(t) x(t-k)'
+    covariances[0] = covariances[0] + np.eye(f)
+    if not lags or not f:
+        return Prewhitener(np.zeros((0, f, f)), _root(covariances[0]))
+    block = np.block(
+        [[covariances[j - i] if j >= i else covariances[i - j].T for j in range(lags)] for i in range(lags)]
+    )
+    right = np.hstack(covariances[1:])
+    weights = np.linalg.solve(block.T, right.T).T
+    split = np.stack(np.split(weights, lags, axis=1))
+    left: Array = covariances[0] - np.sum([w @ c.T for w, c in zip(split, covariances[1:], strict=True)], axis=0)
+    return Prewhitener(split, _root(0.5 * (left + left.T)))
+
+
+def _root(covariance: Array) -> Array:
+    return np.asarray(np.linalg.cholesky(covariance), dtype=np.float64) if covariance.size else covariance

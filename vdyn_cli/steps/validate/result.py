@@ -1,0 +1,198 @@
+"""The result of a validation, from what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.physics.models.tip_in import tip_in
+from vdyn_cli.physics.models.vibration_modes import modes
+from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.result import Figure, FitSummary, Result, Table
+from vdyn_cli.quantities.vocabulary import CHANNELS
+from vdyn_cli.steps.validate import figures, tables, text
+from vdyn_cli.steps.validate.open_road import SEASON_KMH, IntervalEstimate, RoadFindings
+from vdyn_cli.steps.validate.spec import ValidateSpec
+from vdyn_cli.steps.validate.validation import Validation
+from vdyn_cli.steps.validate.window_ends import WindowEnds, window_ends
+
+CRUISE = 50 / 3.6  # m/s
+PEDAL = 0.15  # of the weight, as drive force: a firm press of the pedal
+KELVIN = 273.15
+SHARES_WRITTEN = 8  # parameters in the document, for each output
+
+
+def result(
+    spec: ValidateSpec, logs: Sequence[Log], v: Validation, effects: Mapping[str, Any], findings: Sequence[Finding]
+) -> Result:
+    """Sentence, tables, figures and document of a validation.
+
+    Parameters
+    ----------
+    spec : the description. logs : its runs'. effects : amplitudes of accepted effects, for the document.
+    findings : about logs and fit.
+    """
+    names, said = tuple(log.name for log in logs), text.sentence(v)
+    shown = [tables.output_table(v), tables.regime_table(v), tables.share_table(v), tables.parameter_table(v)]
+    drawn, numbers = figures.band_figures(v), document(v)
+    if spec.settings.windows:
+        ends = window_ends(v.shown, names)
+        shown.insert(0, tables.window_table(ends))
+        numbers["windows"] = _window_document(ends)
+        said = text.windows_sentence(ends)
+    if v.road is not None:
+        shown[1:1] = tables.road_tables(v.road)
+        drawn.insert(0, figures.road_figure(v.road))
+        numbers["road"] = _road_document(v.road)
+    more: list[Finding] = []
+    if spec.settings.model == "vehicle":
+        modes_shown, tip_in_drawn, more = _oscillations(v, spec.settings.driven)
+        shown, drawn = shown + modes_shown, drawn + tip_in_drawn
+    of_logs = [f for log in logs for f in log.findings]
+    return Result(
+        "validate",
+        said,
+        Parameters(),
+        _summary(v, names),
+        text.methods(v),
+        figures.comparisons(v),
+        tuple(drawn),
+        tuple(shown),
+        (*findings, *more, *v.prior.assumptions, *_unrecorded(logs, spec.settings.model), *of_logs),
+        {"validation": numbers, **effects},
+    )
+
+
+def _oscillations(v: Validation, driven: Any) -> tuple[list[Table], list[Figure], list[Finding]]:
+    """Modes about a cruise, and the driveline after a tip-in there; a finding where the car does not settle."""
+    values = {"wind_variance": 0.0, "gear_ratio": 1.0, "driveline_efficiency": 1.0, **v.prior.values}
+    try:
+        found = modes(values, CRUISE, driven)
+        torque = PEDAL * values["mass"] * GRAVITY * values["wheel_radius"] / values["gear_ratio"]
+        jerk = figures.tip_in_figure(tip_in(values, CRUISE, torque, driven))
+        return [tables.mode_table(found)], [jerk], []
+    except ResultError as error:
+        return [], [], [Finding("modes", f.what, f.got, f.remedy, minor=True) for f in error.findings]
+
+
+def _summary(v: Validation, names: tuple[str, ...]) -> FitSummary:
+    expected = np.concatenate([one.half for one in v.bands_of("speed")]) / NORMAL95
+    there = np.isfinite(np.concatenate([one.error for one in v.bands_of("speed")]))
+    rms = float(np.sqrt(np.mean(v.errors("speed") ** 2)))
+    floor = float(np.sqrt(np.mean(expected[there] ** 2)))
+    runs = tuple(names[k] for k in dict.fromkeys(s.run for s in v.segments))
+    return FitSummary(runs, rms, floor, "m/s", (), warnings=text.warnings(v))
+
+
+def _unrecorded(logs: Sequence[Log], model: str) -> list[Finding]:
+    """Inputs taken as zero because nobody recorded them."""
+    missing = [n for n in ("brake_torque", "grade") if not all(n in log for log in logs)]
+    if not missing:
+        return []
+    also = "" if model == "vehicle" or "brake_torque" not in missing else "; map brake_torque, or take powered windows"
+    return [Finding("channels", f"{' and '.join(missing)} not recorded: taken as zero{also}", minor=True)]
+
+
+def document(v: Validation) -> dict[str, Any]:
+    """``validation`` of the result's JSON: errors by output and regime, posterior of each parameter, and the noise."""
+    outputs = {}
+    for name, test in v.tests.items():
+        error = v.errors(name)
+        outputs[name] = {
+            "unit": CHANNELS[name].unit,
+            "rms": float(np.sqrt(np.mean(error**2))),
+            "bias": float(error.mean()),
+            "max": float(np.abs(error).max()),
+            "sensor_noise": float(np.median([one.sensor for one in v.bands_of(name)])),
+            "outside": test.share,
+            "limit": test.limit,
+            "chance": test.chance,
+            "regimes": {r: {"outside": a, "limit": b} for r, (a, b) in test.by_regime.items()},
+            "shares": {n: round(p, 4) for n, p in list(v.shares[name].items())[:SHARES_WRITTEN]},
+        }
+    b, after = v.prior, v.posterior
+    parameters = {
+        n: {
+            "before": b.values[n],
+            "std_before": float(b.std[i]),
+            "after": float(after.values[i]),
+            "std_after": float(after.std[i]),
+            "strain": float(after.pull[i]),
+            "seen": float(after.reduction[i]),
+        }
+        for i, n in enumerate(b.names)
+    }
+    return {
+        "verdict": "outside" if v.outside else "strained" if v.contradicted else "inside",
+        "outside": v.outside,
+        "strained": v.contradicted,
+        "chance": v.chance,
+        "outputs": outputs,
+        "parameters": parameters,
+        "statistic": {"value": after.statistic, "degrees": after.degrees, "chance": after.chance},
+        "noise": dict(v.whitened.sizes),
+    }
+
+
+def _window_document(found: WindowEnds) -> dict[str, Any]:
+    by_trip = {_short(found.names[u]): float(found.error[found.run == u].mean()) for u in np.unique(found.run)}
+    return {
+        "length_s": found.length,
+        "windows": int(found.error.size),
+        "trips": found.units,
+        "mean_end_error": found.mean,
+        "mean_over_windows": float(found.error.mean()),
+        "interval95": list(found.interval95),
+        "std_by_parameters": found.own,
+        "by_trip": by_trip,
+        "unit": "m/s",
+    }
+
+
+def _road_document(found: RoadFindings) -> dict[str, Any]:
+    drives = {
+        _short(n): {
+            "accelerometer_zero": _entry(z),
+            "distance_m": [round(float(x), 1) for x in r.distance],
+            "slope": [round(float(i), 5) for i in r.profile],
+        }
+        for n, r, z in zip(found.names, found.roads, found.zeros, strict=True)
+    }
+    made: dict[str, Any] = {
+        "accelerometer_zero": {**_entry(found.common_zero), "unit": "m/s^2"},
+        "holding_force": [{"speed_kmh": v, **_entry(f), "unit": "N"} for v, f in found.holding.items()],
+        "drives": drives,
+    }
+    if (s := found.seasons) is not None:
+        made["seasons"] = {
+            "speed_kmh": SEASON_KMH,
+            "cold": {**_entry(s.in_cold), "temperature_degC": s.cold - KELVIN},
+            "warm": {**_entry(s.in_warm), "temperature_degC": s.warm - KELVIN},
+            "more": _entry(s.more),
+            "unit": "N",
+        }
+    if (ends := found.held_out) is not None:
+        before, after = ends.by_drive()
+        made["held_out"] = {
+            "rms_before": float(before.mean()),
+            "rms_after": float(after.mean()),
+            "gain": _entry(ends.gain()),
+            "mean_before": _entry(ends.means()[0]),
+            "mean_after": _entry(ends.means()[1]),
+            "by_drive": {_short(n): [float(b), float(a)] for n, b, a in zip(found.names, before, after, strict=True)},
+            "unit": "m/s",
+        }
+    return made
+
+
+def _entry(one: IntervalEstimate) -> dict[str, Any]:
+    return {"value": one.value, "std": one.std, "interval95": list(one.interval95)}
+
+
+def _short(name: str) -> str:
+    return name.rpartition("/")[2]

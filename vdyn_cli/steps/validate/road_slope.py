@@ -1,0 +1,113 @@
+"""The road's slope as a car's own accelerometer felt it, from the specific force and the measured speed alone.
+
+A forward accelerometer reads f = V' + g sin(slope) + zero. Its zero follows from the energy of the whole drive, a road
+being level from end to end on average, to within ``mean_slope``::
+
+    zero = (int f V dt - (V_end^2 - V_start^2)/2) / distance,   slope = (f - zero - V') / g
+
+The torque has no part in it. What the mean slope of the drive truly is stays an unknown of the drive.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.effects import Effect, effect
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.inference.smoothed_slope import smoothed_slope
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import Quantity
+
+Array = NDArray[np.float64]
+
+SLOPE_CHANNEL, DRIVE_SLOPE = "felt_slope", "drive_slope"
+LOOK = 1.0  # s over which specific force and speed are compared
+PLACES = 100.0  # m between the points of a profile
+CREEPING = 2.0  # m/s, below which brakes rock the body
+SHORTEST = 500.0  # m that tell a zero
+
+
+@dataclass(frozen=True, eq=False)
+class RoadProfile:
+    """One drive's road.
+
+    Parameters
+    ----------
+    zero : m/s^2, what the accelerometer reads too much if the drive is level from end to end.
+    slope : (n,) at the log's samples, beyond the grade that is known.
+    distance : (p + 1,) m from the start, edges of the pieces. profile : (p,) mean slope of each piece.
+    """
+
+    zero: float
+    slope: Array
+    distance: Array
+    profile: Array
+
+
+def felt_road(log: Log) -> RoadProfile:
+    """The road of a drive with channels speed and acceleration, which may have gaps."""
+    time = log.time
+    speed, force = (_filled(time, log[n]) for n in ("speed", "acceleration"))
+    known = _filled(time, log["grade"]) if "grade" in log else np.zeros(time.size)
+    weight = GRAVITY * known / np.sqrt(1.0 + known**2)
+    step, pace = np.diff(time), 0.5 * (speed[1:] + speed[:-1])
+    along = np.r_[0.0, np.cumsum(pace * step)]
+    pushed = np.r_[0.0, np.cumsum(0.5 * ((force - weight)[1:] + (force - weight)[:-1]) * pace * step)]
+    risen = pushed - 0.5 * (speed**2 - speed[0] ** 2)
+    zero = float(risen[-1] / along[-1]) if along[-1] > SHORTEST else 0.0
+    kept = (np.r_[0.0, np.cumsum(0.5 * ((force - weight)[1:] + (force - weight)[:-1]) * step)] - speed) / GRAVITY
+    ends = time[0] + LOOK * np.arange(max(int((time[-1] - time[0]) / LOOK), 1) + 1)
+    middle, looks = ends[:-1] + 0.5 * LOOK, np.diff(np.interp(ends, time, kept)) / LOOK - zero / GRAVITY
+    moving = np.interp(middle, time, speed) > CREEPING
+    smooth, _ = smoothed_slope(np.interp(middle, time, along), looks, moving)
+    slope: Array = np.interp(time, middle, smooth)
+    edges = PLACES * np.arange(int(along[-1] / PLACES) + 1)
+    height = np.interp(edges, *_once(along, (risen - zero * along) / GRAVITY))
+    return RoadProfile(zero, slope, np.asarray(edges, dtype=np.float64), np.diff(height) / PLACES)
+
+
+def with_slope(log: Log, road: RoadProfile) -> Log:
+    """The log with its road's slope as a channel."""
+    return replace(log, channels={**log.channels, SLOPE_CHANNEL: road.slope})
+
+
+def _filled(time: Array, values: Array) -> Array:
+    good = np.isfinite(values)
+    return np.asarray(np.interp(time, time[good], values[good])) if good.any() else np.zeros(time.size)
+
+
+def _once(along: Array, values: Array) -> tuple[Array, Array]:
+    """Each place once: a car that stands still stays where it is."""
+    first = np.r_[True, np.diff(along) > 0]
+    return along[first], values[first]
+
+
+@effect(
+    on="grade",
+    unknowns=(Quantity(DRIVE_SLOPE, "", "mean slope of a whole drive", "i", -0.03, 0.03),),
+    reference="roads lead up as often as down",
+)
+def _drive_slope(grade: Law, s: Signals, q: Signals) -> Number:
+    """The mean slope of a whole drive, of which the accelerometer's zero took no account."""
+    return grade(s) + q.drive_slope
+
+
+def _late(channel: str, on: str, sign: float) -> Effect:
+    """A channel that seems late: drivers answer a hill at once, and what was felt of it is smooth."""
+    name = f"{channel}_timing"
+
+    def law(clock: Law, s: Signals, q: Signals) -> Number:
+        """A clock that differs."""
+        return clock(s) + sign * getattr(q, name)
+
+    law.__name__ = name
+    seconds = Quantity(name, "s", f"time by which the {channel} seems to lag", "tau", -0.5, 0.5)
+    return effect(on=on, unknowns=(seconds,), reference="a slope known to some seconds, answered by a driver")(law)
+
+
+MEAN_SLOPE: Effect = replace(_drive_slope, name=DRIVE_SLOPE)
+SEEMING_DELAYS = (_late("torque", "drive_torque_lead", 1.0), _late("speed", "speed_clock", -1.0))

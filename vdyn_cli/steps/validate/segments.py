@@ -1,0 +1,294 @@
+"""From logs to the drives that are simulated: complete inputs on one clock, outputs that may have gaps, segments."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.validate.regimes import Marks, marked, smoothed, stops
+from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+ModelName = Literal["vehicle", "road_load"]
+
+FEWEST = 50  # samples of a drive
+LONGEST_GAP = 5.0  # median spacings of the clock without any row
+LEAST_THERE = 0.8  # of the rows in which an output must hold a number to be compared
+MOSTLY = 0.5  # of the rows in which an input stands: rarer, it comes from a slower logger
+SLOWEST = 1.0  # m/s, below which a mass on a road is no model of a car
+PRESSED = 0.02  # of the largest brake torque: the brake is on
+MARGIN = 0.5  # s left out beside brakes
+SHORTEST = 5.0  # s of a segment
+START = 1.0  # s over which start and end speeds are read
+FEWEST_BENT = 8  # samples of a parabola
+BENDS = 4.0  # standard errors by which a parabola differs from a straight line for sure
+INPUTS: Mapping[str, bool] = {"brake_torque": True, "grade": True, "wind_speed": True}  # zero where not recorded
+WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
+OUTPUTS = (
+    "speed",
+    *WHEELS,
+    "shaft_torque_left",
+    "shaft_torque_right",
+    "acceleration",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class DriveSegment:
+    """A part of a drive, simulated in one go from its measured start.
+
+    Parameters
+    ----------
+    run : index of the drive in the description; ``name`` its log's, with the times where there are several segments.
+    time : (n,) s, of the log.
+    inputs : complete, each (n,).
+    outputs : measured, each (n,), NaN where nothing was written; ``jerk`` only where a channel holds it.
+    marks : (n,) the regime of every sample.
+    heading : +1 out, -1 back, 0 unknown. temperature : K.
+    start, end : m/s, speed at the first and last sample from the second beside it, each with its standard deviation.
+    since : s of the drive that go before the first sample.
+    """
+
+    run: int
+    name: str
+    time: Array
+    inputs: Mapping[str, Array]
+    outputs: Mapping[str, Array]
+    marks: Marks
+    heading: float
+    temperature: float
+    start: tuple[float, float]
+    end: tuple[float, float]
+    since: float = 0.0
+
+    @cached_property
+    def stopping(self) -> Mask:
+        """Where the car comes to rest: a gust moves that instant, and with it a jump of the deceleration."""
+        return stops(self.time, self.outputs["speed"])
+
+    @cached_property
+    def smooth_speed(self) -> Array:
+        """m/s, averaged over 0.1 s."""
+        return smoothed(self.time, self.outputs["speed"])
+
+    @property
+    def duration(self) -> float:
+        return float(self.time[-1] - self.time[0])
+
+
+@dataclass(frozen=True)
+class Segmentation:
+    """How drives are cut: into windows of this length (s; None: as long as they go), with drive above zero or not, and
+    where a mass on a road is simulated those faster than ``slowest`` m/s."""
+
+    model: ModelName
+    length: float | None = None
+    powered: bool = False
+    slowest: float = SLOWEST
+
+
+@dataclass(frozen=True)
+class RunConditions:
+    """What the description says of a run; temperature in K."""
+
+    direction: str | None = None
+    temperature: float = 293.15
+
+
+def drive_segments(
+    logs: Sequence[Log], notes: Sequence[RunConditions], cut: Segmentation
+) -> tuple[list[DriveSegment], list[Finding]]:
+    """The drives as they are simulated, and what is worth knowing of them.
+
+    Raises
+    ------
+    InputError : an input with gaps or on another clock than the speed, a clock with holes, too short a log.
+    """
+    if not logs:
+        raise InputError(Finding("runs", "no run is given", remedy="list at least one log under runs"))
+    raise_all(f for log in logs for f in _problems(log))
+    found: list[DriveSegment] = []
+    findings: list[Finding] = []
+    for k, (log, note) in enumerate(zip(logs, notes, strict=True)):
+        whole, doubts = _whole(log)
+        findings += doubts
+        parts = _parts(whole, cut) if np.nanmax(np.abs(whole["speed"])) > SLOWEST else []
+        for a, b in parts:
+            found.append(_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None))
+        if not parts:
+            what = "no segment of it can be simulated: too slow, braked or too short"
+            findings.append(Finding(log.name, what))
+    return found, findings
+
+
+def _problems(log: Log) -> list[Finding]:
+    """Why a log cannot drive a simulation."""
+    if log.time.size < FEWEST:
+        return [Finding(log.name, f"holds {log.time.size} rows: at least {FEWEST} are needed")]
+    found = []
+    steps = np.diff(log.time)
+    hole = int(np.argmax(steps))
+    if steps[hole] > max(LONGEST_GAP * float(np.median(steps)), 0.02):
+        what = f"nothing is written for {steps[hole]:.2g} s: the simulation would have to guess the torque"
+        remedy = "cut the run with from_time and to_time"
+        found.append(Finding(f"{log.name}, at {log.time[hole]:.2f} s", what, "", remedy))
+    for name in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS):
+        if name in log:
+            found += _gaps(log, name)
+    speed = np.isfinite(log["speed"])
+    if speed.sum() < FEWEST:
+        found.append(Finding(f"{log.name}, channel 'speed'", f"holds a number in {speed.sum()} rows: too few"))
+    return found
+
+
+def _gaps(log: Log, name: str) -> list[Finding]:
+    """An input must be there all along: its gaps, and a log of it that ends before the speed's or begins after it."""
+    there = np.isfinite(log[name])
+    where = f"{log.name}, channel '{name}'"
+    if there.sum() < 2:
+        return [Finding(where, "holds no numbers", remedy="check the column, or take the channel out")]
+    at, speed = log.time[there], log.time[np.isfinite(log["speed"])]
+    usual = float(np.median(np.diff(at)))
+    slack = max(3 * usual, 0.05)
+    if speed.size and (at[0] - speed[0] > slack or speed[-1] - at[-1] > slack):
+        got = f"{name} {at[0]:.2f} to {at[-1]:.2f} s, speed {speed[0]:.2f} to {speed[-1]:.2f} s"
+        remedy = (
+            "the logs differ in length or clock: check that they belong together, or cut with from_time and to_time"
+        )
+        return [Finding(where, "does not cover the time of the speed", got, remedy)]
+    inside = slice(int(np.argmax(there)), there.size - int(np.argmax(there[::-1])))
+    missing = np.flatnonzero(~there[inside]) + inside.start
+    if (missing.size and there.mean() > MOSTLY) or np.max(np.diff(at)) > 3 * usual + 0.02:
+        first = float(log.time[missing[0]]) if missing.size else float(at[int(np.argmax(np.diff(at)))])
+        what = f"{missing.size} value{'s are' if missing.size != 1 else ' is'} missing, the first at {first:.2f} s"
+        why = "what drives the car must be known all along"
+        return [
+            Finding(where, f"{what}: {why}", "", "fill the gaps in the log, or cut the run with from_time and to_time")
+        ]
+    return []
+
+
+def _whole(log: Log) -> tuple[Log, list[Finding]]:
+    """The log with complete inputs, cut to where speed and drive are both there; mostly empty outputs are dropped."""
+    needed = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS) if n in log]
+    there = np.isfinite(log["speed"])
+    first = max([int(np.argmax(there)), *(int(np.argmax(np.isfinite(log[n]))) for n in needed)])
+    last = min(_last(there), *(_last(np.isfinite(log[n])) for n in needed)) if needed else _last(there)
+    part = slice(first, last + 1)
+    time, channels, doubts = log.time[part], {}, []
+    for name, values in log.channels.items():
+        inside = values[part]
+        good = np.isfinite(inside)
+        if name in needed:
+            channels[name] = inside if good.all() else np.interp(time, time[good], inside[good])
+        elif good.mean() >= LEAST_THERE or (name == "speed" and good.sum() >= FEWEST):
+            channels[name] = inside
+        elif name in OUTPUTS:
+            what = f"is empty in {1 - good.mean():.0%} of the rows: it is not compared"
+            doubts.append(Finding(f"{log.name}, channel '{name}'", what))
+    for name in INPUTS:
+        channels.setdefault(name, np.zeros(time.size))
+    return Log(log.name, time, channels, log.findings), doubts
+
+
+def _last(there: Mask) -> int:
+    return there.size - 1 - int(np.argmax(there[::-1]))
+
+
+def _parts(log: Log, cut: Segmentation) -> list[tuple[int, int]]:
+    """First and last sample of every segment that is simulated."""
+    if cut.model == "vehicle" and cut.length is None and not cut.powered:
+        return [(0, log.time.size - 1)]
+    good = np.ones(log.time.size, dtype=bool)
+    if cut.powered:
+        good &= driving(log) > 0
+    if cut.model == "road_load":
+        speed = np.interp(log.time, log.time[np.isfinite(log["speed"])], log["speed"][np.isfinite(log["speed"])])
+        good &= (speed > cut.slowest) & ~_braked(log)
+    edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
+    found = []
+    for a, b in zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True):
+        found += _windows(log.time, a, b, cut.length)
+    return found
+
+
+def _windows(time: Array, a: int, b: int, length: float | None) -> list[tuple[int, int]]:
+    """A segment whole, or cut into windows one after the other; what is too short is left out."""
+    if length is None:
+        return [(a, b)] if time[b] - time[a] >= SHORTEST and b - a >= FEWEST else []
+    count = int((time[b] - time[a]) / length + 1e-9)
+    ends = np.searchsorted(time, time[a] + length * np.arange(count + 1) - 1e-9)
+    return [(i, min(j, b)) for i, j in pairwise(ends.tolist()) if j - i >= FEWEST // 2]
+
+
+def _braked(log: Log) -> Mask:
+    """Where a brake is on, or was or will be within a moment."""
+    brake = np.abs(log["brake_torque"])
+    if not brake.any():
+        return np.zeros(log.time.size, dtype=bool)
+    on = log.time[brake > PRESSED * brake.max()]
+    at = np.searchsorted(on, log.time)
+    before = np.where(at > 0, log.time - on[np.maximum(at - 1, 0)], np.inf)
+    after = np.where(at < on.size, on[np.minimum(at, on.size - 1)] - log.time, np.inf)
+    return np.asarray(np.minimum(before, after) < MARGIN)
+
+
+def driving(log: Log) -> Array:
+    """N m, the drive torque of both sides together."""
+    if "drive_torque" in log:
+        return log["drive_torque"]
+    return log["drive_torque_left"] + log["drive_torque_right"]
+
+
+def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: bool) -> DriveSegment:
+    part = slice(a, b + 1)
+    time = log.time[part]
+    names = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", SLOPE_CHANNEL, *INPUTS) if n in log]
+    inputs = {n: log[n][part] for n in names}
+    outputs = {n: log[n][part] for n in (*OUTPUTS, "jerk") if n in log}
+    name = f"{log.name}, {time[0]:.0f} to {time[-1]:.0f} s" if timed else log.name
+    heading = {"out": 1.0, "back": -1.0}.get(note.direction or "", 0.0)
+    speed = outputs["speed"]
+    start, end = end_speed(time, speed, first=True), end_speed(time, speed, first=False)
+    marks = marked(time, speed, driving(log)[part], inputs["brake_torque"])
+    since = float(time[0] - log.time[0])
+    return DriveSegment(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end, since)
+
+
+def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:
+    """Speed at the first or last sample from a straight line through the second beside it, and its standard error.
+
+    Where a parabola says otherwise for sure, as in a log that begins with a tip-in, it is the parabola's, in doubt by
+    half of how far the two are apart.
+    """
+    good = np.isfinite(speed)
+    t, v = time[good], speed[good]
+    edge = time[0] if first else time[-1]
+    near = np.abs(t - edge) <= START
+    if near.sum() < 5:
+        near = np.argsort(np.abs(t - edge))[:5]
+    x, y = t[near] - edge, v[near]
+    straight, std = _at_zero(x, y, 1)
+    if x.size < FEWEST_BENT:
+        return straight, std
+    bent, wider = _at_zero(x, y, 2)
+    sure = abs(bent - straight) > BENDS * wider
+    return (bent, float(np.hypot(wider, (bent - straight) / 2))) if sure else (straight, std)
+
+
+def _at_zero(x: Array, y: Array, order: int) -> tuple[float, float]:
+    """A polynomial's value at zero, and its standard error."""
+    design = np.vander(x, order + 1, increasing=True)
+    fitted = np.linalg.lstsq(design, y, rcond=None)[0]
+    left = y - design @ fitted
+    variance = float(left @ left) / max(x.size - order - 1, 1) * float(np.linalg.pinv(design.T @ design)[0, 0])
+    return float(fitted[0]), float(np.sqrt(variance))

@@ -1,0 +1,282 @@
+"""The simulated car beside the measured one: model, prior and sensors, for every segment of every drive."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.effects import Effect, effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Correction, Law, Number, Signals
+from vdyn_cli.engine.simulate import Simulator
+from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps.validate.input_torque import DriveInputs
+from vdyn_cli.steps.validate.prior import ParameterPrior, near_prior
+from vdyn_cli.steps.validate.segments import DriveSegment
+from vdyn_cli.steps.validate.sensors import Sensors, ideal_readings
+from vdyn_cli.steps.validate.unknowns import START, TORQUE_ZERO, UnknownVector
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+UNEVEN = 3.0  # spacings of the clock that one step size must still bear
+COARSE = 1e-3  # of a channel's range: what half the step may change
+SHORTEST_STEP = 0.0005  # s, that is taken for that reason
+EASE = 1.05  # of the step length: what the clock's own trembling may add
+
+
+@effect(
+    on=("drive_torque", "drive_torque_left", "drive_torque_right"),
+    unknowns=(Quantity(TORQUE_ZERO, "N m", "what the drive torque reads at no torque, in one drive"),),
+    reference="a data sheet's zero",
+)
+def drive_torque_zero(drive_torque: Law, s: Signals, q: Signals) -> Number:
+    """The zero of a torque sensor in one drive."""
+    return drive_torque(s.but(value=s.value - q.drive_torque_zero))
+
+
+@dataclass(frozen=True)
+class SimulatedSegment:
+    """Outputs of one segment, each (n,), and their sensitivities to its vector of unknowns, each (n, k)."""
+
+    values: Mapping[str, Array]
+    sensitivities: Mapping[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class SimulationSetup:
+    """Everything that simulates the drives; what is simulated once is kept.
+
+    Parameters
+    ----------
+    inputs : the segments and the torques that drive them.
+    model : the full vehicle or the road load.
+    prior : of the parameters. sensors : the compared channels, with unknown gains and zeros.
+    step : s, the longest step of the integration, but for a trembling clock (``EASE``) and gaps (``UNEVEN``).
+    effects, extra : corrections of the model's laws, and the unknowns of those whose amplitude is estimated.
+    at : start values of parameters that do not start at their prior mean.
+    torque_zeros : N m, start value of the drive torque's zero in each segment; empty: 0.
+    baseline : the setup without ``extra``, ``at`` and ``torque_zeros``; None: made when it is needed.
+    extended : the setup that the effects were added to, whose simulation holds while their amplitudes are zero.
+    """
+
+    inputs: DriveInputs
+    model: Model
+    prior: ParameterPrior
+    sensors: Sensors
+    step: float
+    effects: tuple[Correction, ...] = ()
+    extra: tuple[Unknown, ...] = ()
+    at: Mapping[str, float] = field(default_factory=dict)
+    torque_zeros: tuple[float, ...] = ()
+    baseline: SimulationSetup | None = None
+    extended: SimulationSetup | None = None
+
+    def with_effects(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> SimulationSetup:
+        """The setup with further effects in the model."""
+        if not effects and not unknowns:
+            return self
+        added = (*self.effects, *effects)
+        return replace(self, effects=added, extra=tuple(unknowns), baseline=self.bare, extended=self)
+
+    def begun_at(self, values: Mapping[str, float]) -> SimulationSetup:
+        """The setup with its parameters starting at these values, within 5 standard deviations of the prior."""
+        return replace(self, at=near_prior(self.prior, values), baseline=self.bare)
+
+    @property
+    def segments(self) -> tuple[DriveSegment, ...]:
+        """What is simulated, each in one go."""
+        return self.inputs.segments
+
+    @cached_property
+    def vector(self) -> UnknownVector:
+        """The order of the unknowns, and where they start."""
+        starts = tuple(s.start for s in self.segments)
+        return UnknownVector(self.prior, self.sensors, self.extra, self.at, self.torque_zeros, starts)
+
+    @property
+    def nondifferentiable(self) -> tuple[str, ...]:
+        """Amplitudes of effects without a derivative at zero (free play)."""
+        return tuple(next(iter(e.unknowns)) for e in self.effects if e.probes)
+
+    @property
+    def nondifferentiable_prior(self) -> tuple[str, ...]:
+        """Those of them that earlier steps estimated as not zero."""
+        return tuple(n for n in self.nondifferentiable if self.prior.values.get(n))
+
+    @cached_property
+    def bare(self) -> SimulationSetup:
+        """The car at its prior with nothing added; a mass on a road is simulated cheaply and stays as it is."""
+        if self.model.name != "vehicle" or not (self.extra or self.at or self.torque_zeros):
+            return self
+        return self.baseline or replace(
+            self, effects=self._unadded, extra=(), at={}, torque_zeros=(), baseline=None, extended=None
+        )
+
+    @property
+    def _unadded(self) -> tuple[Correction, ...]:
+        """Effects whose amplitudes are not unknown."""
+        added = {u.name for u in self.extra}
+        return tuple(e for e in self.effects if not added & set(e.unknowns))
+
+    @cached_property
+    def unextended(self) -> SimulationSetup | None:
+        """The setup without effects, where their amplitudes are zero: it simulates alike.
+
+        Only of the full vehicle, which is dear to simulate.
+        """
+        shapes = {n for e in self.effects for n in e.nominal}
+        zero = all(u.start == 0.0 for u in self.extra if u.name not in shapes)
+        if not self.extra or not zero or self.model.name != "vehicle":
+            return None
+        known = self.extended
+        if known is not None and known.at == self.at and known.torque_zeros == self.torque_zeros:
+            return known
+        return replace(self, effects=self._unadded, extra=(), baseline=self.bare, extended=None)
+
+    def simulator(self, unknowns: tuple[str, ...], effects: tuple[Correction, ...]) -> Simulator:
+        """A simulator of the setup's car with these unknowns and effects."""
+        values = {**self.prior.values, **self.at, "wind_variance": 0.0}
+        own = {n: values[n] for n in self.model.parameters}
+        dense = max(_substeps(s.time, self.step) for s in self.segments)
+        return Simulator(self.model, own, unknowns, effects, dense)
+
+    @cached_property
+    def _simulator(self) -> Simulator:
+        unknowns = (*self.prior.names, *(u.name for u in self.extra), START)
+        if self.sensors.driving:
+            return self.simulator((*unknowns, TORQUE_ZERO), (*self.effects, drive_torque_zero))
+        return self.simulator(unknowns, self.effects)
+
+    @cached_property
+    def first(self) -> tuple[SimulatedSegment, ...]:
+        """Every segment at the start values, with sensitivities.
+
+        Raises
+        ------
+        ResultError : the simulation is not finite.
+        """
+        if self.unextended is None:
+            return self.each(lambda k: self.simulate(k, self.vector.start(k)))
+        before, at = self.unextended.first, len(self.unextended.vector.shared)
+        return tuple(
+            SimulatedSegment(
+                o.values, {n: np.hstack([s[:, :at], new[n], s[:, at:]]) for n, s in o.sensitivities.items()}
+            )
+            for o, new in zip(before, _added_sensitivities(self), strict=True)
+        )
+
+    @cached_property
+    def perturbed(self) -> tuple[Mapping[str, Array], ...]:
+        """How much further noise of the torque sensor's own size moves the outputs of every segment.
+
+        Of the bare car, whatever is added: fits with one effect or another are then weighted alike.
+        """
+        bare = self.bare
+        if bare is not self:
+            return bare.perturbed
+        assert self.inputs.perturbed_drives  # made before threads ask for them
+        seen = self.each(lambda k: self.simulate(k, self.vector.start(k), slopes=False, perturbed=True))
+        return tuple({n: a.values[n] - b.values[n] for n in b.values} for a, b in zip(seen, self.first, strict=True))
+
+    def each(self, work: Callable[[int], T]) -> tuple[T, ...]:
+        """The work on every segment, several at once where that can be, the longest first."""
+        count = len(self.segments)
+        workers = min(count, os.cpu_count() or 1) if self._simulator.at_once else 1
+        if workers < 2:
+            return tuple(work(k) for k in range(count))
+        order = sorted(range(count), key=lambda k: -self.segments[k].time.size)
+        assert self.inputs.drives  # made before threads ask for them
+        with ThreadPoolExecutor(workers) as pool:
+            done = dict(zip(order, pool.map(work, order), strict=True))
+        return tuple(done[k] for k in range(count))
+
+    def simulate(self, segment: int, theta: Array, slopes: bool = True, perturbed: bool = False) -> SimulatedSegment:
+        """One segment at its vector of unknowns.
+
+        Parameters
+        ----------
+        theta : (shared + own,), as ``vector`` orders it. slopes : whether sensitivities are wanted.
+        perturbed : with further noise in its torques.
+
+        Raises
+        ------
+        ResultError : the simulation is not finite.
+        """
+        drive = (self.inputs.perturbed_drives if perturbed else self.inputs.drives)[segment]
+        k, m, steady = len(self.prior.names), len(self.sensors.gain_std), len(self.vector.shared)
+        seen = self._simulator(drive, theta[self.vector.simulated], sensitivities=slopes)
+        values, derivatives = ideal_readings(seen, self.segments[segment])
+        gains, zeros = theta[k : k + m], theta[steady + 1 + self.sensors.driving :]
+        for name in values:
+            values[name], columns = self.sensors.read(name, values[name], gains, zeros)
+            if slopes:
+                moved = derivatives[name]
+                derivatives[name] = np.hstack([moved[:, :k], columns[0], moved[:, k:], columns[1]])
+        return SimulatedSegment(values, derivatives)
+
+    def step_error(self, segment: int) -> float:
+        """What half a step changes in a compared channel of one segment, at worst, as a share of its range."""
+        start = self.vector.start(segment)[self.vector.simulated]
+        errors = self._simulator.step_error(self.inputs.drives[segment], start)
+        return max(errors[n] for n in self.sensors.channels)
+
+
+def _substeps(time: Array, step: float) -> int:
+    """Steps of the integration in each sample."""
+    steps = np.diff(time)
+    longest = max(float(np.median(steps)), float(steps.max()) / UNEVEN)
+    return max(1, int(np.ceil(longest / step / EASE)))
+
+
+def with_accurate_step(setup: SimulationSetup) -> SimulationSetup:
+    """The setup with its step, or half of it, and so on, until half a step changes no channel by ``COARSE``.
+
+    Raises
+    ------
+    ResultError : the simulation is not finite in the shortest of them.
+    """
+    half = replace(setup, step=setup.step / 2)
+    last = half.step < SHORTEST_STEP
+    try:
+        worst = max(setup.each(setup.step_error))
+    except ResultError:
+        if last:
+            raise
+        return with_accurate_step(half)
+    return setup if last or worst < COARSE else with_accurate_step(half)
+
+
+def _added_sensitivities(setup: SimulationSetup) -> tuple[Mapping[str, Array], ...]:
+    """The sensitivities of every segment to the unknowns of effects; a secant where the derivative is useless."""
+    adding = setup.simulator(tuple(u.name for u in setup.extra), setup.effects)
+    assert adding.outputs  # made before threads ask for it
+    start = np.array([u.start for u in setup.extra])
+    secants = _secant_sizes(setup)
+
+    def added(segment: int) -> dict[str, Array]:
+        drive, s = setup.inputs.drives[segment], setup.segments[segment]
+        without, slopes = ideal_readings(adding(drive, start), s)
+        for i, size in secants.items():
+            seen = adding(drive, start + size * (np.arange(start.size) == i), sensitivities=False)
+            for n, value in ideal_readings(seen, s)[0].items():
+                slopes[n][:, i] = (value - without[n]) / size
+        return slopes
+
+    return setup.each(added)
+
+
+def _secant_sizes(setup: SimulationSetup) -> dict[int, float]:
+    """Index of each nondifferentiable unknown, and the amplitude over which its secant is taken."""
+    places = {u.name: i for i, u in enumerate(setup.extra)}
+    sizes = {next(iter(e.unknowns)): e.probes[len(e.probes) // 3] for e in setup.effects if e.probes}
+    return {places[n]: size for n, size in sizes.items() if n in places}

@@ -1,0 +1,256 @@
+"""Tables of a validation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.physics.models.vibration_modes import Mode
+from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.quantities.number_text import two_digits
+from vdyn_cli.quantities.result import Table
+from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
+from vdyn_cli.steps.validate.open_road import HeldOutEnds, RoadFindings
+from vdyn_cli.steps.validate.regimes import REGIMES
+from vdyn_cli.steps.validate.validation import Validation
+from vdyn_cli.steps.validate.window_ends import WindowEnds
+
+Array = NDArray[np.float64]
+Row = tuple[str, ...]
+
+NAMED = 4  # parameters named for each output
+KELVIN = 273.15
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _short(name: str) -> str:
+    return name.rpartition("/")[2]
+
+
+def output_table(v: Validation) -> Table:
+    """Every output over all drives."""
+    rows: list[Row] = []
+    for name in v.outputs:
+        error, test = v.errors(name), v.tests[name]
+        sensor = float(np.median([one.sensor for one in v.bands_of(name)]))
+        sizes = np.sqrt(np.mean(error**2)), error.mean(), np.abs(error).max(), sensor, v.parameter_std(name)
+        numbers = *(f"{x:.3g}" for x in sizes), f"{test.share:.1%}", f"{test.limit:.0%}", f"{test.chance:.2g}"
+        rows.append((_words(name), CHANNELS[name].unit, *numbers))
+    return Table(
+        "outputs",
+        "Error of every output over all drives",
+        ("output", "unit", "rms", "bias", "largest", "sensor noise", "parameters", "outside", "limit", "chance"),
+        tuple(rows),
+        "Error is simulated less measured; 'parameters' is the rms of the standard deviation that their uncertainty "
+        "gives. 'outside' is the share of time outside the 95 % band. Gusts and parameters move a whole drive at once, "
+        "so a right model can be outside for longer than 5 %: it stays below 'limit' in 97.5 of 100 cases. 'chance' is "
+        "the p value of the time outside.",
+    )
+
+
+def regime_table(v: Validation) -> Table:
+    """Rms error against sensor noise and share of time outside, by regime."""
+    rows: list[Row] = []
+    for name in v.outputs:
+        for i, regime in enumerate(REGIMES):
+            error, expected = _in_regime(v, name, i)
+            if error.size < 10 or regime not in v.tests[name].by_regime:
+                continue
+            share, limit = v.tests[name].by_regime[regime]
+            numbers = (
+                f"{np.sqrt(np.mean(error**2)):.3g}",
+                f"{error.mean():+.2g}",
+                f"{np.abs(error).max():.3g}",
+                f"{expected:.3g}",
+                f"{share:.1%}",
+                f"{limit:.0%}",
+            )
+            rows.append((_words(name), regime, *numbers, "look here" if share > max(limit, 0.05) else ""))
+    return Table(
+        "regimes",
+        "Error by regime",
+        ("output", "regime", "rms", "bias", "largest", "expected rms", "outside", "limit", ""),
+        tuple(rows),
+        "Launch: from rest to 6 m/s; low speed: below 3 m/s otherwise, without the moment of coming to rest, which "
+        "every gust shifts. 'expected rms' is what uncertain parameters, gusts and sensors explain. Good: rms near or "
+        "below it everywhere. 'look here': outside for longer than a right model is in 97.5 of 100 cases, regime by "
+        f"regime; of these {len(rows)} about {0.025 * len(rows):.0f} would be so by chance, which the sentence above "
+        "accounts for.",
+    )
+
+
+def _in_regime(v: Validation, name: str, regime: int) -> tuple[Array, float]:
+    """The errors of an output in a regime, and their expected rms."""
+    errors, variances = [], []
+    for s, one in zip(v.segments, v.bands, strict=True):
+        if name in one:
+            here = (s.marks == regime) & np.isfinite(one[name].error) & ~s.stopping
+            errors.append(one[name].error[here])
+            variances.append((one[name].half[here] / NORMAL95) ** 2)
+    error, variance = np.concatenate(errors), np.concatenate(variances)
+    return error, float(np.sqrt(variance.mean())) if variance.size else 0.0
+
+
+def share_table(v: Validation) -> Table:
+    """The parameters whose uncertainty makes the band of each output."""
+    rows = []
+    for name, parts in v.shares.items():
+        leading = [f"{_words(n)} {p:.0%}" for n, p in list(parts.items())[:NAMED] if p > 0.005]
+        std = f"{two_digits(v.parameter_std(name))} {CHANNELS[name].unit}"
+        rows.append((_words(name), std, ", ".join(leading)))
+    return Table(
+        "shares",
+        "Whose uncertainty makes the band",
+        ("output", "standard deviation", "share of its variance"),
+        tuple(rows),
+        "Of the band that the parameters alone give, over all drives. To narrow it, measure the first parameter "
+        "better. Correlated parameters share their common part.",
+    )
+
+
+def parameter_table(v: Validation) -> Table:
+    """Prior, posterior and pull of each parameter that is identifiable from the drives; the others named below."""
+    b, after = v.prior, v.posterior
+    rows, unseen = [], []
+    for i in np.argsort(-np.nan_to_num(np.abs(after.pull), nan=-1.0)):
+        name = b.names[i]
+        unit = PARAMETERS[name].unit if name in PARAMETERS else ""
+        if not np.isfinite(after.pull[i]):
+            unseen.append(_words(name))
+            continue
+        rows.append(
+            (
+                _words(name),
+                b.sources[name],
+                f"{b.values[name]:.5g} ± {two_digits(float(b.std[i]))} {unit}".strip(),
+                f"{after.values[i]:.5g} ± {two_digits(float(after.std[i]))} {unit}".strip(),
+                f"{np.sqrt(after.reduction[i]):.0%}" if after.reduction[i] < 0.995 else "all",
+                f"{after.pull[i]:+.1f}",
+            )
+        )
+    blind = f" Not identifiable from these drives: {', '.join(sorted(unseen))}." if unseen else ""
+    return Table(
+        "parameters",
+        "What the drives say about each parameter",
+        ("parameter", "from", "before", "after", "seen", "pull"),
+        tuple(rows),
+        "'seen': how much of the uncertainty before the drives they remove (as a standard deviation). Pull: the move "
+        "that the drives ask for, over the standard deviation of such moves with a right model. Good: within ±2; "
+        "beyond ±2.5 that parameter, or something that acts like it, may be wrong. Nothing is published from this "
+        f"table: the estimates of the steps stand.{blind}",
+    )
+
+
+def mode_table(found: Sequence[Mode]) -> Table:
+    """Eigenmodes of the car about a cruise."""
+    rows = tuple(
+        (
+            m.name,
+            f"{m.frequency:.2f}",
+            f"{100 * m.damping:.0f} %",
+            ", ".join(_words(n) for n, _ in m.frequency_movers(2)),
+            ", ".join(_words(n) for n, _ in m.damping_movers(2)),
+        )
+        for m in found
+    )
+    return Table(
+        "modes",
+        "Eigenmodes about a cruise at 50 km/h",
+        ("mode", "frequency [Hz]", "damping", "frequency moved most by", "damping moved most by"),
+        rows,
+        "Natural frequencies of the car, slowest first. Damping is the share of critical damping.",
+    )
+
+
+def window_table(found: WindowEnds) -> Table:
+    """End errors of windows, one row a trip."""
+    rows: list[Row] = []
+    for u in np.unique(found.run):
+        e = found.error[found.run == u]
+        spread = f"{e.std(ddof=1):.2f}" if e.size > 1 else ""
+        rows.append((_short(found.names[u]), f"{e.size}", f"{e.mean():+.2f}", spread, f"{np.mean(e > 0):.0%}"))
+    (low, high), e = found.interval95, found.error
+    every = f"{np.mean(e > 0):.0%}"
+    rows.append(("all windows alike", f"{e.size}", f"{e.mean():+.2f}", f"{e.std(ddof=1):.2f}", every))
+    rows.append(("all trips alike", "", f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})", "", ""))
+    return Table(
+        "window_ends",
+        f"End speed of {found.length:.0f} s windows, simulated less measured",
+        ("trip", "windows", "mean [m/s]", "scatter [m/s]", "too fast"),
+        tuple(rows),
+        "Each window is simulated from its measured start speed. Good: the mean over all trips is zero within its "
+        "95 % interval, which comes from the scatter between trips. Bad: nearly all windows end too fast (the car "
+        "resists more, weighs more or gets less torque than the model says) or too slow.",
+    )
+
+
+def road_tables(found: RoadFindings) -> list[Table]:
+    """Held-out drives, roads with the accelerometer's zero, and the force that holds a speed."""
+    held_out = [] if found.held_out is None else [_held_out(found.names, found.held_out)]
+    return [*held_out, _roads(found), _holding(found)]
+
+
+def _held_out(names: tuple[str, ...], ends: HeldOutEnds) -> Table:
+    before, after = ends.by_drive()
+    rows: list[Row] = []
+    for k, name in enumerate(names):
+        mine = ends.run == k
+        means = (f"{e[mine].mean():+.2f}" for e in (ends.before, ends.after))
+        rows.append((_short(name), f"{mine.sum()}", *means, f"{before[k]:.2f}", f"{after[k]:.2f}"))
+    gain, means = ends.gain(), (f"{m.value:+.2f}" for m in ends.means())
+    rows.append(("all drives alike", "", *means, f"{before.mean():.2f}", f"{after.mean():.2f}"))
+    rows.append(("fall of the rms, 95 %", "", "", "", "", f"{gain.interval95[0]:.2f} to {gain.interval95[1]:.2f}"))
+    return Table(
+        "held_out_ends",
+        "End errors of held-out drives, m/s",
+        ("drive", "windows", "mean before", "mean after", "rms before", "rms after"),
+        tuple(rows),
+        "Simulated less measured speed at the end of each window. 'before' is the simulation as described; 'after' the "
+        "extended one, fitted to all other drives; of the drive itself only its start speeds and its accelerometer "
+        "are used. Good: the mean is near zero after, and the rms falls in nearly every drive.",
+    )
+
+
+def _roads(found: RoadFindings) -> Table:
+    rows = [
+        (_short(n), f"{r.distance[-1] / 1000:.1f}", f"{100 * r.profile.std():.2f}", f"{z.value:+.3f}", f"{z.std:.3f}")
+        for n, r, z in zip(found.names, found.roads, found.zeros, strict=True)
+    ]
+    zero = found.common_zero
+    low, high = zero.interval95
+    rows.append(("all drives", "", "", f"{zero.value:+.3f}", f"95 %: {low:+.3f} to {high:+.3f}"))
+    return Table(
+        "roads",
+        "Roads and the accelerometer's zero",
+        ("drive", "length [km]", "scatter of the slope [%]", "zero [m/s^2]", "+-"),
+        tuple(rows),
+        "The slope of each 100 m is the measured specific force less the rate of the speed and the zero. The zero "
+        "makes the drive level from end to end but for a mean slope, which is estimated from the torque and the other "
+        "drives, since all share one sensor. A tilt of one degree is a zero of 0.17 m/s^2.",
+    )
+
+
+def _holding(found: RoadFindings) -> Table:
+    forces = [(f"{v:.0f}", f) for v, f in found.holding.items()]
+    s = found.seasons
+    if s is not None:
+        cold, warm = s.cold - KELVIN, s.warm - KELVIN
+        forces += [(f"60 at {warm:.0f} degC", s.in_warm), (f"60 at {cold:.0f} degC", s.in_cold)]
+        forces.append(("60: the cold needs more by", s.more))
+    rows = [
+        (what, f"{f.value:.0f}", f"{f.std:.0f}", f"{f.interval95[0]:.0f} to {f.interval95[1]:.0f}")
+        for what, f in forces
+    ]
+    return Table(
+        "holding_force",
+        "Drive force that holds a speed on the level",
+        ("speed [km/h]", "force [N]", "+-", "95 %"),
+        tuple(rows),
+        "Torque x gear ratio / radius at the sensor, in still air at the drives' mean temperature, driveline losses "
+        "included. It compares seasons, tires and loads, and does not need mass and loss separately.",
+    )

@@ -1,0 +1,123 @@
+"""Sentences, warnings and the methods paragraph of a validation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.validate.jerk import JERK
+from vdyn_cli.steps.validate.prediction_band import BandTest
+from vdyn_cli.steps.validate.prior import FARTHEST, UNFELT
+from vdyn_cli.steps.validate.validation import LARGE_PULL, Validation
+from vdyn_cli.steps.validate.window_ends import WindowEnds
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def sentence(v: Validation) -> str:
+    """The error of the speed over all drives, and whether model and parameters agree with the drives."""
+    drives = len({s.run for s in v.segments})
+    rms = float(np.sqrt(np.mean(v.errors("speed") ** 2)))
+    start = f"Over {drives} drive{'s' if drives > 1 else ''} the simulated speed is off by {3.6 * rms:.2f} km/h rms"
+    if v.outside:
+        worst = max(v.outside, key=lambda n: v.tests[n].share)
+        test, names = v.tests[worst], ", ".join(_words(n) for n in v.outside[:4])
+        return (
+            f"{start}; {names} leave{'s' if len(v.outside) == 1 else ''} the prediction band ({_words(worst)} for "
+            f"{test.share:.0%} of the time, most in {_worst_regime(test)}): the model or a parameter is wrong."
+        )
+    if v.contradicted:
+        names = ", ".join(_words(n) for n in v.contradicted[:3])
+        return f"{start}, within the band, but the drives contradict the prior of {names}."
+    outputs = f"all {len(v.tests)} outputs stay" if len(v.tests) > 1 else f"{_words(next(iter(v.tests)))} stays"
+    return f"{start}, and {outputs} within the prediction band: the model is as good as its parameters{_leading(v)}."
+
+
+def _leading(v: Validation) -> str:
+    """The parameter whose uncertainty limits the speed."""
+    parts = v.shares.get("speed", {})
+    name = next(iter(parts), "")
+    return f", of which {_words(name)} limits the speed most ({parts[name]:.0%} of the variance)" if name else ""
+
+
+def _worst_regime(test: BandTest) -> str:
+    return max(test.by_regime, key=lambda r: test.by_regime[r][0] - test.by_regime[r][1], default="all regimes")
+
+
+def windows_sentence(found: WindowEnds) -> str:
+    """How far the simulated speed is off at the end of windows."""
+    low, high = found.interval95
+    way = "too fast" if found.mean > 0 else "too slow"
+    error = (
+        f"After {found.length:.0f} s the simulated car runs {abs(found.mean):.2f} m/s {way} (95 %: {low:+.2f} to "
+        f"{high:+.2f} m/s, {found.error.size} windows of {found.units} trips)"
+    )
+    if not (low > 0 or high < 0):
+        return f"{error}, which is within chance."
+    beyond = np.hypot((high - low) / 4, found.own) * 2 < abs(found.mean)
+    return f"{error}: {'more' if beyond else 'no more'} than the uncertainty of its parameters explains."
+
+
+def warnings(v: Validation) -> tuple[str, ...]:
+    """Outputs outside their band, and parameters that the drives contradict."""
+    made = [
+        f"{_words(n)} is outside its prediction band for {v.tests[n].share:.1%} of the time; a right model stays below "
+        f"{v.tests[n].limit:.0%} in 97.5 of 100 cases"
+        for n in v.outside
+    ]
+    b, after, by_chance = v.prior, v.posterior, _by_chance(v)
+    for name in v.contradicted:
+        i, q = b.names.index(name), PARAMETERS.get(name)
+        if abs(after.pull[i]) > FARTHEST or (q and not q.lower <= after.values[i] <= q.upper):
+            value = f"{_words(name)} = {after.values[i]:.4g}"
+            made.append(f"estimate outside the physical range ({value}): something else is wrong")
+            continue
+        made.append(
+            f"the drives ask for {_words(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
+            f"{b.std[i]:.2g} ({after.pull[i]:+.1f} standard deviations of such a move; {by_chance:.0%} of right "
+            f"models show one beyond {LARGE_PULL:g}): it, or something that acts like it, may be wrong"
+        )
+    return tuple(made)
+
+
+def _by_chance(v: Validation) -> float:
+    """How often a right model shows one large pull among the parameters that are identifiable from the drives."""
+    from scipy.special import ndtr
+
+    pulls = zip(v.prior.names, v.posterior.pull, strict=True)
+    seen = [n for n, pull in pulls if np.isfinite(pull) and n not in UNFELT]
+    return float(1.0 - (1.0 - 2.0 * ndtr(-LARGE_PULL)) ** len(seen))
+
+
+def methods(v: Validation) -> str:
+    """How the result was made."""
+    setup = v.whitened.setup
+    channels = setup.sensors.channels
+    force = " and specific force" if "acceleration" in channels else ""
+    text = (
+        f"The {setup.model.name} is simulated open loop from the measured start (Runge-Kutta, steps of at most "
+        f"{1e3 * setup.step:g} ms), driven by the measured torque alone. "
+        "Exact sensitivities to every uncertain parameter, with their covariance from the steps that estimated them, "
+        "give the band of the parameters. Gusts and wind move the speed of the car and of all wheels alike; their "
+        f"standard deviations come from the residual of speed{force} by restricted maximum likelihood with the "
+        f"parameters as unknowns: gusts of {v.whitened.sizes.get('gust', 0.0):.2f} m/s. "
+        "White noise of each sensor comes from third differences. "
+    )
+    if "shaft_torque_left" in channels:
+        text += (
+            "Drive and brake torque are averaged over as many neighbours as lie on a straight line within their noise. "
+            "The simulation is repeated with further noise of that size to learn how it correlates the other "
+            "channels. Rows below 2 m/s are shown, but have no weight. "
+        )
+    if "acceleration" in channels:
+        text += (
+            "Jerk is the slope of the specific force, measured and simulated, through the same low-pass "
+            f"(Gaussian, {JERK.corner:.1f} Hz), unless a jerk channel is there. "
+        )
+    return text + (
+        "\n\nTime outside the band is compared with 400 Monte Carlo drives of a right model: parameters from their "
+        "covariance, gusts, zeros and noise from theirs. All whitened rows and the parameters' covariance give the "
+        "posterior of each parameter."
+    )

@@ -1,0 +1,96 @@
+"""Everything that a validation found, before it is put into tables, figures and sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.steps.validate.open_road import RoadFindings
+from vdyn_cli.steps.validate.posterior import Posterior
+from vdyn_cli.steps.validate.prediction_band import CHANCE, BandTest, PredictionBand
+from vdyn_cli.steps.validate.prior import UNFELT, ParameterPrior
+from vdyn_cli.steps.validate.segments import DriveSegment
+from vdyn_cli.steps.validate.whitening import WhitenedDrives
+
+Array = NDArray[np.float64]
+
+LARGE_PULL = 2.5  # standard deviations of a parameter's move, beyond which it is reported: 1.2 % of right models
+RARE = 0.01  # p value of one output's time outside its band, below which it is named
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """The findings.
+
+    Parameters
+    ----------
+    whitened : the drives as simulated at the prior, with accepted effects.
+    shown : those of tables and figures: on open roads at the fitted parameters, else the same.
+    bands : of every output, for each segment. tests : of the time outside them, by output.
+    chance : p value of the least likely of all outputs. posterior : of the parameters.
+    road : what an extended model tells of open roads, else None.
+    """
+
+    whitened: WhitenedDrives
+    shown: WhitenedDrives
+    bands: tuple[dict[str, PredictionBand], ...]
+    tests: Mapping[str, BandTest]
+    chance: float
+    posterior: Posterior
+    road: RoadFindings | None
+
+    @property
+    def prior(self) -> ParameterPrior:
+        """Of the parameters, before the drives."""
+        return self.whitened.setup.prior
+
+    @property
+    def segments(self) -> tuple[DriveSegment, ...]:
+        """What was simulated."""
+        return self.whitened.setup.segments
+
+    @property
+    def outputs(self) -> list[str]:
+        """Names of the compared outputs."""
+        return list(dict.fromkeys(n for one in self.bands for n in one))
+
+    def bands_of(self, name: str) -> list[PredictionBand]:
+        """An output's bands in the segments that have it."""
+        return [one[name] for one in self.bands if name in one]
+
+    def errors(self, name: str) -> Array:
+        """(n,) finite errors of an output over all segments, simulated less measured."""
+        error = np.concatenate([one.error for one in self.bands_of(name)])
+        return np.asarray(error[np.isfinite(error)])
+
+    def parameter_std(self, name: str) -> float:
+        """Rms standard deviation that the parameters' uncertainty gives to an output."""
+        return float(np.sqrt(np.mean(np.concatenate([one.own for one in self.bands_of(name)]) ** 2)))
+
+    @cached_property
+    def shares(self) -> dict[str, dict[str, float]]:
+        """Of every output, each parameter's share of the variance that their uncertainty gives, largest first."""
+        names, found = self.prior.names, {}
+        for name in self.outputs:
+            parts = np.sum([one.shares for one in self.bands_of(name)], axis=0)
+            total = float(parts.sum())
+            found[name] = {names[i]: float(parts[i] / total) for i in np.argsort(-parts)} if total > 0 else {}
+        return found
+
+    @property
+    def outside(self) -> list[str]:
+        """Outputs outside their band for significantly long; none where all together are within chance."""
+        if self.chance >= CHANCE:
+            return []
+        found = [n for n, v in self.tests.items() if v.chance <= RARE]
+        return found or [min(self.tests, key=lambda n: self.tests[n].chance)]
+
+    @property
+    def contradicted(self) -> list[str]:
+        """Parameters that the drives contradict, the worst first, but for those without effect on a straight drive."""
+        names, pull = self.prior.names, np.abs(np.nan_to_num(self.posterior.pull))
+        return [names[i] for i in np.argsort(-pull) if pull[i] > LARGE_PULL and names[i] not in UNFELT]

@@ -1,0 +1,206 @@
+"""Drives as a regression: every uncertain parameter with what is known of it, rows of all measured outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import Regression, Rows, white_level, whiten
+from vdyn_cli.inference.restricted_likelihood import NoisyRun
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.validate import noise
+from vdyn_cli.steps.validate.input_torque import LEAST_TORQUE, TORQUES
+from vdyn_cli.steps.validate.residual_rows import FINEST, Prewhitener, RowLayout, prewhitener, row_layout
+from vdyn_cli.steps.validate.segments import DriveSegment
+from vdyn_cli.steps.validate.shaft_oscillation import ShaftOscillation, shaft_oscillation
+from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
+
+Array = NDArray[np.float64]
+
+FINE_LAGS, CALM_LAGS = 10, 2  # fast rows from which the noise of the torque sensor is predicted
+CALM = 0.25  # s of a fast row, slower than oscillations of the half-shafts
+# Standard deviation of fast rows over that of their sensors. Rows in which shafts oscillate are thousands, and the model
+# is right to a few per cent. Calm rows need less: with nothing hidden, estimates scatter 0.8 to 1.4 times as the
+# sensors' noise says.
+CAUTION, CALM_CAUTION = 3.0, 1.5
+RIDGE = 1e-14  # m^2/s^2, added to a covariance so that it can be factored
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentWhitening:
+    """How the errors of one segment become rows of unit variance.
+
+    Parameters
+    ----------
+    layout : the rows. torque_level : N m, white noise of a sample of the drive torque.
+    factor : Cholesky factor of the slow rows' covariance. prewhitener : of the fast rows.
+    oscillation : rows in which half-shafts oscillate, where fast rows average over that.
+    caution : standard deviation of fast rows over that of their sensors.
+    """
+
+    layout: RowLayout
+    torque_level: float
+    factor: Array
+    prewhitener: Prewhitener
+    oscillation: ShaftOscillation | None
+    caution: float
+
+    def rows(self, error: Mapping[str, Array], slopes: Mapping[str, Array] | None) -> Rows:
+        """Whitened rows of errors, each (n,), and of their derivatives, each (n, k), by the same linear maps."""
+        p = self.layout
+        both = {n: e[:, None] if slopes is None else np.column_stack([slopes[n], e]) for n, e in error.items()}
+        slow, fast = p.slow(both), p.fast(both)
+        residual, jacobian = whiten(slow[:, -1], slow[:, :-1], cholesky=self.factor)
+        quick = self.prewhitener.white(fast, p.part[p.fine.first]) / self.caution
+        flat = quick.reshape(-1, quick.shape[-1])
+        times = np.repeat(self._fast_time, quick.shape[1])
+        if self.oscillation is not None:
+            at, rows = self.oscillation.white(p, both)
+            flat = np.vstack([flat, rows.reshape(-1, rows.shape[-1]) / self.caution])
+            times = np.concatenate([times, np.repeat(at, rows.shape[1])])
+        speed = p.bins.mean(both["speed"][p.keep]) if "speed" in both else slow[: p.bins.time.size]
+        return Rows(
+            np.concatenate([residual, flat[:, -1]]),
+            np.vstack([jacobian, flat[:, :-1]]),
+            time=np.concatenate([np.tile(p.bins.time, 2 if p.felt else 1), times]),
+            plain=(speed[:, -1], speed[:, :-1]),
+            plain_root=self.factor[: len(speed), : len(speed)],  # of the common error of all speeds, which comes first
+        )
+
+    @property
+    def _fast_time(self) -> Array:
+        p, lags = self.layout, len(self.prewhitener.weights)
+        part = p.part[p.fine.first]
+        return np.asarray(p.fine.time[lags:][part[lags:] == part[: part.size - lags]])
+
+
+@dataclass(frozen=True, eq=False)
+class WhitenedDrives:
+    """Drives with the noise of all their rows.
+
+    Parameters
+    ----------
+    setup : what is simulated. whitenings : of each segment.
+    sizes : standard deviations and correlation times of the slow noise, by source.
+    """
+
+    setup: SimulationSetup
+    whitenings: tuple[SegmentWhitening, ...]
+    sizes: Mapping[str, float]
+
+    def slow_covariance(self, run: int) -> Array:
+        """Covariance of a segment's slow rows by gusts, winds, road and torque, without the sensors' noise."""
+        one, values = self.whitenings[run], self.setup.prior.values
+        slow = noise.slow_noise(self.setup.segments[run], one.layout, one.layout.bins, values, one.torque_level)
+        return slow.covariance({**self.sizes, "speed_noise": 0.0, "acceleration_noise": 0.0})
+
+    def white(self, run: int, outcome: SimulatedSegment, start: float, slopes: bool = True) -> Rows:
+        """The whitened rows of a segment, and a last one of its start speed (m/s): a car at rest is at rest."""
+        vector, s = self.setup.vector, self.setup.segments[run]
+        error = errors(self.setup, run, outcome)
+        rows = self.whitenings[run].rows(error, outcome.sensitivities if slopes else None)
+        value, std = vector.start_speed(run)
+        first, place = np.zeros((1, rows.jacobian.shape[1])), len(vector.shared)
+        root = rows.plain_root
+        if first.size:
+            first[0, place] = 1.0 / std
+        if root is not None and rows.plain is not None and rows.plain[1].size:
+            root = np.column_stack([root, std * rows.plain[1][:, place]])  # the measured start's own noise
+        assert rows.time is not None
+        return Rows(
+            np.r_[rows.residual, (start - value) / std],
+            np.vstack([rows.jacobian, first]),
+            time=np.r_[rows.time, s.time[0]],
+            plain=rows.plain,
+            plain_root=root,
+        )
+
+    def __call__(self, run: int, theta: Array) -> Rows:
+        """The whitened rows of a segment at its vector of unknowns.
+
+        Raises
+        ------
+        ArithmeticError : the simulation is not finite there.
+        """
+        start = self.setup.vector.start(run)
+        same = theta.shape == start.shape and np.array_equal(theta, start)
+        try:
+            outcome = self.setup.first[run] if same else self.setup.simulate(run, theta)
+        except ResultError as error:  # far off, the step may be too long
+            raise ArithmeticError(str(error)) from error
+        return self.white(run, outcome, float(theta[len(self.setup.vector.shared)]))
+
+    @cached_property
+    def regression(self) -> Regression:
+        """All segments as a regression."""
+        unknowns, starts = self.setup.vector.unknowns()
+        return Regression(unknowns, tuple(s.name for s in self.setup.segments), self, starts)
+
+
+def errors(setup: SimulationSetup, run: int, outcome: SimulatedSegment) -> dict[str, Array]:
+    """Simulated less measured of every compared channel of a segment, each (n,)."""
+    measured = setup.segments[run].outputs
+    return {n: outcome.values[n] - measured[n] for n in setup.sensors.channels if n in measured}
+
+
+def whiten_drives(setup: SimulationSetup, calm: bool = False) -> WhitenedDrives:
+    """Simulate at the start values and estimate the noise of every row, with all unknowns free.
+
+    Parameters
+    ----------
+    calm : average the fast rows over ``CALM``. The noise of the torque sensor shakes the simulated shafts as no real
+        torque does, and whatever calms them (more damping, more inertia) then seems to be needed: sums of squares
+        of such noise do not average out. What is slower than the shafts is free of that.
+
+    Raises
+    ------
+    ResultError : the simulation is not finite.
+    """
+    finest, lags, caution = (CALM, CALM_LAGS, CALM_CAUTION) if calm else (FINEST, FINE_LAGS, CAUTION)
+    radius, values = setup.prior.values["wheel_radius"], setup.prior.values
+    first, perturbed = setup.first, setup.perturbed
+    layouts = tuple(
+        row_layout(s, setup.sensors.channels, radius, outcome.values, finest)
+        for s, outcome in zip(setup.segments, first, strict=True)
+    )
+    levels = tuple(_torque_level(s) for s in setup.segments)
+    sizes = _noise_sizes(setup, layouts, levels)
+    # Free play crosses its gap at instants that are known too badly to weight the oscillation that follows.
+    oscillating = calm and not setup.nondifferentiable_prior
+    whitenings = []
+    for k, (s, p, level) in enumerate(zip(setup.segments, layouts, levels, strict=True)):
+        slow = noise.slow_noise(s, p, p.bins, values, level)
+        factor = np.asarray(np.linalg.cholesky(slow.covariance(sizes) + RIDGE * np.eye(slow.push.size)))
+        sample = p.fast({n: v[:, None] for n, v in perturbed[k].items()})[:, :, 0]
+        torques = setup.inputs.torques[k].denoised.values
+        oscillation = shaft_oscillation(s, p, torques, perturbed[k], level) if oscillating else None
+        whitenings.append(SegmentWhitening(p, level, factor, prewhitener(sample, lags), oscillation, caution))
+    return WhitenedDrives(setup, tuple(whitenings), sizes)
+
+
+def _torque_level(s: DriveSegment) -> float:
+    """N m of white noise in a sample of the torque."""
+    names = [n for n in TORQUES if n in s.inputs]
+    return max(float(np.hypot.reduce([white_level(s.inputs[n], s.time) for n in names])), LEAST_TORQUE)
+
+
+def _noise_sizes(setup: SimulationSetup, layouts: Sequence[RowLayout], levels: Sequence[float]) -> dict[str, float]:
+    """The sizes of the slow noise, by restricted maximum likelihood."""
+    prior, k, shared = setup.prior, len(setup.prior.names), len(setup.vector.shared)
+    off = np.array([prior.values[n] for n in prior.names]) - setup.vector.theta[:k]
+    runs = []
+    for run, (s, p, level) in enumerate(zip(setup.segments, layouts, levels, strict=True)):
+        bins, outcome = noise.sizing_bins(p), setup.first[run]
+        error = errors(setup, run, outcome)
+        slow = p.slow({n: np.column_stack([outcome.sensitivities[n], e]) for n, e in error.items()}, bins)
+        jacobian, own = slow[:, :shared].copy(), slow[:, shared:-1]
+        at_prior = slow[:, -1] + jacobian[:, :k] @ off
+        jacobian[:, :k] = jacobian[:, :k] @ prior.root  # in units in which the prior is white
+        runs.append(NoisyRun(at_prior, jacobian, own, noise.slow_noise(s, p, bins, prior.values, level)))
+    gains = (std**-2.0 for std in setup.sensors.gain_std.values())
+    effects = (1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in setup.extra)
+    return noise.sizes(runs, np.array([*np.ones(k), *gains, *effects]))

@@ -1,0 +1,59 @@
+"""Short segments of long trips: how far the simulated speed has run away when each ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.steps.validate.whitening import WhitenedDrives
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class WindowEnds:
+    """End errors of windows, simulated less measured end speed, m/s.
+
+    Parameters
+    ----------
+    run : (n,) which trip a window is from. error : (n,). length : s, of a window.
+    mean, interval95 : of the trips' means. Trips are the independent units: windows of one share its wind and tires.
+    own : standard deviation that the parameters' uncertainty gives to the mean.
+    """
+
+    names: tuple[str, ...]
+    run: NDArray[np.int64]
+    error: Array
+    length: float
+    mean: float
+    interval95: tuple[float, float]
+    own: float
+
+    @property
+    def units(self) -> int:
+        """Number of trips."""
+        return int(np.unique(self.run).size)
+
+
+def window_ends(w: WhitenedDrives, names: tuple[str, ...]) -> WindowEnds:
+    """The end error of every segment, and their mean with an interval over trips."""
+    setup = w.setup
+    run = np.array([s.run for s in setup.segments])
+    error = np.array([o.values["speed"][-1] - s.end[0] for o, s in zip(setup.first, setup.segments, strict=True)])
+    slopes = np.array([o.sensitivities["speed"][-1, : len(setup.prior.names)] for o in setup.first])
+    share = np.array([1.0 / np.sum(run == u) for u in run])
+    moved = share @ slopes / share.sum() @ setup.prior.root
+    length = float(np.median([s.duration for s in setup.segments]))
+    means = np.array([error[run == u].mean() for u in np.unique(run)])
+    return WindowEnds(names, run, error, length, float(means.mean()), _over_units(means), float(np.linalg.norm(moved)))
+
+
+def _over_units(means: Array) -> tuple[float, float]:
+    """95 % interval of the mean of the trips' means."""
+    if means.size < 2:
+        return float("-inf"), float("inf")
+    half = t_quantile(means.size - 1.0) * float(means.std(ddof=1)) / float(np.sqrt(means.size))
+    return float(means.mean()) - half, float(means.mean()) + half
