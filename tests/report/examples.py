@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vdyn_cli.project.pipeline import ParameterSet, StepOutcome
-from vdyn_cli.project.result_document import Provenance, StepRecord, diagnosis_of, read_record, to_json
+from vdyn_cli.project.result_document import Provenance, StepRecord, read_record, to_json
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
@@ -346,8 +346,7 @@ def record(result: Result) -> StepRecord:
 def as_read(result: Result, folder: Path) -> StepRecord:
     """The record of a result after it was written as JSON and read again."""
     path = folder / f"{result.step}.json"
-    diagnosis = result.diagnosis and diagnosis_of(result).model_dump(mode="json")  # type: ignore[union-attr]
-    path.write_text(to_json({**record(result).document, "diagnosis": diagnosis}), encoding="utf-8")
+    path.write_text(to_json(record(result).document), encoding="utf-8")
     return read_record(path)
 
 

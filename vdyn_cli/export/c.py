@@ -1,4 +1,4 @@
-"""The full vehicle as C99: ``<name>.h``, ``<name>.c`` and ``<name>_main.c``, a tip-in and a stop worked out."""
+"""The full vehicle as C99: ``<name>.h``, ``<name>.c`` and ``<name>_main.c``, with a tip-in and a stop as example."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ int main(void)
         next.drive_torque = (k >= 1000 && k < 4000) ? torque : 0.0;
         next.brake_torque = (k >= 5000) ? brakes : 0.0;
         next.elapsed = (k + 1) * dt;
-        {name}_step(&x, &now, &next, dt, &p, &y); /* y: what there is to see before the step */
+        {name}_step(&x, &now, &next, dt, &p, &y); /* y: the outputs before the step */
         if (k % 100 == 0) {{
             printf("%.3f,%.1f,%.6f,%.3f,%.3f\\n", k * dt, now.drive_torque, y.speed, y.{shaft}, y.jerk);
         }}

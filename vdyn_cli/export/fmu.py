@@ -1,4 +1,4 @@
-"""The full vehicle as a unit for co-simulation (FMI 2.0): description, source and, with a compiler here, a binary."""
+"""The full vehicle as an FMU for co-simulation (FMI 2.0): description, source and, with a compiler, a binary."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vdyn_cli.export.quantity_texts import OWN, comment
 
 START = OWN["start_speed"]
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the oldest time that a zip can hold: the same bytes from the same parameters
-# FMI 2.0's names of platforms, by system, machine and pointer size; and how a compiler is asked for a library there.
+# Platform names of FMI 2.0 by system and machine; file ending and compiler flags of a library there.
 PLATFORMS: Mapping[tuple[str, str], tuple[str, str, tuple[str, ...]]] = {
     ("linux", "x86_64"): ("linux64", "so", ("-shared", "-fPIC")),
     ("darwin", "x86_64"): ("darwin64", "dylib", ("-dynamiclib",)),
@@ -59,7 +59,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
 
 
 def _variables(car: ExportedVehicle) -> tuple[ScalarVariable, ...]:
-    """What the importer sees, in the order of its references."""
+    """The variables of the FMU, in the order of their references."""
     q = car.quantities
     return (
         ScalarVariable(START.name, START.unit, comment(START), "parameter", 0.0),
@@ -75,7 +75,7 @@ def _guid(sources: Mapping[str, str]) -> str:
 
 
 def _binary(name: str, sources: Mapping[str, str]) -> tuple[dict[str, bytes], str]:
-    """The library for this platform, where a compiler can make it, and what to say of that."""
+    """The library for this platform where a compiler can build it, and a note for the console."""
     compiler = next((path for path in map(shutil.which, ("cc", "gcc", "clang")) if path), None)
     place = PLATFORMS.get((sys.platform, platform.machine())) if struct.calcsize("P") == 8 else None
     if compiler is None or place is None:

@@ -46,7 +46,7 @@ typedef struct {{
     int fresh;   /* y belongs to x, u and p */
 }} Unit;
 
-/* Where each variable stands, by its reference. */
+/* Place of each variable, by its reference. */
 static const size_t place[COUNT] = {{
 {places}
 }};
@@ -288,7 +288,7 @@ EXPORT Status {0}({1})
 }}
 """
 
-# Name, arguments, what comes back. A list of no variables of another type is set and got without complaint.
+# Name, arguments, returned status. Lists without variables of another type are accepted.
 _REST = (
     ("fmi2SetDebugLogging", "Component c, int on, size_t n, const char *const categories[]", "OK"),
     ("fmi2GetInteger", "Component c, const Reference r[], size_t n, int value[]", "n ? FAILED : OK"),
@@ -319,7 +319,7 @@ _REST = (
 
 
 def source(program: CProgram, variables: Sequence[str], step: float) -> str:
-    """The text of the wrapper; ``@GUID@`` stands where the unit's identity goes.
+    """The text of the wrapper; ``@GUID@`` marks the place of the GUID.
 
     Parameters
     ----------

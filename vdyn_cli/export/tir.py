@@ -40,7 +40,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
         sigma = R0 Fz / Fz0 PTX1 exp(PTX3 dfz)        PTX1 = sigma / R0, PTX3 = -1: constant to first order
 
     Assumes the effective radius to lie a third of the tire's deflection below the unloaded one. What is measured and
-    what is assumed stands in the file. Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.3.2.
+    what is assumed is said in the file. Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.3.2.
 
     Raises
     ------

@@ -40,9 +40,9 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
         if isinstance(result, Failure):
             raise result.error()
         if level is not None:
-            told = tuple(f for f in inputs.findings if f.doubt)
+            doubts = tuple(f for f in inputs.findings if f.doubt)
             faults = _faults(inputs, result.fit.runs)
-            result = diagnosed(step, inputs.spec, problem, inputs.known, result, level, faults, told)
+            result = diagnosed(step, inputs.spec, problem, inputs.known, result, level, faults, doubts)
     except (InputError, ResultError) as error:
         raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
     result = _doubted(replace(result, findings=(*inputs.findings, *result.findings)))

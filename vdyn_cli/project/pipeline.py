@@ -1,4 +1,4 @@
-"""A test day's steps: their order, from what each needs and gives, and the parameter set they fill."""
+"""The steps of a test day: their order, from the parameters each needs and estimates, and the full parameter set."""
 
 from __future__ import annotations
 

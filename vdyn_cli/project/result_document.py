@@ -92,7 +92,7 @@ class StepRecord:
             },
             "findings": [asdict(f) for f in result.findings],
             **result.extra,
-            "diagnosis": result.diagnosis,
+            "diagnosis": None if self.diagnosis is None else self.diagnosis.model_dump(),
             "provenance": self.provenance.to_json(),
         }
 

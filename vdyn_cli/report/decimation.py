@@ -80,7 +80,7 @@ def cloud(x: Array, y: Array, cells: tuple[int, int], most: int) -> NDArray[np.i
 
 
 def _cells(values: Array, number: int) -> Array:
-    """Which of so many equal cells each value falls into."""
+    """The index of each value's cell among ``number`` equal cells."""
     low, high = float(values.min()), float(values.max())
     return np.floor(np.minimum((values - low) / ((high - low) or 1.0) * number, number - 1))
 

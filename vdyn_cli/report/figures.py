@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 WIDTH, PLOT_HEIGHT = 600.0, 270.0
 _LEFT, _RIGHT, _BOTTOM = 68.0, 16.0, 48.0
-_DOTS = 3000  # of one cloud; more could not be told apart
+_DOTS = 3000  # points of one cloud; more would overlap
 _IMAGE = 640  # px, the longer side of a picture
 
 # Color and dash of the first, second ... series of a role.

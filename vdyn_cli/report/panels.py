@@ -169,6 +169,6 @@ def lay_out(traces: Sequence[RunTrace], width: float) -> tuple[Panel, ...]:
     lefts = np.concatenate([[0.0], np.cumsum(widths + _GAP)[:-1]])
     panels = []
     for one, (a, b), left, wide in zip(traces, ends, lefts, widths, strict=True):
-        half = 0.0 if b > a else 0.5 * (abs(a) or 1.0)  # one sample stands in the middle
+        half = 0.0 if b > a else 0.5 * (abs(a) or 1.0)  # a single sample is drawn in the middle
         panels.append(Panel(one, a - half, b + half, float(left), float(wide)))
     return tuple(panels)

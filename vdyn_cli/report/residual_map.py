@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 WIDTH = 1240.0
 _BINS = 32
 _LEFT, _GAP, _RIGHT, _TOP, _BOTTOM = 130.0, 26.0, 96.0, 30.0, 46.0
-_LEAST, _SHARE = 3, 1 / 8  # samples behind a cell, at least: so many, and so much of an equal share
+_LEAST, _SHARE = 3, 1 / 8  # fewest samples of a cell: as a number, and as a share of an equal division
 
 
 def has_map(channel: ChannelTraces) -> bool:
