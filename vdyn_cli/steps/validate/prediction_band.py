@@ -86,7 +86,7 @@ def _segment_bands(w: WhitenedDrives, run: int) -> dict[str, PredictionBand]:
             scale = 1.0 if name == "speed" else p.radius
             gust, slow = np.interp(s.time, p.bins.time, sigma[:b]) * (s.smooth_speed > RESTING) / scale, (0, scale)
         elif name == "acceleration":
-            gust, slow = np.interp(s.time, p.bins.time, sigma[b:]) if p.felt else gust, (b, 1.0)
+            gust, slow = np.interp(s.time, p.bins.time, sigma[b:]) if p.force else gust, (b, 1.0)
         gusts = np.hypot(gust, _norm(own_slopes * own_std))
         noise = float(np.std(perturbed[name]))
         sensor = float(np.hypot(p.levels[name], noise)) if name in p.levels else noise

@@ -1,4 +1,4 @@
-"""The parameters of a validation: values, how well they are known, and what had to be assumed."""
+"""The prior of the model's parameters: values and covariance from earlier steps, and wide assumptions for the rest."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 Array = NDArray[np.float64]
 
-# Relative where a value is far from zero, in SI where it is zero (``ABSOLUTE``). What is not named is taken as exact.
+# Standard deviations of assumed values: relative, or in SI where the value is zero (``ABSOLUTE``); others are exact.
 RELATIVE: Mapping[str, float] = {
     "unsprung_mass_front": 0.2,
     "unsprung_mass_rear": 0.2,
@@ -44,9 +44,9 @@ UNFELT = frozenset(
 )  # fmt: skip
 
 SIGNED = ("hub_swing", "driveline_pitch", "rolling_speed")  # may lie on either side of zero
-FARTHEST = 200.0  # standard deviations by which drives may contradict what was believed
-LEAST = 0.02  # of what was believed
-NEAR = 5.0  # standard deviations, within which a simulation begins about what was believed
+FARTHEST = 200.0  # standard deviations, bounds of a parameter about its prior mean
+LEAST = 0.02  # of the prior mean, lower bound of a positive parameter
+NEAR = 5.0  # standard deviations about the prior mean, within which a linearization may lie
 TURNING_SHARE = 0.035  # of the mass, for wheels alone, where nothing is given
 DERIVED = ("cg_to_front", "drag_area")  # follow exactly from what is given
 STEP = 1e-3  # of a standard deviation, for the derivatives of what is derived
@@ -56,7 +56,7 @@ APART = 0.02  # m by which the parts of the wheelbase may miss it
 
 @dataclass(frozen=True)
 class ParameterPrior:
-    """The model's parameters as they are known before the drives.
+    """The model's parameters before the drives.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class ParameterPrior:
     names : those that have a standard deviation, k of them.
     std : (k,); correlation : (k, k).
     sources : of each name: the step that gave it, "given", or "assumed".
-    assumptions : what was taken for granted.
+    assumptions : findings about values that nobody gave.
     """
 
     values: Mapping[str, float]
@@ -76,6 +76,7 @@ class ParameterPrior:
 
     @property
     def covariance(self) -> Array:
+        """(k, k), SI."""
         return np.asarray(self.correlation * np.outer(self.std, self.std))
 
     @property
@@ -85,10 +86,14 @@ class ParameterPrior:
 
 
 def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior:
-    """What is known of the parameters ``names`` of a model.
+    """The prior of the parameters ``names`` of a model, SI.
 
     Those that nobody gives follow from others or are assumed (vehicle_defaults), with a standard deviation of their
-    own. A stated road load F0, F1, F2 stands for tires and air where neither is known.
+    own. A stated road load F0, F1, F2 replaces rolling resistance and drag area where neither is known.
+
+    Parameters
+    ----------
+    known : estimates of other steps and of the vehicle, with their correlation.
 
     Raises
     ------
@@ -111,7 +116,7 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
 
 
 def with_accepted_effects(prior: ParameterPrior, sizes: Mapping[str, Estimate]) -> ParameterPrior:
-    """With the sizes of causes that earlier steps accepted, each as well known as it was found."""
+    """The prior with the amplitudes of effects that earlier steps accepted, with their standard deviations."""
     std = [e.std if e.std > 0 else ALMOST * max(abs(e.value), 1.0) for e in sizes.values()]
     k, m = len(prior.names), len(sizes)
     correlation = np.eye(k + m)
@@ -133,7 +138,7 @@ def _assumed_std(name: str, value: float) -> float:
 
 @dataclass
 class _Free:
-    """What may vary: the numbers given, and by how much what was assumed may be off beside that."""
+    """What may vary: the given numbers, and the standard deviations of assumed ones (``added``)."""
 
     base: dict[str, float]
     std: dict[str, float]
@@ -172,7 +177,7 @@ def _propagated(known: Parameters, wanted: tuple[str, ...], free: _Free, full: C
 
 
 def _positive(correlation: Array) -> Array:
-    """The nearest matrix of that kind that can be inverted: rounded files and exact sums are not quite."""
+    """The nearest invertible correlation matrix: rounded files and exact sums are slightly indefinite."""
     if not correlation.size:
         return correlation
     values, vectors = np.linalg.eigh(0.5 * (correlation + correlation.T))
@@ -203,8 +208,8 @@ def _road_load(v: Mapping[str, float]) -> dict[str, float]:
 
 def _assumption(name: str, value: float, std: float, source: str) -> Finding:
     unit = PARAMETERS[name].unit if name in PARAMETERS else ""
-    said = f"{value:.3g} +- {std:.2g} {unit}".strip() if std else f"{value:.3g} {unit}".strip()
-    what = f"{name} is not given: {said} is taken ({source})"
+    taken = f"{value:.3g} +- {std:.2g} {unit}".strip() if std else f"{value:.3g} {unit}".strip()
+    what = f"{name} is not given: assumed {taken} ({source})"
     return Finding("vehicle", what, remedy=f"add '{name}: <number> {unit}'".rstrip() + " under vehicle", minor=True)
 
 
@@ -229,12 +234,12 @@ def _refuse_unphysical(known: Parameters) -> None:
 
 
 def prior_unknowns(prior: ParameterPrior) -> tuple[Unknown, ...]:
-    """Every parameter with what is known of it, begun there."""
+    """Every parameter as an unknown with its prior, started at its mean."""
     return tuple(_prior_unknown(prior, i) for i in range(len(prior.names)))
 
 
 def near_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict[str, float]:
-    """Those of the values that are parameters', as far as they are possible and not absurd."""
+    """Those of the values that are parameters', clipped to their bounds and to 5 standard deviations."""
     near = {}
     for u, std in zip(prior_unknowns(prior), prior.std.tolist(), strict=True):
         if u.name in values:
@@ -247,7 +252,7 @@ def _prior_unknown(prior: ParameterPrior, i: int) -> Unknown:
     name, value, std = prior.names[i], prior.values[prior.names[i]], float(prior.std[i])
     row = {b: float(prior.correlation[i, j]) for j, b in enumerate(prior.names) if j != i}
     related = {b: r for b, r in row.items() if abs(r) > 1e-12}
-    # Wide: drives may contradict what was believed by any number of standard deviations, which is then a finding.
+    # Wide bounds: drives may contradict the prior by any number of standard deviations, which is then a finding.
     low, high = value - FARTHEST * std, value + FARTHEST * std
     if value > 0 and name not in SIGNED:
         low = max(low, LEAST * value)

@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 
 FINE_LAGS, CALM_LAGS = 10, 2  # fast rows from which the noise of the torque sensor is predicted
 CALM = 0.25  # s of a fast row, slower than oscillations of the half-shafts
-# Standard deviation of fast rows over that of their sensors. Rows in which shafts oscillate are thousands, and the model
-# is right to a few per cent. Calm rows need less: with nothing hidden, estimates scatter 0.8 to 1.4 times as the
+# Standard deviation of fast rows over that of their sensors. Rows in which shafts oscillate are thousands, and the
+# model is right to a few per cent. Calm rows need less: with nothing hidden, estimates scatter 0.8 to 1.4 times as the
 # sensors' noise says.
 CAUTION, CALM_CAUTION = 3.0, 1.5
 RIDGE = 1e-14  # m^2/s^2, added to a covariance so that it can be factored
@@ -66,7 +66,7 @@ class SegmentWhitening:
         return Rows(
             np.concatenate([residual, flat[:, -1]]),
             np.vstack([jacobian, flat[:, :-1]]),
-            time=np.concatenate([np.tile(p.bins.time, 2 if p.felt else 1), times]),
+            time=np.concatenate([np.tile(p.bins.time, 2 if p.force else 1), times]),
             plain=(speed[:, -1], speed[:, :-1]),
             plain_root=self.factor[: len(speed), : len(speed)],  # of the common error of all speeds, which comes first
         )
