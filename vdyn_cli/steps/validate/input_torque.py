@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from vdyn_cli.engine.drive import Drive, Points
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.broken_lines import with_corners
 from vdyn_cli.steps.validate.line_fits import lines_after, lines_before
 from vdyn_cli.steps.validate.segments import DriveSegment, driving
@@ -105,9 +104,7 @@ class DriveInputs:
 
 
 def _segment_torques(run: int, s: DriveSegment, inputs: tuple[str, ...], denoise: bool, zero: float) -> SegmentTorques:
-    torques = dict(s.inputs)
-    if "drive_torque" in inputs and "drive_torque" not in torques:
-        torques["drive_torque"] = driving(Log(s.name, s.time, s.inputs))
+    torques = {**s.inputs, "drive_torque": driving(s.inputs)} if "drive_torque" in inputs else s.inputs
     rng = np.random.default_rng([SEED, run])
     noise = rng.standard_normal((len(NOISY_INPUTS), s.time.size))
     names = [n for n in NOISY_INPUTS if n in inputs]

@@ -114,6 +114,7 @@ class _BorderedSystem:
         return total
 
     def step(self, gradients: list[Array], shared_prior: Array, own_prior: Array) -> tuple[Array, Array]:
+        """Newton step of shared (s,) and own (segments, m) unknowns, from gradients of the rows and of the priors."""
         right = self.reduced_gradient(gradients, own_prior) + shared_prior
         moved = -self.covariance @ right
         own = [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,11 +75,6 @@ class ParameterPrior:
     assumptions: tuple[Finding, ...]
 
     @property
-    def covariance(self) -> Array:
-        """(k, k), SI."""
-        return np.asarray(self.correlation * np.outer(self.std, self.std))
-
-    @property
     def root(self) -> Array:
         """(k, k), lower triangular L with covariance L L'."""
         return np.asarray(self.std[:, None] * np.linalg.cholesky(self.correlation))
@@ -101,18 +96,12 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
     """
     _refuse_unphysical(known)
     wanted = tuple(n for n in names if n != "wind_variance")
-    base = {n: e.value for n, e in known.items()}
-    full = complete(wanted, _road_load(base))
+    full = complete(wanted, _road_load({n: e.value for n, e in known.items()}))
     known.require(*full.missing, where="validate")
     assumed = dict(full.assumed)
     if "rotating_mass" in wanted and not {"rotating_mass"} & known.keys() and "wheel_inertia" not in known:
         assumed["rotating_mass"] = f"{TURNING_SHARE:.1%} of the mass, as of wheels"
-    free = _Free(base, {n: e.std for n, e in known.items() if e.std > 0}, assumed)
-    for name in assumed:
-        std = 0.0 if name in DERIVED else _assumed_std(name, full.values[name])
-        if std > 0:
-            free.added[name] = std
-    return _propagated(known, wanted, free, full)
+    return _propagated(known, wanted, full, assumed)
 
 
 def with_accepted_effects(prior: ParameterPrior, sizes: Mapping[str, Estimate]) -> ParameterPrior:
@@ -136,25 +125,18 @@ def _assumed_std(name: str, value: float) -> float:
     return ABSOLUTE.get(name, RELATIVE.get(name, 0.0) * abs(value))
 
 
-@dataclass
-class _Free:
-    """What may vary: the given numbers, and the standard deviations of assumed ones (``added``)."""
-
-    base: dict[str, float]
-    std: dict[str, float]
-    assumed: dict[str, str]
-    added: dict[str, float] = field(default_factory=dict)
-
-
-def _propagated(known: Parameters, wanted: tuple[str, ...], free: _Free, full: Completed) -> ParameterPrior:
-    """The model's own parameters and their covariance, from those stated: D R D' with D the derivatives."""
-    given, added = list(free.std), list(free.added)
+def _propagated(
+    known: Parameters, wanted: tuple[str, ...], full: Completed, assumed: Mapping[str, str]
+) -> ParameterPrior:
+    """The model's own parameters and their covariance D R D', with D the derivatives to what is given or assumed."""
+    base = {n: e.value for n, e in known.items()}
+    given = {n: e.std for n, e in known.items() if e.std > 0}
+    added = {n: spread for n in assumed if n not in DERIVED and (spread := _assumed_std(n, full.values[n])) > 0}
     slopes = np.zeros((len(wanted), len(given) + len(added)))  # per standard deviation
     for j, name in enumerate((*given, *added)):
-        own = name in free.added
-        step = STEP * (free.added[name] if own else free.std[name])
-        at = full.values[name] if own else free.base[name]
-        above, below = (complete(wanted, _road_load({**free.base, name: at + s})).values for s in (step, -step))
+        step = STEP * (added[name] if name in added else given[name])
+        at = full.values[name] if name in added else base[name]
+        above, below = (complete(wanted, _road_load({**base, name: at + s})).values for s in (step, -step))
         slopes[:, j] = [(above[n] - below[n]) / (2 * STEP) for n in wanted]
     related = np.eye(slopes.shape[1])
     for i, a in enumerate(given):
@@ -167,11 +149,9 @@ def _propagated(known: Parameters, wanted: tuple[str, ...], free: _Free, full: C
     kept = np.flatnonzero(std > 1e-9 * np.maximum(np.abs(list(values.values())), 1e-9))
     inner = covariance[np.ix_(kept, kept)] / np.outer(std[kept], std[kept])
     names = tuple(wanted[i] for i in kept)
-    sources = {n: known[n].source if n in known else "assumed" if n in free.assumed else "given" for n in names}
+    sources = {n: known[n].source if n in known else "assumed" if n in assumed else "given" for n in names}
     assumptions = tuple(
-        _assumption(n, values[n], float(std[wanted.index(n)]), why)
-        for n, why in free.assumed.items()
-        if n not in UNFELT
+        _assumption(n, values[n], float(std[wanted.index(n)]), why) for n, why in assumed.items() if n not in UNFELT
     )
     return ParameterPrior(values, names, std[kept], _positive(inner), sources, assumptions)
 

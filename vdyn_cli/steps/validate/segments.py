@@ -209,7 +209,7 @@ def _parts(log: Log, cut: Segmentation) -> list[tuple[int, int]]:
         return [(0, log.time.size - 1)]
     good = np.ones(log.time.size, dtype=bool)
     if cut.powered:
-        good &= driving(log) > 0
+        good &= driving(log.channels) > 0
     if cut.model == "road_load":
         speed = np.interp(log.time, log.time[np.isfinite(log["speed"])], log["speed"][np.isfinite(log["speed"])])
         good &= (speed > cut.slowest) & ~_braked(log)
@@ -241,11 +241,11 @@ def _braked(log: Log) -> Mask:
     return np.asarray(np.minimum(before, after) < MARGIN)
 
 
-def driving(log: Log) -> Array:
-    """N m, the drive torque of both sides together."""
-    if "drive_torque" in log:
-        return log["drive_torque"]
-    return log["drive_torque_left"] + log["drive_torque_right"]
+def driving(signals: Mapping[str, Array]) -> Array:
+    """(n,) N m, the drive torque of both sides together."""
+    if "drive_torque" in signals:
+        return signals["drive_torque"]
+    return signals["drive_torque_left"] + signals["drive_torque_right"]
 
 
 def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: bool) -> DriveSegment:
@@ -258,7 +258,7 @@ def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: boo
     heading = {"out": 1.0, "back": -1.0}.get(note.direction or "", 0.0)
     speed = outputs["speed"]
     start, end = end_speed(time, speed, first=True), end_speed(time, speed, first=False)
-    marks = marked(time, speed, driving(log)[part], inputs["brake_torque"])
+    marks = marked(time, speed, driving(log.channels)[part], inputs["brake_torque"])
     since = float(time[0] - log.time[0])
     return DriveSegment(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end, since)
 

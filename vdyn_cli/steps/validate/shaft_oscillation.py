@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.residual_rows import Prewhitener, RowLayout, prewhitener
 from vdyn_cli.steps.validate.segments import DriveSegment, driving
 
@@ -51,7 +50,7 @@ def shaft_oscillation(
     """
     if not p.others:
         return None
-    torque = denoised["drive_torque"] if "drive_torque" in denoised else driving(Log(s.name, s.time, denoised))
+    torque = driving(denoised)
     half = RAMP / 2
     change = np.abs(np.interp(s.time + half, s.time, torque) - np.interp(s.time - half, s.time, torque))
     at = s.time[change > CLEAR * level]
