@@ -12,7 +12,7 @@ from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, approach
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.drive_regression import ZERO
@@ -29,7 +29,6 @@ SEASON_KMH, LEAST_GAP = 60.0, 8.0  # km/h, K
 PULL = 20.0  # N m, any: the acceleration is linear in the torque
 STEPS = 8  # iterations of a fit to all drives but one
 FEWEST = 3  # drives, of which one can be held out
-NORMAL = 1.96
 
 
 @dataclass(frozen=True)
@@ -142,7 +141,7 @@ def road_findings(fit: FittedEffects, logs: Sequence[Log], roads: Sequence[RoadP
 
 
 def _normal(value: float, std: float) -> IntervalEstimate:
-    return IntervalEstimate(value, std, (value - NORMAL * std, value + NORMAL * std))
+    return IntervalEstimate(value, std, (value - NORMAL95 * std, value + NORMAL95 * std))
 
 
 def _seasons(setup: SimulationSetup, solution: Solution) -> SeasonalForce | None:
