@@ -1,4 +1,4 @@
-"""Play that is fitted on straight lines comes to rest where all knocks fit, not where the first lines lead."""
+"""Play by linearized fits converges where all impacts fit, not where the first linearization leads."""
 
 from __future__ import annotations
 
@@ -36,5 +36,5 @@ def test_a_size_that_is_begun_too_small_begins_again_where_all_knocks_fit(
     assert not found.setup.at
     assert not found.doubts
     (doubt,) = replace(found, moved=2.0).doubts
-    assert "have not come to rest: the last pass moved them by 2.0 standard errors" in doubt.what
+    assert "have not converged: the last pass moved them by 2.0 standard errors" in doubt.what
     assert doubt.doubt

@@ -28,7 +28,7 @@ def test_what_steps_gave_keeps_its_spread_and_its_correlation() -> None:
     i, j = (found.names.index(n) for n in ("rolling_resistance", "drag_area"))
     assert found.correlation[i, j] == pytest.approx(-0.57)
     assert np.linalg.eigvalsh(found.correlation)[0] > 0
-    assert found.root @ found.root.T == pytest.approx(found.covariance)
+    assert found.root @ found.root.T == pytest.approx(found.correlation * np.outer(found.std, found.std))
 
 
 def test_what_nobody_gave_is_assumed_widely_and_told() -> None:

@@ -253,7 +253,7 @@ def test_a_hole_in_the_clock_is_refused(root: Path, tmp_path: Path) -> None:
     log = found.data[0]
     keep = np.r_[0:2000, 2200 : log.time.size]
     cut = Log(log.name, log.time[keep], {n: v[keep] for n, v in log.channels.items()})
-    assert "nothing is written for 2" in refusal(found, (cut,))
+    assert "nothing is recorded for 2" in refusal(found, (cut,))
 
 
 def test_missing_parameters_are_listed_with_the_step_that_gives_them(root: Path, tmp_path: Path) -> None:
@@ -280,7 +280,7 @@ def test_parameters_outside_what_is_physical_are_refused(root: Path, tmp_path: P
 def test_a_step_too_large_is_refused_and_writes_nothing(root: Path, tmp_path: Path) -> None:
     path = described(root, tmp_path, step="20 ms")
     known = known_file(tmp_path, true_parameters())
-    with pytest.raises(InputError, match="is longer than the 2 ms"):
+    with pytest.raises(InputError, match="is longer than 2 ms"):
         write_step("validate", path, (known,), tmp_path / "out", None)
     assert not (tmp_path / "out").exists()
 

@@ -1,23 +1,23 @@
 """Drives against the model: whether it predicts them as well as its parameters' uncertainty allows.
 
-The model is simulated open loop with the measured torque from the measured start and held against every output that was
-measured. The parameters' covariance C and the exact sensitivities S of an output give the band in which it may lie,
+The model is simulated open loop with the measured torque from the measured start, and compared with every measured
+output. The parameters' covariance C and the exact sensitivities S of an output give the band in which it may lie,
 
     y +- 1.96 sqrt(S C S' + gusts + sensor noise)
 
 Outside the band the model is wrong; inside it the parameters are merely uncertain. The result says for every output
 and regime (launch, acceleration, cruise, coast, braking, low speed) how large the error is against sensor noise, how
 long it is outside and how long a right model would be, which parameter's uncertainty makes the band, and what the
-drives say of each parameter: its move over the standard deviation of that move.
+drives say about each parameter: its pull, the move over the standard deviation of that move.
 
-``model: vehicle`` has 18 degrees of freedom and takes what all steps give; what no step gives is assumed widely, and
-told. ``model: road_load`` is a mass on a road, for cars of which only mass, radius, ratio and road load are known
-(rolling_resistance and drag_area, or road_load_f0, f1, f2); it leaves out what is braked. ``windows`` cuts long trips
-into short segments and tells how far the speed has run away at the end of each; ``powered`` takes those in which the
-torque is above zero throughout, as nobody brakes then.
+``model: vehicle`` has 18 degrees of freedom and takes what all steps give; what no step gives is assumed with a wide
+prior, and reported. ``model: road_load`` is a mass on a road, for cars of which only mass, radius, ratio and road load
+are known (rolling_resistance and drag_area, or road_load_f0, f1, f2); it leaves out braked parts. ``windows`` cuts long
+trips into short windows and states the error of the speed at the end of each; ``powered`` takes those in which the
+torque is above zero throughout, since nobody brakes then.
 
-Inputs: drive torque (or left and right), brake torque, grade, wind; what is not recorded is zero. They must be there
-all along: gaps are refused, while outputs may have gaps. Publishes no parameters.
+Inputs: drive torque (or left and right), brake torque, grade, wind; what is not recorded is zero. They must
+have no gaps; outputs may have gaps. Publishes no parameters.
 
 Assumes straight driving, gusts along the road, sensors with white noise, a zero and a gain.
 Sources: SAE 2017-01-1574 for model and drives; JCGM 100:2008 for the propagation; Patterson and Thompson, Biometrika 58

@@ -1,14 +1,13 @@
-"""Where a torque turns from one straight line into another, between samples.
+"""Corners of a torque between samples, where it turns from one straight line into another.
 
-Each sample seen by itself is rounded off a little at a corner, always to the same side, and what is rounded off shakes
-half-shafts less than the driver did. So samples on straight pieces that follow one another are fitted as one broken
-line, whose corners t_k are free::
+Denoised sample by sample, a corner is rounded off, always to the same side, and excites the half-shafts less than the
+driver did. So samples on successive straight pieces are fitted as one broken line, whose corners t_k are free::
 
     T(t) = a + b t + sum_k c_k max(t - t_k, 0)
 
 solved with the column -1(t > t_k) beside each max(t - t_k, 0): its coefficient over c_k is the corner's step.
-(Muggeo, Statistics in Medicine 22 (2003) 3055.) A broken line that misses samples by more than their noise is none, and
-they stay as they were.
+(Muggeo, Statistics in Medicine 22 (2003) 3055.) Where a broken line misses samples by more than their
+noise, they stay as they were.
 """
 
 from __future__ import annotations

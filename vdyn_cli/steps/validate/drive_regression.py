@@ -1,14 +1,14 @@
-"""WindowSettings of one drive as one run: they share its driver and luggage, its road and its wind.
+"""The regression of drives that were cut into windows: the windows of a drive share its load, its road and its wind.
 
-What a drive has for itself are its mean slope and what its load differs from the stated mass; both are unknowns with
-what is known of them. All drives share one accelerometer: the zero z_k that makes drive k level from end to end, its
-mean slope i_k and the common zero z belong together, one more row for each drive::
+Each drive has two unknowns with priors: its mean slope, and its load beyond the stated mass. All drives share one
+accelerometer: the zero z_k that makes drive k level from end to end, its mean slope i_k and the common zero z give one
+more row for each drive::
 
     (z + g i_k - z_k) / drift
 
-What was felt of a hill is smooth, while drivers answer it at once: torque and speed seem to lag by some hundredths of
-a second, which are nuisances that all drives share. The start speed of each window is taken as unknown beforehand: its
-column c is projected out of the window's whitened rows, (1 - c c'/c'c) r, which is the same as fitting it.
+The measured slope of a hill is smooth, while drivers react to it at once: torque and speed seem to lag by some
+hundredths of a second. These lags are nuisance parameters that all drives share. The start speed of each window is
+unknown: its column c is projected out of the window's whitened rows, (1 - c c'/c'c) r, which is the same as fitting it.
 """
 
 from __future__ import annotations
@@ -21,21 +21,24 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference import Regression, Rows, Unknown
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.validate.road_slope import DRIVE_SLOPE, MEAN_SLOPE, SEEMING_DELAYS
+from vdyn_cli.steps.validate.road_slope import APPARENT_LAGS, DRIVE_SLOPE, MEAN_SLOPE
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 from vdyn_cli.steps.validate.whitening import WhitenedDrives, whiten_drives
 
 Array = NDArray[np.float64]
 LOAD, ZERO = "load", "accelerometer_zero"
-LATE = 0.1  # s, that a channel may seem to lag: drivers answer hills at once, and what was felt of them is smooth
+LAG_STD = 0.1  # s, prior standard deviation of the apparent lag of torque and speed behind the slope
 LARGEST_ZERO = 0.3  # m/s^2: two degrees of tilt
 
 
 @dataclass(frozen=True)
 class BetweenDriveSpread:
-    """Standard deviations of what differs from drive to drive: mean slope, load in kg, accelerometer's zero in m/s^2.
+    """Standard deviations of what differs between drives.
 
-    ``zeros`` : (drives of the description,) m/s^2, that make each of them level.
+    Parameters
+    ----------
+    slope : of the mean slope. load : kg. drift : m/s^2, of the accelerometer's zero.
+    zeros : (drives of the description,) m/s^2, the zero that makes each of them level from end to end.
     """
 
     slope: float
@@ -76,7 +79,7 @@ class _DriveRows:
         )
 
     def _zero(self, windows: tuple[int, ...], at: Mapping[str, float], names: tuple[str, ...]) -> Rows:
-        """What the drive's level says of the accelerometer."""
+        """The row of the accelerometer's zero."""
         drift, first = self.varies.drift, self.whitened.setup.segments[windows[0]]
         off = at[ZERO] + GRAVITY * at[DRIVE_SLOPE] - self.varies.zeros[first.run]
         slopes = np.array([[{ZERO: 1.0, DRIVE_SLOPE: GRAVITY}.get(n, 0.0) / drift for n in names]])
@@ -84,7 +87,12 @@ class _DriveRows:
 
 
 def drive_regression(setup: SimulationSetup, varies: BetweenDriveSpread) -> Regression:
-    """The regression of whole drives that were cut into windows."""
+    """The regression of whole drives that were cut into windows.
+
+    Parameters
+    ----------
+    setup : whose segments are the windows; its model has the road's slope as an input.
+    """
     w = whiten_drives(_sloping(setup, varies), calm=True)
     whole = w.regression
     runs = np.array([s.run for s in w.setup.segments])
@@ -105,9 +113,11 @@ def drive_regression(setup: SimulationSetup, varies: BetweenDriveSpread) -> Regr
 
 
 def _sloping(setup: SimulationSetup, varies: BetweenDriveSpread) -> SimulationSetup:
-    """The setup with a mean slope that is not known, and with channels whose timing is not."""
-    timings = (Unknown(n, 0.0, -1.0, 1.0, "s", (0.0, LATE), nuisance=True) for e in SEEMING_DELAYS for n in e.unknowns)
-    setup = replace(setup, effects=(*SEEMING_DELAYS, *setup.effects), extra=(*timings, *setup.extra))
+    """The setup with an unknown mean slope and unknown lags of torque and speed."""
+    timings = (
+        Unknown(n, 0.0, -1.0, 1.0, "s", (0.0, LAG_STD), nuisance=True) for e in APPARENT_LAGS for n in e.unknowns
+    )
+    setup = replace(setup, effects=(*APPARENT_LAGS, *setup.effects), extra=(*timings, *setup.extra))
     if varies.slope <= 0:
         return setup
     slope = Unknown(DRIVE_SLOPE, 0.0, prior=(0.0, varies.slope), nuisance=True)
@@ -115,7 +125,7 @@ def _sloping(setup: SimulationSetup, varies: BetweenDriveSpread) -> SimulationSe
 
 
 def _without_start(rows: Rows, start: int, columns: list[int]) -> Rows:
-    """The rows with the start's column projected out, over the columns that are asked for (-1: there is none)."""
+    """The rows with the start's column projected out, over the requested columns (-1: zeros)."""
     c = rows.jacobian[:, start]
     unit, there = c / np.linalg.norm(c), np.array(columns) >= 0
     matrix = np.column_stack([rows.jacobian[:, columns] * there, rows.residual])

@@ -1,8 +1,8 @@
-"""Sizes of effects that the model is extended by, fitted on straight lines through themselves.
+"""Amplitudes of the effects that extend the model, by linearized fits that are relinearized at their own result.
 
-A straight line through a car with nothing wrong is too far off for a size that is large: it is laid again through what
-it gave, until little moves. Play has no slope at nothing and knocks, so that lines come to rest where one knock fits
-well; then they begin again where all fit best.
+A linearization at the car without effects is too far off for a large amplitude. It is repeated at its own result until
+little moves. With free play the likelihood has many local minima, where one impact fits well; the repetition then
+starts again at the minimum of the profile likelihood.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from vdyn_cli.steps.validate.nondifferentiable import DifferentiableReference, p
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 
-PASSES = 4  # of simulation and straight line
-SETTLED = 0.1  # standard deviations that a further pass may move it
-RESTLESS = 1.0  # standard deviations by which the last pass may move it, and no more be said
-AGAIN = 0.4  # standard deviations that the size with which all knocks fit best may be off
-FEWEST_UNITS = 8  # drives cut into windows that are units of evidence by themselves
+PASSES = 4  # linearizations
+SETTLED = 0.1  # standard deviations that the last pass may move an unknown
+UNCONVERGED = 1.0  # standard deviations that the last pass moved an amplitude, from which on it is reported
+AGAIN = 0.4  # standard deviations between the fit and the profile likelihood, beyond which the fit starts again
+FEWEST_UNITS = 8  # drives cut into windows, from which on a drive is one independent unit
 
 
 @dataclass(frozen=True, eq=False)
 class FittedEffects:
-    """What the drives make of the effects.
+    """The estimates of effects.
 
     Parameters
     ----------
-    setup : with the effects at these sizes. solution : of the fit. linearized : its regression.
-    spreads : standard deviations of sizes that straight lines tell too well.
-    moved : standard deviations by which the last pass moved the sizes.
+    setup : with the effects at their estimates. solution : of the fit. linearized : its regression.
+    spreads : standard deviations of nondifferentiable amplitudes, which the linearized fit underestimates.
+    moved : largest move of an amplitude in the last pass, in standard deviations.
     """
 
     setup: SimulationSetup
@@ -46,11 +46,13 @@ class FittedEffects:
 
     @property
     def doubts(self) -> tuple[Finding, ...]:
-        """What is to be said of sizes that have not come to rest."""
-        if self.moved < RESTLESS:
+        """A finding where the estimates have not converged."""
+        if self.moved < UNCONVERGED:
             return ()
-        what = f"the causes' sizes have not come to rest: the last pass moved them by {self.moved:.1f} standard errors"
-        return (Finding("fit", what, "", "take their intervals for too narrow", doubt=True),)
+        what = (
+            f"estimates of the effects have not converged: the last pass moved them by {self.moved:.1f} standard errors"
+        )
+        return (Finding("fit", what, "", "their intervals are too narrow: do not rely on them", doubt=True),)
 
 
 def fit_effects(
@@ -114,7 +116,7 @@ def _relinearized(setup: SimulationSetup, regression: Callable[[SimulationSetup]
 
 
 def fitted(setup: SimulationSetup, solution: Solution) -> SimulationSetup:
-    """The extended setup with its parameters where the drives put them."""
+    """The extended setup with its parameters at the estimates of a fit."""
     moved = {n: solution.values[n] for n in setup.prior.names}
     prior = replace(setup.prior, values={**setup.prior.values, **moved})
     return replace(setup, prior=prior, baseline=None, extended=None)

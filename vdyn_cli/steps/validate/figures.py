@@ -11,6 +11,7 @@ from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps.validate.open_road import RoadFindings
 from vdyn_cli.steps.validate.prediction_band import PredictionBand
 from vdyn_cli.steps.validate.segments import DriveSegment
+from vdyn_cli.steps.validate.text import short_name, words
 from vdyn_cli.steps.validate.validation import Validation
 
 DRAWN = ("speed", "wheel_speed_fl", "wheel_speed_rl", "shaft_torque_left", "shaft_torque_right", "acceleration", "jerk")
@@ -42,7 +43,7 @@ def band_figures(v: Validation) -> list[Figure]:
 
 
 def _error_figure(s: DriveSegment, name: str, band: PredictionBand) -> Figure:
-    since, own, word = s.time - s.time[0], NORMAL95 * band.own, name.replace("_", " ")
+    since, own, word = s.time - s.time[0], NORMAL95 * band.own, words(name)
     series = (
         Series("95 % with gusts and sensors", since, -band.half, "band", band.half, role="muted"),
         Series("95 % of the parameters alone", since, -own, "band", own, role="reference"),
@@ -50,7 +51,7 @@ def _error_figure(s: DriveSegment, name: str, band: PredictionBand) -> Figure:
     )
     return Figure(
         f"band_{name}",
-        f"{word.capitalize()}: error and prediction band, {s.name.rpartition('/')[2]}",
+        f"{word.capitalize()}: error and prediction band, {short_name(s.name)}",
         "Error (simulated less measured) with two bands: the narrow one from the uncertainty of the parameters, the "
         "wide one with gusts and sensor noise added. Good: the line stays within the wide band for about 95 % of the "
         "time. Outside it the model is wrong, whatever the parameters; within it the parameters are merely uncertain. "
@@ -83,7 +84,7 @@ def road_figure(found: RoadFindings) -> Figure:
     roles = ("measured", "simulated", "accent", "reference")
     series = tuple(
         Series(
-            found.names[k].rpartition("/")[2],
+            short_name(found.names[k]),
             (found.roads[k].distance[1:] + found.roads[k].distance[:-1]) / 2000,
             100 * found.roads[k].profile,
             "step",

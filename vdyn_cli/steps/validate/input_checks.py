@@ -1,4 +1,4 @@
-"""What no validation should begin with: steps too long for the model, a torque that never drove this car."""
+"""Checks before a validation: integration step, sample spacing, and whether the torque belongs to the speed."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from vdyn_cli.steps.validate.simulation import SimulationSetup
 LONGEST_STEP = 0.002  # s: the vehicle's half-shafts and wheels turn at up to 540 rad/s; 4 % of error in their torque
 SPARSE = 2.0  # s between samples
 UNIT = "check the unit of time: milliseconds?"
-FOREIGN = 0.12  # rms error of the speed over its largest value: no car misses its own torque so far
+FOREIGN = 0.12  # rms error of the speed over its largest value, larger than with any torque of the same drive
 
 
 def refuse_coarse(model: str, step: float) -> None:
-    """Refuse a step at which the full vehicle is not accurate, and soon not stable.
+    """Refuse a step (s) at which the full vehicle is not accurate.
 
     Raises
     ------
-    InputError : such a step.
+    InputError : the step is longer than ``LONGEST_STEP``.
     """
     if model == "vehicle" and step > LONGEST_STEP:
-        what = f"is longer than the {1e3 * LONGEST_STEP:g} ms at which the vehicle's half-shafts can be followed"
+        what = f"is longer than {1e3 * LONGEST_STEP:g} ms, beyond which the vehicle's half-shafts are not accurate"
         raise InputError(Finding("settings.step", what, f"{1e3 * step:g} ms", "leave it out"))
 
 
 def refuse_sparse(logs: Sequence[Log]) -> None:
-    """Refuse logs whose samples are so far apart that no drive can be followed from one to the next.
+    """Refuse logs whose samples are too far apart to simulate a drive.
 
     Raises
     ------
@@ -45,11 +45,11 @@ def refuse_sparse(logs: Sequence[Log]) -> None:
 
 
 def refuse_foreign(setup: SimulationSetup) -> None:
-    """Refuse drives whose torque does not drive the measured speed at all.
+    """Refuse drives whose torque does not explain the measured speed at all.
 
     Raises
     ------
-    InputError : all of them, each with what may be the cause.
+    InputError : all of them, each with a remedy.
     """
     problems = []
     for k, s in enumerate(setup.segments):
@@ -64,7 +64,7 @@ def refuse_foreign(setup: SimulationSetup) -> None:
 def _foreign(s: DriveSegment, miss: float) -> Finding:
     what = f"does not drive this speed: the simulation misses it by {miss:.0%} of its largest value"
     remedy = "check that torque and speed are of one drive and one clock, then unit, gear_ratio, brake_torque and grade"
-    torque = driving(Log(s.name, s.time, s.inputs))
+    torque = driving(s.inputs)
     speed = s.outputs["speed"]
     there = np.isfinite(speed)
     rate = np.gradient(np.interp(s.time, s.time[there], speed[there]), s.time)

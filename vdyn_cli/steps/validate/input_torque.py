@@ -1,13 +1,12 @@
-"""Drive and brake torque without most of their sensors' noise.
+"""Drive and brake torque without most of their sensors' noise, as inputs of the simulation.
 
 Noise in an input is worse than noise in an output: it shakes the simulated shafts as no real torque does, and a fit
-that sees them shake more than the measured ones makes them stiffer or more damped. So every sample is replaced by the
-ends of straight lines through its neighbours, before and after it, as many as lie on one line within the noise: a ramp
-stays a ramp (`lines`). A driver does not wait for a sample: where lines meet between samples, there the corner is
-(`corners`). Segmentation off, it would be a knock that the simulated shafts do not feel.
+then makes them stiffer or more damped. So every sample is replaced by the ends of straight lines through its neighbors,
+before and after it, as many as lie on one line within the noise: a ramp stays a ramp (``line_fits``). Where lines meet
+between samples, the corner is placed there (``broken_lines``); without it, tip-ins would be smoother than they were.
 
-Whenever a driver lets go of a pedal the torque comes back to one level, which all those segments tell together: half a
-newton metre decides on which flank a gearing with play then rests.
+Whenever a driver releases the pedal the torque returns to one level, which is estimated from all those pieces together:
+half a newton metre decides on which flank a gearing with play then rests.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ from numpy.typing import NDArray
 from vdyn_cli.engine.drive import Drive, Points
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.broken_lines import with_corners
 from vdyn_cli.steps.validate.line_fits import lines_after, lines_before
 from vdyn_cli.steps.validate.segments import DriveSegment, driving
@@ -34,7 +32,7 @@ NOISY_INPUTS = (*TORQUES, "brake_torque")  # inputs whose noise shakes the simul
 LEAST_TORQUE = 1e-3  # N m of noise in a torque
 SEED = 20170401  # of the noise that is added to the torque
 
-NEAR = 5.0  # noise levels of no torque, within which the level lies to which it comes back
+NEAR = 5.0  # noise levels of no torque, within which the released-pedal level lies
 FAR = 3.0  # standard deviations of the sensor's zero, within which it lies too
 FEWEST = 30  # samples of a segment at that level
 ALIKE = 4.0  # standard deviations by which such a segment, and a mean over a part of it, may differ
@@ -42,7 +40,7 @@ ALIKE = 4.0  # standard deviations by which such a segment, and a mean over a pa
 
 @dataclass(frozen=True, eq=False)
 class TorqueSignals:
-    """TorqueSignals at the samples of a segment, and corners between samples."""
+    """Torques at the samples of a segment, N m, and corners between samples."""
 
     values: Mapping[str, Array]
     corners: Mapping[str, Points]
@@ -50,7 +48,7 @@ class TorqueSignals:
 
 @dataclass(frozen=True, eq=False)
 class SegmentTorques:
-    """A segment's torques as the simulated car shall feel them, and with more noise of their sensors' size."""
+    """A segment's torques without noise, and with further noise of their sensors' size."""
 
     denoised: TorqueSignals
     perturbed: TorqueSignals
@@ -106,9 +104,7 @@ class DriveInputs:
 
 
 def _segment_torques(run: int, s: DriveSegment, inputs: tuple[str, ...], denoise: bool, zero: float) -> SegmentTorques:
-    torques = dict(s.inputs)
-    if "drive_torque" in inputs and "drive_torque" not in torques:
-        torques["drive_torque"] = driving(Log(s.name, s.time, s.inputs))
+    torques = {**s.inputs, "drive_torque": driving(s.inputs)} if "drive_torque" in inputs else s.inputs
     rng = np.random.default_rng([SEED, run])
     noise = rng.standard_normal((len(NOISY_INPUTS), s.time.size))
     names = [n for n in NOISY_INPUTS if n in inputs]
@@ -142,7 +138,7 @@ def denoised(time: Array, torque: Array, level: float, zero: float = 0.0) -> tup
 
 
 def _come_back(torque: Array, values: Array, piece: NDArray[np.int64], level: float, zero: float) -> Array:
-    """The denoised values, of segments at the level of no torque that all of them have in common.
+    """The denoised values, with the released-pedal level that all pieces near zero have in common.
 
     ``piece`` (n,) counts the corners before each sample: a ramp that begins at that level has no part in the segment.
     """
@@ -166,7 +162,7 @@ def _come_back(torque: Array, values: Array, piece: NDArray[np.int64], level: fl
 
 
 def _is_level(torque: Array, common: float, level: float) -> bool:
-    """Are the mean of a segment and those of its parts, ever shorter ones, what they are about a common level?"""
+    """Whether the mean of a piece and the means of its ever shorter parts agree with a common level."""
     halvings = range(int(np.log2(max(torque.size / FEWEST, 1.0))) + 1)
     pieces = [p for k in halvings for p in np.array_split(torque, 2**k)]
     return all(abs(p.mean() - common) < ALIKE * level / np.sqrt(p.size) for p in pieces)

@@ -31,6 +31,7 @@ class SmoothDerivative:
         return float(np.sqrt(np.log(2.0)) / (2 * np.pi * self.width))
 
     def noise_gain(self, time: Array) -> float:
+        """Standard deviation of the filtered derivative of white noise of one, sampled at ``time`` (n,) s."""
         spacing = float(np.median(np.diff(time)))
         return float(np.sqrt(spacing / (4 * np.sqrt(np.pi) * self.width**3)))
 

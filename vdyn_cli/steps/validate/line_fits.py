@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 REACHES = (2, 4, 8, 16, 32, 64, 128)  # samples to one side
 LONGEST = 1.5  # s to one side
 WIDTH = 2.0  # standard deviations of the intervals that must meet
-STRAIGHT = 8  # samples that a line has at least whose slope is told: what swings is straight over fewer
+STRAIGHT = 8  # fewest samples of a line whose slope is used: an oscillation looks straight over fewer
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def lines_after(time: Array, values: Array, level: float) -> LineFits:
 
 
 def _line_ends(time: Array, values: Array, reach: int) -> tuple[Array, Array, Array, Array]:
-    """WindowEnds of straight lines through each sample and ``reach`` before it, with their variance for noise of one.
+    """Ends of straight lines through each sample and ``reach`` before it, with their variance for noise of one.
 
     And the lines' slopes, with the inverse of theirs.
     """

@@ -1,4 +1,4 @@
-"""The noise of the slow rows: gusts, winds, uneven road and the torque's own noise, all integrated by the car."""
+"""The noise of the slow rows: gusts, winds, uneven road and the torque sensor's noise, all integrated by the car."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from vdyn_cli.steps.validate.segments import DriveSegment
 
 Array = NDArray[np.float64]
 
-SIZING = 1.0  # s of a bin when the sizes are found: in coarser ones a sensor's white noise looks like a rough road
-DEPARTURE = 0.003  # m/s by which a car may leave rest otherwise: brakes let go, tires creep, friction breaks away
-MOST_SIZED = 40  # segments from which the sizes are found
+SIZING = 1.0  # s of a bin for estimating sizes: in coarser bins a sensor's white noise looks like a rough road
+DEPARTURE = 0.003  # m/s, uncertainty of leaving rest: brakes release, tires creep, friction breaks away
+MOST_SIZED = 40  # segments from which the sizes are estimated
 
 
 def inertia_of(values: Mapping[str, float]) -> float:
@@ -51,7 +51,7 @@ def slow_noise(
     walk += DEPARTURE**2 * together * (layout.section(bins) > 0)  # after a rest
     count = bins.count.astype(float)
     level = layout.common_level
-    if not layout.felt:
+    if not layout.force:
         gust = -moved * pull
         parts: list[White | Steady | Colored] = [
             White("speed_noise", level**2 / count),
@@ -64,11 +64,11 @@ def slow_noise(
         ):  # what an accelerometer takes for a slope, and torque that is reckoned, are off by segments
             parts.append(Colored("push", "push_time", moved, _lag(bins)))
         return RunNoise(tuple(parts), walk, moved.sum(axis=1))
-    felt = here - pull[:, None] * moved
-    push, none = np.vstack([moved, felt]), np.zeros(count.size)
+    felt_push = here - pull[:, None] * moved
+    push, none = np.vstack([moved, felt_push]), np.zeros(count.size)
     gust = -push * pull
     share = values["mass"] / inertia
-    road = -GRAVITY * np.vstack([share * moved, share * felt - here])
+    road = -GRAVITY * np.vstack([share * moved, share * felt_push - here])
     lag = _lag(bins)
     force = layout.levels["acceleration"]
     parts = [
@@ -90,17 +90,17 @@ def _lag(bins: Bins) -> Array:
 
 
 def sizing_bins(layout: RowLayout) -> Bins:
-    """Coarser bins, in which sizes are found quickly; never finer than the rows that are fitted."""
+    """Coarser bins for estimating sizes, for speed; never finer than the rows that are fitted."""
     width = layout.bins.width
     return cut(layout.time, max(SIZING, float(np.median(width)), float(np.sum(width)) / 100), layout.part)
 
 
 def sizes(runs: Sequence[NoisyRun], priors: Array) -> dict[str, float]:
-    """The sizes of all sources from the slow rows of the segments, what is fitted being reckoned with.
+    """Sizes of all noise sources from the slow rows of the segments, by restricted maximum likelihood.
 
     Parameters
     ----------
-    priors : (s,) information about the shared unknowns.
+    runs : slow rows with their Jacobians. priors : (s,) prior information about the shared unknowns.
     """
     step = max(1, -(-len(runs) // MOST_SIZED))
     some = runs[::step]

@@ -1,10 +1,10 @@
-"""On which flank a gearing with play rests while a car coasts, and so whether the next tip-in has a gap to cross.
+"""Estimates of nondifferentiable effects (free play) and of the drive torque's zero in each drive, by grid search.
 
-Coasting, next to no torque goes through a half-shaft: what the driveline's inertia gives, a newton metre or so, and the
-zero that the torque sensor has in a drive is as large. Simulated with another zero, the shaft rests on the other flank
-and crosses the gap where the real one does not; with a little more play it knocks later. No straight line leads from
-one to the other, so zeros and sizes are tried: each is simulated, and of what it leaves the car without play may take
-away what it can by its own unknowns.
+While a car coasts, a half-shaft carries only the torque of the driveline's inertia, about 1 N m, and the zero of the
+torque sensor is as large. With another zero the simulated shaft rests on the other flank of the teeth, and the next
+tip-in crosses a gap that the real shaft does not cross; with more play it impacts later. The likelihood jumps there, so
+zeros and amplitudes are tried one by one. The residual of each is projected onto the complement of what the car without
+play explains by its own unknowns.
 """
 
 from __future__ import annotations
@@ -25,15 +25,17 @@ from vdyn_cli.steps.validate.whitening import WhitenedDrives, whiten_drives
 
 Array = NDArray[np.float64]
 
-WIDEST = 1.5  # standard deviations of a zero within which zeros are tried: farther off, knocks fit by chance
+WIDEST = 1.5  # standard deviations of a zero within which zeros are tried: farther off, impacts fit by chance
 FEWEST, MOST = 3, 25  # zeros that are tried of a drive; odd, so that the likeliest is one of them
 COARSEST = 0.5  # N m between them, if that takes no more
-SPACING = 0.01  # sqrt(rad): the time in which a gap is crossed goes with its root, and a knock must fall on a knock
-TELLING = 0.2  # of the largest size: where play is large, some that is smaller than this fits better than none
-HALVINGS = 3  # of the distance to the best size's neighbours
-AROUND = (0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)  # of a size: knocks fit worse evenly over such steps
-PARABOLA = 3  # sizes that determine how evenly they do
-DISAGREE, DRIVES = 2.5, 2  # how much more drives disagree than they say, as a rule, and what that is worth in drives
+SPACING = 0.01  # sqrt(rad): the time to cross a gap goes with its root, and simulated and measured impact must coincide
+TELLING = 0.2  # of the largest amplitude: large play makes some amplitude below this fit better than none
+HALVINGS = 3  # of the distance to the best amplitude's neighbors
+AROUND = (0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)  # of an amplitude: the log likelihood is near a parabola
+PARABOLA = 3  # amplitudes that determine one
+# Drives disagree by more than their likelihoods say: by 1.4 to 2.9 times at 1 mrad in three vehicles. That ratio is the
+# prior of Birge's ratio, with the weight of so many drives.
+DISAGREE, DRIVES = 2.5, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +44,8 @@ class _Explained:
 
     Parameters
     ----------
-    basis : (n, k), orthonormal, of what all unknowns do to the whitened rows and to what is known of them.
-    zero, std : N m, of the drive torque's zero as the drive then tells it.
+    basis : (n, k), orthonormal, of the sensitivities of whitened rows and prior rows to all unknowns.
+    zero, std : N m, estimate of the drive torque's zero without play.
     """
 
     basis: Array
@@ -52,7 +54,7 @@ class _Explained:
 
     @property
     def zeros(self) -> Array:
-        """ZeroSettings that are likely, N m, the likeliest in their middle."""
+        """(c,) N m, likely zeros, the likeliest in their middle."""
         count = int(np.clip(2 * np.ceil(WIDEST * self.std / COARSEST) + 1, FEWEST, MOST))
         return self.zero + self.std * np.linspace(-WIDEST, WIDEST, count) if self.std > 0 else np.zeros(1)
 
@@ -79,7 +81,7 @@ class DifferentiableReference:
 
     @cached_property
     def explained(self) -> tuple[_Explained, ...]:
-        """Of every drive."""
+        """What it explains of every segment."""
         w = self.whitened
         return tuple(
             self._drive(w.white(k, o, w.setup.vector.start_speed(k)[0]), w.setup.vector.start(k))
@@ -100,15 +102,15 @@ class DifferentiableReference:
         return _Explained(basis, float(zero), float(np.linalg.norm(back)))
 
     def cost(self, setup: SimulationSetup, run: int, zero: float) -> float:
-        """Log likelihood, negative, of a drive with its torque's zero here: on which flank it lets gears rest.
+        """Negative log likelihood of a segment with its drive torque's zero here (N m), minimized over other unknowns.
 
-        From here a straight line moves the zero, like everything else, to where the drive tells it; that it does not
-        stay is as unlikely as the drive has it.
+        The minimization is linear and moves the zero, too; the move away from the reference's estimate adds its own
+        square.
         """
         theta = setup.vector.start(run)
         at = self.setup.vector.start(run)
-        believed = [setup.prior.values[n] for n in setup.prior.names]
-        at[: len(believed)] += theta[: len(believed)] - believed
+        means = [setup.prior.values[n] for n in setup.prior.names]
+        at[: len(means)] += theta[: len(means)] - means
         if setup.sensors.driving:
             theta[setup.vector.torque_zero_place] = zero
             at[self.setup.vector.torque_zero_place] = zero
@@ -149,14 +151,14 @@ def with_best_zeros(setup: SimulationSetup, reference: DifferentiableReference) 
 def likely_size(
     setups: Callable[[float], SimulationSetup], reference: DifferentiableReference, least: float, most: float
 ) -> tuple[float, float]:
-    """The size of play, rad, with which the drives fit best, and by how much their log likelihood rises with it.
+    """The likeliest amplitude of play, rad, and the gain in log likelihood over none.
 
-    Sizes from ``least`` up are tried as far as a part of ``most``, and on to ``most`` if one of them fits better than
-    none; then closer and closer ones about the best.
+    Amplitudes from ``least`` up are tried as far as a share of ``most``, and on to ``most`` if one of them fits better
+    than none; then the distances about the best are halved.
 
     Parameters
     ----------
-    setups : the setup with an effect of this size.
+    setups : amplitude -> the setup with the effect of this amplitude. reference : of the car without play.
 
     Raises
     ------
@@ -185,18 +187,20 @@ def likely_size(
         costs |= {size: cost(size) for size in [0.5 * (best + other) for other in beside]}
     best = min(costs, key=costs.__getitem__)
     if not np.isfinite(costs[best]):
-        _zeros(reference, setups(best))  # raises what is the matter
+        _zeros(reference, setups(best))  # raises the reason
     return best, without - costs[best]
 
 
 def profile_estimates(setup: SimulationSetup, reference: DifferentiableReference) -> dict[str, tuple[float, float]]:
-    """Sizes of play about those that a setup begins at, and their standard deviations, by how evenly the drives fit
-    worse to either side.
+    """Amplitudes of play and their standard deviations, from a parabola through the profile likelihood about the start.
 
-    A straight line through one knock promises more: a little farther on another knock fits better again. Where hardly
-    any can be simulated it is the one that the setup begins at, and where they fit no worse to either side the best of
-    those tried, both hardly known.
-    Where drives differ in what they tell by more than they say, all of them say too much.
+    A linearized fit promises a smaller standard deviation than it can keep: a little farther on the next impact fits
+    better again. Where hardly any amplitude can be simulated the start is returned, and where the likelihood does not
+    fall to either side the best of those tried, both with the widest standard deviation. Drives that disagree widen it.
+
+    Parameters
+    ----------
+    setup : started near the estimates. reference : of the car without play.
     """
     return {
         u.name: _among(setup, reference, u) for u in setup.extra if u.name in setup.nondifferentiable and u.start > 0.0
@@ -204,7 +208,7 @@ def profile_estimates(setup: SimulationSetup, reference: DifferentiableReference
 
 
 def _among(setup: SimulationSetup, reference: DifferentiableReference, play: Unknown) -> tuple[float, float]:
-    """The size of one play among those about its start that are possible, and its standard deviation."""
+    """The estimate of one amplitude from those about its start within its bounds, and its standard deviation."""
     sizes = np.unique(np.clip(np.multiply(AROUND, play.start), play.lower, play.upper))
 
     def costs_of(size: float) -> tuple[float, ...]:
@@ -229,20 +233,16 @@ def _among(setup: SimulationSetup, reference: DifferentiableReference, play: Unk
 
 
 def _disagree(bends: Array, slopes: Array, least: float) -> float:
-    """How much more drives pull either way at the least of all than they say they know: as Birge's ratio, but over
-    what all of them say together, and drawn towards ``DISAGREE``.
-
-    Of few drives it is mostly what others showed: at 1 mrad drives of three vehicles differed by 1.4 to 2.9 times.
-    """
-    pulls = slopes + 2.0 * bends * least
-    squares = float(np.sum(pulls**2) / np.sum(2.0 * bends)) * pulls.size
-    return max(1.0, float(np.sqrt((DRIVES * DISAGREE**2 + squares) / (DRIVES + pulls.size - 1))))
+    """Birge's ratio of the drives' scores at the common minimum, shrunk towards ``DISAGREE``, at least 1."""
+    scores = slopes + 2.0 * bends * least
+    squares = float(np.sum(scores**2) / np.sum(2.0 * bends)) * scores.size
+    return max(1.0, float(np.sqrt((DRIVES * DISAGREE**2 + squares) / (DRIVES + scores.size - 1))))
 
 
 def _zeros(
     reference: DifferentiableReference, setup: SimulationSetup, few: bool = False
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The best zero of every drive, of all that are likely or of the two farthest apart, and what each drive costs."""
+    """The best zero of every segment, of all that are likely or of the two farthest apart, and the cost with it."""
     tried, explained = replace(setup, torque_zeros=()), reference.explained  # made before threads ask for it
 
     def best(run: int) -> tuple[float, float]:

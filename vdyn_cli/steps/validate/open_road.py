@@ -1,4 +1,4 @@
-"""What drives on open roads told once the model was extended: resistance, roads, accelerometer, and drives left out."""
+"""Results of drives on open roads with an extended model: resistance, roads, accelerometer, and held-out drives."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, approach
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.drive_regression import ZERO
@@ -22,14 +22,13 @@ from vdyn_cli.steps.validate.simulation import SimulationSetup
 
 Array = NDArray[np.float64]
 
-HOLDING_KMH = (30.0, 60.0, 90.0, 120.0)  # at which the resistance is told
-WARM = 7200.0  # s of driving, after which nothing warms up any more
+HOLDING_KMH = (30.0, 60.0, 90.0, 120.0)  # at which the resistance is stated
+WARM = 7200.0  # s of driving, after which everything is warm
 INSTANT = 0.1  # s
 SEASON_KMH, LEAST_GAP = 60.0, 8.0  # km/h, K
-PULL = 20.0  # N m, any: the force is straight in the torque
-STEPS = 8  # of a fit to all drives but one
-FEWEST = 3  # drives of which one can be left out
-NORMAL = 1.96
+PULL = 20.0  # N m, any: the acceleration is linear in the torque
+STEPS = 8  # iterations of a fit to all drives but one
+FEWEST = 3  # drives, of which one can be held out
 
 
 @dataclass(frozen=True)
@@ -43,10 +42,14 @@ class IntervalEstimate:
 
 @dataclass(frozen=True, eq=False)
 class HeldOutEnds:
-    """End errors of windows, simulated less measured, m/s: (n,) of the drive ``run`` (n,).
+    """End errors of windows, simulated less measured, m/s.
 
-    ``before`` : with what was known. ``after`` : with the extended model as fitted to all other drives. Nothing is
-    fitted to the drive itself: its start speeds and what its accelerometer felt are measured, its load is as stated.
+    Nothing is fitted to the drive itself: its start speeds and its slope are measured, its load is as stated.
+
+    Parameters
+    ----------
+    run : (n,) index of the window's drive. before : (n,) at the prior. after : (n,) with the extended model as fitted
+        to all other drives.
     """
 
     run: NDArray[np.int64]
@@ -56,7 +59,8 @@ class HeldOutEnds:
     def by_drive(self) -> tuple[Array, Array]:
         """Root mean square end error of each drive, before and after."""
         runs = np.unique(self.run)
-        return tuple(np.sqrt([np.mean(e[self.run == u] ** 2) for u in runs]) for e in (self.before, self.after))  # type: ignore[return-value]
+        before, after = (np.sqrt([np.mean(e[self.run == u] ** 2) for u in runs]) for e in (self.before, self.after))
+        return before, after
 
     def means(self) -> tuple[IntervalEstimate, IntervalEstimate]:
         """Mean end error over the drives, before and after."""
@@ -72,7 +76,7 @@ class HeldOutEnds:
 
 @dataclass(frozen=True)
 class SeasonalForce:
-    """Drive force that holds 60 km/h in the cold and in the warm drives, parted at the widest gap; K, N."""
+    """Drive force that holds 60 km/h in cold and in warm drives, separated at the widest gap of temperature; K, N."""
 
     cold: float
     warm: float
@@ -83,7 +87,7 @@ class SeasonalForce:
 
 @dataclass(frozen=True, eq=False)
 class RoadFindings:
-    """The findings.
+    """What the drives tell about roads, accelerometer and resistance.
 
     Parameters
     ----------
@@ -111,7 +115,7 @@ def over_drives(each: Array) -> IntervalEstimate:
 
 
 def road_findings(fit: FittedEffects, logs: Sequence[Log], roads: Sequence[RoadProfile]) -> RoadFindings:
-    """What a fit of windows grouped by drive tells of the roads.
+    """The findings of a fit of windows that are grouped by drive.
 
     Parameters
     ----------
@@ -130,25 +134,25 @@ def road_findings(fit: FittedEffects, logs: Sequence[Log], roads: Sequence[RoadP
         seen,
         zeros,
         IntervalEstimate(*shared) if shared else over_drives(np.array([z.value for z in zeros])),
-        {v: _combined(solution, *holding(setup, solution, v / 3.6, usual)) for v in HOLDING_KMH},
-        seasons(setup, solution),
-        held_out(setup, fit.linearized) if len(runs) >= FEWEST else None,
+        {v: _combined(solution, *_holding(setup, solution, v / 3.6, usual)) for v in HOLDING_KMH},
+        _seasons(setup, solution),
+        _held_out(setup, fit.linearized) if len(runs) >= FEWEST else None,
     )
 
 
 def _normal(value: float, std: float) -> IntervalEstimate:
-    return IntervalEstimate(value, std, (value - NORMAL * std, value + NORMAL * std))
+    return IntervalEstimate(value, std, (value - NORMAL95 * std, value + NORMAL95 * std))
 
 
-def seasons(setup: SimulationSetup, solution: Solution) -> SeasonalForce | None:
-    """The cold against the warm, None where all drives were alike."""
+def _seasons(setup: SimulationSetup, solution: Solution) -> SeasonalForce | None:
+    """The cold against the warm drives; None where all temperatures are alike."""
     each = np.sort([next(s.temperature for s in setup.segments if s.run == u) for u in _drives(setup)])
     gaps = np.diff(each)
     if not gaps.size or gaps.max() < LEAST_GAP:
         return None
     at = int(np.argmax(gaps)) + 1
     cold, warm = float(each[:at].mean()), float(each[at:].mean())
-    (f, df), (g, dg) = (holding(setup, solution, SEASON_KMH / 3.6, t) for t in (cold, warm))
+    (f, df), (g, dg) = (_holding(setup, solution, SEASON_KMH / 3.6, t) for t in (cold, warm))
     more = {n: df[n] - dg[n] for n in df}
     return SeasonalForce(
         cold, warm, _combined(solution, f, df), _combined(solution, g, dg), _combined(solution, f - g, more)
@@ -159,13 +163,13 @@ def _combined(solution: Solution, value: float, slopes: Mapping[str, float]) -> 
     return IntervalEstimate(value, solution.std_of(slopes), solution.interval_of(value, slopes))
 
 
-def holding(
+def _holding(
     setup: SimulationSetup, solution: Solution, speed: float, temperature: float
 ) -> tuple[float, dict[str, float]]:
     """Drive force at the torque sensor that holds a warm car's speed on the level in still air, N, and its derivatives.
 
-    T = T1 a(0) / (a(0) - a(T1)), force T i / r, with a the acceleration at a torque: what the driveline loses is in
-    it, and mass and loss, which the drives can hardly tell apart, are not needed for it.
+    T = T1 a(0) / (a(0) - a(T1)), force T i / r, with a the acceleration at a torque: the force
+    includes driveline losses, so mass and loss, which are nearly collinear in the drives, are not needed separately.
     """
     names = tuple(n for n in solution.names if n in (*setup.prior.names, *(u.name for u in setup.extra)))
     values = {n: {**setup.prior.values, "wind_variance": 0.0}[n] for n in setup.model.parameters}
@@ -189,7 +193,7 @@ def _drives(setup: SimulationSetup) -> NDArray[np.int64]:
     return np.unique([s.run for s in setup.segments]).astype(np.int64)
 
 
-def held_out(setup: SimulationSetup, linearized: Regression) -> HeldOutEnds | None:
+def _held_out(setup: SimulationSetup, linearized: Regression) -> HeldOutEnds | None:
     """Every drive predicted from the others."""
     drives = _drives(setup)
     sizes = {n for e in setup.effects for n in e.unknowns if n not in e.nominal}

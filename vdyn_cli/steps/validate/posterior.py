@@ -1,13 +1,13 @@
-"""What the drives say of each parameter, beside what was known of it.
+"""The posterior of each parameter by prior and drives, and whether the two contradict each other.
 
 The whitened rows of all outputs and the prior make one least squares problem. It is solved with the derivatives at the
 prior (the chord method: each further step costs a simulation without derivatives), each segment's own unknowns
-eliminated. With the information F of the drives, the prior covariance P and the move d that they ask for::
+eliminated. With the information F of the drives, the prior covariance P and the move d of the estimates::
 
     pull of a parameter    d_i / sqrt(P_ii - C_ii),  C = (P^-1 + F)^-1
 
 is a standard normal number where model and prior are right: the estimate moves by that much or more in 32 of 100 cases
-beyond 1, in 5 beyond 2. Likewise each direction of parameters that the drives see: q = u'L's / sqrt(f + f^2) with s the
+beyond 1, in 5 beyond 2. Likewise each direction of parameters: q = u'L's / sqrt(f + f^2) with s the
 scores, L L' = P and f, u the eigenvalues and vectors of L'F L; the sum of their squares is a chi-square number with as
 many degrees of freedom as there are directions with f > 1, however many samples were logged.
 """
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.validate.prior import ParameterPrior
 from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
 from vdyn_cli.steps.validate.whitening import WhitenedDrives
 
@@ -29,8 +30,8 @@ Array = NDArray[np.float64]
 
 STEPS = 4  # of the chord method, at most
 SETTLED = 0.03  # standard deviations of the posterior that a further step may ask for
-SEEN = 1.0  # information of the drives over that of the prior, from which a direction is seen
-NEGLIGIBLE = 0.1  # share of the prior's variance: what the drives take away less of, they do not see
+SEEN = 1.0  # information of the drives over that of the prior, from which on a direction counts as seen
+NEGLIGIBLE = 0.1  # share of the prior's variance: of a smaller reduction no pull is stated
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,74 +40,60 @@ class Posterior:
 
     Parameters
     ----------
-    values, std : after the drives. pull : of each parameter, NaN where the drives do not see it.
-    reduction : (k,) share of the prior's variance that the drives took away.
-    own : (segments, m) start speed and zeros of each segment.
-    statistic, degrees, chance : of the move as a whole; chance that a right model moves so far.
-    white : mean square of the whitened rows after the move, by segment.
-    settled : whether the steps came to rest.
+    values, std : (k,) after the drives, SI. pull : (k,) of each parameter, NaN where the drives hardly inform it.
+    reduction : (k,) share of the prior's variance that the drives remove.
+    statistic, degrees, chance : chi-square statistic of the move as a whole, its degrees of freedom and p value.
     """
 
     values: Array
     std: Array
     pull: Array
     reduction: Array
-    own: Array
     statistic: float
     degrees: int
     chance: float
-    white: Array
-    settled: bool
 
 
 def posterior(w: WhitenedDrives) -> Posterior:
-    """Weigh the drives with the prior."""
+    """The posterior of the parameters by prior and drives."""
     regression, setup = w.regression, w.setup
     s, m = len(regression.shared), len(regression.own)
     known = prior_rows(regression.shared, np.zeros(s))[:, :-1]
     held = prior_rows(regression.own, np.zeros(m))[:, :-1]
     count = range(len(setup.segments))
-    starts = [w.setup.vector.start(k) for k in count]
-    shared, own = setup.vector.theta, np.array([x[s:] for x in starts])
-    rows = [w.white(k, w.setup.first[k], float(own[k, 0])) for k in count]
-    jacobians = [r.jacobian for r in rows]
-    solver = _Arrowhead(jacobians, known, held, s)
-    centre, settled = shared.copy(), False
-    residuals = [r.residual for r in rows]
-    first = None
+    start = setup.vector.theta
+    shared, own = start.copy(), np.array([setup.vector.start(k)[s:] for k in count])
+    rows = [w.white(k, setup.first[k], float(own[k, 0])) for k in count]
+    system = _BorderedSystem([r.jacobian for r in rows], known, held)
+    residuals, scores = [r.residual for r in rows], None
     for step in range(STEPS + 1):
-        gradients = [j.T @ r for j, r in zip(jacobians, residuals, strict=True)]
+        gradients = [r.jacobian.T @ residual for r, residual in zip(rows, residuals, strict=True)]
         zeros = own @ (held.T @ held)  # their priors are about zero; a start speed has none
-        moved, own_moved = solver.step(gradients, known.T @ (known @ (shared - centre)), zeros)
-        if first is None:
-            first = solver.reduced_gradient(gradients, zeros)
-        if np.max(np.abs(moved) / solver.std) < SETTLED:
-            settled = True
+        if scores is None:
+            scores = system.reduced_gradient(gradients, zeros)
+        moved, own_moved = system.step(gradients, known.T @ (known @ (shared - start)), zeros)
+        if step == STEPS or np.max(np.abs(moved) / system.std) < SETTLED:
             break
-        if step == STEPS:
+        try:
+            outcomes = setup.each(_simulated(setup, shared + moved, own + own_moved))
+        except ResultError:
             break
         shared, own = shared + moved, own + own_moved
-        try:
-            outcomes = setup.each(_simulated(setup, shared, own))
-        except ResultError:
-            shared, own = shared - moved, own - own_moved
-            break
-        residuals = [
-            w.white(k, o, float(own[k, 0]), slopes=False).residual for k, o in zip(count, outcomes, strict=True)
-        ]
-    assert first is not None
-    return _described(w, solver, shared, own, first, residuals, settled)
+        residuals = [w.white(k, outcomes[k], float(own[k, 0]), slopes=False).residual for k in count]
+    assert scores is not None
+    return _pulls(w.setup.prior, system, shared, scores)
 
 
 def _simulated(setup: SimulationSetup, shared: Array, own: Array) -> Callable[[int], SimulatedSegment]:
     return lambda k: setup.simulate(k, np.r_[shared, own[k]], slopes=False)
 
 
-class _Arrowhead:
+class _BorderedSystem:
     """Normal equations of shared unknowns and each segment's own."""
 
-    def __init__(self, jacobians: list[Array], known: Array, held: Array, s: int) -> None:
-        self.s, self.prior = s, known.T @ known
+    def __init__(self, jacobians: list[Array], known: Array, held: Array) -> None:
+        self.s = s = known.shape[1]
+        self.prior = known.T @ known
         self.blocks = []
         self.information = np.zeros((s, s))
         for j in jacobians:
@@ -127,6 +114,7 @@ class _Arrowhead:
         return total
 
     def step(self, gradients: list[Array], shared_prior: Array, own_prior: Array) -> tuple[Array, Array]:
+        """Newton step of shared (s,) and own (segments, m) unknowns, from gradients of the rows and of the priors."""
         right = self.reduced_gradient(gradients, own_prior) + shared_prior
         moved = -self.covariance @ right
         own = [
@@ -136,30 +124,21 @@ class _Arrowhead:
         return moved, np.array(own)
 
 
-def _described(
-    w: WhitenedDrives,
-    solver: _Arrowhead,
-    shared: Array,
-    own: Array,
-    first: Array,
-    residuals: list[Array],
-    settled: bool,
-) -> Posterior:
+def _pulls(prior: ParameterPrior, system: _BorderedSystem, shared: Array, scores: Array) -> Posterior:
+    """Pull of each parameter and of all together; ``scores`` at the prior."""
     from scipy.special import chdtrc
 
-    prior = w.setup.prior
     k = len(prior.names)
-    values, std = shared[:k], solver.std[:k]
+    values, std = shared[:k], system.std[:k]
     gone = np.maximum(prior.std**2 - std**2, 0.0)
     reduction = gone / prior.std**2
     seen = reduction > NEGLIGIBLE
     before = np.array([prior.values[n] for n in prior.names])
     pull = np.where(seen, (values - before) / np.sqrt(np.where(seen, gone, 1.0)), np.nan)
     root = prior.root
-    f, u = np.linalg.eigh(root.T @ solver.information[:k, :k] @ root)
+    f, u = np.linalg.eigh(root.T @ system.information[:k, :k] @ root)
     strong = f > SEEN
-    q = (u.T @ root.T @ first[:k])[strong] / np.sqrt(f[strong] + f[strong] ** 2)
+    q = (u.T @ root.T @ scores[:k])[strong] / np.sqrt(f[strong] + f[strong] ** 2)
     statistic, degrees = float(q @ q), int(strong.sum())
     chance = float(chdtrc(degrees, statistic)) if degrees else 1.0
-    white = np.array([float(np.mean(r**2)) for r in residuals])
-    return Posterior(values, std, pull, reduction, own, statistic, degrees, chance, white, settled)
+    return Posterior(values, std, pull, reduction, statistic, degrees, chance)

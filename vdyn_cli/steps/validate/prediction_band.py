@@ -86,7 +86,7 @@ def _segment_bands(w: WhitenedDrives, run: int) -> dict[str, PredictionBand]:
             scale = 1.0 if name == "speed" else p.radius
             gust, slow = np.interp(s.time, p.bins.time, sigma[:b]) * (s.smooth_speed > RESTING) / scale, (0, scale)
         elif name == "acceleration":
-            gust, slow = np.interp(s.time, p.bins.time, sigma[b:]) if p.felt else gust, (b, 1.0)
+            gust, slow = np.interp(s.time, p.bins.time, sigma[b:]) if p.force else gust, (b, 1.0)
         gusts = np.hypot(gust, _norm(own_slopes * own_std))
         noise = float(np.std(perturbed[name]))
         sensor = float(np.hypot(p.levels[name], noise)) if name in p.levels else noise
@@ -169,7 +169,7 @@ def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) 
         share, fake = tally.whole(noise)
         chance = (1 + float(np.sum(fake >= share - 1e-12))) / (1 + DRAWS)
         ranks.append((share, fake))
-        by = {r: tally.of(i, noise) for i, r in enumerate(REGIMES) if tally.count[i]}
+        by = {r: tally.in_regime(i, noise) for i, r in enumerate(REGIMES) if tally.count[i]}
         limits = {r: (real, float(np.quantile(f, 0.975))) for r, (real, f) in by.items()}
         out[name] = BandTest(share, float(np.quantile(fake, 0.975)), chance, limits)
     return out, _worst(ranks)
@@ -201,7 +201,7 @@ class _Tally:
             self.fake[i] += fake[here].sum(axis=0)
             self.scatter[i] += alike * (fake[here] * (1.0 - fake[here])).sum(axis=0)
 
-    def of(self, i: int, noise: Array) -> tuple[float, Array]:
+    def in_regime(self, i: int, noise: Array) -> tuple[float, Array]:
         return self._shares(self.real[i], self.count[i], self.fake[i], self.scatter[i], noise)
 
     def whole(self, noise: Array) -> tuple[float, Array]:

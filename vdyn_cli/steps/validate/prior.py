@@ -1,9 +1,9 @@
-"""The parameters of a validation: values, how well they are known, and what had to be assumed."""
+"""The prior of the model's parameters: values and covariance from earlier steps, and wide assumptions for the rest."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 Array = NDArray[np.float64]
 
-# Relative where a value is far from zero, in SI where it is zero (``ABSOLUTE``). What is not named is taken as exact.
+# Standard deviations of assumed values: relative, or in SI where the value is zero (``ABSOLUTE``); others are exact.
 RELATIVE: Mapping[str, float] = {
     "unsprung_mass_front": 0.2,
     "unsprung_mass_rear": 0.2,
@@ -44,9 +44,9 @@ UNFELT = frozenset(
 )  # fmt: skip
 
 SIGNED = ("hub_swing", "driveline_pitch", "rolling_speed")  # may lie on either side of zero
-FARTHEST = 200.0  # standard deviations by which drives may contradict what was believed
-LEAST = 0.02  # of what was believed
-NEAR = 5.0  # standard deviations, within which a simulation begins about what was believed
+FARTHEST = 200.0  # standard deviations, bounds of a parameter about its prior mean
+LEAST = 0.02  # of the prior mean, lower bound of a positive parameter
+NEAR = 5.0  # standard deviations about the prior mean, within which a linearization may lie
 TURNING_SHARE = 0.035  # of the mass, for wheels alone, where nothing is given
 DERIVED = ("cg_to_front", "drag_area")  # follow exactly from what is given
 STEP = 1e-3  # of a standard deviation, for the derivatives of what is derived
@@ -56,7 +56,7 @@ APART = 0.02  # m by which the parts of the wheelbase may miss it
 
 @dataclass(frozen=True)
 class ParameterPrior:
-    """The model's parameters as they are known before the drives.
+    """The model's parameters before the drives.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class ParameterPrior:
     names : those that have a standard deviation, k of them.
     std : (k,); correlation : (k, k).
     sources : of each name: the step that gave it, "given", or "assumed".
-    assumptions : what was taken for granted.
+    assumptions : findings about values that nobody gave.
     """
 
     values: Mapping[str, float]
@@ -75,20 +75,20 @@ class ParameterPrior:
     assumptions: tuple[Finding, ...]
 
     @property
-    def covariance(self) -> Array:
-        return np.asarray(self.correlation * np.outer(self.std, self.std))
-
-    @property
     def root(self) -> Array:
         """(k, k), lower triangular L with covariance L L'."""
         return np.asarray(self.std[:, None] * np.linalg.cholesky(self.correlation))
 
 
 def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior:
-    """What is known of the parameters ``names`` of a model.
+    """The prior of the parameters ``names`` of a model, SI.
 
     Those that nobody gives follow from others or are assumed (vehicle_defaults), with a standard deviation of their
-    own. A stated road load F0, F1, F2 stands for tires and air where neither is known.
+    own. A stated road load F0, F1, F2 replaces rolling resistance and drag area where neither is known.
+
+    Parameters
+    ----------
+    known : estimates of other steps and of the vehicle, with their correlation.
 
     Raises
     ------
@@ -96,22 +96,16 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
     """
     _refuse_unphysical(known)
     wanted = tuple(n for n in names if n != "wind_variance")
-    base = {n: e.value for n, e in known.items()}
-    full = complete(wanted, _road_load(base))
+    full = complete(wanted, _road_load({n: e.value for n, e in known.items()}))
     known.require(*full.missing, where="validate")
     assumed = dict(full.assumed)
     if "rotating_mass" in wanted and not {"rotating_mass"} & known.keys() and "wheel_inertia" not in known:
         assumed["rotating_mass"] = f"{TURNING_SHARE:.1%} of the mass, as of wheels"
-    free = _Free(base, {n: e.std for n, e in known.items() if e.std > 0}, assumed)
-    for name in assumed:
-        std = 0.0 if name in DERIVED else _assumed_std(name, full.values[name])
-        if std > 0:
-            free.added[name] = std
-    return _propagated(known, wanted, free, full)
+    return _propagated(known, wanted, full, assumed)
 
 
 def with_accepted_effects(prior: ParameterPrior, sizes: Mapping[str, Estimate]) -> ParameterPrior:
-    """With the sizes of causes that earlier steps accepted, each as well known as it was found."""
+    """The prior with the amplitudes of effects that earlier steps accepted, with their standard deviations."""
     std = [e.std if e.std > 0 else ALMOST * max(abs(e.value), 1.0) for e in sizes.values()]
     k, m = len(prior.names), len(sizes)
     correlation = np.eye(k + m)
@@ -131,25 +125,18 @@ def _assumed_std(name: str, value: float) -> float:
     return ABSOLUTE.get(name, RELATIVE.get(name, 0.0) * abs(value))
 
 
-@dataclass
-class _Free:
-    """What may vary: the numbers given, and by how much what was assumed may be off beside that."""
-
-    base: dict[str, float]
-    std: dict[str, float]
-    assumed: dict[str, str]
-    added: dict[str, float] = field(default_factory=dict)
-
-
-def _propagated(known: Parameters, wanted: tuple[str, ...], free: _Free, full: Completed) -> ParameterPrior:
-    """The model's own parameters and their covariance, from those stated: D R D' with D the derivatives."""
-    given, added = list(free.std), list(free.added)
+def _propagated(
+    known: Parameters, wanted: tuple[str, ...], full: Completed, assumed: Mapping[str, str]
+) -> ParameterPrior:
+    """The model's own parameters and their covariance D R D', with D the derivatives to what is given or assumed."""
+    base = {n: e.value for n, e in known.items()}
+    given = {n: e.std for n, e in known.items() if e.std > 0}
+    added = {n: spread for n in assumed if n not in DERIVED and (spread := _assumed_std(n, full.values[n])) > 0}
     slopes = np.zeros((len(wanted), len(given) + len(added)))  # per standard deviation
     for j, name in enumerate((*given, *added)):
-        own = name in free.added
-        step = STEP * (free.added[name] if own else free.std[name])
-        at = full.values[name] if own else free.base[name]
-        above, below = (complete(wanted, _road_load({**free.base, name: at + s})).values for s in (step, -step))
+        step = STEP * (added[name] if name in added else given[name])
+        at = full.values[name] if name in added else base[name]
+        above, below = (complete(wanted, _road_load({**base, name: at + s})).values for s in (step, -step))
         slopes[:, j] = [(above[n] - below[n]) / (2 * STEP) for n in wanted]
     related = np.eye(slopes.shape[1])
     for i, a in enumerate(given):
@@ -162,17 +149,15 @@ def _propagated(known: Parameters, wanted: tuple[str, ...], free: _Free, full: C
     kept = np.flatnonzero(std > 1e-9 * np.maximum(np.abs(list(values.values())), 1e-9))
     inner = covariance[np.ix_(kept, kept)] / np.outer(std[kept], std[kept])
     names = tuple(wanted[i] for i in kept)
-    sources = {n: known[n].source if n in known else "assumed" if n in free.assumed else "given" for n in names}
+    sources = {n: known[n].source if n in known else "assumed" if n in assumed else "given" for n in names}
     assumptions = tuple(
-        _assumption(n, values[n], float(std[wanted.index(n)]), why)
-        for n, why in free.assumed.items()
-        if n not in UNFELT
+        _assumption(n, values[n], float(std[wanted.index(n)]), why) for n, why in assumed.items() if n not in UNFELT
     )
     return ParameterPrior(values, names, std[kept], _positive(inner), sources, assumptions)
 
 
 def _positive(correlation: Array) -> Array:
-    """The nearest matrix of that kind that can be inverted: rounded files and exact sums are not quite."""
+    """The nearest invertible correlation matrix: rounded files and exact sums are slightly indefinite."""
     if not correlation.size:
         return correlation
     values, vectors = np.linalg.eigh(0.5 * (correlation + correlation.T))
@@ -203,8 +188,8 @@ def _road_load(v: Mapping[str, float]) -> dict[str, float]:
 
 def _assumption(name: str, value: float, std: float, source: str) -> Finding:
     unit = PARAMETERS[name].unit if name in PARAMETERS else ""
-    said = f"{value:.3g} +- {std:.2g} {unit}".strip() if std else f"{value:.3g} {unit}".strip()
-    what = f"{name} is not given: {said} is taken ({source})"
+    taken = f"{value:.3g} +- {std:.2g} {unit}".strip() if std else f"{value:.3g} {unit}".strip()
+    what = f"{name} is not given: assumed {taken} ({source})"
     return Finding("vehicle", what, remedy=f"add '{name}: <number> {unit}'".rstrip() + " under vehicle", minor=True)
 
 
@@ -229,12 +214,12 @@ def _refuse_unphysical(known: Parameters) -> None:
 
 
 def prior_unknowns(prior: ParameterPrior) -> tuple[Unknown, ...]:
-    """Every parameter with what is known of it, begun there."""
+    """Every parameter as an unknown with its prior, started at its mean."""
     return tuple(_prior_unknown(prior, i) for i in range(len(prior.names)))
 
 
 def near_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict[str, float]:
-    """Those of the values that are parameters', as far as they are possible and not absurd."""
+    """Those of the values that are parameters', clipped to their bounds and to 5 standard deviations."""
     near = {}
     for u, std in zip(prior_unknowns(prior), prior.std.tolist(), strict=True):
         if u.name in values:
@@ -247,7 +232,7 @@ def _prior_unknown(prior: ParameterPrior, i: int) -> Unknown:
     name, value, std = prior.names[i], prior.values[prior.names[i]], float(prior.std[i])
     row = {b: float(prior.correlation[i, j]) for j, b in enumerate(prior.names) if j != i}
     related = {b: r for b, r in row.items() if abs(r) > 1e-12}
-    # Wide: drives may contradict what was believed by any number of standard deviations, which is then a finding.
+    # Wide bounds: drives may contradict the prior by any number of standard deviations, which is then a finding.
     low, high = value - FARTHEST * std, value + FARTHEST * std
     if value > 0 and name not in SIGNED:
         low = max(low, LEAST * value)

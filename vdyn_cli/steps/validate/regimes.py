@@ -1,4 +1,4 @@
-"""What a car is doing at every sample: launching, accelerating, cruising, coasting, braking, or hardly moving."""
+"""The driving regime of every sample: launch, acceleration, cruise, coast, braking, or low speed."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ SLOW = 3.0  # m/s, below which the car hardly moves
 LAUNCHED = 6.0  # m/s, at which a start from rest is over
 STEADY = 0.3  # m/s^2 between cruising and accelerating
 PRESSED = 0.02  # of the largest brake torque: the brake is on
-IDLE = 0.03  # of the largest drive torque: nobody drives
+IDLE = 0.03  # of the largest drive torque: the pedal is released
 SMOOTH = 1.0  # s over which the acceleration is judged
 RESTING = 0.1  # m/s
 CREEPING = 1.0  # m/s, below which a car that slows down is about to stop
 SETTLED = 1.0  # s after which a car that stopped has come to rest on its tires
-HARD = 0.8  # m/s^2 of deceleration without drive, which no road load explains: a brake is on
+HARD = 0.8  # m/s^2 of deceleration without drive, beyond any road load: a brake is on
 
 
 def marked(time: Array, speed: Array, drive: Array, brake: Array) -> Marks:

@@ -1,15 +1,15 @@
-"""How a segment's errors become rows of known noise: what gusts push apart from what they leave alone.
+"""How a segment's errors become rows of known noise: the part that gusts move, and the part that they do not move.
 
-Gusts push the car, and the push stays in its speed and in the speed of all its wheels alike. With e the error of each
-speed (wheel speeds times radius) and s its sensor's noise, the errors in units of their noise, u = e/s, are turned so
-that one combination carries the gusts and the others do not::
+Gusts push the car, and the push remains in its speed and in the speeds of all its wheels alike. With e the error of
+each speed (wheel speeds times radius) and s its sensor's noise, the errors in units of their noise, u = e/s, are
+rotated so that one combination carries the gusts and the others do not::
 
     c = sum(e/s^2) / sum(1/s^2)          the common error, of noise 1/sqrt(sum(1/s^2))
     contrasts Q'u,  Q orthonormal to g = 1/s
 
 The common error and the specific force are averaged over bins and whitened with the covariance of gusts, winds and
-sensors (gust_noise). Contrasts, shaft torques and what the specific force does within a bin are left to the sensors'
-noise, and to that of the torque sensor, which drives the simulated car: `Prewhitener`.
+sensors (``noise``). Contrasts, shaft torques and the specific force within a bin have the noise of their sensors and of
+the torque sensor, which drives the simulated car: ``Prewhitener``.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Mask = NDArray[np.bool_]
 
 TORQUES = ("shaft_torque_left", "shaft_torque_right")
 WIDTH = 0.5  # s of a bin of the common error: a sixteenth of the usual gust
-ROUGH = 2.0  # s, where the slope was felt: it is known no finer, and torque and force are not sampled together
+ROUGH = 2.0  # s of a bin where the slope comes from the accelerometer, which resolves it no finer
 CREEPING = 2.0  # m/s, below which rows are not used
 RESTING = 0.1  # m/s
 MOST_BINS = 300
@@ -45,13 +45,13 @@ class RowLayout:
     Parameters
     ----------
     keep : (m,) samples in which every fitted channel holds a number.
-    fine : groups of neighbouring kept samples of which each fast row is the mean.
+    fine : groups of neighboring kept samples of which each fast row is the mean.
     bins : groups of kept samples for the slow rows; ``part`` (m,) labels of segments without a hole.
     levels : white noise of each channel's samples.
     radius : m, from wheel speed to speed; ``slipping`` (speeds, m): speed over radius times wheel speed, by which a
         change of the car's speed is smaller than that of a wheel that slips.
-    rests : (j,) s, instants at which the car stood still: what gusts did before is then forgotten.
-    speeds : fitted channels of speed; ``others`` : shaft torques; ``felt`` : whether the specific force is fitted.
+    rests : (j,) s, instants at which the car stood still: earlier gusts have no effect afterwards.
+    speeds : fitted channels of speed; ``others`` : shaft torques; ``force`` : whether the specific force is fitted.
     """
 
     keep: NDArray[np.int64]
@@ -65,7 +65,7 @@ class RowLayout:
     rests: Array
     speeds: tuple[str, ...]
     others: tuple[str, ...]
-    felt: bool
+    force: bool
 
     def section(self, bins: Bins) -> NDArray[np.int64]:
         """(b,) how often the car had stood still before each bin."""
@@ -86,7 +86,7 @@ class RowLayout:
 
     @property
     def _contrasts(self) -> Array:
-        """(speeds, speeds - 1), orthonormal, blind to what all speeds share."""
+        """(speeds, speeds - 1), orthonormal, orthogonal to the common error."""
         g = (1.0 / self._sigma)[:, None]
         return np.asarray(np.linalg.qr(np.hstack([g, np.eye(len(g))]))[0][:, 1 : len(g)])
 
@@ -100,38 +100,35 @@ class RowLayout:
         bins = self.bins if bins is None else bins
         share = self._weights / np.sum(self._weights)
         rows = [bins.mean(np.tensordot(share, self.speeds_of(values), 1))]
-        if self.felt:
+        if self.force:
             rows.append(bins.mean(values["acceleration"][self.keep]))
         return np.concatenate(rows)
 
     def fast(self, values: Mapping[str, Array]) -> Array:
-        """(r, f, ...) everything that gusts leave alone, each in units of its sensor's noise."""
+        """(r, f, ...) everything that gusts do not move, each in units of its sensor's noise."""
         columns = []
         if len(self.speeds) > 1:
             speeds = self.speeds_of(values)
             scaled = speeds / self._sigma.reshape(-1, *[1] * (speeds.ndim - 1))
             columns += list(np.tensordot(self._contrasts.T, scaled, 1))
         columns += [values[n][self.keep] / self.levels[n] for n in self.others]
-        if self.felt:
+        if self.force:
             force = values["acceleration"][self.keep]
-            columns.append(
-                (force - np.repeat(self.bins.mean(force), self.bins.count, axis=0)) / self.levels["acceleration"]
-            )
+            within = force - np.repeat(self.bins.mean(force), self.bins.count, axis=0)
+            columns.append(within / self.levels["acceleration"])
         count = np.sqrt(self.fine.count.astype(float))
         rows = [self.fine.mean(c) * count.reshape(-1, *[1] * (c.ndim - 1)) for c in columns]
-        return (
-            np.stack(rows, axis=1)
-            if rows
-            else np.zeros((self.fine.count.size, 0, *next(iter(values.values())).shape[1:]))
-        )
+        if not rows:
+            return np.zeros((self.fine.count.size, 0, *next(iter(values.values())).shape[1:]))
+        return np.stack(rows, axis=1)
 
 
 def row_layout(
     s: DriveSegment, channels: tuple[str, ...], radius: float, simulated: Mapping[str, Array], finest: float = FINEST
 ) -> RowLayout:
-    """The rows of a segment whose logs hold ``channels``: where the car moves and every channel is there.
+    """The rows of a segment: where the car moves and every fitted channel holds a number.
 
-    Below 2 m/s the tread's damping and the friction of brakes decide, which are not parameters; a gust moves the
+    Below 2 m/s the tread's damping and the friction of brakes dominate, which are not parameters; a gust moves the
     instant at which the car stops, and with it a jump of the deceleration.
     """
     fitted = [n for n in channels if n in s.outputs]
@@ -153,9 +150,9 @@ def row_layout(
             for n in speeds
         ]
     )
-    felt = "acceleration" in fitted
+    force = "acceleration" in fitted
     return RowLayout(
-        keep, part, fine, bins, time, levels, radius, slipping, s.time[s.smooth_speed < RESTING], speeds, others, felt
+        keep, part, fine, bins, time, levels, radius, slipping, s.time[s.smooth_speed < RESTING], speeds, others, force
     )
 
 
@@ -166,7 +163,7 @@ def _each(time: Array) -> Bins:
 
 @dataclass(frozen=True, eq=False)
 class Prewhitener:
-    """A prediction of each fast row from those before it, and the scatter about it: what makes coloured noise white.
+    """Linear prediction of each fast row from those before it, and the scatter about it: whitens correlated noise.
 
     Parameters
     ----------
@@ -189,11 +186,12 @@ class Prewhitener:
 
 
 def prewhitener(sample: Array, lags: int) -> Prewhitener:
-    """The predictor of noise whose sensors add white noise of one to a coloured sample.
+    """The predictor of a correlated process with white noise of variance one added.
 
     Parameters
     ----------
-    sample : (r, f), of what the torque sensor's noise does to the fast rows.
+    sample : (r, f) of the process: the response of the fast rows to the torque sensor's noise.
+    lags : rows to predict from, fewer where the sample is short.
 
     Solves the multichannel Yule-Walker equations of the sample's covariances plus the identity at lag zero.
     """

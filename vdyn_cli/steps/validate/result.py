@@ -18,6 +18,7 @@ from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps.validate import figures, tables, text
 from vdyn_cli.steps.validate.open_road import SEASON_KMH, IntervalEstimate, RoadFindings
 from vdyn_cli.steps.validate.spec import ValidateSpec
+from vdyn_cli.steps.validate.text import short_name
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds, window_ends
 
@@ -140,7 +141,7 @@ def document(v: Validation) -> dict[str, Any]:
 
 
 def _window_document(found: WindowEnds) -> dict[str, Any]:
-    by_trip = {_short(found.names[u]): float(found.error[found.run == u].mean()) for u in np.unique(found.run)}
+    by_trip = {short_name(found.names[u]): float(found.error[found.run == u].mean()) for u in np.unique(found.run)}
     return {
         "length_s": found.length,
         "windows": int(found.error.size),
@@ -156,7 +157,7 @@ def _window_document(found: WindowEnds) -> dict[str, Any]:
 
 def _road_document(found: RoadFindings) -> dict[str, Any]:
     drives = {
-        _short(n): {
+        short_name(n): {
             "accelerometer_zero": _entry(z),
             "distance_m": [round(float(x), 1) for x in r.distance],
             "slope": [round(float(i), 5) for i in r.profile],
@@ -184,7 +185,9 @@ def _road_document(found: RoadFindings) -> dict[str, Any]:
             "gain": _entry(ends.gain()),
             "mean_before": _entry(ends.means()[0]),
             "mean_after": _entry(ends.means()[1]),
-            "by_drive": {_short(n): [float(b), float(a)] for n, b, a in zip(found.names, before, after, strict=True)},
+            "by_drive": {
+                short_name(n): [float(b), float(a)] for n, b, a in zip(found.names, before, after, strict=True)
+            },
             "unit": "m/s",
         }
     return made
@@ -192,7 +195,3 @@ def _road_document(found: RoadFindings) -> dict[str, Any]:
 
 def _entry(one: IntervalEstimate) -> dict[str, Any]:
     return {"value": one.value, "std": one.std, "interval95": list(one.interval95)}
-
-
-def _short(name: str) -> str:
-    return name.rpartition("/")[2]

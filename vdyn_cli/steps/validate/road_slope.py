@@ -1,11 +1,11 @@
-"""The road's slope as a car's own accelerometer felt it, from the specific force and the measured speed alone.
+"""The road's slope from the car's own accelerometer and the measured speed.
 
-A forward accelerometer reads f = V' + g sin(slope) + zero. Its zero follows from the energy of the whole drive, a road
-being level from end to end on average, to within ``mean_slope``::
+A forward accelerometer reads f = V' + g sin(slope) + zero. Its zero follows from the energy of the whole drive with the
+assumption that the road is level from end to end::
 
     zero = (int f V dt - (V_end^2 - V_start^2)/2) / distance,   slope = (f - zero - V') / g
 
-The torque has no part in it. What the mean slope of the drive truly is stays an unknown of the drive.
+The torque is not used. The mean slope of the drive remains an unknown of the drive.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SLOPE_CHANNEL, DRIVE_SLOPE = "felt_slope", "drive_slope"
 LOOK = 1.0  # s over which specific force and speed are compared
 PLACES = 100.0  # m between the points of a profile
 CREEPING = 2.0  # m/s, below which brakes rock the body
-SHORTEST = 500.0  # m that tell a zero
+SHORTEST = 500.0  # m, shortest drive from which a zero is estimated
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +37,8 @@ class RoadProfile:
 
     Parameters
     ----------
-    zero : m/s^2, what the accelerometer reads too much if the drive is level from end to end.
-    slope : (n,) at the log's samples, beyond the grade that is known.
+    zero : m/s^2, of the accelerometer, if the drive is level from end to end.
+    slope : (n,) at the log's samples, in addition to the recorded grade.
     distance : (p + 1,) m from the start, edges of the pieces. profile : (p,) mean slope of each piece.
     """
 
@@ -49,7 +49,12 @@ class RoadProfile:
 
 
 def felt_road(log: Log) -> RoadProfile:
-    """The road of a drive with channels speed and acceleration, which may have gaps."""
+    """The road of a drive.
+
+    Parameters
+    ----------
+    log : with channels speed (m/s) and acceleration (m/s^2), which may have gaps, and optionally grade.
+    """
     time = log.time
     speed, force = (_filled(time, log[n]) for n in ("speed", "acceleration"))
     known = _filled(time, log["grade"]) if "grade" in log else np.zeros(time.size)
@@ -81,7 +86,7 @@ def _filled(time: Array, values: Array) -> Array:
 
 
 def _once(along: Array, values: Array) -> tuple[Array, Array]:
-    """Each place once: a car that stands still stays where it is."""
+    """Each place once, where the car stands still."""
     first = np.r_[True, np.diff(along) > 0]
     return along[first], values[first]
 
@@ -92,22 +97,24 @@ def _once(along: Array, values: Array) -> tuple[Array, Array]:
     reference="roads lead up as often as down",
 )
 def _drive_slope(grade: Law, s: Signals, q: Signals) -> Number:
-    """The mean slope of a whole drive, of which the accelerometer's zero took no account."""
+    """The mean slope of a whole drive, which the accelerometer's zero does not contain."""
     return grade(s) + q.drive_slope
 
 
-def _late(channel: str, on: str, sign: float) -> Effect:
-    """A channel that seems late: drivers answer a hill at once, and what was felt of it is smooth."""
+def _lag(channel: str, on: str, sign: float) -> Effect:
+    """An apparent lag of a channel: drivers react to a hill at once, and its measured slope is smooth."""
     name = f"{channel}_timing"
 
     def law(clock: Law, s: Signals, q: Signals) -> Number:
-        """A clock that differs."""
+        """A shifted clock."""
         return clock(s) + sign * getattr(q, name)
 
     law.__name__ = name
     seconds = Quantity(name, "s", f"time by which the {channel} seems to lag", "tau", -0.5, 0.5)
-    return effect(on=on, unknowns=(seconds,), reference="a slope known to some seconds, answered by a driver")(law)
+    return effect(
+        on=on, unknowns=(seconds,), reference="a slope that is resolved to seconds, and a driver who reacts to it"
+    )(law)
 
 
 MEAN_SLOPE: Effect = replace(_drive_slope, name=DRIVE_SLOPE)
-SEEMING_DELAYS = (_late("torque", "drive_torque_lead", 1.0), _late("speed", "speed_clock", -1.0))
+APPARENT_LAGS = (_lag("torque", "drive_torque_lead", 1.0), _lag("speed", "speed_clock", -1.0))

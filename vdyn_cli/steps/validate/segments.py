@@ -1,4 +1,4 @@
-"""From logs to the drives that are simulated: complete inputs on one clock, outputs that may have gaps, segments."""
+"""The segments of logs that are simulated: complete inputs on one clock, and outputs that may have gaps."""
 
 from __future__ import annotations
 
@@ -23,23 +23,17 @@ ModelName = Literal["vehicle", "road_load"]
 FEWEST = 50  # samples of a drive
 LONGEST_GAP = 5.0  # median spacings of the clock without any row
 LEAST_THERE = 0.8  # of the rows in which an output must hold a number to be compared
-MOSTLY = 0.5  # of the rows in which an input stands: rarer, it comes from a slower logger
-SLOWEST = 1.0  # m/s, below which a mass on a road is no model of a car
+MOSTLY = 0.5  # share of the rows in which an input has a value; below, it comes from a slower logger
+SLOWEST = 1.0  # m/s, below which the road load model does not hold
 PRESSED = 0.02  # of the largest brake torque: the brake is on
 MARGIN = 0.5  # s left out beside brakes
 SHORTEST = 5.0  # s of a segment
 START = 1.0  # s over which start and end speeds are read
-FEWEST_BENT = 8  # samples of a parabola
-BENDS = 4.0  # standard errors by which a parabola differs from a straight line for sure
-INPUTS: Mapping[str, bool] = {"brake_torque": True, "grade": True, "wind_speed": True}  # zero where not recorded
+FEWEST_PARABOLA = 8  # samples
+SIGNIFICANT = 4.0  # standard errors between parabola and straight line, from which on the parabola is used
+INPUTS = ("brake_torque", "grade", "wind_speed")  # zero where not recorded
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
-OUTPUTS = (
-    "speed",
-    *WHEELS,
-    "shaft_torque_left",
-    "shaft_torque_right",
-    "acceleration",
-)
+OUTPUTS = ("speed", *WHEELS, "shaft_torque_left", "shaft_torque_right", "acceleration")
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +49,7 @@ class DriveSegment:
     marks : (n,) the regime of every sample.
     heading : +1 out, -1 back, 0 unknown. temperature : K.
     start, end : m/s, speed at the first and last sample from the second beside it, each with its standard deviation.
-    since : s of the drive that go before the first sample.
+    since : s from the start of the drive to the first sample.
     """
 
     run: int
@@ -82,13 +76,19 @@ class DriveSegment:
 
     @property
     def duration(self) -> float:
+        """s, from the first to the last sample."""
         return float(self.time[-1] - self.time[0])
 
 
 @dataclass(frozen=True)
 class Segmentation:
-    """How drives are cut: into windows of this length (s; None: as long as they go), with drive above zero or not, and
-    where a mass on a road is simulated those faster than ``slowest`` m/s."""
+    """How drives are cut into segments.
+
+    Parameters
+    ----------
+    model : what simulates them. length : s of a window; None: as long as possible.
+    powered : only where the drive torque is above zero. slowest : m/s, least speed in the road load model.
+    """
 
     model: ModelName
     length: float | None = None
@@ -98,7 +98,7 @@ class Segmentation:
 
 @dataclass(frozen=True)
 class RunConditions:
-    """What the description says of a run; temperature in K."""
+    """Direction (out, back, None: unknown) and air temperature (K) of a run."""
 
     direction: str | None = None
     temperature: float = 293.15
@@ -107,7 +107,11 @@ class RunConditions:
 def drive_segments(
     logs: Sequence[Log], notes: Sequence[RunConditions], cut: Segmentation
 ) -> tuple[list[DriveSegment], list[Finding]]:
-    """The drives as they are simulated, and what is worth knowing of them.
+    """The segments that are simulated, and findings about the logs.
+
+    Parameters
+    ----------
+    logs : one a run. notes : of each run. cut : the rule.
 
     Raises
     ------
@@ -125,8 +129,7 @@ def drive_segments(
         for a, b in parts:
             found.append(_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None))
         if not parts:
-            what = "no segment of it can be simulated: too slow, braked or too short"
-            findings.append(Finding(log.name, what))
+            findings.append(Finding(log.name, "no segment of it can be simulated: too slow, braked or too short"))
     return found, findings
 
 
@@ -138,7 +141,7 @@ def _problems(log: Log) -> list[Finding]:
     steps = np.diff(log.time)
     hole = int(np.argmax(steps))
     if steps[hole] > max(LONGEST_GAP * float(np.median(steps)), 0.02):
-        what = f"nothing is written for {steps[hole]:.2g} s: the simulation would have to guess the torque"
+        what = f"nothing is recorded for {steps[hole]:.2g} s: the torque is unknown"
         remedy = "cut the run with from_time and to_time"
         found.append(Finding(f"{log.name}, at {log.time[hole]:.2f} s", what, "", remedy))
     for name in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS):
@@ -161,19 +164,15 @@ def _gaps(log: Log, name: str) -> list[Finding]:
     slack = max(3 * usual, 0.05)
     if speed.size and (at[0] - speed[0] > slack or speed[-1] - at[-1] > slack):
         got = f"{name} {at[0]:.2f} to {at[-1]:.2f} s, speed {speed[0]:.2f} to {speed[-1]:.2f} s"
-        remedy = (
-            "the logs differ in length or clock: check that they belong together, or cut with from_time and to_time"
-        )
-        return [Finding(where, "does not cover the time of the speed", got, remedy)]
+        what = "does not cover the time of the speed: the logs differ in length or clock"
+        return [Finding(where, what, got, "check that they belong together, or cut with from_time and to_time")]
     inside = slice(int(np.argmax(there)), there.size - int(np.argmax(there[::-1])))
     missing = np.flatnonzero(~there[inside]) + inside.start
     if (missing.size and there.mean() > MOSTLY) or np.max(np.diff(at)) > 3 * usual + 0.02:
         first = float(log.time[missing[0]]) if missing.size else float(at[int(np.argmax(np.diff(at)))])
         what = f"{missing.size} value{'s are' if missing.size != 1 else ' is'} missing, the first at {first:.2f} s"
-        why = "what drives the car must be known all along"
-        return [
-            Finding(where, f"{what}: {why}", "", "fill the gaps in the log, or cut the run with from_time and to_time")
-        ]
+        remedy = "fill the gaps in the log, or cut the run with from_time and to_time"
+        return [Finding(where, f"{what}: an input must be complete", "", remedy)]
     return []
 
 
@@ -210,7 +209,7 @@ def _parts(log: Log, cut: Segmentation) -> list[tuple[int, int]]:
         return [(0, log.time.size - 1)]
     good = np.ones(log.time.size, dtype=bool)
     if cut.powered:
-        good &= driving(log) > 0
+        good &= driving(log.channels) > 0
     if cut.model == "road_load":
         speed = np.interp(log.time, log.time[np.isfinite(log["speed"])], log["speed"][np.isfinite(log["speed"])])
         good &= (speed > cut.slowest) & ~_braked(log)
@@ -242,11 +241,11 @@ def _braked(log: Log) -> Mask:
     return np.asarray(np.minimum(before, after) < MARGIN)
 
 
-def driving(log: Log) -> Array:
-    """N m, the drive torque of both sides together."""
-    if "drive_torque" in log:
-        return log["drive_torque"]
-    return log["drive_torque_left"] + log["drive_torque_right"]
+def driving(signals: Mapping[str, Array]) -> Array:
+    """(n,) N m, the drive torque of both sides together."""
+    if "drive_torque" in signals:
+        return signals["drive_torque"]
+    return signals["drive_torque_left"] + signals["drive_torque_right"]
 
 
 def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: bool) -> DriveSegment:
@@ -259,7 +258,7 @@ def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: boo
     heading = {"out": 1.0, "back": -1.0}.get(note.direction or "", 0.0)
     speed = outputs["speed"]
     start, end = end_speed(time, speed, first=True), end_speed(time, speed, first=False)
-    marks = marked(time, speed, driving(log)[part], inputs["brake_torque"])
+    marks = marked(time, speed, driving(log.channels)[part], inputs["brake_torque"])
     since = float(time[0] - log.time[0])
     return DriveSegment(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end, since)
 
@@ -267,8 +266,12 @@ def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: boo
 def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:
     """Speed at the first or last sample from a straight line through the second beside it, and its standard error.
 
-    Where a parabola says otherwise for sure, as in a log that begins with a tip-in, it is the parabola's, in doubt by
-    half of how far the two are apart.
+    Where a parabola differs significantly, as in a log that begins with a tip-in, it is the parabola's, with half of
+    the difference added to the standard error.
+
+    Parameters
+    ----------
+    time, speed : (n,) s and m/s, the speed may hold NaN. first : at the first sample, else at the last.
     """
     good = np.isfinite(speed)
     t, v = time[good], speed[good]
@@ -277,12 +280,12 @@ def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:
     if near.sum() < 5:
         near = np.argsort(np.abs(t - edge))[:5]
     x, y = t[near] - edge, v[near]
-    straight, std = _at_zero(x, y, 1)
-    if x.size < FEWEST_BENT:
-        return straight, std
-    bent, wider = _at_zero(x, y, 2)
-    sure = abs(bent - straight) > BENDS * wider
-    return (bent, float(np.hypot(wider, (bent - straight) / 2))) if sure else (straight, std)
+    line, std = _at_zero(x, y, 1)
+    if x.size < FEWEST_PARABOLA:
+        return line, std
+    parabola, wider = _at_zero(x, y, 2)
+    sure = abs(parabola - line) > SIGNIFICANT * wider
+    return (parabola, float(np.hypot(wider, (parabola - line) / 2))) if sure else (line, std)
 
 
 def _at_zero(x: Array, y: Array, order: int) -> tuple[float, float]:

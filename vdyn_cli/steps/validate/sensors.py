@@ -1,4 +1,4 @@
-"""How the outputs of a simulated drive are read: sensors' gains, the same in all segments, and zeros of each."""
+"""Readings of a simulated drive: sensors' gains, the same in all segments, and zeros of each segment."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FARTHEST_ZERO = 50.0  # standard deviations
 
 @dataclass(frozen=True)
 class Sensors:
-    """What is doubted of the sensors.
+    """Unknown errors of the sensors.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Sensors:
 
 
 def ideal_readings(seen: Simulated, s: DriveSegment) -> tuple[dict[str, Array], dict[str, Array]]:
-    """What perfect sensors would read of a simulated segment, (n,), and the derivatives, (n, k), by output."""
+    """Readings of perfect sensors in a simulated segment, (n,), and the derivatives, (n, k), by output."""
     names = [n for n in OUTPUTS if n in seen.outputs]
     values = {n: seen.outputs[n] for n in names}
     slopes = {n: seen.sensitivities[n] for n in names}

@@ -1,7 +1,7 @@
-"""Half-shafts that swing: the rows of their torque in the second after the drive torque changed.
+"""Oscillations of half-shafts: rows of their torque in the second after the drive torque changes.
 
-Elsewhere the noise of the torque sensor shakes simulated shafts more than the road does, and whatever quiets them would
-seem to be asked for. After a tip-in the swing itself is many times larger than that.
+Elsewhere the noise of the torque sensor shakes simulated shafts more than the road does, which would bias a fit towards
+more damping. After a tip-in the oscillation is many times larger than that.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.residual_rows import Prewhitener, RowLayout, prewhitener
 from vdyn_cli.steps.validate.segments import DriveSegment, driving
 
@@ -20,13 +19,13 @@ Array = NDArray[np.float64]
 
 RAMP = 0.3  # s over which a change counts
 CLEAR = 30.0  # noise levels of the torque: a change that is smaller is no event
-AFTER = 0.8  # s in which shafts swing
+AFTER = 0.8  # s in which shafts oscillate
 LAGS = 10  # rows by which the noise of the torque sensor is predicted
 
 
 @dataclass(frozen=True, eq=False)
 class ShaftOscillation:
-    """Which samples show the swing (of the layout's kept ones), and what makes their noise white."""
+    """Which of the kept samples show an oscillation, and the prewhitening of their noise."""
 
     shown: NDArray[np.bool_]
     prewhitener: Prewhitener
@@ -34,24 +33,24 @@ class ShaftOscillation:
     def white(self, p: RowLayout, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Times (r,) and rows (r, shafts, ...) of the shafts' torque about its mean over a calm row."""
         lags = len(self.prewhitener.weights)
-        rows = self.prewhitener.white(_swing(p, values), p.part)
+        rows = self.prewhitener.white(_oscillating(p, values), p.part)
         whole = p.part[lags:] == p.part[: p.part.size - lags]
         shown = self.shown[lags:][whole]
         return p.time[lags:][whole][shown], rows[shown]
 
 
 def shaft_oscillation(
-    s: DriveSegment, p: RowLayout, calm: Mapping[str, Array], perturbed: Mapping[str, Array], level: float
+    s: DriveSegment, p: RowLayout, denoised: Mapping[str, Array], perturbed: Mapping[str, Array], level: float
 ) -> ShaftOscillation | None:
-    """The rows of a segment; None where no half-shaft's torque is measured, or nothing happens.
+    """The rows of a segment; None where no half-shaft's torque is measured, or none oscillates.
 
     Parameters
     ----------
-    calm : torques as the simulated car feels them. perturbed : what noise does to the outputs. level : N m, that noise.
+    denoised : inputs of the simulation. perturbed : response of the outputs to further noise. level : N m, of it.
     """
     if not p.others:
         return None
-    torque = calm["drive_torque"] if "drive_torque" in calm else driving(Log(s.name, s.time, calm))
+    torque = driving(denoised)
     half = RAMP / 2
     change = np.abs(np.interp(s.time + half, s.time, torque) - np.interp(s.time - half, s.time, torque))
     at = s.time[change > CLEAR * level]
@@ -59,10 +58,12 @@ def shaft_oscillation(
     shown = (last >= 0) & (p.time - at[np.maximum(last, 0)] < AFTER) if at.size else np.zeros(p.time.size, dtype=bool)
     if np.count_nonzero(shown) < 2 * LAGS:
         return None
-    return ShaftOscillation(shown, prewhitener(_swing(p, {n: v[:, None] for n, v in perturbed.items()})[:, :, 0], LAGS))
+    return ShaftOscillation(
+        shown, prewhitener(_oscillating(p, {n: v[:, None] for n, v in perturbed.items()})[:, :, 0], LAGS)
+    )
 
 
-def _swing(p: RowLayout, values: Mapping[str, Array]) -> Array:
+def _oscillating(p: RowLayout, values: Mapping[str, Array]) -> Array:
     """(m, shafts, ...) each in units of its sensor's noise."""
     columns = []
     for name in p.others:

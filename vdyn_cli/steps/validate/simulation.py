@@ -143,19 +143,13 @@ class SimulationSetup:
             return known
         return replace(self, effects=self._unadded, extra=(), baseline=self.bare, extended=None)
 
-    def simulator(self, unknowns: tuple[str, ...], effects: tuple[Correction, ...]) -> Simulator:
-        """A simulator of the setup's car with these unknowns and effects."""
-        values = {**self.prior.values, **self.at, "wind_variance": 0.0}
-        own = {n: values[n] for n in self.model.parameters}
-        dense = max(_substeps(s.time, self.step) for s in self.segments)
-        return Simulator(self.model, own, unknowns, effects, dense)
-
     @cached_property
-    def _simulator(self) -> Simulator:
+    def simulator(self) -> Simulator:
+        """Of all unknowns in ``vector.simulated``."""
         unknowns = (*self.prior.names, *(u.name for u in self.extra), START)
         if self.sensors.driving:
-            return self.simulator((*unknowns, TORQUE_ZERO), (*self.effects, drive_torque_zero))
-        return self.simulator(unknowns, self.effects)
+            return _simulator(self, (*unknowns, TORQUE_ZERO), (*self.effects, drive_torque_zero))
+        return _simulator(self, unknowns, self.effects)
 
     @cached_property
     def first(self) -> tuple[SimulatedSegment, ...]:
@@ -191,7 +185,7 @@ class SimulationSetup:
     def each(self, work: Callable[[int], T]) -> tuple[T, ...]:
         """The work on every segment, several at once where that can be, the longest first."""
         count = len(self.segments)
-        workers = min(count, os.cpu_count() or 1) if self._simulator.at_once else 1
+        workers = min(count, os.cpu_count() or 1) if self.simulator.at_once else 1
         if workers < 2:
             return tuple(work(k) for k in range(count))
         order = sorted(range(count), key=lambda k: -self.segments[k].time.size)
@@ -214,7 +208,7 @@ class SimulationSetup:
         """
         drive = (self.inputs.perturbed_drives if perturbed else self.inputs.drives)[segment]
         k, m, steady = len(self.prior.names), len(self.sensors.gain_std), len(self.vector.shared)
-        seen = self._simulator(drive, theta[self.vector.simulated], sensitivities=slopes)
+        seen = self.simulator(drive, theta[self.vector.simulated], sensitivities=slopes)
         values, derivatives = ideal_readings(seen, self.segments[segment])
         gains, zeros = theta[k : k + m], theta[steady + 1 + self.sensors.driving :]
         for name in values:
@@ -224,11 +218,12 @@ class SimulationSetup:
                 derivatives[name] = np.hstack([moved[:, :k], columns[0], moved[:, k:], columns[1]])
         return SimulatedSegment(values, derivatives)
 
-    def step_error(self, segment: int) -> float:
-        """What half a step changes in a compared channel of one segment, at worst, as a share of its range."""
-        start = self.vector.start(segment)[self.vector.simulated]
-        errors = self._simulator.step_error(self.inputs.drives[segment], start)
-        return max(errors[n] for n in self.sensors.channels)
+
+def _simulator(setup: SimulationSetup, unknowns: tuple[str, ...], effects: tuple[Correction, ...]) -> Simulator:
+    values = {**setup.prior.values, **setup.at, "wind_variance": 0.0}
+    own = {n: values[n] for n in setup.model.parameters}
+    dense = max(_substeps(s.time, setup.step) for s in setup.segments)
+    return Simulator(setup.model, own, unknowns, effects, dense)
 
 
 def _substeps(time: Array, step: float) -> int:
@@ -247,8 +242,15 @@ def with_accurate_step(setup: SimulationSetup) -> SimulationSetup:
     """
     half = replace(setup, step=setup.step / 2)
     last = half.step < SHORTEST_STEP
+
+    def error(segment: int) -> float:
+        """What half a step changes in a compared channel, at worst, as a share of its range."""
+        start = setup.vector.start(segment)[setup.vector.simulated]
+        errors = setup.simulator.step_error(setup.inputs.drives[segment], start)
+        return max(errors[n] for n in setup.sensors.channels)
+
     try:
-        worst = max(setup.each(setup.step_error))
+        worst = max(setup.each(error))
     except ResultError:
         if last:
             raise
@@ -258,7 +260,7 @@ def with_accurate_step(setup: SimulationSetup) -> SimulationSetup:
 
 def _added_sensitivities(setup: SimulationSetup) -> tuple[Mapping[str, Array], ...]:
     """The sensitivities of every segment to the unknowns of effects; a secant where the derivative is useless."""
-    adding = setup.simulator(tuple(u.name for u in setup.extra), setup.effects)
+    adding = _simulator(setup, tuple(u.name for u in setup.extra), setup.effects)
     assert adding.outputs  # made before threads ask for it
     start = np.array([u.start for u in setup.extra])
     secants = _secant_sizes(setup)

@@ -14,6 +14,7 @@ from vdyn_cli.quantities.result import Table
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps.validate.open_road import HeldOutEnds, RoadFindings
 from vdyn_cli.steps.validate.regimes import REGIMES
+from vdyn_cli.steps.validate.text import short_name, words
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds
 
@@ -24,14 +25,6 @@ NAMED = 4  # parameters named for each output
 KELVIN = 273.15
 
 
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _short(name: str) -> str:
-    return name.rpartition("/")[2]
-
-
 def output_table(v: Validation) -> Table:
     """Every output over all drives."""
     rows: list[Row] = []
@@ -40,7 +33,7 @@ def output_table(v: Validation) -> Table:
         sensor = float(np.median([one.sensor for one in v.bands_of(name)]))
         sizes = np.sqrt(np.mean(error**2)), error.mean(), np.abs(error).max(), sensor, v.parameter_std(name)
         numbers = *(f"{x:.3g}" for x in sizes), f"{test.share:.1%}", f"{test.limit:.0%}", f"{test.chance:.2g}"
-        rows.append((_words(name), CHANNELS[name].unit, *numbers))
+        rows.append((words(name), CHANNELS[name].unit, *numbers))
     return Table(
         "outputs",
         "Error of every output over all drives",
@@ -70,7 +63,7 @@ def regime_table(v: Validation) -> Table:
                 f"{share:.1%}",
                 f"{limit:.0%}",
             )
-            rows.append((_words(name), regime, *numbers, "look here" if share > max(limit, 0.05) else ""))
+            rows.append((words(name), regime, *numbers, "look here" if share > max(limit, 0.05) else ""))
     return Table(
         "regimes",
         "Error by regime",
@@ -100,9 +93,9 @@ def share_table(v: Validation) -> Table:
     """The parameters whose uncertainty makes the band of each output."""
     rows = []
     for name, parts in v.shares.items():
-        leading = [f"{_words(n)} {p:.0%}" for n, p in list(parts.items())[:NAMED] if p > 0.005]
+        leading = [f"{words(n)} {p:.0%}" for n, p in list(parts.items())[:NAMED] if p > 0.005]
         std = f"{two_digits(v.parameter_std(name))} {CHANNELS[name].unit}"
-        rows.append((_words(name), std, ", ".join(leading)))
+        rows.append((words(name), std, ", ".join(leading)))
     return Table(
         "shares",
         "Whose uncertainty makes the band",
@@ -121,11 +114,11 @@ def parameter_table(v: Validation) -> Table:
         name = b.names[i]
         unit = PARAMETERS[name].unit if name in PARAMETERS else ""
         if not np.isfinite(after.pull[i]):
-            unseen.append(_words(name))
+            unseen.append(words(name))
             continue
         rows.append(
             (
-                _words(name),
+                words(name),
                 b.sources[name],
                 f"{b.values[name]:.5g} ± {two_digits(float(b.std[i]))} {unit}".strip(),
                 f"{after.values[i]:.5g} ± {two_digits(float(after.std[i]))} {unit}".strip(),
@@ -153,8 +146,8 @@ def mode_table(found: Sequence[Mode]) -> Table:
             m.name,
             f"{m.frequency:.2f}",
             f"{100 * m.damping:.0f} %",
-            ", ".join(_words(n) for n, _ in m.frequency_movers(2)),
-            ", ".join(_words(n) for n, _ in m.damping_movers(2)),
+            ", ".join(words(n) for n, _ in m.frequency_movers(2)),
+            ", ".join(words(n) for n, _ in m.damping_movers(2)),
         )
         for m in found
     )
@@ -173,7 +166,7 @@ def window_table(found: WindowEnds) -> Table:
     for u in np.unique(found.run):
         e = found.error[found.run == u]
         spread = f"{e.std(ddof=1):.2f}" if e.size > 1 else ""
-        rows.append((_short(found.names[u]), f"{e.size}", f"{e.mean():+.2f}", spread, f"{np.mean(e > 0):.0%}"))
+        rows.append((short_name(found.names[u]), f"{e.size}", f"{e.mean():+.2f}", spread, f"{np.mean(e > 0):.0%}"))
     (low, high), e = found.interval95, found.error
     every = f"{np.mean(e > 0):.0%}"
     rows.append(("all windows alike", f"{e.size}", f"{e.mean():+.2f}", f"{e.std(ddof=1):.2f}", every))
@@ -201,7 +194,7 @@ def _held_out(names: tuple[str, ...], ends: HeldOutEnds) -> Table:
     for k, name in enumerate(names):
         mine = ends.run == k
         means = (f"{e[mine].mean():+.2f}" for e in (ends.before, ends.after))
-        rows.append((_short(name), f"{mine.sum()}", *means, f"{before[k]:.2f}", f"{after[k]:.2f}"))
+        rows.append((short_name(name), f"{mine.sum()}", *means, f"{before[k]:.2f}", f"{after[k]:.2f}"))
     gain, means = ends.gain(), (f"{m.value:+.2f}" for m in ends.means())
     rows.append(("all drives alike", "", *means, f"{before.mean():.2f}", f"{after.mean():.2f}"))
     rows.append(("fall of the rms, 95 %", "", "", "", "", f"{gain.interval95[0]:.2f} to {gain.interval95[1]:.2f}"))
@@ -218,7 +211,13 @@ def _held_out(names: tuple[str, ...], ends: HeldOutEnds) -> Table:
 
 def _roads(found: RoadFindings) -> Table:
     rows = [
-        (_short(n), f"{r.distance[-1] / 1000:.1f}", f"{100 * r.profile.std():.2f}", f"{z.value:+.3f}", f"{z.std:.3f}")
+        (
+            short_name(n),
+            f"{r.distance[-1] / 1000:.1f}",
+            f"{100 * r.profile.std():.2f}",
+            f"{z.value:+.3f}",
+            f"{z.std:.3f}",
+        )
         for n, r, z in zip(found.names, found.roads, found.zeros, strict=True)
     ]
     zero = found.common_zero

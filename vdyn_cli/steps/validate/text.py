@@ -12,8 +12,14 @@ from vdyn_cli.steps.validate.validation import LARGE_PULL, Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds
 
 
-def _words(name: str) -> str:
+def words(name: str) -> str:
+    """A name as words: ``shaft_torque_left`` is "shaft torque left"."""
     return name.replace("_", " ")
+
+
+def short_name(log: str) -> str:
+    """The file of a log without its folder."""
+    return log.rpartition("/")[2]
 
 
 def sentence(v: Validation) -> str:
@@ -23,15 +29,15 @@ def sentence(v: Validation) -> str:
     start = f"Over {drives} drive{'s' if drives > 1 else ''} the simulated speed is off by {3.6 * rms:.2f} km/h rms"
     if v.outside:
         worst = max(v.outside, key=lambda n: v.tests[n].share)
-        test, names = v.tests[worst], ", ".join(_words(n) for n in v.outside[:4])
+        test, names = v.tests[worst], ", ".join(words(n) for n in v.outside[:4])
         return (
-            f"{start}; {names} leave{'s' if len(v.outside) == 1 else ''} the prediction band ({_words(worst)} for "
+            f"{start}; {names} leave{'s' if len(v.outside) == 1 else ''} the prediction band ({words(worst)} for "
             f"{test.share:.0%} of the time, most in {_worst_regime(test)}): the model or a parameter is wrong."
         )
     if v.contradicted:
-        names = ", ".join(_words(n) for n in v.contradicted[:3])
+        names = ", ".join(words(n) for n in v.contradicted[:3])
         return f"{start}, within the band, but the drives contradict the prior of {names}."
-    outputs = f"all {len(v.tests)} outputs stay" if len(v.tests) > 1 else f"{_words(next(iter(v.tests)))} stays"
+    outputs = f"all {len(v.tests)} outputs stay" if len(v.tests) > 1 else f"{words(next(iter(v.tests)))} stays"
     return f"{start}, and {outputs} within the prediction band: the model is as good as its parameters{_leading(v)}."
 
 
@@ -39,7 +45,7 @@ def _leading(v: Validation) -> str:
     """The parameter whose uncertainty limits the speed."""
     parts = v.shares.get("speed", {})
     name = next(iter(parts), "")
-    return f", of which {_words(name)} limits the speed most ({parts[name]:.0%} of the variance)" if name else ""
+    return f", of which {words(name)} limits the speed most ({parts[name]:.0%} of the variance)" if name else ""
 
 
 def _worst_regime(test: BandTest) -> str:
@@ -63,7 +69,7 @@ def windows_sentence(found: WindowEnds) -> str:
 def warnings(v: Validation) -> tuple[str, ...]:
     """Outputs outside their band, and parameters that the drives contradict."""
     made = [
-        f"{_words(n)} is outside its prediction band for {v.tests[n].share:.1%} of the time; a right model stays below "
+        f"{words(n)} is outside its prediction band for {v.tests[n].share:.1%} of the time; a right model stays below "
         f"{v.tests[n].limit:.0%} in 97.5 of 100 cases"
         for n in v.outside
     ]
@@ -71,11 +77,11 @@ def warnings(v: Validation) -> tuple[str, ...]:
     for name in v.contradicted:
         i, q = b.names.index(name), PARAMETERS.get(name)
         if abs(after.pull[i]) > FARTHEST or (q and not q.lower <= after.values[i] <= q.upper):
-            value = f"{_words(name)} = {after.values[i]:.4g}"
+            value = f"{words(name)} = {after.values[i]:.4g}"
             made.append(f"estimate outside the physical range ({value}): something else is wrong")
             continue
         made.append(
-            f"the drives ask for {_words(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
+            f"the drives ask for {words(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
             f"{b.std[i]:.2g} ({after.pull[i]:+.1f} standard deviations of such a move; {by_chance:.0%} of right "
             f"models show one beyond {LARGE_PULL:g}): it, or something that acts like it, may be wrong"
         )

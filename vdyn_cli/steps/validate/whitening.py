@@ -66,7 +66,7 @@ class SegmentWhitening:
         return Rows(
             np.concatenate([residual, flat[:, -1]]),
             np.vstack([jacobian, flat[:, :-1]]),
-            time=np.concatenate([np.tile(p.bins.time, 2 if p.felt else 1), times]),
+            time=np.concatenate([np.tile(p.bins.time, 2 if p.force else 1), times]),
             plain=(speed[:, -1], speed[:, :-1]),
             plain_root=self.factor[: len(speed), : len(speed)],  # of the common error of all speeds, which comes first
         )
