@@ -152,6 +152,21 @@ def schema(
     typer.echo(json_schema(step), nl=False)
 
 
+@app.command("test-plugin")
+def check_plugin(
+    name: Annotated[str, typer.Argument(metavar="EFFECT|STEP|READER", show_default=False)],
+    example: Annotated[
+        Path | None, typer.Argument(metavar="TEST.yaml|LOG", help="A step's description, or a reader's log.")
+    ] = None,
+    known: Known = None,
+) -> None:
+    """Check that an effect, a step or a reader keeps its contract."""
+    from vdyn_cli.commands.run_contract_checks import run_contract_checks
+
+    for line in run_contract_checks(name, example, tuple(known or ())):
+        typer.echo(line)
+
+
 def main() -> None:
     """Run the command line; errors become messages and exit codes."""
     # Many threads make small dense problems slower by an order of magnitude; must be set before numpy is imported.

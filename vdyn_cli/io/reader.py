@@ -6,6 +6,7 @@ package adds a format by the entry point ``vdyn.readers: NAME = package.module:R
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,6 +25,7 @@ from vdyn_cli.quantities.quantity import to_si
 Array = NDArray[np.float64]
 
 GROUP = "vdyn.readers"
+_CLOCK = re.compile(r"(time|t|zeit)\b", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,11 @@ class ChannelInfo:
     unit: str
     rate: float
     span: tuple[float, float]
+
+
+def is_clock(name: str) -> bool:
+    """Whether a channel's name in a file is that of a clock: it begins with the word time, t or Zeit."""
+    return _CLOCK.match(name) is not None
 
 
 @runtime_checkable

@@ -21,7 +21,7 @@ from vdyn_cli.description.test_description import (
     load_spec,
 )
 from vdyn_cli.description.yaml_source import Location, Source
-from vdyn_cli.effects import candidates
+from vdyn_cli.effects import candidates, refused
 from vdyn_cli.io.align import merge
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.reader import Column, ReadOptions, read_log
@@ -83,8 +83,8 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
         own_files = ()
     run_files = (path.parent / name for run in spec.runs for name in _log_names(run))
     files = (path, *source.included, *run_files, *own_files, *known_files)
-    overruled = tuple(_overruled(stated, known, source))
-    return Inputs(spec, source, data, logs, known, tuple(dict.fromkeys(files)), overruled)
+    findings = (*_overruled(stated, known, source), *(refused() if step.diagnosable else ()))
+    return Inputs(spec, source, data, logs, known, tuple(dict.fromkeys(files)), findings)
 
 
 def _overruled(stated: Parameters, known: Parameters, source: Source) -> Iterator[Finding]:

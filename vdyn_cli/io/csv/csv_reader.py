@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,7 +17,7 @@ from vdyn_cli.io.csv.csv_layout import Layout, find_layout
 from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.io.csv.csv_source import is_other_format, open_source
-from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, checked
+from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, checked, is_clock
 from vdyn_cli.io.sample_times import LineOf, check_rising
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
@@ -28,8 +27,6 @@ __all__ = ["CSV", "Column", "ReadOptions", "read_csv"]
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
-
-_CLOCK = re.compile(r"(time|t|zeit)\b", re.IGNORECASE)  # a header that begins with it is the clock's
 
 
 class CsvReader:
@@ -48,7 +45,7 @@ class CsvReader:
         """
         layout, numbers = _whole_table(path)
         names = {i: cell for i, cell in enumerate(layout.header) if cell}
-        clock = next((i for i, cell in names.items() if _CLOCK.match(cell)), None)
+        clock = next((i for i, cell in names.items() if is_clock(cell)), None)
         time = None if clock is None else _seconds(numbers.columns[clock], unit_in_header(layout, clock))
         return tuple(_info(name, unit_in_header(layout, i), time, numbers.columns[i]) for i, name in names.items())
 

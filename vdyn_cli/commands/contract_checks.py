@@ -1,0 +1,331 @@
+"""Contract checks of an effect, a step or a reader: what ``vdyn test-plugin NAME`` and the tests of vdyn itself run.
+
+Each check is a generator that yields what is wrong, one sentence each; a check that yields nothing has passed.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import pkgutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from itertools import product
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+import vdyn_cli.physics.models
+from vdyn_cli import effects, steps
+from vdyn_cli.description.test_description import TestSpec
+from vdyn_cli.effects import PROPERTIES, Effect
+from vdyn_cli.engine.graph import Graph, trace
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.offer import offered
+from vdyn_cli.io.reader import Column, Reader, ReadOptions, is_clock
+from vdyn_cli.physics.models.vehicle import vehicle
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.project.result_document import step_document, to_json
+from vdyn_cli.quantities.errors import VdynError
+from vdyn_cli.quantities.quantity import UnitError, to_si
+from vdyn_cli.steps import Problem, Step
+
+Array = NDArray[np.float64]
+Check = Callable[[], Iterator[str]]
+
+# About those of a car, so that roots and quotients of them exist; what is not named is of the order of one.
+TYPICAL: Mapping[str, float] = {
+    "mass": 1500.0,
+    "sprung_mass": 1400.0,
+    "pitch_inertia": 2200.0,
+    "sprung_pitch_inertia": 2000.0,
+    "roll_inertia": 600.0,
+    "yaw_inertia": 2400.0,
+    "wheelbase": 2.7,
+    "cg_to_front": 1.25,
+    "unsprung_mass_front": 80.0,
+    "unsprung_mass_rear": 70.0,
+    "suspension_stiffness_front": 4e4,
+    "suspension_stiffness_rear": 4e4,
+    "suspension_damping_front": 3e3,
+    "suspension_damping_rear": 3e3,
+    "tire_vertical_stiffness": 4e5,
+    "tire_load_sensitivity": 2e-5,
+    "shaft_stiffness_left": 2e4,
+    "shaft_stiffness_right": 2e4,
+    "shaft_damping_left": 50.0,
+    "shaft_damping_right": 50.0,
+    "gear_ratio": 3.0,
+    "wheel_radius": 0.3,
+    "temperature": 290.0,
+    "road_begin": -20.0,
+    "road_end": 20.0,
+}
+UNEVEN = 0.3  # share by which typical values differ from moment to moment: no check may hold at one value alone
+MOMENTS = 60  # standstill, reverse and forward, twenty times each
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One check by its name, and what is wrong; nothing where it passed."""
+
+    name: str
+    wrong: tuple[str, ...]
+
+
+def outcomes(checks: Mapping[str, Check]) -> tuple[Outcome, ...]:
+    """Run checks in their order; one that raises has failed, and the others still run."""
+    found = []
+    for name, check in checks.items():
+        try:
+            wrong = tuple(check())
+        except VdynError as error:
+            wrong = tuple(str(f) for f in error.findings)
+        except Exception as error:  # a foreign step may raise anything; that is what the check is for
+            wrong = (f"{type(error).__name__}: {error}",)
+        found.append(Outcome(name, wrong))
+    return tuple(found)
+
+
+def effect_checks(effect: Effect, models: Sequence[Model] = ()) -> Mapping[str, Check]:
+    """The contract of an effect, in models that can take it (the shipped ones where none is given)."""
+    able = one_of_each(hosts(effect, models or shipped_models()))
+    return {
+        "texts": lambda: _effect_texts(effect),
+        "units and ranges": lambda: _ranges(effect),
+        "tags are known": lambda: _tags(effect),
+        "a model can take it": lambda: iter(() if able else (f"no model calls {', '.join(effect.on)}",)),
+        "nothing at zero": lambda: (w for model in able for w in nothing_at_zero(effect, model)),
+        "derivatives are finite at zero": lambda: (w for model in able for w in finite_derivatives(effect, model)),
+    }
+
+
+def step_checks(step: Step, example: Path, known_files: Sequence[Path] = ()) -> Mapping[str, Check]:
+    """The contract of a step, on an example description.
+
+    ``known_files`` are parameter files that the example needs.
+    """
+    inputs = gather(step, example, known_files)
+
+    def prepared() -> Problem:
+        return step.prepare(inputs.spec, inputs.data, inputs.known)
+
+    problem = prepared()
+    documents = [to_json(step_document(p.publish(), inputs, "", known_files)) for p in (problem, problem, prepared())]
+    found = problem.publish().parameters
+    checks: dict[str, Check] = {
+        "docstring": lambda: iter(() if steps.summary(step.name) else ("its module has no docstring",)),
+        "schema has descriptions": lambda: _undescribed(step),
+        "publishes the same again": lambda: iter(() if len(set(documents)) == 1 else ("two results differ",)),
+        "gives what it says": lambda: (f"{n} is not in 'gives'" for n in found if n not in step.gives),
+    }
+    if step.diagnosable is not None:
+        checks["problem protocol"] = lambda: _protocol(problem)
+        checks["regression is finite"] = lambda: _finite_regression(problem)
+    return checks
+
+
+def reader_checks(reader: Reader, log: Path) -> Mapping[str, Check]:
+    """The contract of a reader, on a log of its format."""
+    infos = reader.channels(log)
+    names = [c.name for c in infos]
+    clock = next((c for c in infos if is_clock(c.name)), infos[0])
+    mapping = {("time" if c is clock else c.name): Column(c.name, c.unit, c.unit) for c in infos}
+    first, second = (reader.read(log, mapping, ReadOptions(), log.name) for _ in range(2))
+
+    def same() -> Iterator[str]:
+        if set(first.channels) != set(mapping) - {"time"}:
+            yield "does not read every channel that it lists"
+        for channel in ("time", *first.channels):
+            if not np.array_equal(first[channel], second[channel], equal_nan=True):
+                yield f"reads {channel} differently the second time"
+
+    return {
+        "matches": lambda: iter(() if reader.matches(log) else (f"does not match {log.name}",)),
+        "refuses a missing file": lambda: iter(("matches a missing file",) if reader.matches(log / "none") else ()),
+        "channels have names": lambda: (
+            f"{n!r} is empty or stands twice" for n in names if not n or names.count(n) > 1
+        ),
+        "reads the same log again": same,
+        "says where samples stand": lambda: iter(() if first.source else ("the log has no source",)),
+    }
+
+
+def shipped_models() -> tuple[Model, ...]:
+    """Every model of vdyn, in all variants that its options allow; of the vehicle, which has twelve, two."""
+    found: list[Model] = []
+    for module in pkgutil.iter_modules(vdyn_cli.physics.models.__path__):
+        for value in vars(import_module(f"vdyn_cli.physics.models.{module.name}")).values():
+            if isinstance(value, Model):
+                found.append(value)
+            elif callable(value) and getattr(value, "__module__", "").startswith("vdyn_cli.physics.models"):
+                found += _variants(value)
+    others = [model for model in found if model.name != "vehicle"]
+    return (*others, vehicle(), vehicle("rear", "sides", located=True))
+
+
+def _variants(function: Any) -> list[Model]:
+    """All models that a function makes whose arguments are choices."""
+    made = inspect.unwrap(function)
+    if getattr(made, "__annotations__", {}).get("return") not in (Model, "Model"):
+        return []
+    hints = get_type_hints(made)
+    del hints["return"]
+    literal = {name: get_args(hint) for name, hint in hints.items() if get_origin(hint) is Literal}
+    choices = {name: (False, True) if hint is bool else literal.get(name, ()) for name, hint in hints.items()}
+    if not all(choices.values()):
+        return []
+    return [function(**dict(zip(choices, chosen, strict=True))) for chosen in product(*choices.values())]
+
+
+def hosts(effect: Effect, models: Sequence[Model]) -> list[Model]:
+    """The models that can take an effect."""
+    return [model for model in models if offered(model, (effect,))]
+
+
+def one_of_each(models: Sequence[Model]) -> list[Model]:
+    """One variant of each model: variants call the same laws."""
+    return list({model.name: model for model in models}.values())
+
+
+def moments(graph: Graph, count: int = MOMENTS) -> list[tuple[Array, Array, Array]]:
+    """Random states (n,), inputs (m,) and constants (k,): at standstill, in reverse, and forward."""
+    random = np.random.default_rng(7)
+    found = []
+    for k in range(count):
+        x = random.normal(size=len(graph.states)) * (0, 1, 10)[k % 3]
+        u = random.normal(size=len(graph.inputs)) * (0, 0.1, 1)[k // 3 % 3]
+        x = np.where(np.array(graph.states) == "position", random.uniform(-25, 25, x.size), x)
+        u = np.where(np.array(graph.inputs) == "position", random.uniform(-25, 25, u.size), u)
+        found.append((x, u, typical_constants(graph, random)))
+    return found
+
+
+def typical_constants(graph: Graph, random: np.random.Generator) -> Array:
+    """Values of all constants (k,), typical of a car where that matters."""
+    uneven = random.uniform(1 - UNEVEN, 1 + UNEVEN, len(graph.constants))
+    plain = random.uniform(0.2, 2.0, len(graph.constants))
+    typical = np.array([TYPICAL.get(name, np.nan) for name in graph.constants])
+    return np.where(np.isnan(typical), plain, typical * uneven)
+
+
+def at_zero(graph: Graph, effect: Effect, constants: Array) -> Array:
+    """The constants (k,) with the effect's unknowns zero, or nominal."""
+    changed = constants.copy()
+    for name, value in {**graph.defaults, **dict.fromkeys(effect.unknowns, 0.0), **effect.nominal}.items():
+        changed[graph.constants.index(name)] = value
+    return changed
+
+
+def nothing_at_zero(effect: Effect, model: Model) -> Iterator[str]:
+    """Whether the model's rates and readings are bit-identical with the effect at zero."""
+    base, extended = trace(model), trace(model, (effect,))
+    own = [i for i, name in enumerate(extended.states) if name in base.states]
+    inputs = [extended.inputs.index(name) for name in base.inputs]
+    for x, u, p in moments(extended):
+        p = at_zero(extended, effect, p)
+        known = [p[extended.constants.index(name)] for name in base.constants]
+        rates, readings = (value.full()[:, 0] for value in extended.field(x, u, p))
+        plain_rates, plain_readings = (value.full()[:, 0] for value in base.field(x[own], u[inputs], known))
+        if not np.array_equal(rates[own], plain_rates, equal_nan=True):
+            yield f"{model.name}: changes the rates of the states at zero"
+            return
+        kept = len(base.outputs)
+        if not np.array_equal(readings[:kept], plain_readings[:kept], equal_nan=True):
+            yield f"{model.name}: changes the readings at zero"
+            return
+        if readings[len(extended.outputs) + len(extended.rated) :].any():
+            yield f"{model.name}: shifts a clock at zero"
+            return
+
+
+def finite_derivatives(effect: Effect, model: Model) -> Iterator[str]:
+    """Whether derivatives at zero are finite, and not all zero for an effect that states no probes."""
+    graph = trace(model, (effect,))
+    jacobian = graph.field.jacobian()
+    columns = [graph.constants.index(name) for name in (*model.parameters, *effect.unknowns)]
+    first = len(model.parameters)
+    felt = {name: False for name in effect.unknowns if name not in effect.nominal}
+    for x, u, p in moments(graph, max(MOMENTS, 8 * len(effect.unknowns))):
+        p = at_zero(graph, effect, p)
+        plain = graph.field(x, u, p)
+        # The blocks of the derivatives to the constants: the last of three inputs, for each of two outputs.
+        blocks = jacobian(x, u, p, *plain)
+        slopes = np.vstack([blocks[i].full()[:, columns] for i in (2, 5)])
+        if not all(np.isfinite(value.full()).all() for value in plain) or not np.isfinite(slopes[:, :first]).all():
+            continue  # random numbers are no car: the model itself has no value here
+        if not np.isfinite(slopes).all():
+            yield f"{model.name}: a derivative at zero is not finite"
+            return
+        for k, name in enumerate(effect.unknowns):
+            if name in felt:
+                felt[name] |= bool(slopes[:, first + k].any())
+    silent = [name for name, seen in felt.items() if not seen]
+    if silent and not effect.probes:
+        yield f"{model.name}: {', '.join(silent)} changes nothing; state probes if it has no slope at zero"
+
+
+def _effect_texts(effect: Effect) -> Iterator[str]:
+    for name in ("summary", "signature", "confirm"):
+        text = getattr(effect, name)
+        if len(text) <= 20 or not text.endswith("."):
+            yield f"{name} is not a sentence"
+    if len(effect.reference) <= 10:
+        yield "reference does not name a source"
+    if not effect.label or effect.label.endswith("."):
+        yield "label is not a noun phrase"
+
+
+def _ranges(effect: Effect) -> Iterator[str]:
+    if not effect.unknowns or set(effect.nominal) >= set(effect.unknowns):
+        yield "no unknown is zero where the effect is nothing"
+    for name, quantity in effect.unknowns.items():
+        start = effect.nominal.get(name, 0.0)
+        try:
+            to_si(1.0, quantity.unit, quantity.unit)
+        except UnitError as error:
+            yield f"{name}: {error}"
+        if not (math.isfinite(quantity.lower) and math.isfinite(quantity.upper) and quantity.lower < quantity.upper):
+            yield f"{name}: its range is not finite"
+        elif not quantity.lower <= start <= quantity.upper:
+            yield f"{name}: {start:g} lies outside its range"
+        if not quantity.meaning:
+            yield f"{name}: has no meaning"
+
+
+def _tags(effect: Effect) -> Iterator[str]:
+    known = set(PROPERTIES) | set(effects.SITUATIONS)
+    if unknown := effect.tags - known:
+        for name in steps.names():
+            unknown -= steps.load_step(name).situations
+    yield from (f"{tag}: neither a property nor the situation of an installed step" for tag in sorted(unknown))
+
+
+def _undescribed(step: Step) -> Iterator[str]:
+    """The step's own keys without a description; those of every step are described by ``TestSpec``."""
+    schema, shared = step.spec.model_json_schema(), TestSpec.model_json_schema()
+    models = {"": schema, **{n: m for n, m in schema.get("$defs", {}).items() if n not in shared["$defs"]}}
+    for model, part in models.items():
+        for key, value in part.get("properties", {}).items():
+            if (model or key not in shared["properties"]) and not value.keys() & {"description", "$ref"}:
+                yield f"{model}.{key} has no description".lstrip(".")
+
+
+def _protocol(problem: Problem) -> Iterator[str]:
+    for name in ("model", "profiles", "duration", "regression", "publish", "likely_size", "plans"):
+        if not hasattr(problem, name):
+            yield f"the problem has no {name}"
+    if not problem.duration >= 0.0:
+        yield "duration is not a length of time"
+
+
+def _finite_regression(problem: Problem) -> Iterator[str]:
+    regression = problem.regression()
+    start = regression.start()
+    for run, name in enumerate(regression.runs):
+        rows = regression.rows(run, regression.local(start, run))
+        if not (np.isfinite(rows.residual).all() and np.isfinite(rows.jacobian).all()):
+            yield f"{name}: residuals or derivatives at the start are not finite"

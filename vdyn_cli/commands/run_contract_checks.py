@@ -1,0 +1,62 @@
+"""`vdyn test-plugin`: does an effect, a step or a reader keep its contract?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from vdyn_cli import steps
+from vdyn_cli.commands.contract_checks import Check, effect_checks, outcomes, reader_checks, step_checks
+from vdyn_cli.commands.explain import closest_topic
+from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import refused as refused_effects
+from vdyn_cli.io.csv.csv_reader import CSV
+from vdyn_cli.io.plugins import plugins
+from vdyn_cli.io.reader import GROUP, Reader
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, raise_all
+
+
+def run_contract_checks(name: str, example: Path | None, known: tuple[Path, ...]) -> Iterator[str]:
+    """A line for each check that passes.
+
+    Parameters
+    ----------
+    example : a step's description, or a log of a reader's format; an effect needs none.
+    known : parameter files that the description needs.
+
+    Raises
+    ------
+    InputError : nothing of that name, a package that cannot be imported, no example.
+    ResultError : the checks that fail, after the others have run.
+    """
+    failed = []
+    for kind, checks in _all_checks(name, example, known).items():
+        for outcome in outcomes(checks):
+            if outcome.wrong:
+                failed += [Finding(f"{kind} {name}", f"{outcome.name}: {wrong}") for wrong in outcome.wrong]
+            else:
+                yield f"{kind} {name}: {outcome.name}: passed"
+    raise_all(failed, ResultError)
+
+
+def _all_checks(name: str, example: Path | None, known: tuple[Path, ...]) -> Mapping[str, Mapping[str, Check]]:
+    effects = {e.name: e for e in catalogue()}
+    formats = {"csv": None, **plugins(GROUP)}
+    raise_all(f for f in refused_effects() if f", plug-in {name} (" in f.where)
+    closest_topic(name, (*steps.names(), *effects, *formats), "effect, step or reader")
+    found: dict[str, Mapping[str, Check]] = {}
+    if name in effects:
+        found["effect"] = effect_checks(effects[name])
+    if name in steps.names():
+        found["step"] = step_checks(steps.load_step(name), _given(example, name, "TEST.yaml"), known)
+    if name in formats:
+        plugin = formats[name]
+        reader = plugin.load(Reader) if plugin else CSV  # type: ignore[type-abstract]
+        found["reader"] = reader_checks(reader, _given(example, name, "LOG"))
+    return found
+
+
+def _given(example: Path | None, name: str, kind: str) -> Path:
+    if example is None:
+        raise InputError(Finding(name, "needs an example", remedy=f"write 'vdyn test-plugin {name} {kind}'"))
+    return example
