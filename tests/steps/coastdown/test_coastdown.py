@@ -225,6 +225,17 @@ def test_the_regression_takes_effects() -> None:
     assert abs(solution.values["drag_area"] - 0.5475) < 4 * solution.std["drag_area"]
 
 
+def test_a_problem_answers_the_same_whatever_was_requested_before() -> None:
+    runs = coast.campaign(REFERENCE, 2)
+    problem = prepare(spec_of(runs, settings=WINDOW), logs_of(runs), known(REFERENCE))
+    before = problem.publish()
+    regression = problem.regression()
+    values = {u.name: u.start for u in regression.shared}
+    assert [m.words(2) for m in problem.plans(regression, values)]
+    assert problem.publish().parameters == before.parameters
+    assert problem.duration == max(float(np.ptp(log.time)) for log in logs_of(runs))
+
+
 def test_a_speed_that_was_joined_by_straight_lines_counts_as_often_as_it_was_measured() -> None:
     runs = coast.campaign(REFERENCE, 12)
     logs = [_evenly(log) for log in logs_of(runs)]

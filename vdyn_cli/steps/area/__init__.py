@@ -8,7 +8,7 @@ Pixels at the edge count by their share: a car's outline crosses some 2 000 pixe
 threshold moves the area by a fraction of their number. The area includes the tires and excludes the mirrors (the
 definition of the EPA's road-load forms), which have to be folded, cut out with ``exclude``, or masked.
 
-Assumes a camera on the car's axis, at the height of the middle of the car, with straight lines kept straight.
-Uncertainty: box size and corners, camera distance and depth, and where in the picture's blur the edge lies. Shadows
-under the car are not in it. Sources: SAE 2017-01-1574; Otsu, IEEE Trans. SMC 9 (1979) 62 for the threshold.
+Assumes a camera on the car's axis, at the height of the middle of the car, without lens distortion. The uncertainty
+contains box size and corners, camera distance and depth, and the place of the edge within the picture's blur, but not
+shadows under the car. Sources: SAE 2017-01-1574; Otsu, IEEE Trans. SMC 9 (1979) 62 for the threshold.
 """

@@ -33,19 +33,18 @@ ENGAGED_LEAST = 0.06  # m/s^2, at least
 
 
 @dataclass(frozen=True)
-class _Deceleration:
-    """A segment's deceleration less that of known forces, (b,) at ``time`` s and ``speed`` m/s.
+class _ExcessDeceleration:
+    """Excess of a segment's deceleration over the common law, (b,) m/s^2 at ``time`` s and ``speed`` m/s.
 
-    ``excess`` (b,) m/s^2 is what exceeds the common law, ``usual`` that law's mean, ``limit`` the allowed excess.
+    ``usual`` is the mean of that law and ``limit`` the allowed excess, m/s^2.
     """
 
     segment: CoastSegment
     time: Array
     speed: Array
-    value: Array
     excess: Array
-    usual: float = 0.0
-    limit: float = EXCESS
+    usual: float
+    limit: float
 
     @property
     def outliers(self) -> NDArray[np.int64]:
@@ -118,37 +117,31 @@ def _windows_between(segment: CoastSegment, outliers: Mask, shortest: float) -> 
 
 def _compared(
     segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
-) -> list[_Deceleration]:
+) -> list[_ExcessDeceleration]:
     """The deceleration of each segment beside the law that all of them share."""
     seen = [_deceleration(s, k) for s, k in zip(segments, known, strict=True)]
+    speeds, values = [s[1] for s in seen], [s[2] for s in seen]
     counts = {d: directions.count(d) for d in directions}
     apart = all(n >= 3 for n in counts.values())
     ways = sorted({str(d) for d in directions}) if apart else [""]
     column = [ways.index(str(d)) if apart else 0 for d in directions]
-    design = np.concatenate([_design(c, len(ways), s.speed) for c, s in zip(column, seen, strict=True)])
-    law = _least_absolute_deviations(design, np.concatenate([s.value for s in seen]))
+    constants = np.eye(len(ways))[np.repeat(column, [v.size for v in speeds])]
+    design = np.column_stack([constants, np.concatenate(speeds) ** 2])
+    law = _least_absolute_deviations(design, np.concatenate(values))
     found = []
-    for c, s, direction in zip(column, seen, directions, strict=True):
-        common = law[c] + law[-1] * s.speed**2
+    for segment, (time, speed, value), c, direction in zip(segments, seen, column, directions, strict=True):
+        common = law[c] + law[-1] * speed**2
         limit = EXCESS if counts[direction] >= 3 else EXCESS_FEW
-        found.append(replace(s, excess=s.value - common, usual=float(np.mean(common)), limit=limit))
+        found.append(_ExcessDeceleration(segment, time, speed, value - common, float(np.mean(common)), limit))
     return found
 
 
-def _deceleration(segment: CoastSegment, known: Array) -> _Deceleration:
+def _deceleration(segment: CoastSegment, known: Array) -> tuple[Array, Array, Array]:
+    """Time, speed and deceleration less that of known forces, (b,) s, m/s, m/s^2."""
     bins = cut(segment.log.time, INTERVAL, segment.part)
-    speed, pushed = bins.mean(segment.log["speed"]), bins.mean(known)
-    value = 0.5 * (pushed[1:] + pushed[:-1]) - np.diff(speed) / np.diff(bins.time)
-    return _Deceleration(
-        segment, 0.5 * (bins.time[1:] + bins.time[:-1]), 0.5 * (speed[1:] + speed[:-1]), value, np.zeros_like(value)
-    )
-
-
-def _design(group: int, count: int, speed: Array) -> Array:
-    """Columns of c(direction) and k V^2."""
-    columns = np.zeros((speed.size, count + 1))
-    columns[:, group], columns[:, -1] = 1.0, speed**2
-    return columns
+    time, speed, pushed = bins.time, bins.mean(segment.log["speed"]), bins.mean(known)
+    middles = [0.5 * (x[1:] + x[:-1]) for x in (time, speed, pushed)]
+    return middles[0], middles[1], middles[2] - np.diff(speed) / np.diff(time)
 
 
 def _least_absolute_deviations(design: Array, values: Array, rounds: int = 30) -> Array:
@@ -161,7 +154,7 @@ def _least_absolute_deviations(design: Array, values: Array, rounds: int = 30) -
     return np.asarray(law)
 
 
-def _longer_part(one: _Deceleration, window: float) -> tuple[CoastSegment | None, RejectedSegment | None]:
+def _longer_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment | None, RejectedSegment | None]:
     """The part of a coast that covers more speed before or after its outliers, and the rejected rest."""
     name, time = one.segment.name, one.segment.log.time
     begin, end = float(time[0]), float(time[-1])

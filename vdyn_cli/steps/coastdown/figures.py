@@ -68,12 +68,10 @@ def _road_load(fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes]) ->
 
 def _residual_force(fit: RoadLoadFit) -> Figure | None:
     """Residual force over speed, each direction apart."""
-    headings = np.array([r.heading for r in fit.campaign.runs])
     series = []
-    for heading, way, role in WAYS:
-        which = np.flatnonzero(headings == heading).tolist()
-        if len(which) >= 2:
-            left = by_speed(fit, which)
+    for way, which, role in _by_direction(fit):
+        if which.size >= 2:
+            left = by_speed(fit, which.tolist())
             series.append(Series(way, 3.6 * left.speed, left.force, "points", error=2 * left.error, role=role))
     if not series:
         return None
@@ -91,13 +89,10 @@ def _residual_force(fit: RoadLoadFit) -> Figure | None:
 
 def _run_forces(fit: RoadLoadFit) -> Figure:
     force, error = run_forces(fit)
-    number = np.arange(1, force.size + 1, dtype=float)
-    headings = np.array([r.heading for r in fit.campaign.runs])
-    series = []
-    for heading, way, role in WAYS:
-        mine = headings == heading
-        if mine.any():
-            series.append(Series(way, number[mine], force[mine], "points", error=2 * error[mine], role=role))
+    series = [
+        Series(way, 1.0 + which.astype(np.float64), force[which], "points", error=2 * error[which], role=role)
+        for way, which, role in _by_direction(fit)
+    ]
     return Figure(
         "runs",
         "Residual force of each run",
@@ -108,6 +103,13 @@ def _run_forces(fit: RoadLoadFit) -> Figure:
         "force [N]",
         tuple(series),
     )
+
+
+def _by_direction(fit: RoadLoadFit) -> list[tuple[str, NDArray[np.intp], Role]]:
+    """Label, indices of the runs and color role of each direction."""
+    headings = np.array([r.heading for r in fit.campaign.runs])
+    found = [(way, np.flatnonzero(headings == heading), role) for heading, way, role in WAYS]
+    return [one for one in found if one[1].size]
 
 
 def _ellipse(fit: RoadLoadFit) -> Figure | None:

@@ -25,7 +25,7 @@ from vdyn_cli.steps.coastdown.result import RoadLoadAnswer, doubts, result_of
 from vdyn_cli.steps.coastdown.road_load_fit import fit_road_load, regression_with_effects
 from vdyn_cli.steps.coastdown.road_position import first_place
 from vdyn_cli.steps.coastdown.segments import CoastSegment, split
-from vdyn_cli.steps.coastdown.selection import Selection, drive_signal, selected
+from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.free_profiles import profile, span_of
@@ -50,7 +50,7 @@ class CoastdownProblem:
     logs: tuple[Log, ...]
     known: Parameters
     campaign: Campaign
-    selection: Selection
+    selection: SegmentSelection
     zeros: Mapping[str, AccelerometerZero]
     findings: tuple[Finding, ...]
 

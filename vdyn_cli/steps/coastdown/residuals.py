@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference import Regression, solve
+from vdyn_cli.inference import solve
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.coastdown.noise import noise_of
 from vdyn_cli.steps.coastdown.road_load_fit import START, RoadLoadFit
@@ -51,7 +51,7 @@ def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
 
 
 def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
-    """Residual force in classes of speed, from the runs with these indices."""
+    """Residual force in classes of speed that at least two of the runs (indices) pass; errors over these runs."""
     speeds, forces, owners = [], [], []
     for run in runs:
         bins = fit.campaign.bins[run]
@@ -66,20 +66,14 @@ def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
         owners.append(np.full(speeds[-1].size, run))
     speed, force, owner = np.concatenate(speeds), np.concatenate(forces), np.concatenate(owners)
     label = np.round(speed / SPEED_STEP).astype(int)
-    found = [_class(k, label, force, owner) for k in np.unique(label)]
-    at, mean, error = (np.array(column) for column in zip(*(f for f in found if f), strict=True))
+    found = []
+    for k in np.unique(label):
+        here = label == k
+        means = np.array([force[here & (owner == run)].mean() for run in np.unique(owner[here])])
+        if means.size >= 2:
+            found.append((k * SPEED_STEP, means.mean(), means.std(ddof=1) / np.sqrt(means.size)))
+    at, mean, error = (np.array(column) for column in zip(*found, strict=True))
     return ResidualForce(at, mean, error)
-
-
-def _class(
-    k: int, label: NDArray[np.int64], force: Array, owner: NDArray[np.int64]
-) -> tuple[float, float, float] | None:
-    """Mean over the runs' means, and its standard error, where at least two runs pass."""
-    here = label == k
-    means = np.array([force[here & (owner == run)].mean() for run in np.unique(owner[here])])
-    if means.size < 2:
-        return None
-    return k * SPEED_STEP, float(means.mean()), float(means.std(ddof=1) / np.sqrt(means.size))
 
 
 def held_out_rms(fit: RoadLoadFit) -> float | None:
@@ -104,10 +98,9 @@ def held_out_rms(fit: RoadLoadFit) -> float | None:
 def _predicted(fit: RoadLoadFit, run: int) -> Array:
     """The run's speed with the parameters of the other runs, whose fit starts at that of all runs."""
     full, others = fit.regression, [k for k in range(len(fit.campaign.runs)) if k != run]
-    starts = {name: values[others] for name, values in fit.solution.per_run.items()}
+    starts = {name: values[others] for name, values in full.run_starts.items()}
     names = tuple(full.runs[k] for k in others)
-    unknowns = tuple(replace(u, start=fit.solution.values.get(u.name, u.start)) for u in full.unknowns)
-    rest = Regression(unknowns, names, lambda k, theta: full.rows(others[k], theta), starts)
+    rest = replace(full, runs=names, rows=lambda k, theta: full.rows(others[k], theta), run_starts=starts)
     values = solve(rest, units="run", tolerance=TOLERANCE).values
     theta = np.array([*(values[u.name] for u in full.shared), fit.solution.per_run[START][run]])
     for _ in range(2):

@@ -38,7 +38,7 @@ from vdyn_cli.steps.coastdown.reference_conditions import (
 )
 from vdyn_cli.steps.coastdown.residuals import held_out_rms, run_forces
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
-from vdyn_cli.steps.coastdown.selection import Selection
+from vdyn_cli.steps.coastdown.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.effect_estimates import sizes_found
 
@@ -66,7 +66,7 @@ class RoadLoadAnswer:
 
     fit: RoadLoadFit
     spec: CoastdownSpec
-    selection: Selection
+    selection: SegmentSelection
     zeros: Mapping[str, AccelerometerZero]
     effects: tuple[Effect, ...] = ()
 

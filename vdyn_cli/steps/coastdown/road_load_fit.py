@@ -64,7 +64,7 @@ class RoadLoadRows:
             seen = self.simulator(
                 campaign.fit_drives[run], [*theta[: len(self.shared)], start, self.at["wind_variance"]]
             )
-        except ResultError as error:  # far off, a trial may be beyond what the step size bears
+        except ResultError as error:  # far from the solution the simulation may be unstable
             raise ArithmeticError(str(error)) from error
         pairs = list(zip(campaign.channels, campaign.binned[run], strict=True))
         residual = [campaign.mean(run, seen.outputs[n]) - measured for n, measured in pairs]

@@ -17,7 +17,7 @@ from vdyn_cli.quantities.log import Log
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-FEWEST_SAMPLES = 20
+FEWEST_SAMPLES = 20  # of a segment: fewer show neither the noise of the speed nor ten bins
 MOST_MISSING = 0.2  # of a segment's rows
 LEAST_COVERED = 0.5  # of the speed window
 LEAST_FALL = 1.0  # m/s, of the speed in a coast
@@ -159,8 +159,6 @@ def split(segment: CoastSegment) -> list[CoastSegment]:
     windows = groups(segment.part)
     if len(windows) == 1:
         return [segment]
-    found = []
-    for a, b in windows:
-        one = segment.rows((np.arange(segment.part.size) >= a) & (np.arange(segment.part.size) <= b))
-        found.append(replace(one, name=f"{segment.name}, {one.log.time[0]:.0f} to {one.log.time[-1]:.0f} s"))
-    return found
+    index = np.arange(segment.part.size)
+    parts = [segment.rows((a <= index) & (index <= b)) for a, b in windows]
+    return [replace(p, name=f"{segment.name}, {p.log.time[0]:.0f} to {p.log.time[-1]:.0f} s") for p in parts]

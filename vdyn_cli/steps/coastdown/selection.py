@@ -29,7 +29,7 @@ FEWEST_LISTED = 4  # short parts of one log, from which they are summed up in on
 
 
 @dataclass(frozen=True)
-class Selection:
+class SegmentSelection:
     """The segments that are fitted, and those that are left out with the reason."""
 
     segments: tuple[CoastSegment, ...]
@@ -53,7 +53,9 @@ def drive_signal(settings: CoastdownSettings, logs: Sequence[Log]) -> DriveSigna
     return "coasting"
 
 
-def selected(spec: CoastdownSpec, logs: Sequence[Log], drive: DriveSignal, known: Mapping[str, Given]) -> Selection:
+def selected(
+    spec: CoastdownSpec, logs: Sequence[Log], drive: DriveSignal, known: Mapping[str, Given]
+) -> SegmentSelection:
     """The segments that are fitted.
 
     Parameters
@@ -90,7 +92,7 @@ def selected(spec: CoastdownSpec, logs: Sequence[Log], drive: DriveSignal, known
         remedy = "check speed_window, minimum_length and the channel map"
         nothing = Finding("runs", f"no sample is faster than {SLOWEST:g} m/s under drive", "", remedy)
         raise ResultError(*([Finding(r.run, f"rejected: {r.why}", "", remedy) for r in rejected] or [nothing]))
-    return Selection(tuple(segments), tuple(rejected))
+    return SegmentSelection(tuple(segments), tuple(rejected))
 
 
 def direction_of(runs: Sequence[Run], segment: CoastSegment) -> str | None:
