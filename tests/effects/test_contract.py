@@ -20,9 +20,9 @@ from tests.engine.plants import HALF_CAR, ROAD_LOAD
 from vdyn_cli import steps
 from vdyn_cli.commands.explain import explanation
 from vdyn_cli.effects import Effect, candidates, catalogue
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.graph import Graph, trace
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.offer import offered
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.errors import ResultError
@@ -97,7 +97,7 @@ MODELS = shipped_models()
 
 
 def hosts(effect: Effect) -> list[Model]:
-    return [model for model in MODELS if offered(model, (effect,))]
+    return [model for model in MODELS if applicable(model, (effect,))]
 
 
 def one_of_each(models: list[Model]) -> list[Model]:

@@ -27,9 +27,9 @@ class Seeds:
 
 
 class Kernel(Protocol):
-    """Machine code, or its stand-in, for the steps of one graph with K >= k tangent lanes for k unknowns."""
+    """Machine code, or its stand-in, for the steps of one graph with K >= k tangent directions for k unknowns."""
 
-    lanes: int
+    directions: int
     rows: int
 
     def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:

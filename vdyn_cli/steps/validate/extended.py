@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vdyn_cli.inference import Regression, Solution, solve
-from vdyn_cli.inference.linearized_regression import frozen
+from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.validate.felt import FELT
 from vdyn_cli.steps.validate.flanks import evenly
@@ -82,7 +82,7 @@ def _settled(
     knocks = any(e.probes for e in trial.effects)
     for _ in range(PASSES):
         begun_at = dict(zip(trial.shared, trial.theta().tolist(), strict=True))
-        straight = frozen(lines(trial))
+        straight = linearized(lines(trial))
         whole = FELT in trial.model.inputs and len(straight.runs) >= FEWEST_UNITS
         solution = solve(straight, units="run" if whole else "block")
         moves = {n: abs(solution.values[n] - at) for n, at in begun_at.items() if n in solution.values}

@@ -12,8 +12,8 @@ import numpy as np
 
 from vdyn_cli.description.test_description import Si, Strict, TestSpec
 from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.offer import offered
 from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
@@ -153,7 +153,7 @@ def trial_of(
 
 def carried(known: Parameters, model: Model) -> tuple[Effect, ...]:
     """The causes that earlier steps accepted and that this model can take: they are in it from the start."""
-    return offered(model, [e for e in catalogue() if e.name in known.extensions])
+    return applicable(model, [e for e in catalogue() if e.name in known.extensions])
 
 
 def _moves(log: Log, channel: str) -> bool:
