@@ -29,7 +29,7 @@ from tests.plant.vehicle import REFERENCE
 from vdyn_cli.engine.c_source import c_program
 from vdyn_cli.engine.graph import trace
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.inference.qr_factors import fold
+from vdyn_cli.inference.qr_factors import qr_factor
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.physics.models.vehicle_defaults import complete
 
@@ -140,7 +140,7 @@ def triangle(simulate: Simulator, run: Drive) -> Array:
     kept = np.zeros((len(UNKNOWNS) + 1, len(UNKNOWNS) + 1))
     for piece in simulate.chunks(run, THETA):
         rows = [np.column_stack([piece.sensitivities[n] * THETA, v]) for n, v in piece.outputs.items()]
-        kept = fold(np.vstack([kept, *rows]))
+        kept = qr_factor(np.vstack([kept, *rows]))
     return kept
 
 

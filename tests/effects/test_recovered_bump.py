@@ -11,7 +11,7 @@ from tests.effects.recovered import Hidden, compare, given, unknowns
 from tests.plant import bump as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
-from vdyn_cli.engine.offer import offered
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
@@ -66,4 +66,4 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
     model = step.model(SPEC, step.Measured(()), given({}))
-    assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates(load_step("bump").situations))}
+    assert {h.plant for h in HIDDEN} == {e.name for e in applicable(model, candidates(load_step("bump").situations))}

@@ -11,7 +11,7 @@ from tests.effects.recovered import Hidden, compare, given, unknowns
 from tests.plant import cg as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
-from vdyn_cli.engine.offer import offered
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
@@ -95,4 +95,4 @@ def test_the_door_with_every_cause_in_finds_the_same() -> None:
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
     model = step.model(*logs(SHOWN[0], 1.0), KNOWN)
     names = {h.plant for h in (*SHOWN, *FAINT)} | {"accelerometer_tilt", "accelerometer_offset"}
-    assert {e.name for e in offered(model, candidates(load_step("cg").situations))} == names
+    assert {e.name for e in applicable(model, candidates(load_step("cg").situations))} == names

@@ -11,7 +11,7 @@ from tests.effects.recovered import Hidden, compare, given, unknowns
 from tests.plant import shaft as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
-from vdyn_cli.engine.offer import offered
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
@@ -100,4 +100,4 @@ def test_both_sides_share_the_causes_and_have_a_bar_each() -> None:
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
     model = prepare(spec(False), (log(HIDDEN[0], 1.0),), KNOWN).model
-    assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates(load_step("shaft").situations))}
+    assert {h.plant for h in HIDDEN} == {e.name for e in applicable(model, candidates(load_step("shaft").situations))}

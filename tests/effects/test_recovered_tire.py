@@ -11,7 +11,7 @@ from tests.effects.recovered import Hidden, compare, given, unknowns
 from tests.plant import tire as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
-from vdyn_cli.engine.offer import offered
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
@@ -89,10 +89,10 @@ def test_the_door_finds_the_same() -> None:
 def test_the_step_takes_every_cause_that_it_looks_for_and_without_a_speed_what_needs_none() -> None:
     sweeps = logs(HIDDEN[0], 1.0)
     wanted = candidates(load_step("tire").situations)
-    assert {h.plant for h in HIDDEN} == {e.name for e in offered(prepare(SPEC, sweeps, KNOWN).model, wanted)}
+    assert {h.plant for h in HIDDEN} == {e.name for e in applicable(prepare(SPEC, sweeps, KNOWN).model, wanted)}
     slips = tuple(
         Log(s.name, s.time, {"slip": s["slip"], "force_x": s["force_x"], "force_z": s["force_z"]})
         for s in prepare(SPEC, sweeps, KNOWN).logs
     )
-    names = {e.name for e in offered(prepare(SPEC, slips, KNOWN).model, wanted)}
+    names = {e.name for e in applicable(prepare(SPEC, slips, KNOWN).model, wanted)}
     assert names == {"load_sensitivity", "slip_offset", "force_offset"}

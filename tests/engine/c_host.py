@@ -1,4 +1,4 @@
-"""Compiling a printed model and driving it from Python, as a test bench would from C."""
+"""Compiling a printed model and driving it from Python, as a test builder would from C."""
 
 from __future__ import annotations
 

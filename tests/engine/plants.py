@@ -6,7 +6,7 @@ import math
 
 from vdyn_cli.engine.maths import both, cos, fabs, fmax, sin, where
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.quantities.constants import GRAVITY
 
 
@@ -27,7 +27,7 @@ def tire_vertical(s: Signals) -> Number:
     return fmax(s.static_load - s.stiffness * s.deflection, 0.0)
 
 
-def _road_load(e: Bench, u: Signals) -> None:
+def _road_load(e: ModelBuilder, u: Signals) -> None:
     p, v, _ = e.p, e.state("speed", 20.0), e.state("position")
     drag = e(air, speed=v, wind=u.wind, drag_area=p.drag_area, air_density=p.air_density)
     drag += e(rolling, speed=v, load=p.mass * GRAVITY * cos(u.grade), rolling_resistance=p.rolling_resistance)
@@ -46,7 +46,7 @@ ROAD_LOAD = Model(
 ROAD = {"mass": 1500.0, "rotating_mass": 45.0, "drag_area": 0.6, "air_density": 1.2, "rolling_resistance": 0.01}
 
 
-def _half_car(e: Bench, u: Signals) -> None:
+def _half_car(e: ModelBuilder, u: Signals) -> None:
     p = e.p
     z, w, pitch, turn, x = (e.state(name) for name in ("heave", "heave_rate", "pitch", "pitch_rate", "position"))
     lift: Number = 0.0

@@ -16,7 +16,7 @@ from vdyn_cli.engine import maths
 from vdyn_cli.engine.c_source import c_program
 from vdyn_cli.engine.graph import trace
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Signals
 from vdyn_cli.engine.simulate import Drive, Simulator
 
 HEADWIND = next(effect for effect in catalogue() if effect.name == "headwind")
@@ -58,7 +58,7 @@ def test_an_effect_with_a_state_of_its_own(tmp_path):
     same(tmp_path, ROAD_LOAD, {**ROAD, **unknowns}, inputs, (FADING,), context={"heading": 1.0})
 
 
-def _everything(e: Bench, u: Signals) -> None:
+def _everything(e: ModelBuilder, u: Signals) -> None:
     x, p = e.state("x", 0.3), e.p
     a, b = x * p.scale, u.push - 0.2
     shapes = [maths.sin(a), maths.cos(a), maths.tan(a), maths.atan(a), maths.tanh(a), maths.exp(a), maths.fabs(b)]
@@ -87,7 +87,7 @@ def test_every_function_that_laws_may_use(tmp_path):
 
 
 def test_a_model_without_inputs_and_parameters_compiles(tmp_path):
-    def swing(e: Bench, u: Signals) -> None:
+    def swing(e: ModelBuilder, u: Signals) -> None:
         angle, rate = e.state("angle", 0.1), e.state("rate")
         e.integrate(angle=rate, rate=-maths.sin(angle))
         e.sensor("angle", angle)
@@ -113,7 +113,7 @@ def test_what_can_not_be_printed_is_refused():
 
 
 def _keyword() -> Model:
-    def assemble(e: Bench, u: Signals) -> None:
+    def assemble(e: ModelBuilder, u: Signals) -> None:
         e.integrate(x=u.double - e.state("x"))
 
     return Model("keyword", assemble, (), ("double",))

@@ -12,7 +12,7 @@ from tests.engine.plants import HALF, HALF_CAR, ROAD, ROAD_LOAD
 from vdyn_cli.effects import effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.inference.qr_factors import fold
+from vdyn_cli.inference.qr_factors import qr_factor
 from vdyn_cli.quantities.quantity import Quantity
 
 UNKNOWNS = ("stiffness_front", "stiffness_rear", "damping_front", "tire_stiffness", "bump_front", "start.heave")
@@ -97,7 +97,7 @@ def triangle(simulate: Simulator, run: Drive, samples: int) -> np.ndarray:
             np.column_stack([piece.sensitivities[name] * THETA, piece.outputs[name] - 7e3]) / 1e3
             for name in ("load_front", "load_rear")
         ]
-        kept = fold(np.vstack([kept, *rows]))
+        kept = qr_factor(np.vstack([kept, *rows]))
     return kept
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from tests.engine.plants import ROAD, ROAD_LOAD
 from vdyn_cli.effects import effect
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.lead import read_ahead
 from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.engine.offer import offered
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.quantities.quantity import Quantity
 
@@ -33,7 +33,7 @@ def simulator(*unknowns: str, backend: str = "auto") -> Simulator:
 
 
 def test_the_effect_is_offered():
-    assert offered(ROAD_LOAD, (late_force,)) == (late_force,)
+    assert applicable(ROAD_LOAD, (late_force,)) == (late_force,)
 
 
 @pytest.mark.parametrize("backend", ["llvm", "vm"])

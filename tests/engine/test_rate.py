@@ -6,14 +6,14 @@ import numpy as np
 
 from tests.engine.effects import speed_scale
 from vdyn_cli.effects import catalogue
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.maths import cos
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Signals
-from vdyn_cli.engine.offer import offered
+from vdyn_cli.engine.model_builder import ModelBuilder, Signals
 from vdyn_cli.engine.simulate import Drive, Simulator
 
 
-def assemble(e: Bench, u: Signals) -> None:
+def assemble(e: ModelBuilder, u: Signals) -> None:
     x, v = e.state("x", 1.0), e.state("v", 0.0)
     e.rate("speed", of=x)  # asked for before the rates are known
     e.rate("push", of=-(e.p.stiffness) * x + u.force)
@@ -43,7 +43,7 @@ def test_inputs_are_held() -> None:
 
 
 def test_effects_correct_them_as_any_sensor() -> None:
-    assert [e.name for e in offered(SWING, (speed_scale, *catalogue()))][:1] == ["speed_scale"]
+    assert [e.name for e in applicable(SWING, (speed_scale, *catalogue()))][:1] == ["speed_scale"]
     plain, scaled = (
         Simulator(SWING, {"stiffness": 9.0, **gain}, (), (speed_scale,))(Drive(TIME, {"force": 0.0}))
         for gain in ({}, {"speed_gain": 0.5})

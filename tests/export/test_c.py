@@ -11,7 +11,7 @@ import pytest
 from tests.engine.c_host import Compiled, build
 from tests.export.cases import BRAKE_DRAG, HEADWIND, SPEED_SCALE, given, simulated, stop_and_go
 from vdyn_cli.effects import catalogue
-from vdyn_cli.engine.offer import offered
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.export import ExportOptions, make
 from vdyn_cli.export.exported_vehicle import exported_vehicle
 from vdyn_cli.physics.models.vehicle import vehicle
@@ -100,7 +100,7 @@ def test_extensions_that_an_earlier_step_left_are_in_the_model(tmp_path):
 
 
 def test_every_cause_that_lasts_can_be_exported(tmp_path):
-    lasting = [effect for effect in offered(vehicle("front"), catalogue()) if effect.lasts]
+    lasting = [effect for effect in applicable(vehicle("front"), catalogue()) if effect.lasts]
     assert len(lasting) > 5
     sizes = {
         effect.name: {

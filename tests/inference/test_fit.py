@@ -183,7 +183,7 @@ def test_a_model_that_fails_on_the_way_makes_shorter_steps(raises: bool) -> None
 def test_no_convergence_is_an_error_that_says_what_still_moves() -> None:
     with pytest.raises(ResultError, match="did not converge in 1 iterations") as caught:
         solve(decays(recorded(2)), most_iterations=1)
-    assert "still to move by" in caught.value.findings[0].got
+    assert "next step" in caught.value.findings[0].got
 
 
 @pytest.mark.parametrize("loss", ["huber", "soft_l1"])
@@ -240,7 +240,7 @@ def test_the_triangles_of_the_units_hold_all_the_data(runs: int) -> None:
         theta = np.array([*solution.values.values(), solution.per_run["start"][run]])
         rows = regression.rows(run, theta)
         whole = np.column_stack([rows.jacobian[:, 2:], rows.jacobian[:, :2], rows.residual])
-        parts = sum(u.triangle.T @ u.triangle for u in solution.units if u.run == run)
+        parts = sum(u.factor.T @ u.factor for u in solution.units if u.run == run)
         assert parts == pytest.approx(whole.T @ whole, rel=1e-9, abs=1e-6)
 
 

@@ -91,7 +91,7 @@ def test_what_a_run_s_own_unknown_could_also_be() -> None:
     x = np.ones(30)
     own = (Unknown("rolling", 0.0), Unknown("grade", 0.0, per_run=True))
     text = refusal(np.column_stack([x, x]), own)
-    assert "do not tell rolling from the runs' own grade" in text
+    assert "rolling cannot be separated from grade of the runs" in text
     assert "fix rolling or grade" in text
 
 

@@ -8,7 +8,7 @@ from scipy.optimize import lsq_linear
 
 from vdyn_cli.inference import Regression, Rows, Unknown, solve
 from vdyn_cli.inference.minimize import minimize
-from vdyn_cli.inference.qr_factors import fold
+from vdyn_cli.inference.qr_factors import qr_factor
 from vdyn_cli.inference.regression import evaluate
 
 
@@ -112,7 +112,7 @@ def test_at_an_edge_the_fit_ends_where_no_step_keeps_what_it_promises(left: floa
 @pytest.mark.parametrize("rows", [0, 1, 3, 4, 100])
 def test_a_fold_keeps_all_products(rows: int) -> None:
     matrix = np.random.default_rng(rows).standard_normal((rows, 4))
-    triangle = fold(matrix)
+    triangle = qr_factor(matrix)
     assert triangle.shape == (4, 4)
     assert np.tril(triangle, -1) == pytest.approx(np.zeros((4, 4)))
     assert triangle.T @ triangle == pytest.approx(matrix.T @ matrix, abs=1e-12)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vdyn_cli.inference import Regression, Rows, Unknown, solve
-from vdyn_cli.inference.linearized_regression import frozen
+from vdyn_cli.inference.linearized_regression import linearized
 
 TIME = np.linspace(0.0, 1.0, 120)
 
@@ -22,18 +22,18 @@ def line(level: float, rise: float, known: tuple[float, float] | None) -> Regres
 
 
 def test_frozen_is_the_same_fit():
-    plain, straight = solve(line(3.0, 2.0, None)), solve(frozen(line(3.0, 2.0, None)))
+    plain, straight = solve(line(3.0, 2.0, None)), solve(linearized(line(3.0, 2.0, None)))
     assert straight.values["level"] == pytest.approx(plain.values["level"], abs=1e-9)
     assert straight.cost == pytest.approx(plain.cost)
 
 
 def test_frozen_knows_as_much_of_the_noise():
     """Triangles stand for all the rows that were folded."""
-    plain, straight = solve(line(3.0, 2.0, None)), solve(frozen(line(3.0, 2.0, None)))
+    plain, straight = solve(line(3.0, 2.0, None)), solve(linearized(line(3.0, 2.0, None)))
     assert straight.classical_covariance == pytest.approx(plain.classical_covariance, rel=1e-6)
 
 
 def test_what_is_known_may_be_found_beyond_what_is_physical():
     """How far a known quantity is off shows that something is wrong; it is not refused for lying at its bound."""
-    found = solve(frozen(line(-4.0, 2.0, (1.0, 0.3))))
+    found = solve(linearized(line(-4.0, 2.0, (1.0, 0.3))))
     assert found.values["level"] < -1.0

@@ -22,13 +22,13 @@ import vdyn_cli.physics.models
 from vdyn_cli import effects, steps
 from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.effects import PROPERTIES, Effect
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.graph import Graph, trace
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.offer import offered
 from vdyn_cli.io.reader import Column, Reader, ReadOptions, is_clock
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.project.inputs import gather
-from vdyn_cli.project.result_document import step_document, to_json
+from vdyn_cli.project.result_document import StepRecord, provenance_of, to_json
 from vdyn_cli.quantities.errors import VdynError
 from vdyn_cli.quantities.quantity import UnitError, to_si
 from vdyn_cli.steps import Problem, Step
@@ -114,7 +114,10 @@ def step_checks(step: Step, example: Path, known_files: Sequence[Path] = ()) -> 
         return step.prepare(inputs.spec, inputs.data, inputs.known)
 
     problem = prepared()
-    documents = [to_json(step_document(p.publish(), inputs, "", known_files)) for p in (problem, problem, prepared())]
+    documents = [
+        to_json(StepRecord(p.publish(), provenance_of(inputs, "", known_files)).document)
+        for p in (problem, problem, prepared())
+    ]
     found = problem.publish().parameters
     checks: dict[str, Check] = {
         "docstring": lambda: iter(() if steps.summary(step.name) else ("its module has no docstring",)),
@@ -183,7 +186,7 @@ def _variants(function: Any) -> list[Model]:
 
 def hosts(effect: Effect, models: Sequence[Model]) -> list[Model]:
     """The models that can take an effect."""
-    return [model for model in models if offered(model, (effect,))]
+    return [model for model in models if applicable(model, (effect,))]
 
 
 def one_of_each(models: Sequence[Model]) -> list[Model]:

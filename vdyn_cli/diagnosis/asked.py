@@ -8,7 +8,7 @@ from vdyn_cli.description.test_description import Diagnose, TestSpec
 from vdyn_cli.diagnosis.case import Case
 from vdyn_cli.diagnosis.level import LEVEL
 from vdyn_cli.effects import Effect, candidates
-from vdyn_cli.engine.offer import offered
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps import Diagnosable, Problem, Step
@@ -59,7 +59,7 @@ def _offered(step: Step, problem: Problem, known: Parameters) -> tuple[tuple[Eff
     """The causes that the step's model can take, and those that an earlier step has found, which are in it."""
     lent = step.diagnosable
     assert lent is not None
-    every = offered(problem.model, candidates(step.situations))
+    every = applicable(problem.model, candidates(step.situations))
     carried = tuple(e for e in every if lent.carries and e.name in known.extensions)
     return tuple(e for e in every if e not in carried), carried
 

@@ -18,7 +18,7 @@ import numpy as np
 from vdyn_cli.diagnosis.detect import STATED, VISIBLE
 from vdyn_cli.diagnosis.sheet import Sheet, linearise, orthonormal
 from vdyn_cli.diagnosis.workbench import Workbench
-from vdyn_cli.inference.qr_factors import Array, fold
+from vdyn_cli.inference.qr_factors import Array, qr_factor
 from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.manoeuvre import Manoeuvre
@@ -149,4 +149,4 @@ def _turned(jacobian: Array, shared: int) -> Array:
 
 def _eliminated(rows: Array, first: int) -> Array:
     """Rows that tell as much about the other columns once the first ones are fitted."""
-    return fold(rows)[first:, first:]
+    return qr_factor(rows)[first:, first:]

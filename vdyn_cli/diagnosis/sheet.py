@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vdyn_cli.inference import Regression, Rows
 from vdyn_cli.inference.intervals import effective_number
 from vdyn_cli.inference.linearized_regression import BLOCKS, blocks_of, blocks_within
-from vdyn_cli.inference.qr_factors import Array, fold
+from vdyn_cli.inference.qr_factors import Array, qr_factor
 from vdyn_cli.inference.regression import prior_rows
 
 SLOPELESS = 0.05  # of a secant's trace: a slope that is less leads nowhere
@@ -190,12 +190,12 @@ def sheet(linear: Linear, kind: Literal["auto", "run", "block"] = "auto") -> She
         known = prior_rows(regression.own, linear.own[k])
         known = np.column_stack([known[:, :m], np.zeros((len(known), s)), -known[:, -1]])
         if kind == "run":
-            triangle = fold(np.vstack([matrix, known]))[m:, m:]
+            triangle = qr_factor(np.vstack([matrix, known]))[m:, m:]
             parts.append(triangle)
             owner.append((k, len(matrix) if rows.folded is None else int(rows.folded.sum())))
             continue
         for i, block in enumerate(blocks_of(rows, matrix, int(counts[k]))):
-            parts.append(_spread(fold(matrix[block]), s, m, k, runs))
+            parts.append(_spread(qr_factor(matrix[block]), s, m, k, runs))
             owner.append((k, len(block) if rows.folded is None else int(rows.folded[i])))
         for row in known:
             parts.append(_spread(row[None], s, m, k, runs))

@@ -10,7 +10,7 @@ from vdyn_cli.diagnosis.case import Case, begun_at, scanned, shapes_of, unknowns
 from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.diagnosis.sheet import Linear, Sheet, as_measured, linearise, sheet
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
-from vdyn_cli.inference.linearized_regression import frozen
+from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.inference.restrict import restricted, without_priors
 from vdyn_cli.quantities.errors import ResultError
 
@@ -235,7 +235,7 @@ class Workbench:
         return self._near[fitted.causes]
 
     def _lines(self, causes: tuple[str, ...], through: Mapping[str, float]) -> Fitted:
-        lines = frozen(self._alone(causes, through))
+        lines = linearized(self._alone(causes, through))
         solution = solve(lines, tolerance=LEAST_STEP)
         linear = linearise(lines, solution.values, solution.per_run)
         return Fitted(causes, solution, linear, sheet(linear))
@@ -351,7 +351,7 @@ def open_workbench(case: Case, begun: Mapping[str, float] = NOTHING) -> Workbenc
     causes = {n for e in every for n in scanned(e)}
     base = tuple(u.name for u in full.shared if u.name not in added)
     if case.straight:
-        full = frozen(full)
+        full = linearized(full)
     full = without_priors(full, causes)
     full = replace(full, unknowns=tuple(replace(u, start=0.0) if u.name in causes else u for u in full.unknowns))
     return Workbench(case, _ordered(full, base), base)
@@ -361,7 +361,7 @@ def _baseline(case: Case) -> Mapping[str, float]:
     """The baseline's fit on a straight line, laid again through what it gave where the model knocks."""
     begun = NOTHING
     for _ in range(1 + LINES * case.bent):
-        found = solve(frozen(case.regression((), (), start=begun)), tolerance=LEAST_STEP)
+        found = solve(linearized(case.regression((), (), start=begun)), tolerance=LEAST_STEP)
         held = begun and all(abs(found.values[n] - v) < CLOSE * found.std[n] for n, v in begun.items())
         begun = found.values
         if held:

@@ -1,4 +1,4 @@
-"""Which backend runs a graph, and with how many tangent lanes."""
+"""Which backend runs a graph, and with how many tangent directions."""
 
 from __future__ import annotations
 

@@ -120,18 +120,18 @@ class Course:
 
     def _run(self, kernel: Kernel, z: Array, grid: Grid, seen: Seen, tangents: Array) -> None:
         """One kernel, some steps at a time so that memory stays small."""
-        total, sub, lanes, m = grid.steps.size, grid.substeps, kernel.lanes, self.readings
+        total, sub, directions, m = grid.steps.size, grid.substeps, kernel.directions, self.readings
         rows = min(total, kernel.rows)
-        w, passed = np.empty((rows, m * (lanes + 1))), np.empty((rows, self.states))
+        w, passed = np.empty((rows, m * (directions + 1))), np.empty((rows, self.states))
         for begin in range(0, total, rows):
             n = min(rows, total - begin)
             kernel(n, z, grid.inputs[begin:], grid.steps[begin:], self.constants, w, passed)
             self._refuse_not_finite(grid, begin, passed[:n], w[:n])
             at = slice(-begin % sub, n, sub)  # of the substeps, those that begin a sample
             samples = slice(-(-begin // sub), (begin + n - 1) // sub + 1)
-            seen.readings[:, samples] = w[at, m * lanes :].T
-            if lanes:
-                carried = w[at, : m * lanes].reshape(-1, m, lanes)[:, :, : tangents.shape[2]]
+            seen.readings[:, samples] = w[at, m * directions :].T
+            if directions:
+                carried = w[at, : m * directions].reshape(-1, m, directions)[:, :, : tangents.shape[2]]
                 tangents[:, samples] = carried.transpose(1, 0, 2)
             if seen.trail.size:
                 seen.trail[:, samples] = passed[at].T

@@ -14,21 +14,21 @@ from typing import Any, Protocol
 import casadi as ca
 
 Value = Any
-Lanes = Any
+Tangents = Any
 
 
 class Algebra(Protocol):
-    """How a backend computes: values are scalars, lanes are rows of K derivatives."""
+    """How a backend computes: values are scalars, tangents are rows of K derivatives."""
 
     def value(self, op: int, *arguments: Value) -> Value:
         """The result of one operation of the graph; plain floats are constants."""
 
-    def scale(self, lanes: Lanes, by: Value) -> Lanes: ...
-    def add(self, left: Lanes, right: Lanes) -> Lanes: ...
-    def subtract(self, left: Lanes, right: Lanes) -> Lanes: ...
-    def negate(self, lanes: Lanes) -> Lanes: ...
-    def choose(self, condition: Value, lanes: Lanes) -> Lanes:
-        """The lanes where the condition is not 0, else 0."""
+    def scale(self, tangents: Tangents, by: Value) -> Tangents: ...
+    def add(self, left: Tangents, right: Tangents) -> Tangents: ...
+    def subtract(self, left: Tangents, right: Tangents) -> Tangents: ...
+    def negate(self, tangents: Tangents) -> Tangents: ...
+    def choose(self, condition: Value, tangents: Tangents) -> Tangents:
+        """The tangents where the condition is not 0, else 0."""
 
 
 def instructions(function: ca.Function) -> Iterator[tuple[int, list[int], list[int], float]]:
@@ -99,9 +99,9 @@ LINEAR = frozenset((ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE, ca.OP_ASSIGN, 
 KNOWN = FLAT | LINEAR | ONE.keys() | TWO.keys() | {ca.OP_DIV}
 
 
-def tangent(algebra: Algebra, op: int, a: Sequence[Value], v: Value, t: Sequence[Lanes | None]) -> Lanes | None:
-    """The lanes of ``v = op(*a)`` from the lanes ``t`` of its arguments; None stands for zero."""
-    if op in FLAT or all(lanes is None for lanes in t):
+def tangent(algebra: Algebra, op: int, a: Sequence[Value], v: Value, t: Sequence[Tangents | None]) -> Tangents | None:
+    """The tangents of ``v = op(*a)`` from the tangents ``t`` of its arguments; None stands for zero."""
+    if op in FLAT or all(tangents is None for tangents in t):
         return None
     if op == ca.OP_DIV:
         moved = t[0] if t[1] is None else _linear(algebra, ca.OP_SUB, a, (t[0], algebra.scale(t[1], v)))
@@ -111,14 +111,14 @@ def tangent(algebra: Algebra, op: int, a: Sequence[Value], v: Value, t: Sequence
     if op in ONE:
         return algebra.scale(t[0], ONE[op](algebra.value, a[0], v))
     parts = [
-        algebra.scale(lanes, slope(algebra.value, *a, v))
-        for lanes, slope in zip(t, TWO[op], strict=True)
-        if lanes is not None and slope is not None
+        algebra.scale(tangents, slope(algebra.value, *a, v))
+        for tangents, slope in zip(t, TWO[op], strict=True)
+        if tangents is not None and slope is not None
     ]
     return algebra.add(*parts) if len(parts) == 2 else next(iter(parts), None)
 
 
-def _linear(algebra: Algebra, op: int, a: Sequence[Value], t: Sequence[Lanes | None]) -> Lanes | None:
+def _linear(algebra: Algebra, op: int, a: Sequence[Value], t: Sequence[Tangents | None]) -> Tangents | None:
     if op == ca.OP_ASSIGN:
         return t[0]
     if op == ca.OP_IF_ELSE_ZERO:

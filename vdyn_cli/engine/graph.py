@@ -14,7 +14,7 @@ import numpy as np
 from vdyn_cli.engine.dual import refuse_unknown_operations
 from vdyn_cli.engine.lead import leads_of, now_of, slope_of
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Correction, Number, Signals
+from vdyn_cli.engine.model_builder import Correction, ModelBuilder, Number, Signals
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,19 +123,19 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
             x[name], starts[name] = ca.SX.sym(name), start
         return x[name]
 
-    bench = Bench(read, p, q, effects, c)
-    leads = leads_of(bench, model.inputs)
-    model.assemble(bench, Signals(**leads.seen(u)))
-    bench.finish(lambda of: ca.jtimes(ca.SX(of), *_moving(x, bench.rates)))
-    if unmet := [effect.name for effect in effects if effect.name not in bench.met]:
+    builder = ModelBuilder(read, p, q, effects, c)
+    leads = leads_of(builder, model.inputs)
+    model.assemble(builder, Signals(**leads.seen(u)))
+    builder.finish(lambda of: ca.jtimes(ca.SX(of), *_moving(x, builder.rates)))
+    if unmet := [effect.name for effect in effects if effect.name not in builder.met]:
         raise ValueError(f"model {model.name!r} has no element for the effect {', '.join(unmet)}")
-    if odd := set(bench.rates) ^ set(x):
+    if odd := set(builder.rates) ^ set(x):
         raise ValueError(f"model {model.name!r}: a state needs one rate and a rate one state, not so {sorted(odd)}")
     u |= {slope_of(name): slope for name, slope in leads.slope.items()}
     now = {now_of(name): value for name, value in leads.now.items()}
     constants = {**p, **q, **now, **c}
-    rates = column(bench.rates[name] for name in x)
-    readings = _readings(bench, column(x.values()), rates, column(u.values()))
+    rates = column(builder.rates[name] for name in x)
+    readings = _readings(builder, column(x.values()), rates, column(u.values()))
     shifted = tuple(name for name, (_, _, shift) in readings.items() if not shift.is_zero())
     rated = tuple(name for name in shifted if readings[name][1] is not None)
     read_out = column(
@@ -169,10 +169,10 @@ def _moving(x: Mapping[str, ca.SX], rates: Mapping[str, Number]) -> tuple[ca.SX,
     return column(x.values()), column(rates.get(name, 0.0) for name in x)
 
 
-def _readings(bench: Bench, x: ca.SX, rates: ca.SX, u: ca.SX) -> dict[str, tuple[ca.SX, ca.SX | None, ca.SX]]:
+def _readings(builder: ModelBuilder, x: ca.SX, rates: ca.SX, u: ca.SX) -> dict[str, tuple[ca.SX, ca.SX | None, ca.SX]]:
     """Each output with its rate, exact where it depends on states alone and needed for a shift, and its clock shift."""
     found = {}
-    for name, (value, rate, shift) in bench.outputs.items():
+    for name, (value, rate, shift) in builder.outputs.items():
         value, shift = ca.SX(value), ca.SX(shift)
         if not shift.is_zero() and x.numel() and not (u.numel() and ca.depends_on(value, u)):
             rate = ca.jtimes(value, x, rates)

@@ -1,4 +1,4 @@
-"""Printing a graph as LLVM IR: a loop over steps, each value with K tangent lanes beside it.
+"""Printing a graph as LLVM IR: a loop over steps, each value with K tangent directions beside it.
 
 No fast-math flags and no library knowledge: values come out as CasADi's virtual machine computes them, bit for bit.
 """
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from vdyn_cli.engine.dual import Lanes, Value, tangent
+from vdyn_cli.engine.dual import Tangents, Value, tangent
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir_steps import print_steps
 from vdyn_cli.engine.order import Order, ordered
@@ -40,8 +40,8 @@ _FUNCTIONS = {
     ca.OP_COPYSIGN: "llvm.copysign.f64",
 }
 _BINARY = (ca.OP_ATAN2, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_FMAX, ca.OP_FMIN, ca.OP_COPYSIGN)
-ROW = 8  # lanes that a processor takes at once, roughly
-# The stack is aligned so that spilled lanes do not straddle cache lines: a third of the time of small models.
+ROW = 8  # tangents that a processor takes at once, roughly
+# The stack is aligned so that spilled tangents do not straddle cache lines: a third of the time of small models.
 _ATTRIBUTES = 'attributes #0 = { nounwind alignstack=64 "no-builtins" }'
 
 
@@ -51,7 +51,7 @@ def constant(value: float) -> str:
 
 @dataclass(frozen=True)
 class _Term:
-    """A row of lanes times a number, both by name; no number stands for 1."""
+    """A row of tangents times a number, both by name; no number stands for 1."""
 
     row: str
     factor: str | None
@@ -61,13 +61,13 @@ class _Term:
 # More than 15 methods: one for each instruction that `dual` and the loop need, a few lines each; they share the text,
 # the names in use and the values already spread over lanes.
 class Printer:
-    """The algebra that prints: values are names of the text, lanes are sums of terms that are not added up yet."""
+    """The algebra that prints: values are names of the text, tangents are sums of terms that are not added up yet."""
 
-    def __init__(self, lanes: int) -> None:
+    def __init__(self, directions: int) -> None:
         self.lines: list[str] = []
         self.used: set[str] = set()
-        self._row = f"<{lanes} x double>"
-        self._lanes = lanes
+        self._row = f"<{directions} x double>"
+        self._directions = directions
         self._spread: dict[str, str] = {}
         self._count = 0
 
@@ -121,16 +121,16 @@ class Printer:
     def _number(self, truth: str) -> str:
         return self.name(f"uitofp i1 {truth} to double")
 
-    def scale(self, lanes: Lanes, by: Value) -> Lanes:
+    def scale(self, tangents: Tangents, by: Value) -> Tangents:
         """Terms are scaled before they are added up, one number instead of a row, as long as there are few of them."""
         scalar = constant(by) if isinstance(by, float) else by
-        few = lanes if len(lanes) <= max(1, self._lanes // ROW) else self.collected(lanes)
+        few = tangents if len(tangents) <= max(1, self._directions // ROW) else self.collected(tangents)
         return tuple(
             _Term(t.row, scalar if t.factor is None else self.name(f"fmul double {t.factor}, {scalar}"), t.minus)
             for t in few
         )
 
-    def add(self, left: Lanes, right: Lanes) -> Lanes:
+    def add(self, left: Tangents, right: Tangents) -> Tangents:
         terms = {t.row: t for t in left}
         for t in right:
             terms[t.row] = self._merged(terms[t.row], t) if t.row in terms else t
@@ -142,24 +142,26 @@ class Printer:
         how = "fadd" if a.minus == b.minus else "fsub"
         return _Term(a.row, self.name(f"{how} double {a.factor or one}, {b.factor or one}"), a.minus)
 
-    def subtract(self, left: Lanes, right: Lanes) -> Lanes:
+    def subtract(self, left: Tangents, right: Tangents) -> Tangents:
         return self.add(left, self.negate(right))
 
-    def negate(self, lanes: Lanes) -> Lanes:
-        return tuple(_Term(t.row, t.factor, not t.minus) for t in lanes)
+    def negate(self, tangents: Tangents) -> Tangents:
+        return tuple(_Term(t.row, t.factor, not t.minus) for t in tangents)
 
-    def choose(self, condition: Value, lanes: Lanes) -> Lanes:
+    def choose(self, condition: Value, tangents: Tangents) -> Tangents:
         truth = self._compare("une", condition, constant(0.0))
-        return self._single(self.name(f"select i1 {truth}, {self._row} {self.sum(lanes)}, {self._row} zeroinitializer"))
+        return self._single(
+            self.name(f"select i1 {truth}, {self._row} {self.sum(tangents)}, {self._row} zeroinitializer")
+        )
 
-    def collected(self, lanes: Lanes) -> Lanes:
+    def collected(self, tangents: Tangents) -> Tangents:
         """The same as one term, added up."""
-        return lanes if len(lanes) == 1 else self._single(self.sum(lanes))
+        return tangents if len(tangents) == 1 else self._single(self.sum(tangents))
 
-    def sum(self, lanes: Lanes) -> str:
+    def sum(self, tangents: Tangents) -> str:
         """The row that the terms make."""
         total = ""
-        for term in lanes:
+        for term in tangents:
             row = term.row if term.factor is None else self._times(term.row, term.factor)
             if total:
                 total = self.name(f"{'fsub' if term.minus else 'fadd'} {self._row} {total}, {row}")
@@ -167,13 +169,13 @@ class Printer:
                 total = self.name(f"fneg {self._row} {row}") if term.minus else row
         return total
 
-    def _single(self, row: str) -> Lanes:
+    def _single(self, row: str) -> Tangents:
         return (_Term(row, None, False),)
 
     def _times(self, row: str, scalar: str) -> str:
         if scalar not in self._spread:
             one = self.name(f"insertelement {self._row} undef, double {scalar}, i32 0")
-            zeros = f"<{self._lanes} x i32> zeroinitializer"
+            zeros = f"<{self._directions} x i32> zeroinitializer"
             self._spread[scalar] = self.name(f"shufflevector {self._row} {one}, {self._row} undef, {zeros}")
         return self.name(f"fmul {self._row} {row}, {self._spread[scalar]}")
 
@@ -181,7 +183,7 @@ class Printer:
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
         return self.name(f"load double, ptr {at}, align 8")
 
-    def load_lanes(self, array: str, offset: int) -> Lanes:
+    def load_tangents(self, array: str, offset: int) -> Tangents:
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
         return self._single(self.name(f"load {self._row}, ptr {at}, align 8"))
 
@@ -189,47 +191,47 @@ class Printer:
         """The value at this stage of the step."""
         return self.value(ca.OP_ADD, value, self.value(ca.OP_MUL, "%h", rate))
 
-    def move_lanes(self, offset: int) -> Lanes:
-        moved = self.add(self.load_lanes("%z", offset), self.scale(self.load_lanes("%k", offset), "%h"))
+    def move_tangents(self, offset: int) -> Tangents:
+        moved = self.add(self.load_tangents("%z", offset), self.scale(self.load_tangents("%k", offset), "%h"))
         return self.collected(moved)
 
     def store(self, value: str, array: str, offset: int) -> None:
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
         self.lines.append(f"store double {value}, ptr {at}, align 8")
 
-    def store_lanes(self, lanes: Lanes | None, array: str, offset: int) -> None:
+    def store_tangents(self, tangents: Tangents | None, array: str, offset: int) -> None:
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
-        row = "zeroinitializer" if lanes is None else self.sum(lanes)
+        row = "zeroinitializer" if tangents is None else self.sum(tangents)
         self.lines.append(f"store {self._row} {row}, ptr {at}, align 8")
 
 
-def print_kernel(graph: Graph, lanes: int, live: frozenset[int], seeded: frozenset[int]) -> str:
+def print_kernel(graph: Graph, directions: int, live: frozenset[int], seeded: frozenset[int]) -> str:
     """The text of ``void run(i64 n, z, u, dt, p, p_tangents, w, trail)``, arrays as in kernel.py.
 
     ``live`` states and ``seeded`` constants are those whose tangents can differ from zero.
     """
     states, inputs = int(graph.field.size1_in(0)), int(graph.field.size1_in(1))
-    body = _Body(ordered(graph.field), lanes, live, seeded, states, graph.readings)
+    body = _Body(ordered(graph.field), directions, live, seeded, states, graph.readings)
     first, out = body.prepared(), body.field()
     arrays = "ptr %z, ptr %k, double %h, ptr %u, ptr %p, ptr %tp, ptr %q, ptr %f, ptr %w, i1 %reading"
     text = [*(f"declare {function}" for function in sorted(first.used | out.used))]
     text += ["define internal void @prepare(ptr %p, ptr %tp, ptr %q) #0 {", *first.lines, "ret void", "}"]
     text += [f"define internal void @field({arrays}) #0 {{", *out.lines, "ret void", "}"]
-    text += print_steps(states, inputs, graph.readings, lanes, body.held * (1 + lanes))
+    text += print_steps(states, inputs, graph.readings, directions, body.held * (1 + directions))
     return "\n".join([*text, _ATTRIBUTES])
 
 
 class _Body:
     """A field in two functions: ``prepare`` writes what constants alone decide, ``field`` does the rest.
 
-    Rates f and readings w are those of the state z + h k; rows are arranged [lanes | values]. What only the readings
+    Rates f and readings w are those of the state z + h k; rows are arranged [tangents | values]. What only the readings
     need is skipped in the stages of a step that nobody reads.
     """
 
     def __init__(
-        self, order: Order, lanes: int, live: frozenset[int], seeded: frozenset[int], states: int, readings: int
+        self, order: Order, directions: int, live: frozenset[int], seeded: frozenset[int], states: int, readings: int
     ) -> None:
-        self._order, self._lanes, self._live, self._seeded = order, lanes, live, seeded
+        self._order, self._directions, self._live, self._seeded = order, directions, live, seeded
         self._states, self._readings = states, readings
         self._kept = {place: row for row, place in enumerate(order.kept)}
         self._tangents: dict[int, bool] = {}
@@ -240,18 +242,18 @@ class _Body:
         return len(self._kept)
 
     def prepared(self) -> Printer:
-        out = Printer(self._lanes)
+        out = Printer(self._directions)
         work = self._computed(out, self._order.once, {})
         for place, row in self._kept.items():
             value, carried = work[place]
             self._tangents[place] = carried is not None
-            out.store(value, "%q", self.held * self._lanes + row)
+            out.store(value, "%q", self.held * self._directions + row)
             if carried is not None:
-                out.store_lanes(carried, "%q", row * self._lanes)
+                out.store_tangents(carried, "%q", row * self._directions)
         return out
 
     def field(self) -> Printer:
-        out, order = Printer(self._lanes), self._order
+        out, order = Printer(self._directions), self._order
         work = self._computed(out, order.moving, {})
         self._store(out, work, order.rates, "%f", self._states)
         out.lines += ["br i1 %reading, label %read, label %done", "read:"]
@@ -262,9 +264,9 @@ class _Body:
     def _store(self, out: Printer, work: _Work, places: Sequence[int], array: str, count: int) -> None:
         for i, place in enumerate(places):
             value, carried = self._found(out, work, place)
-            out.store(value, array, count * self._lanes + i)
-            if self._lanes:
-                out.store_lanes(carried, array, i * self._lanes)
+            out.store(value, array, count * self._directions + i)
+            if self._directions:
+                out.store_tangents(carried, array, i * self._directions)
 
     def _computed(self, out: Printer, places: Sequence[int], work: _Work) -> _Work:
         for place in places:
@@ -277,27 +279,29 @@ class _Body:
                 found = [self._found(out, work, k) for k in of]
                 a, t = [v for v, _ in found], [carried for _, carried in found]
                 v = out.value(op, *a)
-                carried = tangent(out, op, a, v, t) if self._lanes else None
+                carried = tangent(out, op, a, v, t) if self._directions else None
                 # What several others are made of is added up once.
                 shared = carried is not None and self._order.uses[place] > 1
                 work[place] = v, out.collected(carried) if shared else carried
         return work
 
-    def _found(self, out: Printer, work: _Work, place: int) -> tuple[str, Lanes | None]:
+    def _found(self, out: Printer, work: _Work, place: int) -> tuple[str, Tangents | None]:
         """A value, loaded where ``prepare`` has left it."""
         if place not in work:
             row = self._kept[place]
-            carried = out.load_lanes("%q", row * self._lanes) if self._tangents[place] else None
-            work[place] = out.load("%q", self.held * self._lanes + row), carried
+            carried = out.load_tangents("%q", row * self._directions) if self._tangents[place] else None
+            work[place] = out.load("%q", self.held * self._directions + row), carried
         return work[place]
 
-    def _input(self, out: Printer, source: int, i: int) -> tuple[str, Lanes | None]:
-        lanes = self._lanes
+    def _input(self, out: Printer, source: int, i: int) -> tuple[str, Tangents | None]:
+        directions = self._directions
         if source == 0:
-            moved = out.move(out.load("%z", self._states * lanes + i), out.load("%k", self._states * lanes + i))
-            return moved, out.move_lanes(i * lanes) if lanes and i in self._live else None
-        carried = out.load_lanes("%tp", i * lanes) if lanes and source == 2 and i in self._seeded else None
+            moved = out.move(
+                out.load("%z", self._states * directions + i), out.load("%k", self._states * directions + i)
+            )
+            return moved, out.move_tangents(i * directions) if directions and i in self._live else None
+        carried = out.load_tangents("%tp", i * directions) if directions and source == 2 and i in self._seeded else None
         return out.load(("%u", "%p")[source - 1], i), carried
 
 
-_Work = dict[int, tuple[str, Lanes | None]]
+_Work = dict[int, tuple[str, Tangents | None]]

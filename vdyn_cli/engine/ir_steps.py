@@ -1,7 +1,7 @@
-"""The loop over Runge-Kutta steps as LLVM IR: the same for every model, on values and tangent lanes alike.
+"""The loop over Runge-Kutta steps as LLVM IR: the same for every model, on values and tangent directions alike.
 
 The step length has no derivative, so a lane moves as a value does, and one row z of both is integrated. Rows are
-arranged [lanes | values], which keeps the lanes aligned; what is stored as one vector is loaded as one vector, for a
+arranged [tangents | values], which keeps tangents aligned; what is stored as one vector is loaded as one vector, for a
 load that straddles two stores has to wait for memory.
 """
 
@@ -14,16 +14,16 @@ UNROLLED = 4  # so many neighbors are written out rather than looped over
 Groups = Sequence[tuple[int, int]]  # (width, count): neighbors that are moved together, one group after the other
 
 
-def print_steps(states: int, inputs: int, readings: int, lanes: int, held: int) -> list[str]:
+def print_steps(states: int, inputs: int, readings: int, directions: int, held: int) -> list[str]:
     """``void run(n, z, u, dt, p, tp, w, trail)``, arrays as in kernel.py.
 
     It calls ``prepare(p, tp, q)`` once, which leaves in q, of size ``held``, what constants alone decide; then
     ``field(z, k, h, u, p, tp, q, f, w, reading)``: rates f and, if asked for, readings w of the state z + h k.
     """
     if not states:
-        return _static(inputs, readings, lanes, held)
-    row, seen = states * (1 + lanes), readings * (1 + lanes)
-    whole, values = ((lanes, states), (1, states)), ((1, states),)
+        return _static(inputs, readings, directions, held)
+    row, seen = states * (1 + directions), readings * (1 + directions)
+    whole, values = ((directions, states), (1, states)), ((1, states),)
     local = {"now": row, "still": row, "k1": row, "k2": row, "k3": row, "k4": row, "middle": inputs, "q": held}
     return [
         *_function("copy", "out from", "", whole, lambda b: b.store(b.load("from"))),
@@ -34,7 +34,7 @@ def print_steps(states: int, inputs: int, readings: int, lanes: int, held: int) 
         "define void @run(i64 %n, ptr %z, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trail) #0 {",
         "entry:",
         *(f"%{name} = alloca [{max(size, 1)} x double], align 64" for name, size in local.items()),
-        f"%values = getelementptr double, ptr %now, i64 {states * lanes}",
+        f"%values = getelementptr double, ptr %now, i64 {states * directions}",
         "call void @copy(ptr %now, ptr %z)",
         "call void @clear(ptr %still)",
         "call void @prepare(ptr %p, ptr %tp, ptr %q)",
@@ -61,7 +61,7 @@ def print_steps(states: int, inputs: int, readings: int, lanes: int, held: int) 
     ]
 
 
-def _static(inputs: int, readings: int, lanes: int, held: int) -> list[str]:
+def _static(inputs: int, readings: int, directions: int, held: int) -> list[str]:
     """A model without states: readings alone."""
     return [
         "define void @run(i64 %n, ptr %now, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trail) #0 {",
@@ -70,7 +70,7 @@ def _static(inputs: int, readings: int, lanes: int, held: int) -> list[str]:
         "call void @prepare(ptr %p, ptr %tp, ptr %q)",
         *_loop(
             *_address("before", "u", inputs),
-            *_address("seen", "w", readings * (1 + lanes)),
+            *_address("seen", "w", readings * (1 + directions)),
             _field("now", "0.0", "before", "now", reading=True),
         ),
         "ret void",

@@ -27,9 +27,9 @@ class Seeds:
 
 
 class Kernel(Protocol):
-    """Machine code, or its stand-in, for the steps of one graph with K >= k tangent lanes for k unknowns."""
+    """Machine code, or its stand-in, for the steps of one graph with K >= k tangent directions for k unknowns."""
 
-    lanes: int
+    directions: int
     rows: int
 
     # Seven arguments: the raw arrays of the compiled function, whose signature this is; `course` fills them.

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import Akima1DInterpolator
 
 from vdyn_cli.engine.drive import Drive
-from vdyn_cli.engine.model_builder import Bench, Number
+from vdyn_cli.engine.model_builder import ModelBuilder, Number
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +50,9 @@ def now_of(name: str) -> str:
     return f"{name}_lead_now"
 
 
-def leads_of(bench: Bench, inputs: tuple[str, ...]) -> Leads:
+def leads_of(builder: ModelBuilder, inputs: tuple[str, ...]) -> Leads:
     """Ask the lead law of every input; those that no effect touches are left alone."""
-    law = {name: bench(f"{name}_lead", value=0.0) for name in inputs}
+    law = {name: builder(f"{name}_lead", value=0.0) for name in inputs}
     law = {name: lead for name, lead in law.items() if not ca.SX(lead).is_zero()}
     slope = {name: ca.SX.sym(slope_of(name)) for name in law}
     return Leads(law, slope, {name: ca.SX.sym(now_of(name)) for name in law})

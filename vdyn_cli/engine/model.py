@@ -1,11 +1,11 @@
-"""A model: a name, the function that assembles it on a bench, and the names of everything that goes in."""
+"""A model: a name, the function that assembles it on a builder, and the names of everything that goes in."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vdyn_cli.engine.model_builder import Bench, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Signals
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class Model:
     Parameters
     ----------
     name : the model's name in messages.
-    assemble : ``assemble(e, u)`` calls elements on bench ``e`` with inputs ``u``, states rates and sensors.
+    assemble : ``assemble(e, u)`` calls elements on builder ``e`` with inputs ``u``, states rates and sensors.
     parameters : names of its constants, read as ``e.p.<name>``.
     inputs : names of its signals in time, read as ``u.<name>``; linear between samples.
     context : names of constants of a run that every law sees, such as ``heading`` (+1 out, -1 back).
@@ -27,7 +27,7 @@ class Model:
     """
 
     name: str
-    assemble: Callable[[Bench, Signals], None]
+    assemble: Callable[[ModelBuilder, Signals], None]
     parameters: tuple[str, ...]
     inputs: tuple[str, ...]
     context: tuple[str, ...] = ()

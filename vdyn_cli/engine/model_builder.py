@@ -1,4 +1,4 @@
-"""The bench on which a model is assembled: it calls element laws with their effects, keeps states and sensors.
+"""The builder on which a model is assembled: it calls element laws with their effects, keeps states and sensors.
 
 Contract, for ``s`` the frozen signals that a law sees and ``q`` the unknowns of an effect::
 
@@ -34,7 +34,7 @@ class Signals(SimpleNamespace):
 
 
 class Correction(Protocol):
-    """What the bench needs to know of an effect."""
+    """What the builder needs to know of an effect."""
 
     @property
     def name(self) -> str: ...
@@ -50,7 +50,7 @@ class Correction(Protocol):
     def probes(self) -> tuple[float, ...]: ...
 
 
-class Bench:
+class ModelBuilder:
     """Assembles one model: ``e(law, at, **signals)`` is the law with every effect that corrects it.
 
     Parameters

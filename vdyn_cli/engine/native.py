@@ -18,7 +18,7 @@ from vdyn_cli.engine.kernel import Array, Seeds
 # values alone they find the like work of a vehicle's four corners and do it at once, which gains a sixth.
 _LEVEL = 1
 CACHE = 2**15  # numbers that a call may write and that are at hand when they are read: a quarter of a megabyte
-LANES = (0, 1, 2, 4, 8, 16)  # whole vectors: what is in between would be filled up by the processor anyway
+DIRECTIONS = (0, 1, 2, 4, 8, 16)  # whole vectors: what is in between would be filled up by the processor anyway
 
 
 class MachineCode:
@@ -26,12 +26,12 @@ class MachineCode:
 
     def __init__(self, graph: Graph, seeds: Seeds) -> None:
         constants, unknowns = seeds.constants.shape
-        self.lanes = next(lanes for lanes in LANES if lanes >= unknowns)
-        self.rows = max(1, min(1024, CACHE // (graph.readings * (1 + self.lanes) + len(graph.states))))
-        self._p_tangents = np.zeros((constants, self.lanes))
+        self.directions = next(directions for directions in DIRECTIONS if directions >= unknowns)
+        self.rows = max(1, min(1024, CACHE // (graph.readings * (1 + self.directions) + len(graph.states))))
+        self._p_tangents = np.zeros((constants, self.directions))
         self._p_tangents[:, :unknowns] = seeds.constants
         self._run, self._owner = compiled(
-            print_kernel(graph, self.lanes, seeds.live, seeds.seeded), abreast=not self.lanes
+            print_kernel(graph, self.directions, seeds.live, seeds.seeded), abreast=not self.directions
         )
 
     # Seven arguments: as Kernel.__call__.

@@ -213,9 +213,11 @@ class Simulator:
         k = len(self.unknowns) if sensitivities else 0
         kernels, rows = self._kernels(k), []
         for kernel, some in zip(kernels, blocks(k), strict=True):
-            z = np.zeros(count * (kernel.lanes + 1))
-            z[: count * kernel.lanes].reshape(count, kernel.lanes)[:, : some.stop - some.start] = seeds[:, some]
-            z[count * kernel.lanes :] = start + 0.0  # -0.0 becomes 0.0
+            z = np.zeros(count * (kernel.directions + 1))
+            z[: count * kernel.directions].reshape(count, kernel.directions)[:, : some.stop - some.start] = seeds[
+                :, some
+            ]
+            z[count * kernel.directions :] = start + 0.0  # -0.0 becomes 0.0
             rows.append(z)
         names = (*self._graph.states, *self._graph.outputs)
         constants = everything[count:]

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from vdyn_cli.engine.dual import Lanes, Value, instructions, tangent
+from vdyn_cli.engine.dual import Tangents, Value, instructions, tangent
 from vdyn_cli.engine.graph import Graph, column
 from vdyn_cli.engine.kernel import Array, Seeds
 
@@ -18,8 +18,8 @@ class VirtualMachine:
     rows = 128
 
     def __init__(self, graph: Graph, seeds: Seeds) -> None:
-        self.lanes = seeds.constants.shape[1]
-        chain = _runge_kutta(_with_lanes(graph.field, seeds)).mapaccum(self.rows)
+        self.directions = seeds.constants.shape[1]
+        chain = _runge_kutta(_with_tangents(graph.field, seeds)).mapaccum(self.rows)
         self._held = [np.zeros(chain.nnz_in(k)) for k in range(chain.n_in())]
         self._got = [np.zeros(chain.nnz_out(k)) for k in range(chain.n_out())]
         self._buffer, self._run = chain.buffer()
@@ -51,33 +51,33 @@ def _fill(rows: Array, given: Array) -> None:
 
 
 class _Symbols:
-    """The algebra that builds a graph: values are symbols, lanes are rows of them."""
+    """The algebra that builds a graph: values are symbols, tangents are rows of them."""
 
     def value(self, op: int, *arguments: Value) -> ca.SX:
         a = [ca.SX(x) for x in arguments]
         return ca.SX.unary(op, *a) if len(a) == 1 else ca.SX.binary(op, *a)
 
-    def scale(self, lanes: Lanes, by: Value) -> Lanes:
-        return by * lanes
+    def scale(self, tangents: Tangents, by: Value) -> Tangents:
+        return by * tangents
 
-    def add(self, left: Lanes, right: Lanes) -> Lanes:
+    def add(self, left: Tangents, right: Tangents) -> Tangents:
         return left + right
 
-    def subtract(self, left: Lanes, right: Lanes) -> Lanes:
+    def subtract(self, left: Tangents, right: Tangents) -> Tangents:
         return left - right
 
-    def negate(self, lanes: Lanes) -> Lanes:
-        return -lanes
+    def negate(self, tangents: Tangents) -> Tangents:
+        return -tangents
 
-    def choose(self, condition: Value, lanes: Lanes) -> ca.SX:
-        return ca.SX.binary(ca.OP_IF_ELSE_ZERO, condition, lanes)
+    def choose(self, condition: Value, tangents: Tangents) -> ca.SX:
+        return ca.SX.binary(ca.OP_IF_ELSE_ZERO, condition, tangents)
 
 
-def _with_lanes(field: ca.Function, seeds: Seeds) -> ca.Function:
+def _with_tangents(field: ca.Function, seeds: Seeds) -> ca.Function:
     """``(z, u, p) -> (rates of z, w)``; the seeds of constants are numbers in the graph, where most of them vanish."""
-    algebra, lanes = _Symbols(), seeds.constants.shape[1]
+    algebra, directions = _Symbols(), seeds.constants.shape[1]
     sources = [ca.SX.sym(field.name_in(k), *field.size_in(k)) for k in range(3)]
-    x_tangents = ca.SX.sym("tx", lanes, sources[0].numel())
+    x_tangents = ca.SX.sym("tx", directions, sources[0].numel())
     carried = {(0, i): x_tangents[:, i].T for i in seeds.live}
     carried |= {(2, i): ca.SX(seeds.constants[i : i + 1]) for i in seeds.seeded}
     results: list[list[Any]] = [[None] * int(field.size1_out(k)) for k in range(2)]
@@ -88,12 +88,12 @@ def _with_lanes(field: ca.Function, seeds: Seeds) -> ca.Function:
         elif op == ca.OP_CONST:
             work[to[0]] = ca.SX(constant), None
         elif op == ca.OP_INPUT:
-            work[to[0]] = sources[of[0]][of[1]], carried.get((of[0], of[1])) if lanes else None
+            work[to[0]] = sources[of[0]][of[1]], carried.get((of[0], of[1])) if directions else None
         else:
             a, t = [work[k][0] for k in of], [work[k][1] for k in of]
             v = algebra.value(op, *a)
-            work[to[0]] = v, tangent(algebra, op, a, v, t) if lanes else None
-    zeros = ca.SX.zeros(1, lanes)
+            work[to[0]] = v, tangent(algebra, op, a, v, t) if directions else None
+    zeros = ca.SX.zeros(1, directions)
     outputs = [column([*((zeros if t is None else t).T for _, t in row), *(v for v, _ in row)]) for row in results]
     z = ca.vertcat(ca.vec(x_tangents), sources[0])
     return ca.Function("field", [z, *sources[1:]], outputs, {"cse": True})

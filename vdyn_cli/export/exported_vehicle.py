@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.c_source import CProgram, c_program
 from vdyn_cli.engine.graph import Graph, trace
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.offer import offered
 from vdyn_cli.export.parameter_file import AcceptedEffect, ParameterFile, completed
 from vdyn_cli.export.quantity_texts import comment, of_parameter, of_signal, of_state
 from vdyn_cli.physics.models.vehicle import Driven, vehicle
@@ -89,7 +89,7 @@ def accepted_effects(
     already corrected for it. The order is that of the catalogue, in which effects are applied everywhere.
     """
     known = {effect.name: effect for effect in catalogue()}
-    offers = {effect.name for effect in offered(model, catalogue())}
+    offers = {effect.name for effect in applicable(model, catalogue())}
     included: list[AcceptedEffect] = []
     notes: list[str] = []
     for one in effects:

@@ -1,4 +1,4 @@
-"""Least squares over runs: shared unknowns, each run's own, honest intervals, and a refusal where data are silent."""
+"""Nonlinear least squares over runs: shared and per-run unknowns, intervals from independent units, identifiability."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from vdyn_cli.inference.evidence import judge
+from vdyn_cli.inference.evidence import infer
 from vdyn_cli.inference.intervals import equal_information_blocks
 from vdyn_cli.inference.minimize import Minimum, minimize
 from vdyn_cli.inference.normal_system import Solved
@@ -40,37 +40,36 @@ def solve(
     most_iterations: int = 200,
     tolerance: float = 0.0,
 ) -> Solution:
-    """Fit shared and per-run unknowns to all runs at once, and say what the answer is worth.
+    """Fit shared and per-run unknowns to all runs at once, with their uncertainty.
 
     Minimizes sum over runs and rows of rho(r), plus half the squares of the priors, within the physical ranges;
     rho(r) = r^2 / 2 unless robust.
 
     Parameters
     ----------
-    robust : "huber" or "soft_l1" give outliers less weight, and ``downweighted`` names them.
-    units : what is independent; "auto" takes runs where they are many, else blocks within runs.
-    most_iterations : steps of the fit before it is given up.
-    tolerance : by how much of one residual's variance a further step may promise to lower the sum of squares on arrival
-        (1e-3 is 3 % of a standard deviation); 0 goes on to rounding. For models with kinks, such as a wheel that
-        leaves the road.
+    robust : "huber" or "soft_l1" down-weight outliers, which ``downweighted`` lists.
+    units : the independent unit; "auto" takes runs where there are enough, else blocks within runs.
+    most_iterations : largest number of iterations.
+    tolerance : convergence: largest predicted reduction of the sum of squares by a further step, in variances of one
+        residual (1e-3 is 3 % of a standard deviation); 0 iterates to rounding. For nondifferentiable models, such as
+        a wheel that leaves the road.
 
     Raises
     ------
     ResultError
-        The fit does not converge; the data do not determine the unknowns (the combination that they do determine is
-        named); or a value lies at its bound.
+        The fit does not converge; the data do not determine the unknowns (the message names the combination that they
+        do determine); or a value lies at its bound.
     """
     minimum, scale = _minimize(regression, robust, most_iterations, tolerance)
     solved = Solved(regression, minimum, robust, scale)
     raise_all(refusals(solved), ResultError)
-    return judge(solved, units)
+    return infer(solved, units)
 
 
 def approach(regression: Regression, most_iterations: int) -> tuple[dict[str, float], dict[str, Array]]:
-    """Values of the shared and of every run's own unknowns after a few steps, judged by nobody.
+    """Values of the shared and of every run's own unknowns after a few steps, without checks and intervals.
 
-    For fits whose answer is not sought but what they leave over: unknowns that the data do not determine must be held
-    by priors.
+    For fits of which only the residual is used. Unknowns that the data do not determine need priors.
 
     Raises
     ------
@@ -85,7 +84,7 @@ def approach(regression: Regression, most_iterations: int) -> tuple[dict[str, fl
 
 
 def _minimize(regression: Regression, loss: Loss, most_iterations: int, tolerance: float) -> tuple[Minimum, float]:
-    """The minimum; for a robust loss the scale of the residuals is found with it, from their median."""
+    """The minimum and, for a robust loss, the scale of the residuals from their median."""
     lower, upper = regression.bounds()
 
     def run(start: Array, loss: Loss, scale: float) -> Minimum:
@@ -96,7 +95,9 @@ def _minimize(regression: Regression, loss: Loss, most_iterations: int, toleranc
             return minimize(at, start, lower, upper, most_iterations, tolerance)
         except ArithmeticError as error:
             raise ResultError(
-                Finding("fit", str(error), _words(regression, start), "check the start values and the logs for gaps")
+                Finding(
+                    "fit", str(error), _start_text(regression, start), "check the start values and the logs for gaps"
+                )
             ) from error
 
     minimum, scale = run(regression.start(), "none", 1.0), 1.0
@@ -115,5 +116,5 @@ def _minimize(regression: Regression, loss: Loss, most_iterations: int, toleranc
     return minimum, scale
 
 
-def _words(regression: Regression, x: Array) -> str:
+def _start_text(regression: Regression, x: Array) -> str:
     return ", ".join(f"{u.name} = {v:.4g} {u.unit}".strip() for u, v in zip(regression.shared, x, strict=False))

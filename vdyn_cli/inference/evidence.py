@@ -1,4 +1,4 @@
-"""The units of evidence at a minimum, what they say together, and the solution that rests on them."""
+"""The independent units at a minimum, and the solution with intervals from their scatter."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import intervals
-from vdyn_cli.inference.intervals import Evidence, equal_information_blocks
+from vdyn_cli.inference.intervals import UnitFactor, equal_information_blocks
 from vdyn_cli.inference.normal_system import Solved
-from vdyn_cli.inference.qr_factors import Array, fold
+from vdyn_cli.inference.qr_factors import Array, qr_factor
 from vdyn_cli.inference.regression import Rows, matrix_of, prior_rows, weights
 from vdyn_cli.inference.solution import Downweighted, Solution, Unit
 
 Kind = Literal["run", "block"]
 
-FEWEST_RUNS = 6  # with so many runs, if they are even enough, the run is the unit of evidence
-BLOCKS = 12  # otherwise so many blocks within runs: more are shorter, and share what color the whitening left
-PER_UNKNOWN = 3  # blocks at least for each shared unknown: fewer would fit them one by one and hardly scatter
+FEWEST_RUNS = 6  # from which the run is the unit, if their information is even enough: t quantile 2.6 with 5 degrees
+BLOCKS = 12  # blocks within runs otherwise: more are shorter, and the residual autocorrelation would couple them
+PER_UNKNOWN = 3  # blocks at least per shared unknown: with fewer the fit absorbs most of their scatter
 FEWEST_BLOCKS = 8
-FEWEST_EFFECTIVE = 4.0  # units worth fewer equal ones than this are too uneven to judge by
-OUTLIER = 0.3  # a row whose weight is less is named
-MOSTLY_STATED = 1e4  # times the data's variance: what the data tell is then next to nothing beside what was stated
-STRAINED = 4.5  # standard deviations from a prior: something else is wrong
-NEIGHBORS = 3  # rows apart: outliers this near are named together
+FEWEST_EFFECTIVE = 4.0  # effective number of units below which their scatter is not used: 3 degrees of freedom
+OUTLIER = 0.3  # weight below which a row is listed: a residual above 4.5 standard deviations with Huber's loss
+MOSTLY_PRIOR = 1e4  # variance over that of the data from which the prior alone sets the interval (1 % of the std)
+LARGEST_PULL = 4.5  # standard deviations from a prior, reported beyond: 7e-6 by chance
+NEIGHBORS = 3  # rows: outliers no farther apart are listed together
 
 
-def _strained(solved: Solved) -> list[str]:
-    """Stated values that the data contradict."""
+def _contradicted_priors(solved: Solved) -> list[str]:
+    """Given values that the data contradict."""
     regression, x = solved.regression, solved.point.x
     every = regression.shared + regression.own * len(regression.runs)
     found = []
@@ -36,20 +36,20 @@ def _strained(solved: Solved) -> list[str]:
         if unknown.prior is not None:
             mean, std = unknown.prior
             off = (x[i] - mean) / std
-            if abs(off) > STRAINED:
+            if abs(off) > LARGEST_PULL:
                 what = f"{regression.label(i)} comes out at {x[i]:.4g} {unknown.unit}".strip()
-                found.append(f"{what}, {abs(off):.0f} standard deviations from the {mean:.4g} that was stated")
+                found.append(f"{what}, {abs(off):.0f} standard deviations from the given {mean:.4g}")
     return found
 
 
-def judge(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
-    """The solution, its intervals from whole runs or blocks where there are enough, else from the noise model."""
+def infer(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
+    """The solution, with intervals from runs or blocks where there are enough, else from the noise model."""
     kind: Kind = ("run" if _enough_runs(solved) else "block") if wanted == "auto" else wanted
     units, residuals, downweighted = _units(solved, kind)
     found = intervals.spread([_evidence(solved, u, kind) for u in units], solved.covariance)
     effective = _least(solved, found.effective, len(units))
     many = len(units) >= FEWEST_BLOCKS and effective >= FEWEST_EFFECTIVE
-    warnings = [f"down-weighted {d}" for d in downweighted] + _strained(solved)
+    warnings = [f"down-weighted {d}" for d in downweighted] + _contradicted_priors(solved)
     classical = solved.variance * solved.covariance
     if len(units) >= 2 and (kind == "run" or many or wanted == "block"):
         covariance, degrees = _with_priors(solved, kind, found)
@@ -57,8 +57,8 @@ def judge(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
     else:
         covariance, degrees, unit = classical, np.full(solved.s, solved.degrees), "model"
         warnings.append(
-            f"the intervals rest on the noise model alone: {len(units)} units of evidence, worth {effective:.1f} equal "
-            f"ones, are too few to judge by (at least {FEWEST_BLOCKS}, worth {FEWEST_EFFECTIVE:g})"
+            f"the intervals come from the noise model alone: {len(units)} independent units (effective number "
+            f"{effective:.1f}) are too few (needed: {FEWEST_BLOCKS}, effective {FEWEST_EFFECTIVE:g})"
         )
     names = tuple(u.name for u in solved.regression.shared)
     values, std = solved.point.x[: solved.s], np.sqrt(np.diag(covariance))
@@ -79,7 +79,7 @@ def judge(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
         n_units=len(units),
         effective_units=effective,
         degrees=dict(zip(names, degrees.tolist(), strict=True)),
-        units=tuple(Unit(u.run, u.block, u.triangle, c) for u, c in zip(units, found.deletions, strict=True)),
+        units=tuple(Unit(u.run, u.block, u.factor, c) for u, c in zip(units, found.deletions, strict=True)),
         downweighted=tuple(downweighted),
         warnings=tuple(warnings),
         iterations=solved.minimum.iterations,
@@ -96,23 +96,23 @@ def _per_run(solved: Solved) -> tuple[dict[str, Array], dict[str, Array]]:
 
 
 def _least(solved: Solved, effective: Array, count: int) -> float:
-    """Effective units of the least favored unknown that is asked for and that only the data tell."""
-    asked = [e for e, u in zip(effective, solved.regression.shared, strict=True) if not (u.nuisance or u.prior)]
-    return float(min(asked, default=count))
+    """Smallest effective number of units over the requested unknowns without a prior."""
+    requested = [e for e, u in zip(effective, solved.regression.shared, strict=True) if not (u.nuisance or u.prior)]
+    return float(min(requested, default=count))
 
 
 def _enough_runs(solved: Solved) -> bool:
     if len(solved.regression.runs) < FEWEST_RUNS:
         return False
-    told = np.sum((solved.reduced.runs[:, :, :-1] @ solved.covariance) ** 2, axis=1)
-    return _least(solved, intervals.effective_number(told), len(told)) >= FEWEST_EFFECTIVE
+    information = np.sum((solved.reduced.runs[:, :, :-1] @ solved.covariance) ** 2, axis=1)
+    return _least(solved, intervals.effective_number(information), len(information)) >= FEWEST_EFFECTIVE
 
 
 def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[Array, Array]:
-    """Covariance and degrees of freedom with what the priors' own uncertainty adds.
+    """Covariance and degrees of freedom with the uncertainty of the priors added.
 
-    The scatter of blocks cannot show it: a prior says the same to every block. Where the run is the unit, the runs'
-    own priors are within it already. Satterthwaite: what priors state has no degrees of freedom to lose.
+    The scatter of blocks does not show it: a prior is common to all blocks. Where the run is the unit, the scatter
+    contains the runs' own priors. Degrees of freedom after Satterthwaite, infinite for the priors' part.
     """
     rows = list(prior_rows(solved.regression.shared, np.zeros(solved.s))[:, :-1])
     if kind == "block":
@@ -122,18 +122,18 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
     covariance = found.covariance + moved.T @ moved
     scatter, total = np.diag(found.covariance), np.diag(covariance)
     growth = total / np.maximum(scatter, 1e-300)
-    degrees = np.where(growth < MOSTLY_STATED, found.degrees * np.minimum(growth, MOSTLY_STATED) ** 2, np.inf)
+    degrees = np.where(growth < MOSTLY_PRIOR, found.degrees * np.minimum(growth, MOSTLY_PRIOR) ** 2, np.inf)
     return covariance, degrees
 
 
-def _evidence(solved: Solved, unit: Unit, kind: Kind) -> Evidence:
+def _evidence(solved: Solved, unit: Unit, kind: Kind) -> UnitFactor:
     if kind == "run":
-        return Evidence(unit.run, solved.reduced.runs[unit.run], np.zeros((0, 0)), np.zeros((0, solved.s)))
-    return Evidence(unit.run, unit.triangle, solved.own[unit.run], solved.follow[unit.run])
+        return UnitFactor(unit.run, solved.reduced.runs[unit.run], np.zeros((0, 0)), np.zeros((0, solved.s)))
+    return UnitFactor(unit.run, unit.factor, solved.own[unit.run], solved.follow[unit.run])
 
 
 def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...], list[Downweighted]]:
-    """Second pass, at the solution: triangles per unit, residuals, outliers."""
+    """Second pass, at the solution: QR factor of each unit, residuals, outliers."""
     regression, s = solved.regression, solved.s
     units: list[Unit] = []
     residuals, downweighted = [], []
@@ -148,18 +148,18 @@ def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...], l
         else:
             labels = _cut(solved, run, rows, matrix, counts[run])
         for label in range(int(labels.max(initial=-1)) + 1):
-            units.append(Unit(run, label, fold(matrix[labels == label]), np.zeros(s)))
+            units.append(Unit(run, label, qr_factor(matrix[labels == label]), np.zeros(s)))
         residuals.append(rows.residual)
         downweighted += _outliers(solved, name, rows.residual)
     return units, tuple(residuals), downweighted
 
 
 def _blocks_of_runs(solved: Solved) -> NDArray[np.int64]:
-    """How many blocks each run is cut into: by its share of the information, one at least."""
+    """Number of blocks of each run: its share of the information, at least one."""
     whole = solved.reduced.runs[:, :, :-1]
-    told = np.sum((whole @ solved.covariance) * whole, axis=(1, 2))
+    information = np.sum((whole @ solved.covariance) * whole, axis=(1, 2))
     blocks = max(BLOCKS, PER_UNKNOWN * solved.s)
-    quota = blocks * told / max(float(np.sum(told)), 1e-300)
+    quota = blocks * information / max(float(np.sum(information)), 1e-300)
     counts: NDArray[np.int64] = np.maximum(np.floor(quota), 1).astype(np.int64)
     missing = max(blocks - int(counts.sum()), 0)
     counts[np.argsort(counts - quota, kind="stable")[:missing]] += 1
@@ -170,10 +170,10 @@ def _cut(solved: Solved, run: int, rows: Rows, matrix: Array, blocks: int) -> ND
     """Blocks of equal information about the shared unknowns within one run, in the order of time."""
     m = solved.m
     total = matrix[:, m:-1] + matrix[:, :m] @ solved.follow[run]
-    told = np.sum((total @ solved.covariance) * total, axis=1)
-    order = np.argsort(rows.time, kind="stable") if rows.time is not None else np.arange(len(told))
-    labels = np.empty(len(told), dtype=np.int64)
-    labels[order] = equal_information_blocks(told[order], int(blocks))
+    information = np.sum((total @ solved.covariance) * total, axis=1)
+    order = np.argsort(rows.time, kind="stable") if rows.time is not None else np.arange(len(information))
+    labels = np.empty(len(information), dtype=np.int64)
+    labels[order] = equal_information_blocks(information[order], int(blocks))
     return labels
 
 

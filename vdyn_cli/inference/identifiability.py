@@ -1,4 +1,4 @@
-"""What the data determine, and what they do not, in words."""
+"""Identifiability: which unknowns, or combinations of unknowns, the data determine."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ import numpy as np
 
 from vdyn_cli.inference.qr_factors import Array
 
-SINGULAR = 1e-7  # singular value with columns of unit length: sensitivities are not exact beyond that
-WIDEST = 0.5  # of the physical range: an interval at a larger standard deviation tells less than the range
-NEGLIGIBLE_PART = 0.02  # of a direction's largest component: not worth a word
-TIED = 0.7  # correlation from which an unknown is said to go with another
+SINGULAR = 1e-7  # singular value with columns of unit length: the accuracy of the sensitivities
+WIDEST = 0.5  # of the physical range: an interval of a larger standard deviation (+- 2) is wider than the range
+NEGLIGIBLE_PART = 0.02  # of a direction's largest component: left out of the message
+TIED = 0.7  # correlation from which an unknown is listed with another: half of its variance is shared
 
 
 @dataclass(frozen=True)
 class Open:
-    """What the data leave open.
+    """Combinations of the unknowns that the data do not determine.
 
     Parameters
     ----------
-    directions : (s, d), moves of the unknowns that the data do not resist.
-    members : which unknowns such a move changes.
-    free : d of the members; the data do determine the others plus a multiple of these.
+    directions : (s, d), null directions: changes of the unknowns that hardly change the residual.
+    members : indices of the unknowns that take part in these directions.
+    free : d of the members; the data determine each other member plus a multiple of these.
     """
 
     directions: Array
@@ -42,24 +42,24 @@ class Open:
         return rows
 
 
-def find_open(triangle: Array, ranges: Array, lengths: Array) -> Open | None:
-    """What the data do not determine, or None where they determine everything.
+def find_open(factor: Array, ranges: Array, lengths: Array) -> Open | None:
+    """Combinations that the data do not determine; None where all unknowns are identifiable.
 
     Parameters
     ----------
-    triangle : (s, s), triangle of the whitened Jacobian, per-run unknowns eliminated.
+    factor : (s, s), QR factor of the whitened Jacobian, per-run unknowns eliminated.
     ranges : (s,), width of each unknown's physical range; infinite where it has none.
     lengths : (s,), of the Jacobian's columns before the per-run unknowns were eliminated.
 
-    An unknown is open where sensitivities are parallel to 1e-7, or where its standard deviation exceeds half its
-    physical range.
+    An unknown is not identifiable where sensitivities are collinear to 1e-7, or where its standard deviation exceeds
+    half of its physical range.
     """
     unit = np.where(lengths > 0, lengths, 1.0)
-    _, values, axes = np.linalg.svd(triangle / unit)
+    _, values, axes = np.linalg.svd(factor / unit)
     parallel: Array = axes[values <= SINGULAR].T
     if parallel.shape[1]:
         return _of_null_space(parallel, unit)
-    inverse = np.linalg.inv(triangle)
+    inverse = np.linalg.inv(factor)
     return _of_wide(inverse @ inverse.T, ranges)
 
 
@@ -69,14 +69,14 @@ def _of_null_space(parallel: Array, unit: Array) -> Open:
 
     sizes = np.max(np.abs(parallel) / np.max(np.abs(parallel), axis=0), axis=1)
     members = [i for i, size in enumerate(sizes) if size > NEGLIGIBLE_PART]
-    later = 1.0 + 1e-3 * np.arange(len(members))  # of equals the one named first is said to be determined
+    later = 1.0 + 1e-3 * np.arange(len(members))  # of equals the first one is reported as determined
     order = qr((parallel[members] * later[:, None]).T, pivoting=True, mode="r")[1]
     free = sorted(members[i] for i in order[: parallel.shape[1]])
     return _open(parallel / unit[:, None], members, free)
 
 
 def _of_wide(covariance: Array, ranges: Array) -> Open | None:
-    """From standard deviations that exceed the physical ranges: the widest is taken as given, then the next ..."""
+    """From standard deviations that exceed the physical ranges: fix the widest, then the next, until none does."""
     left, free = covariance.copy(), list[int]()
     while True:
         share = np.sqrt(np.maximum(np.diag(left), 0.0)) / ranges
@@ -101,7 +101,7 @@ def _open(directions: Array, members: Sequence[int], free: Sequence[int]) -> Ope
 
 
 def phrase(names: Sequence[str], row: Array) -> str:
-    """A linear combination in words, to two digits: ``rolling_resistance + 0.8 x drag_area``."""
+    """A linear combination as text, to two digits: ``rolling_resistance + 0.8 x drag_area``."""
     text = ""
     terms = [(name, float(f"{factor:.2g}")) for name, factor in zip(names, row, strict=True) if factor]
     for name, factor in sorted(terms, key=lambda term: term[1] != 1.0):
@@ -114,5 +114,5 @@ def phrase(names: Sequence[str], row: Array) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Names as a sentence has them: a, b and c."""
+    """Names as a list in a sentence: a, b and c."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

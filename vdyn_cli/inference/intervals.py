@@ -1,4 +1,4 @@
-"""Intervals that mean what they say: from independent units of evidence, never from the number of samples."""
+"""Confidence intervals from the scatter between independent units (runs or blocks), not from the number of samples."""
 
 from __future__ import annotations
 
@@ -10,37 +10,37 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference.qr_factors import Array
 
-ALONE = 1e-9  # of a direction's information that other units give: as good as none
+ALONE = 1e-9  # share of a direction's information from other units that counts as none: rounding of the eigenvalues
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """What one unit says about the shared unknowns and its run's own, at the minimum.
+class UnitFactor:
+    """One independent unit's factor of the regression, at the minimum.
 
     Parameters
     ----------
-    run : units of one run share its own unknowns.
-    triangle : (h, m + s + 1), its rows or triangle over [own | shared | residual].
-    own : (m, m), covariance of the run's own unknowns were the shared ones known.
-    follow : (m, s), how the own unknowns follow the shared ones.
+    run : index of the run; units of one run share its own unknowns.
+    factor : (h, m + s + 1), its rows or QR factor over [own | shared | residual].
+    own : (m, m), covariance of the run's own unknowns for known shared ones.
+    follow : (m, s), derivative of the own unknowns' optimum to the shared ones.
     """
 
     run: int
-    triangle: Array
+    factor: Array
     own: Array
     follow: Array
 
 
 @dataclass(frozen=True)
 class Spread:
-    """How the estimate varies from unit to unit.
+    """Scatter of the estimate between units.
 
     Parameters
     ----------
     deletions : (units, s), change of the shared unknowns, to first order, when each unit is left out.
     covariance : (s, s), of the shared unknowns.
-    degrees : (s,), of Student's t, from how evenly the units tell.
-    effective : (s,), how many equal units would tell as much.
+    degrees : (s,), degrees of freedom of Student's t (Satterthwaite).
+    effective : (s,), effective number of units.
     """
 
     deletions: Array
@@ -49,14 +49,14 @@ class Spread:
     effective: Array
 
 
-def spread(units: Sequence[Evidence], covariance: Array) -> Spread:
-    """Covariance of the shared unknowns from the residuals of whole units.
+def spread(units: Sequence[UnitFactor], covariance: Array) -> Spread:
+    """Cluster-robust covariance of the shared unknowns from the residuals of whole units.
 
-    With J the unit's total derivative to the shared unknowns, r its residual, C the covariance from the information
-    of everything, and H = J C J' + (own unknowns alike) the unit's leverage::
+    With J the unit's total derivative to the shared unknowns, r its residual, C the inverse information of all
+    units and priors, and H = J C J' + (the same of the own unknowns) the unit's leverage::
 
-        pull      d = C J' (1 - H)^(-1/2) r        cov = sum d d', unbiased where the noise model holds
-        deletion      C J' (1 - H)^(-1) r          the jackknife's, whose cov is too large where units share unknowns
+        score contribution  d = C J' (1 - H)^(-1/2) r        cov = sum d d', unbiased where the noise model holds
+        deletion                C J' (1 - H)^(-1) r          (jackknife; cov too large where units share unknowns)
 
     Degrees of freedom after Satterthwaite: 2 mean^2 / variance of cov under the noise model.
 
@@ -64,35 +64,35 @@ def spread(units: Sequence[Evidence], covariance: Array) -> Spread:
     ----------
     covariance : (s, s), inverse information about the shared unknowns, priors and all units considered.
 
-    Assumes that units err independently; within a unit the noise may be anything.
+    Assumes that units are independent; within a unit the noise may have any correlation.
     Source: Bell and McCaffrey, Survey Methodology 28 (2002) 169-181, there called bias-reduced linearization.
     """
-    pulls, deletions, ways, told = [], [], [], []
+    contributions, deletions, ways, information = [], [], [], []
     for unit in units:
         m = len(unit.own)
-        own = unit.triangle[:, :m]
-        total = unit.triangle[:, m:-1] + own @ unit.follow
+        own = unit.factor[:, :m]
+        total = unit.factor[:, m:-1] + own @ unit.follow
         leverage, axes = np.linalg.eigh(total @ covariance @ total.T + own @ unit.own @ own.T)
-        # Where nothing but this unit tells about a direction, its residual there is zero by the fit.
+        # Where only this unit determines a direction, the fit makes its residual zero there.
         left = np.where(1.0 - leverage > ALONE, 1.0 - leverage, np.inf)
-        gain, residual = covariance @ total.T @ axes, axes.T @ unit.triangle[:, -1]
+        gain, residual = covariance @ total.T @ axes, axes.T @ unit.factor[:, -1]
         way = gain / np.sqrt(left) @ axes.T
-        pulls.append(way @ unit.triangle[:, -1])
+        contributions.append(way @ unit.factor[:, -1])
         deletions.append(gain @ (residual / left))
         ways.append((way, way @ total, way @ own))
-        told.append(np.sum((total @ covariance) ** 2, axis=0))
-    moved = np.array(pulls)
+        information.append(np.sum((total @ covariance) ** 2, axis=0))
+    moved = np.array(contributions)
     degrees = np.array([_degrees(units, ways, covariance, i) for i in range(len(covariance))])
-    return Spread(np.array(deletions), moved.T @ moved, degrees, effective_number(np.array(told)))
+    return Spread(np.array(deletions), moved.T @ moved, degrees, effective_number(np.array(information)))
 
 
 def effective_number(shares: Array) -> Array:
-    """How many equal units would tell as much as units with these shares, (units, s): (sum I)^2 / sum I^2."""
+    """Effective number of units with these shares of information, (units, s): (sum I)^2 / sum I^2 (Kish)."""
     return np.asarray(np.sum(shares, axis=0) ** 2 / np.maximum(np.sum(shares**2, axis=0), 1e-300))
 
 
-def _degrees(units: Sequence[Evidence], ways: list[tuple[Array, Array, Array]], covariance: Array, i: int) -> float:
-    """Satterthwaite's degrees of freedom for one shared unknown, were the residuals as the noise model has them."""
+def _degrees(units: Sequence[UnitFactor], ways: list[tuple[Array, Array, Array]], covariance: Array, i: int) -> float:
+    """Satterthwaite's degrees of freedom for one shared unknown under the noise model."""
     through = np.array([w[1][i] for w in ways])
     matrix = np.diag([float(w[0][i] @ w[0][i]) for w in ways]) - through @ covariance @ through.T
     run = np.array([u.run for u in units])
@@ -108,8 +108,8 @@ def equal_information_blocks(information: Array, blocks: int) -> NDArray[np.int6
 
     Parameters
     ----------
-    information : (n,), what each row tells, >= 0.
-    blocks : how many; fewer come out where single rows carry more than a block's share.
+    information : (n,), of each row, >= 0.
+    blocks : number of blocks; fewer where single rows carry more than a block's share.
 
     Returns
     -------

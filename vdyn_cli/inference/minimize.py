@@ -1,4 +1,4 @@
-"""Levenberg and Marquardt's iteration within bounds, on the triangles of a regression over runs."""
+"""Levenberg and Marquardt's iteration within bounds, on the QR factors of a regression over runs."""
 
 from __future__ import annotations
 
@@ -51,17 +51,17 @@ def minimize(
 ) -> Minimum:
     """Least squares within bounds from one start.
 
-    Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that no bound holds, D the largest column norms
-    met so far; what would leave its range stops at the bound. mu falls where the linearization predicts well and
-    rises where it does not.
+    Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that are not at a bound, D the largest column
+    norms so far; an unknown that would leave its range stops at the bound. mu falls where the linearization predicts
+    well and rises where it does not.
 
     Parameters
     ----------
-    evaluate : cost and triangles at x, or None where the model cannot be computed.
-    tolerance : what a full step may still promise on arrival, as the fall of the sum of squares in variances of one
-        residual; where the fit stalls, a hundred times that. At a kink of the model, and where much is left over, the
-        linearization promises what no step keeps: then what the step and parts of it keep is asked, of a promise of
-        less than two standard errors.
+    evaluate : cost and QR factors at x, or None where the model cannot be computed.
+    tolerance : convergence: largest reduction of the sum of squares that the linearization predicts for a full step, in
+        variances of one residual; a hundred times that where the fit stalls. At a nondifferentiable point, and with a
+        large residual, no step achieves the prediction: then the actual reductions of the step and of parts of it are
+        tested, where the prediction is below two standard errors.
 
     Raises
     ------
@@ -71,20 +71,20 @@ def minimize(
     point = evaluate(np.clip(start, lower, upper))
     if point is None:
         raise ArithmeticError("the model has no finite value at the start")
-    scale = _positive(point.arrow.column_norms())
+    scale = _positive(point.system.column_norms())
     damping, growth = 1e-3, 2.0
     idle = 0
     for iteration in range(most_iterations):
         active = _active(point, lower, upper)
         full = _step(point, active, scale, LEAST_DAMPING)
-        promise = point.arrow.reduction(full)
+        promise = point.system.reduction(full)
         variance = point.cost / max(point.n_rows - len(point.x), 1)  # halved as the cost is
         if promise <= max(NEGLIGIBLE * point.cost, tolerance * variance):
             return Minimum(point, active, True, promise, full, iteration)
         while True:
             step = _step_within(point, active, scale, damping, lower, upper)
             trial = evaluate(_snapped(point.x + step, lower, upper))
-            predicted = point.arrow.reduction(step)
+            predicted = point.system.reduction(step)
             gain = (point.cost - trial.cost) / predicted if trial is not None and predicted > 0 else -1.0
             if trial is not None and gain > 1e-4 and not _blinded(point, trial):
                 break
@@ -99,7 +99,7 @@ def minimize(
         growth = 2.0
         idle = idle + 1 if point.cost - trial.cost < tolerance * variance else 0
         point = trial
-        scale = np.maximum(scale, point.arrow.column_norms())
+        scale = np.maximum(scale, point.system.column_norms())
     return Minimum(point, _active(point, lower, upper), False, promise, full, most_iterations)
 
 
@@ -121,11 +121,11 @@ def _positive(norms: Array) -> Array:
 
 def _blinded(point: Point, trial: Point) -> bool:
     """Whether a step threw an unknown onto a plateau, where the model has all but forgotten it."""
-    return bool(np.any(trial.arrow.column_norms() < BLIND * point.arrow.column_norms()))
+    return bool(np.any(trial.system.column_norms() < BLIND * point.system.column_norms()))
 
 
 def _active(point: Point, lower: Array, upper: Array) -> NDArray[np.bool_]:
-    gradient = point.arrow.gradient()
+    gradient = point.system.gradient()
     return np.asarray(((point.x <= lower) & (gradient >= 0)) | ((point.x >= upper) & (gradient <= 0)))
 
 
@@ -150,9 +150,9 @@ def _step_within(
 
 def _rest(point: Point, step: Array, held: NDArray[np.bool_], scale: Array, damping: float) -> Array:
     """The step completed: what is held is given, the others make the best of it."""
-    arrow = point.arrow.after(step, held)
-    s = arrow.n_shared
-    reduced = reduce(arrow, scale * np.where(held, 1.0, np.sqrt(damping)))
-    columns = reduced.triangle[:, :s] / scale[:s]
-    shared: Array = np.linalg.lstsq(columns, -reduced.triangle[:, s], rcond=1e-15)[0] / scale[:s]
+    system = point.system.after(step, held)
+    s = system.n_shared
+    reduced = reduce(system, scale * np.where(held, 1.0, np.sqrt(damping)))
+    columns = reduced.factor[:, :s] / scale[:s]
+    shared: Array = np.linalg.lstsq(columns, -reduced.factor[:, s], rcond=1e-15)[0] / scale[:s]
     return np.where(held, step, np.concatenate([shared, reduced.own_step(shared).ravel()]))

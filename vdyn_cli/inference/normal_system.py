@@ -1,4 +1,4 @@
-"""A minimum, and what every later question about it needs."""
+"""The normal system at a minimum: covariances of shared and own unknowns, variance and degrees of freedom."""
 
 from __future__ import annotations
 
@@ -12,42 +12,42 @@ from vdyn_cli.inference.regression import Loss, Regression
 
 
 class Solved:
-    """A minimum, and what every later question about it needs."""
+    """The reduced normal system at a minimum, its covariances computed on demand."""
 
     def __init__(self, regression: Regression, minimum: Minimum, loss: Loss, scale: float) -> None:
         self.regression, self.minimum, self.loss, self.scale = regression, minimum, loss, scale
         self.point = minimum.point
         self.s, self.m = len(regression.shared), len(regression.own)
-        weak = self.point.arrow.column_norms() * 1e-9
+        weak = self.point.system.column_norms() * 1e-9
         weak = np.where(weak > 0, weak, 1.0)
         weak[: self.s] = 0.0
-        self.reduced: Reduced = reduce(self.point.arrow, weak)
+        self.reduced: Reduced = reduce(self.point.system, weak)
 
     @cached_property
     def covariance(self) -> Array:
         """Inverse information about the shared unknowns, (s, s)."""
-        inverse = np.linalg.inv(self.reduced.triangle[: self.s, : self.s]) if self.s else np.zeros((0, 0))
+        inverse = np.linalg.inv(self.reduced.factor[: self.s, : self.s]) if self.s else np.zeros((0, 0))
         return inverse @ inverse.T
 
     @cached_property
     def own(self) -> Array:
-        """Covariance of each run's own unknowns were the shared ones known, (g, m, m)."""
+        """Covariance of each run's own unknowns for known shared ones, (g, m, m)."""
         inverse = np.linalg.inv(self.reduced.own[:, :, : self.m])
         return np.asarray(inverse @ inverse.transpose(0, 2, 1))
 
     @cached_property
     def follow(self) -> Array:
-        """How each run's own unknowns follow the shared ones, (g, m, s)."""
+        """Derivative of the optimum of each run's own unknowns to the shared ones, (g, m, s)."""
         return np.asarray(-np.linalg.solve(self.reduced.own[:, :, : self.m], self.reduced.own[:, :, self.m : -1]))
 
     @property
     def variance(self) -> float:
-        """Of one whitened row: 1 where the noise model holds."""
+        """Variance of one whitened row: 1 where the noise model holds."""
         return self.point.squares / self.degrees / self.point.curvature
 
     @property
     def degrees(self) -> float:
-        """Rows, priors among them, less unknowns."""
+        """Degrees of freedom: rows, priors included, minus unknowns."""
         return float(max(self.point.n_rows - len(self.point.x), 1))
 
     def own_covariance(self, run: int) -> Array:

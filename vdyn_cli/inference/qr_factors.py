@@ -1,7 +1,7 @@
-"""The linear algebra of a regression over runs: rows folded to triangles, each run's own unknowns eliminated.
+"""QR factors of a regression over runs, and the bordered normal system in which each run's own unknowns are eliminated.
 
-A run's whitened rows are kept as the triangle of [own | shared | residual], so that a fit costs memory that does
-not grow with the length of the logs, and time that grows linearly with the number of runs.
+A run's whitened rows are kept as the QR factor of [own | shared | residual]: the memory of a fit does not grow with the
+length of the logs, and its time grows linearly with the number of runs.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def fold(matrix: Array) -> Array:
-    """The square triangle T with T'T = M'M.
+def qr_factor(matrix: Array) -> Array:
+    """The upper triangular QR factor T with T'T = M'M.
 
     Parameters
     ----------
@@ -28,20 +28,20 @@ def fold(matrix: Array) -> Array:
     width = matrix.shape[1]
     if matrix.shape[0] == 0:
         return np.zeros((width, width))
-    triangle: Array = np.asarray(np.linalg.qr(matrix, mode="r"))
-    missing = width - triangle.shape[0]
-    return np.vstack([triangle, np.zeros((missing, width))]) if missing else triangle
+    factor: Array = np.asarray(np.linalg.qr(matrix, mode="r"))
+    missing = width - factor.shape[0]
+    return np.vstack([factor, np.zeros((missing, width))]) if missing else factor
 
 
 @dataclass(frozen=True)
-class Arrow:
-    """All runs at one point of the unknowns.
+class BorderedSystem:
+    """The bordered (block-arrow) normal system of all runs at one point of the unknowns.
 
     Parameters
     ----------
-    runs : (g, h, m + s + 1), each run's rows or triangle over [own | shared | residual], its own priors included.
-    common : (p, s + 1), rows that belong to no run: the priors of shared unknowns.
-    n_own : m, unknowns that each run has for itself.
+    runs : (g, h, m + s + 1), each run's rows or QR factor over [own | shared | residual], its own priors included.
+    common : (p, s + 1), rows of the priors of shared unknowns.
+    n_own : m, number of unknowns of each run.
     """
 
     runs: Array
@@ -53,14 +53,14 @@ class Arrow:
         return int(self.runs.shape[2]) - 1 - self.n_own
 
     def column_norms(self) -> Array:
-        """Root of the diagonal of the information, (s + g m): shared first, then run by run."""
+        """Norms of the Jacobian's columns, (s + g m): shared first, then run by run."""
         squares = np.einsum("ghk,ghk->gk", self.runs, self.runs)
         m, s = self.n_own, self.n_shared
         shared = squares[:, m : m + s].sum(axis=0) + np.einsum("pk,pk->k", self.common[:, :s], self.common[:, :s])
         return np.asarray(np.sqrt(np.concatenate([shared, squares[:, :m].ravel()])))
 
-    def after(self, step: Array, held: NDArray[np.bool_]) -> Arrow:
-        """The rows once the held unknowns, (s + g m), have made their part of the step: blind to them from then on."""
+    def after(self, step: Array, held: NDArray[np.bool_]) -> BorderedSystem:
+        """The system after the step of the held unknowns, (s + g m), whose columns become zero."""
         if not held.any():
             return self
         s, m = self.n_shared, self.n_own
@@ -72,7 +72,7 @@ class Arrow:
         runs[:, :, m:-1] *= ~held[:s]
         runs[:, :, :m] *= ~held[s:].reshape(len(runs), 1, m)
         common[:, :s] *= ~held[:s]
-        return Arrow(runs, common, m)
+        return BorderedSystem(runs, common, m)
 
     def gradient(self) -> Array:
         """J'r, (s + g m): shared first, then run by run."""
@@ -82,7 +82,7 @@ class Arrow:
         return np.concatenate([shared, products[:, :m].ravel()])
 
     def reduction(self, step: Array) -> float:
-        """By how much a step, (s + g m), lowers half the sum of squares of the linearized problem."""
+        """Reduction of half the sum of squares of the linearized problem by a step, (s + g m)."""
         s, m = self.n_shared, self.n_own
         own = step[s:].reshape(len(self.runs), m)
         runs = np.einsum("ghk,gk->gh", self.runs[:, :, :m], own) + self.runs[:, :, m : m + s] @ step[:s]
@@ -93,21 +93,21 @@ class Arrow:
 
 @dataclass(frozen=True)
 class Reduced:
-    """What is left for the shared unknowns once every run's own are eliminated.
+    """The system of the shared unknowns after each run's own are eliminated.
 
     Parameters
     ----------
     own : (g, m, m + s + 1), the rows that give a run's own unknowns from the shared ones.
-    runs : (g, s + 1, s + 1), each run's triangle over [shared | residual].
-    triangle : (s + 1, s + 1), of all runs and common rows.
+    runs : (g, s + 1, s + 1), each run's QR factor over [shared | residual].
+    factor : (s + 1, s + 1), QR factor of all runs and common rows.
     """
 
     own: Array
     runs: Array
-    triangle: Array
+    factor: Array
 
     def own_step(self, shared: Array) -> Array:
-        """The best step of the runs' own unknowns, (g, m), for a step of the shared ones."""
+        """The least-squares step of the runs' own unknowns, (g, m), for a step of the shared ones."""
         m = self.own.shape[1]
         if m == 0:
             return np.zeros((self.own.shape[0], 0))
@@ -115,15 +115,15 @@ class Reduced:
         return np.asarray(-np.linalg.solve(self.own[:, :, :m], right[:, :, None])[:, :, 0])
 
 
-def reduce(arrow: Arrow, damping: Array) -> Reduced:
-    """Eliminate each run's own unknowns, then fold what is left.
+def reduce(system: BorderedSystem, damping: Array) -> Reduced:
+    """Eliminate each run's own unknowns and factor the remaining system.
 
     Parameters
     ----------
     damping : (s + g m), weights of rows that hold each unknown's step at zero; those of own unknowns must be > 0.
     """
-    m, s, g = arrow.n_own, arrow.n_shared, arrow.runs.shape[0]
-    stack = arrow.runs
+    m, s, g = system.n_own, system.n_shared, system.runs.shape[0]
+    stack = system.runs
     if m:
         held = np.zeros((g, m, m + s + 1))
         held[:, np.arange(m), np.arange(m)] = damping[s:].reshape(g, m)
@@ -133,4 +133,4 @@ def reduce(arrow: Arrow, damping: Array) -> Reduced:
         r = np.concatenate([r, np.zeros((g, m + s + 1 - r.shape[1], m + s + 1))], axis=1)
     runs = r[:, m:, m:]
     held_shared = np.column_stack([np.diag(damping[:s]), np.zeros(s)])
-    return Reduced(r[:, :m], runs, fold(np.vstack([runs.reshape(-1, s + 1), arrow.common, held_shared])))
+    return Reduced(r[:, :m], runs, qr_factor(np.vstack([runs.reshape(-1, s + 1), system.common, held_shared])))

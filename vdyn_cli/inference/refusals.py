@@ -1,4 +1,4 @@
-"""Why an answer is none: the data do not determine it, the fit did not arrive, or a value lies at its bound."""
+"""Reasons to refuse a minimum: unknowns that are not identifiable, no convergence, or a value at its bound."""
 
 from __future__ import annotations
 
@@ -9,43 +9,47 @@ from vdyn_cli.inference.normal_system import Solved
 from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.quantities.errors import Finding
 
-AT_BOUND = 1e-7  # of the physical range
-GIVEN = 0.1  # of the physical range
-DRAWN = 1e-3  # of what an own unknown could follow: it goes along with what is open
+AT_BOUND = 1e-7  # distance from a bound, of the physical range, that counts as at the bound
+GIVEN = 0.1  # standard deviation of a prior, of the physical range, below which the prior determines the unknown
+DRAWN = 1e-3  # share of the largest possible response from which a run's own unknown takes part in a null direction
 
 
 def refusals(solved: Solved) -> list[Finding]:
-    """Every reason why the minimum is no result; of several only the deepest is given, since it explains the others."""
-    return _silent_runs(solved) or _undetermined(solved) or _unconverged(solved) or _at_bounds(solved)
+    """The reasons to refuse the minimum as a result; the first kind found only, since it explains the others."""
+    return _runs_without_information(solved) or _undetermined(solved) or _unconverged(solved) or _at_bounds(solved)
 
 
-def _silent_runs(solved: Solved) -> list[Finding]:
-    """Runs that do not determine their own unknowns even if the shared ones are known."""
+def _runs_without_information(solved: Solved) -> list[Finding]:
+    """Runs that do not determine their own unknowns, even for known shared ones."""
     regression, m = solved.regression, solved.m
     findings = []
     for run, rows in enumerate(solved.reduced.own if m else ()):
-        norms = np.linalg.norm(solved.point.arrow.runs[run, :, :m], axis=0)
-        silent = [u.name for u, n in zip(regression.own, norms, strict=True) if n == 0]
-        if not silent:
+        norms = np.linalg.norm(solved.point.system.runs[run, :, :m], axis=0)
+        undetermined = [u.name for u, n in zip(regression.own, norms, strict=True) if n == 0]
+        if not undetermined:
             _, values, axes = np.linalg.svd(rows[:, :m] / norms)
-            loose = np.abs(axes[values < SINGULAR * values.max()])
-            silent = [u.name for i, u in enumerate(regression.own) if loose.size and loose[:, i].max() > 0.1]
-        if silent:
-            what = f"the run does not determine its own {listed(silent)}"
-            findings.append(Finding(regression.runs[run], what, "", f"leave the run out, or fix {' or '.join(silent)}"))
+            open_axes = np.abs(axes[values < SINGULAR * values.max()])
+            undetermined = [
+                u.name for i, u in enumerate(regression.own) if open_axes.size and open_axes[:, i].max() > 0.1
+            ]
+        if undetermined:
+            what = f"the run does not determine its own {listed(undetermined)}"
+            findings.append(
+                Finding(regression.runs[run], what, "", f"leave the run out, or fix {' or '.join(undetermined)}")
+            )
     return findings
 
 
 def _undetermined(solved: Solved) -> list[Finding]:
-    """Shared unknowns that the data leave open, and the combination that they hold."""
+    """Shared unknowns that are not identifiable, and the combinations that are."""
     regression, s = solved.regression, solved.s
     if not s:
         return []
-    # What is given to a small part of its range is determined, however much the data scatter.
+    # A narrow prior determines an unknown, however large the scatter of the data.
     given = [u.prior is not None and u.prior[1] < GIVEN * (u.upper - u.lower) for u in regression.shared]
     ranges = np.where(given, np.inf, [u.upper - u.lower for u in regression.shared])
     noise = max(float(np.sqrt(solved.variance)), 1.0)
-    found = find_open(solved.reduced.triangle[:s, :s] / noise, ranges, solved.point.arrow.column_norms()[:s] / noise)
+    found = find_open(solved.reduced.factor[:s, :s] / noise, ranges, solved.point.system.column_norms()[:s] / noise)
     if found is None:
         return []
     names = [u.name for u in regression.shared]
@@ -57,15 +61,19 @@ def _undetermined(solved: Solved) -> list[Finding]:
         held = [f"{phrase(names, row)} = {float(row @ x):.4g}" for row in rows]
         what = f"only {listed(held)} {'is' if len(held) == 1 else 'are'} determined, not {listed(members)} alone"
     elif own:
-        what = f"the data do not tell {listed(members)} from the runs' own {listed(own)}"
+        what = f"{listed(members)} cannot be separated from {listed(own)} of the runs"
     else:
         what = f"the data do not determine {listed(members)}"
     free = " and ".join(names[i] for i in found.free)
-    return [Finding("fit", what, "", f"fix {free}{' or ' + ' or '.join(own) if own else ''}, or add runs that tell")]
+    return [
+        Finding(
+            "fit", what, "", f"fix {free}{' or ' + ' or '.join(own) if own else ''}, or add runs that separate them"
+        )
+    ]
 
 
 def _drawn_along(solved: Solved, found: Open) -> list[str]:
-    """The runs' own unknowns that move with what is open."""
+    """The runs' own unknowns that take part in the null directions."""
     m = solved.m
     if not m:
         return []
@@ -81,7 +89,7 @@ def _unconverged(solved: Solved) -> list[Finding]:
         return []
     step, x = solved.minimum.step, solved.point.x
     worst = int(np.argmax(np.abs(step) / np.maximum(np.abs(x), 1e-300)))
-    got = f"{solved.regression.label(worst)} = {x[worst]:.4g}, still to move by {step[worst]:.2g}"
+    got = f"{solved.regression.label(worst)} = {x[worst]:.4g}, next step {step[worst]:.2g}"
     what = f"the fit did not converge in {solved.minimum.iterations} iterations"
     return [Finding("fit", what, got, "start closer, fix an unknown, or check the logs")]
 

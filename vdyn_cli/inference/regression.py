@@ -1,4 +1,4 @@
-"""A regression over runs: its unknowns, the rows that each run gives, and their assembly at one point."""
+"""A nonlinear regression over runs: its unknowns, the whitened rows of each run, and their assembly at one point."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference.qr_factors import Array, Arrow, fold
+from vdyn_cli.inference.qr_factors import Array, BorderedSystem, qr_factor
 
 Loss = Literal["none", "huber", "soft_l1"]
 
-HUBER = 1.345  # standard deviations: 95 % efficient where nothing is wrong
+HUBER = 1.345  # standard deviations: 95 % efficient for normal residuals (Huber, Robust Statistics, 1981)
 LEAST_CURVATURE = 0.01  # of a row's weight, so that no row's curvature vanishes
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """A quantity to be found.
+    """An unknown of the regression.
 
     Parameters
     ----------
-    start, lower, upper : where to begin, and the physical range, in SI.
-    prior : mean and standard deviation of what is known before the data, or None.
-    prior_correlation : of the prior with those of other unknowns, by name; what is not named is independent.
-    per_run : every run has its own.
-    nuisance : the model needs it but nobody asks for it; it takes no part in choosing the units of evidence.
+    start, lower, upper : start value and physical range, in SI.
+    prior : mean and standard deviation of the normal prior, or None.
+    prior_correlation : of the prior with those of other unknowns, by name; independent of all that are not named.
+    per_run : every run has its own value.
+    nuisance : a nuisance parameter: not reported, and ignored in the choice of the independent units.
     """
 
     name: str
@@ -49,11 +49,11 @@ class Rows:
     ----------
     residual : (n,), in units of its noise.
     jacobian : (n, k), d residual / d local unknowns: the shared ones in order, then this run's own.
-    block : (n,), the unit of evidence of each row, or None: cut by equal information in the order of ``time``, or of
-        the rows where that is None too.
+    block : (n,), label of the block of each row, or None: cut by equal information in the order of ``time``, or of
+        the rows where ``time`` is None.
     time : (n,), when each row was taken; give it where the rows of several channels follow one another.
     plain : the main channel's residual (p,) in its own unit, with its derivatives (p, k), before it was whitened.
-    folded : (blocks,), how many rows each block had before it was folded to a triangle; None where none was.
+    folded : (blocks,), number of rows of each block before it was reduced to its QR factor; None for plain rows.
     plain_root : (p, m), a root of the covariance of the noise in ``plain``, where the step has a model of it.
     """
 
@@ -68,7 +68,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Regression:
-    """What is to be solved.
+    """The regression to solve.
 
     Parameters
     ----------
@@ -124,28 +124,28 @@ class Point:
     ----------
     x : (s + g m), shared first, then run by run.
     cost : half the sum of squares, or of losses, priors included.
-    arrow : the linearization.
+    system : the linearization.
     squares : sum of rho'(r)^2, priors included: of r^2 where no loss is robust.
     curvature : mean of rho''(r): 1 where no loss is robust.
-    n_rows : of all runs, before they were folded, and one for each prior.
+    n_rows : number of rows of all runs before their reduction, and one for each prior.
     """
 
     x: Array
     cost: float
-    arrow: Arrow
+    system: BorderedSystem
     squares: float
     curvature: float
     n_rows: int
 
 
 def prior_rows(unknowns: tuple[Unknown, ...], values: Array) -> Array:
-    """Rows [J | r] over the unknowns that stand for their priors: L^-1 (value - mean) / standard deviation.
+    """Rows [J | r] of the priors over the unknowns: L^-1 (value - mean) / standard deviation.
 
     L is the Cholesky factor of the priors' correlation, the identity where they are independent.
 
     Raises
     ------
-    numpy.linalg.LinAlgError : correlations that no random numbers can have.
+    numpy.linalg.LinAlgError : the correlations are not positive definite.
     """
     known = [(i, u.prior) for i, u in enumerate(unknowns) if u.prior is not None]
     rows = np.zeros((len(known), len(unknowns) + 1))
@@ -159,7 +159,7 @@ def prior_rows(unknowns: tuple[Unknown, ...], values: Array) -> Array:
 
 
 def evaluate(regression: Regression, x: Array, loss: Loss = "none", scale: float = 1.0) -> Point | None:
-    """Cost and triangles at x, or None where the model cannot be computed."""
+    """Cost and QR factors at x, or None where the model cannot be computed."""
     with np.errstate(over="ignore", invalid="ignore"):
         return _evaluate(regression, x, loss, scale)
 
@@ -186,11 +186,13 @@ def _evaluate(regression: Regression, x: Array, loss: Loss, scale: float) -> Poi
         curvatures += [curvature, np.ones(len(own))]
         folded += 0 if rows.folded is None else int(rows.folded.sum()) - len(rows.residual)
         known = np.column_stack([own[:, :m], np.zeros((len(own), s)), own[:, -1]])
-        runs.append(fold(np.vstack([matrix, known])))
+        runs.append(qr_factor(np.vstack([matrix, known])))
     if not np.isfinite(cost):
         return None
     every = np.concatenate(curvatures)
-    return Point(x, cost, Arrow(np.array(runs), common, m), squares, float(np.mean(every)), len(every) + folded)
+    return Point(
+        x, cost, BorderedSystem(np.array(runs), common, m), squares, float(np.mean(every)), len(every) + folded
+    )
 
 
 def matrix_of(rows: Rows, n_shared: int, loss: Loss = "none", scale: float = 1.0) -> Array:
@@ -224,7 +226,7 @@ def slopes(residual: Array, loss: Loss, scale: float) -> tuple[Array, Array]:
 
 
 def weights(residual: Array, loss: Loss, scale: float) -> Array:
-    """rho'(r)/r: 1 for a row that counts in full."""
+    """Weights rho'(r)/r, 1 for an inlier."""
     slope, _ = slopes(residual, loss, scale)
     zero = residual == 0
     return np.where(zero, 1.0, slope / np.where(zero, 1.0, residual))

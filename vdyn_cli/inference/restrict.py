@@ -1,4 +1,4 @@
-"""Nested regressions: one model with every cause in it, of which a fit frees some and holds the others at nothing."""
+"""Nested regressions: one model with every candidate effect, of which a fit frees some and holds the others at zero."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def restricted(full: Regression, held: Mapping[str, float], starts: Solution | N
 
     Parameters
     ----------
-    full : with every unknown free.
-    starts : a solution whose values the others begin at.
+    full : the regression with every unknown free.
+    starts : a solution whose values are the start of the free unknowns.
     """
     shared = full.shared
     free = np.array([i for i, u in enumerate(shared) if u.name not in held], dtype=np.int64)
@@ -54,7 +54,7 @@ def restricted(full: Regression, held: Mapping[str, float], starts: Solution | N
 
 
 def without_priors(regression: Regression, names: Iterable[str]) -> Regression:
-    """The same with nothing known beforehand about some unknowns."""
+    """The regression without the priors of some unknowns."""
     left = set(names)
     unknowns = tuple(replace(u, prior=None) if u.name in left else u for u in regression.unknowns)
     return replace(regression, unknowns=unknowns)

@@ -1,13 +1,13 @@
-"""Sizes of the noise from the data themselves, by restricted maximum likelihood.
+"""Noise amplitudes from the data, by restricted maximum likelihood.
 
-For each run's residual r, derivatives J to what all runs share and U to what the run has for itself, and covariance
-C(sizes), minimized over the sizes' logarithms x::
+For each run's residual r, derivatives J to the shared and U to the run's own unknowns, and covariance C(amplitudes),
+minimized over the logarithms x of the amplitudes::
 
     sum 1/2 log |C| + 1/2 log |A| + 1/2 sum e' C^-1 e + sum 1/2 ((x - typical)/spread)^2,
     A = sum J' C^-1 J,  e = r - J A^-1 sum J' C^-1 r
 
-The term log |A| counts what the fitted unknowns have taken from the residual: without it the noise comes out too
-small. The run's own unknowns are taken as unknown beforehand, C + D^2 U U'.
+The term log |A| accounts for the part of the noise that the fitted unknowns absorb: without it the amplitudes are
+biased low. The run's own unknowns have a wide prior, C + D^2 U U'.
 Source: Patterson and Thompson, Biometrika 58 (1971) 545-554.
 """
 
@@ -23,14 +23,14 @@ from vdyn_cli.inference.gust_covariance import SOURCES, RunNoise
 
 Array = NDArray[np.float64]
 
-WIDE = 10.0  # in units of the own unknowns: far more than a fitted start speed is off
-FLAT, LEVEL = 1e-7, 1e-2  # relative fall of the cost, and slope per logarithm, at which a size is as good as found
-REACH = 4.0  # spreads from typical that a size may go
+WIDE = 10.0  # prior standard deviation of the own unknowns, in their units: far above the error of a start speed
+FLAT, LEVEL = 1e-7, 1e-2  # relative fall of the cost, and slope per logarithm, at convergence
+REACH = 4.0  # bound of an amplitude, in prior standard deviations from the typical one
 
 
 @dataclass(frozen=True)
 class NoisyRun:
-    """One run at the fit: residual (n,), derivatives to shared (n, s) and own (n, m) unknowns, and its noise."""
+    """One run at the fit: residual (n,), derivatives to shared (n, s) and own (n, m) unknowns, and its noise model."""
 
     residual: Array
     shared: Array
@@ -39,21 +39,21 @@ class NoisyRun:
 
 
 def typical_sizes(noise: RunNoise) -> dict[str, float]:
-    """Every source of a run at its typical size."""
+    """The typical amplitude of every noise source of a run."""
     return {name: SOURCES[name].typical for name in noise.sources}
 
 
 def find_sizes(runs: Sequence[NoisyRun], start: Mapping[str, float], priors: Array | None = None) -> dict[str, float]:
-    """The sizes of all sources, common to the runs.
+    """The amplitudes of all noise sources, common to the runs.
 
     Parameters
     ----------
-    start : sizes to begin with; its names are the sources sought.
-    priors : (s,), what is known of the shared unknowns beforehand, as information (1/variance); zero where nothing is.
+    start : start values; their names are the sources to estimate.
+    priors : (s,), prior information (1/variance) of the shared unknowns; zero for none.
 
     Raises
     ------
-    ArithmeticError : no noise fits such residuals and derivatives in floating point.
+    ArithmeticError : the covariance is not positive definite in floating point.
     """
     from scipy.optimize import minimize
 
@@ -73,19 +73,19 @@ def find_sizes(runs: Sequence[NoisyRun], start: Mapping[str, float], priors: Arr
     try:
         found = minimize(cost, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": FLAT, "gtol": LEVEL})
     except np.linalg.LinAlgError as error:
-        raise ArithmeticError(f"the noise of the runs can't be weighed: {error}") from error
+        raise ArithmeticError(f"the covariance of the runs' noise is not positive definite: {error}") from error
     return dict(zip(names, np.exp(found.x).tolist(), strict=True))
 
 
 def _likelihood(runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: Array) -> tuple[float, dict[str, float]]:
-    """The negative restricted log likelihood, and its derivatives to the sizes' logarithms."""
+    """The negative restricted log likelihood, and its derivatives to the logarithms of the amplitudes."""
     from scipy.linalg import cho_factor, cho_solve
 
     s = known.size
     information, pulled, value = np.diag(known), np.zeros(s), 0.0
     solved = []
     for run in runs:
-        own = run.own / np.maximum(1.0, np.max(np.abs(run.own), axis=0, initial=0.0))  # far is far enough
+        own = run.own / np.maximum(1.0, np.max(np.abs(run.own), axis=0, initial=0.0))  # the prior need not be wider
         covariance = run.noise.covariance(sizes) + WIDE**2 * own @ own.T
         factor = cho_factor(covariance, lower=True, overwrite_a=True, check_finite=False)
         weighted = cho_solve(factor, np.column_stack([run.shared, run.residual]), check_finite=False)

@@ -1,10 +1,10 @@
-"""A road's slope out of noisy looks at it: what is known of how roads change decides how much each look counts.
+"""Kalman smoother of a road's slope from noisy measurements along the distance.
 
 The slope is an Ornstein-Uhlenbeck process over the distance, i(x + d) = i(x) exp(-d/length) + innovation, of standard
-deviation ``size``; each look adds white noise of its own. Size, length and noise come from the looks themselves, by
-maximum likelihood over a grid and a finer one. The smoothed slope is the process' mean given all looks (Kalman's
-filter forward, Rauch, Tung and Striebel's smoother back): what is still wrong with it is independent of what it says,
-so that a regression on it is not flattened as one on the noisy looks would be.
+deviation ``size``; each measurement adds white noise. Size, length and noise are estimated from the measurements by
+maximum likelihood over a grid and a finer one. The smoothed slope is the process' mean given all measurements (Kalman
+filter forward, Rauch-Tung-Striebel smoother back). Its error is independent of its value, so that a regression on it
+has no attenuation bias (errors in variables), unlike one on the noisy measurements.
 
 Source: Rauch, Tung and Striebel, AIAA Journal 3 (1965) 1445.
 """
@@ -20,17 +20,17 @@ Array = NDArray[np.float64]
 
 SIZES = tuple(np.geomspace(0.0015, 0.03, 6))
 LENGTHS = tuple(np.geomspace(30.0, 1500.0, 7))  # m
-NOISES = tuple(np.geomspace(0.0005, 0.03, 8))  # of a look, as a slope
-PLAIN = 10.0  # log likelihood by which hills must stand out: else noise, which is the speed's too, would be tested
-FINER = tuple(np.geomspace(0.6, 1.67, 7))  # about the best of the grid
+NOISES = tuple(np.geomspace(0.0005, 0.03, 8))  # of a measurement, as a slope
+PLAIN = 10.0  # log likelihood ratio above which hills are significant: below it noise would be used as slope
+FINER = tuple(np.geomspace(0.6, 1.67, 7))  # factors on the best point of the grid
 
 
 def smoothed_slope(along: Array, looks: Array, seen: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Mean and standard deviation of the slope at each look, (k,) each; zero where hills do not stand out from noise.
+    """Mean and standard deviation of the slope at each measurement, (k,) each; zero where hills are not significant.
 
     Parameters
     ----------
-    along : (k,) m, where the looks are, rising. looks : (k,) slope. seen : (k,) whether a look counts.
+    along : (k,) m, increasing positions. looks : (k,) measured slopes. seen : (k,) whether a measurement is used.
     """
     best = np.ones(3)
     for axes in ((SIZES, LENGTHS, NOISES), (FINER, FINER, FINER)):
@@ -44,15 +44,15 @@ def smoothed_slope(along: Array, looks: Array, seen: NDArray[np.bool_]) -> tuple
 
 
 def _level(looks: Array) -> float:
-    """Log likelihood of a level road, on which the looks are noise, as ``_filtered`` counts it."""
+    """Log likelihood of a level road with white measurement noise, without the constants that ``_filtered`` omits."""
     spread = max(float(np.mean(looks**2)), 1e-12) if looks.size else 1.0
     return -0.5 * looks.size * (float(np.log(spread)) + 1.0)
 
 
 def _filtered(along: Array, looks: Array, seen: NDArray[np.bool_], grid: Array) -> tuple[Array, Array, Array]:
-    """Log likelihood (g,) of each row (size, length, noise) of the grid, and mean and variance (k, g) so far."""
+    """Log likelihood (g,) of each row (size, length, noise) of the grid, and filtered mean and variance (k, g)."""
     prior, length, noise = grid[:, 0] ** 2, grid[:, 1], grid[:, 2] ** 2
-    mean, variance, told = np.zeros(len(grid)), prior.copy(), np.zeros(len(grid))
+    mean, variance, likelihood = np.zeros(len(grid)), prior.copy(), np.zeros(len(grid))
     means, variances = np.empty((along.size, len(grid))), np.empty((along.size, len(grid)))
     steps = np.diff(along, prepend=along[0])
     for k in range(along.size):
@@ -60,11 +60,11 @@ def _filtered(along: Array, looks: Array, seen: NDArray[np.bool_], grid: Array) 
         mean, variance = kept * mean, kept**2 * variance + (1.0 - kept**2) * prior
         if seen[k]:
             spread, off = variance + noise, looks[k] - mean
-            told -= 0.5 * (np.log(spread) + off**2 / spread)
+            likelihood -= 0.5 * (np.log(spread) + off**2 / spread)
             gain = variance / spread
             mean, variance = mean + gain * off, variance * (1.0 - gain)
         means[k], variances[k] = mean, variance
-    return told, means, variances
+    return likelihood, means, variances
 
 
 def _smoothed(along: Array, mean: Array, variance: Array, found: Array) -> tuple[Array, Array]:

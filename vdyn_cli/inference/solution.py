@@ -1,4 +1,4 @@
-"""The answer of a fit, with what it is worth."""
+"""The solution of a fit: estimates, covariance, intervals, and the independent units behind them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vdyn_cli.inference.qr_factors import Array
 
 @dataclass(frozen=True)
 class Downweighted:
-    """Neighboring rows of one run that a robust loss took for outliers."""
+    """Neighboring rows of one run that a robust loss down-weights as outliers."""
 
     run: str
     first: int
@@ -27,36 +27,36 @@ class Downweighted:
 
 @dataclass(frozen=True)
 class Unit:
-    """One independent piece of evidence at the solution.
+    """One independent unit at the solution.
 
     Parameters
     ----------
     run, block : index of the run, label of the block within it (0 where the run is the unit).
-    triangle : (k + 1, k + 1), T'T = [J r]'[J r] over [own | shared | residual] of its rows, priors left out.
+    factor : (k + 1, k + 1), QR factor of its rows [own | shared | residual], without priors.
     change : (s,), change of the shared unknowns when the unit is left out.
     """
 
     run: int
     block: int
-    triangle: Array
+    factor: Array
     change: Array
 
 
 @dataclass(frozen=True)
 class Solution:
-    """The answer, with what it is worth.
+    """Estimates of a fit with their uncertainty.
 
     Parameters
     ----------
     names : the shared unknowns, in the order of every matrix here.
-    values, std, interval95 : of the shared unknowns; from units of evidence unless ``unit`` is "model".
-    per_run, per_run_std : (runs,) of each per-run unknown; these standard deviations are the noise model's.
+    values, std, interval95 : of the shared unknowns; from the scatter between units unless ``unit`` is "model".
+    per_run, per_run_std : (runs,) of each per-run unknown; these standard deviations come from the noise model.
     covariance : (s, s), of the values.
-    classical_covariance : (s, s), the textbook's: sum of squares / (rows - unknowns) x inverse information.
+    classical_covariance : (s, s), for independent rows: sum of squares / (rows - unknowns) x inverse information.
     cost : half the sum of squares (or of losses), priors included.
     residuals : per run, at the solution.
-    unit, n_units, effective_units : what was taken as independent, how many there were, and how many equal ones they
-        are worth for the least favored unknown.
+    unit, n_units, effective_units : the independent unit, the number of units, and the smallest effective number of
+        units over the unknowns.
     degrees : of Student's t, for each shared unknown.
     """
 
@@ -88,7 +88,7 @@ class Solution:
 
     @property
     def classical_std(self) -> dict[str, float]:
-        """The textbook's standard errors, which count samples as if they were independent."""
+        """Standard errors under the assumption that all rows are independent."""
         return dict(zip(self.names, np.sqrt(np.diag(self.classical_covariance)).tolist(), strict=True))
 
     def std_of(self, gradient: Mapping[str, float] | Array) -> float:
@@ -105,7 +105,7 @@ class Solution:
 
     def _gradient(self, gradient: Mapping[str, float] | Array) -> Array:
         if isinstance(gradient, Mapping):
-            if strange := sorted(set(gradient) - set(self.names)):
-                raise KeyError(f"not among the shared unknowns: {', '.join(strange)}")
+            if unknown := sorted(set(gradient) - set(self.names)):
+                raise KeyError(f"not among the shared unknowns: {', '.join(unknown)}")
             return np.array([float(gradient.get(n, 0.0)) for n in self.names])
         return np.asarray(gradient, dtype=float)

@@ -1,4 +1,4 @@
-"""Where an uncertainty comes from: each input's share of the result's, as a test engineer's uncertainty budget."""
+"""Uncertainty budget: the contribution of each input to the standard deviation of a result (GUM)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def two_digits(uncertainty: float) -> str:
 
 @dataclass(frozen=True)
 class Contribution:
-    """One input of a result: its value, how well it is known, and what the result does when it moves.
+    """One input of a result: its value, standard deviation and the sensitivity of the result.
 
     ``slope`` is d result / d input; ``degrees`` are those of Student's t behind ``std`` (infinite: a stated one).
     """
@@ -36,7 +36,7 @@ class Contribution:
 
     @property
     def part(self) -> float:
-        """What this input alone contributes to the result's standard deviation."""
+        """Contribution of this input to the result's standard deviation."""
         return abs(self.slope) * self.std
 
 

@@ -1,4 +1,4 @@
-"""What a fit needs to know of noise: its white level in a trace, and rows made white by a covariance."""
+"""White noise: its level in a recorded channel, and rows whitened by a covariance."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def white_level(trace: Array, time: Array | None = None) -> float:
     trace : (n,), the recorded channel, n >= 8; NaN are skipped.
     time : (n,), its increasing time in s where the samples are uneven.
 
-    Assumes that the signal bends little within four samples. A trace so coarsely quantized that most differences
-    vanish falls back to their root mean square.
+    Assumes that the signal has little curvature within four samples. A channel quantized so coarsely that most
+    differences vanish falls back to their root mean square.
 
     Raises
     ------

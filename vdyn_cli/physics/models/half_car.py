@@ -6,7 +6,7 @@ from functools import cache
 from typing import Literal
 
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.road import Shape, half_sine, haversine, road, straight_lines
 from vdyn_cli.physics.laws.suspension import damper, spring
 from vdyn_cli.physics.laws.tire_vertical import tire_vertical
@@ -78,7 +78,7 @@ def half_car_on_profile(points: Points) -> Model:
 
 
 def _model(shape: Shape) -> Model:
-    def assemble(e: Bench, u: Signals) -> None:
+    def assemble(e: ModelBuilder, u: Signals) -> None:
         p = e.p
         z, w, pitch, turn = (e.state(name) for name in BODY)
         x = e.state("position")
@@ -99,7 +99,7 @@ def _model(shape: Shape) -> Model:
 
 
 def _axle(
-    e: Bench, end: str, body: tuple[Number, Number], crossing: tuple[Number, Number], shape: Shape, share: Number
+    e: ModelBuilder, end: str, body: tuple[Number, Number], crossing: tuple[Number, Number], shape: Shape, share: Number
 ) -> Number:
     """One axle's motion and load; returns what its springs and dampers pull the body down by, N."""
     past, speed = crossing  # m beyond the start of the bump, m/s

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Signals
 from vdyn_cli.physics.laws.torsion_shaft import shaft
 
 
-def _assemble(e: Bench, u: Signals) -> None:
+def _assemble(e: ModelBuilder, u: Signals) -> None:
     p = e.p
     torque = e(
         shaft,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.aerodynamic_lift import lift
 from vdyn_cli.physics.laws.air_drag import air
 from vdyn_cli.physics.laws.axle_loads import load_moment, motion_moment
@@ -21,11 +21,11 @@ UNIT = "unit"  # N, what one newton read stands for: what makes the moments comp
 MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed")
 
 
-def _lift(e: Bench, u: Signals) -> Number:
+def _lift(e: ModelBuilder, u: Signals) -> Number:
     return e(lift, speed=u.speed, wind=0.0, lift_area=0.0, air_density=e.p.air_density)
 
 
-def _moments(e: Bench, u: Signals, front: Number, rear: Number, front_bend: Number, rear_bend: Number) -> None:
+def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_bend: Number, rear_bend: Number) -> None:
     """Both moments as sensors, so that loads and motion may come from loggers whose clocks differ.
 
     ``front``, ``rear`` N push the axles up, lift included; their bends, N/s^2, are second derivatives of the loads on
@@ -70,14 +70,14 @@ def _moments(e: Bench, u: Signals, front: Number, rear: Number, front_bend: Numb
     )
 
 
-def _both(e: Bench, u: Signals) -> None:
+def _both(e: ModelBuilder, u: Signals) -> None:
     up = _lift(e, u) / 2  # on each axle
     front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero)
     rear = e("wheel_force", "_rear", value=u.rear_load - e.p.rear_load_zero)
     _moments(e, u, front + up, rear + up, u.front_load_bend, u.rear_load_bend)
 
 
-def _front(e: Bench, u: Signals) -> None:
+def _front(e: ModelBuilder, u: Signals) -> None:
     up = _lift(e, u) / 2
     front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero)
     rear = e.p.mass * GRAVITY - front - 2 * up

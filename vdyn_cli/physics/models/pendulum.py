@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, pi
 
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Law, Signals
+from vdyn_cli.engine.model_builder import Law, ModelBuilder, Signals
 from vdyn_cli.physics.laws.pendulum_motion import bifilar, compound, slowing, torsional
 
 _OWN = ("period", "damping", "drag", "friction", "angle_zero", "rate_zero")
@@ -14,7 +14,7 @@ _OWN = ("period", "damping", "drag", "friction", "angle_zero", "rate_zero")
 def _swinging(law: Law, *geometry: str) -> Model:
     """The model of one way of hanging: states angle and rate, read by a sensor each."""
 
-    def assemble(e: Bench, u: Signals) -> None:
+    def assemble(e: ModelBuilder, u: Signals) -> None:
         p = e.p
         angle, rate = e.state("angle"), e.state("angular_rate")
         given = {name: getattr(p, name) for name in geometry}

@@ -7,7 +7,7 @@ from typing import Literal
 
 from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.air_drag import air, gust_drag
 from vdyn_cli.physics.laws.brake import brake
 from vdyn_cli.physics.laws.driveline import drive, driveline
@@ -59,7 +59,7 @@ def road_load(
     Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass that they leave out.
     """
 
-    def assemble(e: Bench, u: Signals) -> None:
+    def assemble(e: ModelBuilder, u: Signals) -> None:
         state = e.state("speed", 15.0)
         speed = e("measured_speed", value=u.speed) if accelerometer else state
         place = {"position": u.position} if located else {}
@@ -96,7 +96,7 @@ def road_load(
     )
 
 
-def _drive_force(e: Bench, u: Signals, driven: DriveSignal, throughout: bool) -> Number:
+def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, throughout: bool) -> Number:
     if driven == "torque":
         torque = e("drive_torque", value=u.drive_torque)
         always: dict[str, Number] = {"driven": 1.0} if throughout else {}
@@ -112,7 +112,7 @@ def _drive_force(e: Bench, u: Signals, driven: DriveSignal, throughout: bool) ->
     return e("drive_force", value=u.drive_force) if driven == "force" else 0.0
 
 
-def _resistance(e: Bench, u: Signals, speed: Number, grade: Number) -> Number:
+def _resistance(e: ModelBuilder, u: Signals, speed: Number, grade: Number) -> Number:
     """All that opposes the motion but the slope, N."""
     p = e.p
     day = {"elapsed": u.elapsed, "run_time": e.state("run_time"), "speed": speed}

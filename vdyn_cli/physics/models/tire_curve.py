@@ -5,13 +5,13 @@ from __future__ import annotations
 from math import atan, pi, tan
 
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.tire_forces import friction, tire
 
 SHAPE = ("tire_B", "tire_C", "tire_D", "tire_E")
 
 
-def _force(e: Bench, load: Number, slip: Number, **sliding: Number) -> None:
+def _force(e: ModelBuilder, load: Number, slip: Number, **sliding: Number) -> None:
     """Friction as the load and the sliding leave it, and the curve; ``static_load`` is the load at which D is meant."""
     p = e.p
     grip = e(
@@ -21,14 +21,14 @@ def _force(e: Bench, load: Number, slip: Number, **sliding: Number) -> None:
     e.sensor("force_x", force, 0.0)
 
 
-def _driven(e: Bench, u: Signals) -> None:
+def _driven(e: ModelBuilder, u: Signals) -> None:
     # Slow sweeps: the tire feels the slip of a relaxation length before.
     read = (1 + u.slip) * (1 + e.p.radius_error) - 1 - e.p.tire_relaxation_length * u.slip_gradient
     slip = e("slip", value=read)
     _force(e, u.load, slip, sliding=slip * u.speed)
 
 
-def _slipped(e: Bench, u: Signals) -> None:
+def _slipped(e: ModelBuilder, u: Signals) -> None:
     _force(e, u.load, e("slip", value=(1 + u.slip) * (1 + e.p.radius_error) - 1))
 
 

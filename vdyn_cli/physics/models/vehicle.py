@@ -7,7 +7,7 @@ from typing import Literal
 
 from vdyn_cli.engine.maths import cos, sin, sqrt
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.air_drag import air, gust_drag
 from vdyn_cli.physics.laws.driveline import drive
 from vdyn_cli.physics.laws.grade_resistance import climb
@@ -85,7 +85,7 @@ def vehicle(driven: Driven = "front", torque: Torque = "axle", located: bool = F
     Source: the model described in doi:10.4271/2017-01-1574; equations of motion by virtual work.
     """
 
-    def assemble(e: Bench, u: Signals) -> None:
+    def assemble(e: ModelBuilder, u: Signals) -> None:
         body = _body(e, u)
         axles = ("front", "rear") if driven == "both" else (driven,)
         torques = _drive_torques(e, u, torque, 2 * len(axles))
@@ -112,7 +112,7 @@ def vehicle(driven: Driven = "front", torque: Torque = "axle", located: bool = F
     )
 
 
-def _body(e: Bench, u: Signals) -> Body:
+def _body(e: ModelBuilder, u: Signals) -> Body:
     """The chassis's states, at rest on the first sample's road heights."""
     p = e.p
     front, rear = (u.road_fl + u.road_fr) / 2, (u.road_rl + u.road_rr) / 2
@@ -139,7 +139,7 @@ def _body(e: Bench, u: Signals) -> Body:
     )
 
 
-def _drive_torques(e: Bench, u: Signals, torque: Torque, wheels: int) -> dict[str, Number]:
+def _drive_torques(e: ModelBuilder, u: Signals, torque: Torque, wheels: int) -> dict[str, Number]:
     """Drive torque at the inner end of each half-shaft, by side, N m."""
     p = e.p
     if torque == "sides":
@@ -157,7 +157,7 @@ def _drive_torques(e: Bench, u: Signals, torque: Torque, wheels: int) -> dict[st
     return dict.fromkeys(("left", "right"), force * p.wheel_radius / wheels)
 
 
-def _move(e: Bench, u: Signals, body: Body, total: Forces) -> None:
+def _move(e: ModelBuilder, u: Signals, body: Body, total: Forces) -> None:
     """The chassis's rates under all forces, and the readings of its motion."""
     p = e.p
     wind = e("wind_speed", value=u.wind_speed)

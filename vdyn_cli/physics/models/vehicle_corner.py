@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.suspension import damper, spring
 from vdyn_cli.physics.laws.tire_forces import cornering, friction, tire
 from vdyn_cli.physics.laws.tire_slip import damped_slip, fresh_tread, slip_rate
@@ -14,7 +14,9 @@ from vdyn_cli.quantities.constants import GRAVITY
 CONTACT_LAG = 2e-3  # s, within which a tire's damping follows the road's height
 
 
-def corner(e: Bench, u: Signals, at: Corner, body: Body, drive_torque: Number | None, driven_share: float) -> Forces:
+def corner(
+    e: ModelBuilder, u: Signals, at: Corner, body: Body, drive_torque: Number | None, driven_share: float
+) -> Forces:
     """One wheel's motion; returns what it does to the body.
 
     Parameters
@@ -45,7 +47,7 @@ def corner(e: Bench, u: Signals, at: Corner, body: Body, drive_torque: Number | 
 
 
 def _suspension(
-    e: Bench, u: Signals, at: Corner, body: Body, arm: Number, across: Number
+    e: ModelBuilder, u: Signals, at: Corner, body: Body, arm: Number, across: Number
 ) -> tuple[Number, Number, Number]:
     """Pull of spring and damper beyond rest, load on the road, and that at rest, N."""
     p, name = e.p, at.name
@@ -90,7 +92,7 @@ def _suspension(
 
 
 def _contact(
-    e: Bench, at: Corner, speed: Number, sideways: Number, load: Number, static: Number
+    e: ModelBuilder, at: Corner, speed: Number, sideways: Number, load: Number, static: Number
 ) -> tuple[Number, Number]:
     """Forces between tire and road, forward and to the left, N, from the hub's speed along and across."""
     p, name = e.p, at.name

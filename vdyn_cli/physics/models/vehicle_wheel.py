@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vdyn_cli.engine.model_builder import Bench, Number, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.brake import brake
 from vdyn_cli.physics.laws.driveline import driveline
 from vdyn_cli.physics.laws.rolling_resistance import rolling
@@ -16,7 +16,7 @@ BRAKE_DAMPING = 1e-3  # s
 
 
 def spin(
-    e: Bench,
+    e: ModelBuilder,
     u: Signals,
     at: Corner,
     body: Body,
@@ -83,7 +83,7 @@ def spin(
     return pushing - held * radius, shaft_torque
 
 
-def _sense(e: Bench, name: str, speed: Number, damping_time: float) -> Number:
+def _sense(e: ModelBuilder, name: str, speed: Number, damping_time: float) -> Number:
     """Sense of a dry contact that slides at ``speed``, with its bend as a state; a moving car starts with it bent."""
     bend = e.state(name, turned(e.state("speed")))
     rate = e(bristle_rate, f"_{name}", speed=speed, bend=bend)
@@ -91,7 +91,7 @@ def _sense(e: Bench, name: str, speed: Number, damping_time: float) -> Number:
     return e(bristle_sense, f"_{name}", speed=speed, bend=bend, bend_rate=rate, damping_time=damping_time)
 
 
-def _half_shaft(e: Bench, at: Corner, outer: Number, drive_torque: Number, share: float) -> Number:
+def _half_shaft(e: ModelBuilder, at: Corner, outer: Number, drive_torque: Number, share: float) -> Number:
     """Torque of a half-shaft between its inner end and the wheel, which turns at ``outer`` rad/s seen from the body."""
     p, name = e.p, at.name
     stiffness = getattr(p, f"shaft_stiffness_{at.side}")

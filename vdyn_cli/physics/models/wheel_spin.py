@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Signals
+from vdyn_cli.engine.model_builder import ModelBuilder, Signals
 from vdyn_cli.physics.laws.brake import brake
 from vdyn_cli.physics.laws.standstill_friction import turned
 from vdyn_cli.physics.laws.wheel import bearing, wheel_spin
@@ -15,7 +15,7 @@ READINGS = ("hub", "carried")  # their sum is the wheel's speed
 LEVER = "lever"  # m, of the forces at the hub: what makes a moment comparable with their noise
 
 
-def _assemble(e: Bench, u: Signals) -> None:
+def _assemble(e: ModelBuilder, u: Signals) -> None:
     """The wheel's speed from the readings at its hub; ``u.wheel_speed`` only says how fast it starts.
 
     What speeding the wheel's own mass up along the road takes comes from the car's accelerometer, and is read apart:

@@ -14,7 +14,7 @@ import numpy as np
 
 from vdyn_cli.inference import Regression, Solution, solve
 from vdyn_cli.inference.iterate import until_settled
-from vdyn_cli.inference.linearized_regression import frozen
+from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.validate.nondifferentiable import DifferentiableReference, profile_estimates
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
@@ -103,16 +103,16 @@ def _settled(setup: SimulationSetup, regression: Callable[[SimulationSetup], Reg
 def _relinearized(setup: SimulationSetup, regression: Callable[[SimulationSetup], Regression]) -> tuple[_Pass, float]:
     """The fit linearized at a setup's start, and its largest move in standard deviations."""
     start = dict(zip(setup.vector.shared, setup.vector.theta.tolist(), strict=True))
-    linearized = frozen(regression(setup))
-    by_run = SLOPE_CHANNEL in setup.model.inputs and len(linearized.runs) >= FEWEST_UNITS
-    solution = solve(linearized, units="run" if by_run else "block")
+    system = linearized(regression(setup))
+    by_run = SLOPE_CHANNEL in setup.model.inputs and len(system.runs) >= FEWEST_UNITS
+    solution = solve(system, units="run" if by_run else "block")
     moves = {n: abs(solution.values[n] - at) for n, at in start.items() if n in solution.values}
     amplitudes = {u.name: moves[u.name] for u in setup.extra}
     begun = setup.begun_at(solution.values) if setup.model.name == "vehicle" else setup
     after = replace(begun, extra=tuple(replace(u, start=solution.values[u.name]) for u in setup.extra))
     judged = moves if setup.nondifferentiable else amplitudes
     relative = [m / solution.std[n] if solution.std[n] > 0.0 else np.inf for n, m in judged.items()]
-    return _Pass(after, solution, linearized, amplitudes), max(relative)
+    return _Pass(after, solution, system, amplitudes), max(relative)
 
 
 def fitted(setup: SimulationSetup, solution: Solution) -> SimulationSetup:

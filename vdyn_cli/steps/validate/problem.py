@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.offer import offered
 from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
@@ -123,7 +123,7 @@ class ValidateProblem:
     @cached_property
     def carried(self) -> tuple[Effect, ...]:
         """Effects that earlier steps accepted and that this model can take: they are in it from the start."""
-        return offered(self.model, [e for e in catalogue() if e.name in self.known.extensions])
+        return applicable(self.model, [e for e in catalogue() if e.name in self.known.extensions])
 
     @cached_property
     def prior(self) -> ParameterPrior:

@@ -7,9 +7,9 @@ import pytest
 from tests.engine.effects import FADING, elsewhere, mass_error, needs_more, speed_delay, speed_scale
 from tests.engine.plants import HALF_CAR, ROAD, ROAD_LOAD
 from vdyn_cli.effects import catalogue
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, MissingSignalError, Signals
-from vdyn_cli.engine.offer import offered
+from vdyn_cli.engine.model_builder import MissingSignalError, ModelBuilder, Signals
 from vdyn_cli.engine.simulate import Simulator
 
 OURS = (FADING, speed_scale, speed_delay, mass_error, needs_more, elsewhere)
@@ -20,9 +20,9 @@ def names(effects):
 
 
 def test_an_effect_is_offered_where_its_element_is_called_with_its_signals():
-    assert names(offered(ROAD_LOAD, OURS)) == ["fading_drag", "speed_scale", "speed_delay", "mass_error"]
-    assert names(offered(HALF_CAR, OURS)) == []
-    road, half = (set(names(offered(model, catalogue()))) for model in (ROAD_LOAD, HALF_CAR))
+    assert names(applicable(ROAD_LOAD, OURS)) == ["fading_drag", "speed_scale", "speed_delay", "mass_error"]
+    assert names(applicable(HALF_CAR, OURS)) == []
+    road, half = (set(names(applicable(model, catalogue()))) for model in (ROAD_LOAD, HALF_CAR))
     assert {"headwind", "extra_drag_area"} <= road
     assert "asymmetric_damping" in half
     assert not road & {"asymmetric_damping"}
@@ -50,7 +50,7 @@ def test_an_element_that_lacks_a_signal_is_a_fault_of_the_model_and_not_of_the_e
 
     model = Model("broken", lambda e, u: e(air, speed=1.0), (), ())
     with pytest.raises(MissingSignalError, match="nobody_gave_this"):
-        offered(model, catalogue())
+        applicable(model, catalogue())
 
 
 def test_two_effects_cannot_share_the_name_of_an_unknown():
@@ -60,11 +60,11 @@ def test_two_effects_cannot_share_the_name_of_an_unknown():
 
 def test_laws_run_on_floats():
     states = {"speed": 20.0, "position": 0.0}
-    bench = Bench(lambda name, start: states[name], ROAD, {"mass_share": 0.1}, (mass_error,), {"heading": 1.0})
-    ROAD_LOAD.assemble(bench, Signals(drive_force=0.0, wind=0.0, grade=0.0))
+    builder = ModelBuilder(lambda name, start: states[name], ROAD, {"mass_share": 0.1}, (mass_error,), {"heading": 1.0})
+    ROAD_LOAD.assemble(builder, Signals(drive_force=0.0, wind=0.0, grade=0.0))
     drag = 0.5 * 1.2 * 0.6 * 400 + 1650 * 9.80665 * 0.01
-    assert bench.rates["speed"] == pytest.approx(-drag / 1695)
-    assert bench.outputs["speed"][0] == 20.0
+    assert builder.rates["speed"] == pytest.approx(-drag / 1695)
+    assert builder.outputs["speed"][0] == 20.0
 
 
 @pytest.mark.parametrize(

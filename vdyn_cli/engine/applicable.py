@@ -8,13 +8,13 @@ from typing import TypeVar
 from vdyn_cli.engine.graph import constants_of, symbols
 from vdyn_cli.engine.lead import leads_of
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Bench, Correction, Law, MissingSignalError, Number, Signals
+from vdyn_cli.engine.model_builder import Correction, Law, MissingSignalError, ModelBuilder, Number, Signals
 
 E = TypeVar("E", bound=Correction)
 
 
-class _Asking(Bench):
-    """A bench that notes which effects find their signals instead of failing."""
+class _Asking(ModelBuilder):
+    """A builder that notes which effects find their signals instead of failing."""
 
     def __init__(self, model: Model, effects: tuple[Correction, ...]) -> None:
         self.lacking: set[str] = set()
@@ -47,7 +47,7 @@ class _Asking(Bench):
         return attempt
 
 
-def offered(model: Model, catalogue: Iterable[E]) -> tuple[E, ...]:
+def applicable(model: Model, catalogue: Iterable[E]) -> tuple[E, ...]:
     """The effects of a catalogue that a model can take, in its order; one pass, nothing is simulated.
 
     Raises
@@ -55,7 +55,7 @@ def offered(model: Model, catalogue: Iterable[E]) -> tuple[E, ...]:
     MissingSignalError : an element of the model itself lacks a signal.
     """
     effects = tuple(catalogue)
-    bench = _Asking(model, effects)
-    model.assemble(bench, Signals(**leads_of(bench, model.inputs).seen(symbols(model.inputs))))
-    bench.finish(lambda of: of)
-    return tuple(e for e in effects if e.name in bench.met and e.name not in bench.lacking)
+    builder = _Asking(model, effects)
+    model.assemble(builder, Signals(**leads_of(builder, model.inputs).seen(symbols(model.inputs))))
+    builder.finish(lambda of: of)
+    return tuple(e for e in effects if e.name in builder.met and e.name not in builder.lacking)
