@@ -25,7 +25,7 @@ from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.free_profiles import profile
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
-FREE_FORCE = 500.0  # N, plausible size of a free profile: a tenth of an axle's load
+FREE_FORCE = 500.0  # N, plausible size of a free profile: some 6 % of an axle's load
 STROKE, STROKE_RATE = 0.05, 0.8  # m, m/s: what a bump deflects springs, tires and dampers by
 
 
