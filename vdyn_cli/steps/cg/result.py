@@ -9,6 +9,7 @@ import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.load_transfer import SOUGHT
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -71,7 +72,7 @@ def _estimates(solution: Solution, moved: Mapping[str, Mapping[str, float]], whe
         value, std = solution.values[name], solution.std[name]
         low, high = solution.interval95[name]
         inherited = float(np.sqrt(sum(row[name] ** 2 for row in moved.values())))
-        half = float(np.hypot((high - low) / 2, 1.96 * inherited))
+        half = float(np.hypot((high - low) / 2, NORMAL95 * inherited))
         estimates[name] = Estimate.of(name, value, float(np.hypot(std, inherited)), (value - half, value + half), "cg")
     rear = estimates["cg_to_rear"]
     low, high = rear.interval95
