@@ -27,8 +27,11 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.crossing import LOADS, Crossing
-from vdyn_cli.steps.bump.regression import BumpFit
-from vdyn_cli.steps.bump.step import STEP, BumpSpec, Measured, fit_of
+from vdyn_cli.steps.bump.half_car_fit import BumpFit
+from vdyn_cli.steps.bump.measured_profile import BumpData
+from vdyn_cli.steps.bump.problem import prepare
+from vdyn_cli.steps.bump.spec import BumpSpec
+from vdyn_cli.steps.bump.step import STEP
 
 Array = NDArray[np.float64]
 
@@ -56,7 +59,7 @@ def known() -> Parameters:
 def prepared(data: tuple[Log, ...]) -> BumpFit:
     """The crossings, cut and with smooth speeds; loads alone."""
     loads = tuple(replace(log, channels={n: log[n] for n in (*LOADS, "speed")}) for log in data)
-    return fit_of(SPEC, Measured(loads), known())[0]
+    return prepare(SPEC, BumpData(loads), known()).fit
 
 
 def reduced(fit: BumpFit) -> Regression:
@@ -76,7 +79,7 @@ def reduced(fit: BumpFit) -> Regression:
 
 def ours(data: BumpFit) -> Solution:
     """From the prepared crossings, model assembly included; the machine code is there after the first time."""
-    fresh = BumpFit(data.crossings, data.model, data.known, data.start)
+    fresh = BumpFit(data.crossings, data.model, data.known, data.weights)
     return solve(reduced(fresh))
 
 
@@ -155,7 +158,7 @@ def main() -> None:
     fit = prepared(data)
     _, first = timed(lambda: ours(fit), 1)
     solution, fast = timed(lambda: ours(fit), REPEATS)
-    _, step = timed(lambda: STEP.estimate(SPEC, Measured(data), known()), REPEATS)
+    _, step = timed(lambda: STEP.estimate(SPEC, BumpData(data), known()), REPEATS)
     reference, slow = timed(lambda: theirs(fit), 1)
     print(f"half-car fit   first {first:.3f} s (with compiling), then {fast:.3f} s, {solution.iterations} iterations")
     print(f"whole step     {step:.3f} s (four channels, every nuisance, tables and figures' data)")

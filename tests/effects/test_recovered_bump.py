@@ -15,11 +15,13 @@ from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
-from vdyn_cli.steps.bump import step as step
+from vdyn_cli.steps.bump.measured_profile import BumpData
+from vdyn_cli.steps.bump.problem import BumpProblem, prepare
+from vdyn_cli.steps.bump.spec import BumpSpec
 
 pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
 
-SPEC = step.BumpSpec.model_validate({"test": "bump", "bump": {"height": 0.07, "width": 0.48}})
+SPEC = BumpSpec.model_validate({"test": "bump", "bump": {"height": 0.07, "width": 0.48}})
 SEED = 4
 VEHICLE = random_vehicle(SEED)
 NAMES = ("front_load", "rear_load", "speed", "vertical_acceleration", "pitch_rate")
@@ -35,15 +37,20 @@ HIDDEN = (
 
 
 @cache
-def fitted(hidden: Hidden, noise: float) -> Result:
-    """The estimate with the cause in; ``noise`` is relative to the sensors'."""
+def problem(hidden: Hidden, noise: float) -> BumpProblem:
+    """The crossings of a car with the effect; ``noise`` is relative to the sensors'."""
     random, runs, logs = np.random.default_rng(1), plant.runs(SEED), []
     for k, clean in enumerate(plant.noise_free(VEHICLE, runs, {hidden.plant: hidden.size})):
         read = [clean[h] + random.normal(0, noise * s.noise, clean[h].size) for h, s in plant.SENSORS.items()]
         logs.append(Log(f"bump_{k}.csv", runs[k].times, dict(zip(NAMES, read, strict=True))))
+    return prepare(SPEC, BumpData(tuple(logs)), given(plant.known(VEHICLE)))
+
+
+@cache
+def fitted(hidden: Hidden, noise: float) -> Result:
+    """The estimate with the effect in the model."""
     effects = (hidden.effect,)
-    known = given(plant.known(VEHICLE))
-    return step.estimate(SPEC, step.Measured(tuple(logs)), known, effects, unknowns(effects))
+    return problem(hidden, noise).publish(effects, unknowns(effects))
 
 
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
@@ -65,5 +72,5 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
 
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
-    model = step.model(SPEC, step.Measured(()), given({}))
+    model = problem(HIDDEN[0], 1.0).model
     assert {h.plant for h in HIDDEN} == {e.name for e in applicable(model, candidates(load_step("bump").situations))}

@@ -16,7 +16,8 @@ from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
-from vdyn_cli.steps.cg import step as step
+from vdyn_cli.steps.cg.problem import CgProblem, prepare
+from vdyn_cli.steps.cg.spec import CgSpec
 
 pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
 
@@ -36,8 +37,8 @@ FAINT = (Hidden("aero_lift", 0.5), Hidden("wheel_force_gain", 0.02))
 
 
 @cache
-def logs(hidden: Hidden, noise: float) -> tuple[step.CgSpec, tuple[Log, ...]]:
-    """Runs with noise relative to the sensors', and a description that tells their directions."""
+def problem(hidden: Hidden, noise: float) -> CgProblem:
+    """Runs with noise relative to the sensors', and a description that states their directions."""
     random, runs, found = np.random.default_rng(5), plant.manoeuvres(SEED), []
     for k, clean in enumerate(plant.noise_free(VEHICLE, runs, {hidden.plant: hidden.size})):
         read = {}
@@ -49,13 +50,13 @@ def logs(hidden: Hidden, noise: float) -> tuple[step.CgSpec, tuple[Log, ...]]:
         found.append(Log(f"launch_{k}.csv", time, {**channels, "pitch_rate": rate, "speed": speed}))
     entries = [{"log": f"launch_{k}.csv", "direction": run.direction} for k, run in enumerate(runs)]
     spec = {"test": "cg", "settings": {"load_zero": "10 N"}, "runs": entries}
-    return step.CgSpec.model_validate(spec), tuple(found)
+    return prepare(CgSpec.model_validate(spec), found, KNOWN)
 
 
 @cache
 def fitted(hidden: Hidden, noise: float) -> Result:
     effects = (hidden.effect,)
-    return step.estimate(*logs(hidden, noise), KNOWN, effects, unknowns(effects))
+    return problem(hidden, noise).publish(effects, unknowns(effects))
 
 
 @pytest.mark.parametrize("hidden", SHOWN, ids=str)
@@ -85,7 +86,7 @@ def test_a_wrong_zero_of_the_accelerometer_stays_within_what_its_deviation_says(
 
 def test_the_door_with_every_cause_in_finds_the_same() -> None:
     hidden = Hidden("clock_offset", 0.02)
-    regression = step.regression(*logs(hidden, 1.0), KNOWN, (hidden.effect,), unknowns((hidden.effect,)))
+    regression = problem(hidden, 1.0).regression((hidden.effect,), unknowns((hidden.effect,)))
     found = solve(regression)
     published = fitted(hidden, 1.0).extra["effects"]["clock_offset"]
     assert found.values["clock_offset"] == pytest.approx(published["value"], abs=published["std"])
@@ -93,6 +94,6 @@ def test_the_door_with_every_cause_in_finds_the_same() -> None:
 
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
-    model = step.model(*logs(SHOWN[0], 1.0), KNOWN)
+    model = problem(SHOWN[0], 1.0).model
     names = {h.plant for h in (*SHOWN, *FAINT)} | {"accelerometer_tilt", "accelerometer_offset"}
     assert {e.name for e in applicable(model, candidates(load_step("cg").situations))} == names

@@ -14,10 +14,10 @@ from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.physics.laws.road import half_sine, haversine, straight_lines
 from vdyn_cli.physics.models.half_car import BODY, SOUGHT, half_car, half_car_on_profile, sprung_body
 from vdyn_cli.steps.bump.crossing import at_limit
-from vdyn_cli.steps.bump.given import usual_car
-from vdyn_cli.steps.bump.modes import matrices, swings
-from vdyn_cli.steps.bump.profile import thinned
-from vdyn_cli.steps.bump.speed import smooth_speed
+from vdyn_cli.steps.bump.half_car_modes import half_car_matrices, natural_modes
+from vdyn_cli.steps.bump.known_car import usual_car
+from vdyn_cli.steps.bump.measured_profile import simplified
+from vdyn_cli.steps.bump.smooth_speed import smooth_speed
 
 GIVEN = ("mass", "sprung_pitch_inertia", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_mass_rear")
 CHANNELS = ("front_load", "rear_load", "speed", "vertical_acceleration", "pitch_rate")
@@ -80,7 +80,7 @@ def test_a_free_car_swings_as_its_matrices_say() -> None:
     vehicle = random_vehicle(3)
     start = {"heave": 2e-3, "pitch": 1e-3, "wheel_front": 1e-3, "wheel_rear": -1e-3, "heave_rate": 0.01}
     found = still(vehicle, start, 1.0)
-    mass, damping, stiffness = matrices(values(vehicle))
+    mass, damping, stiffness = half_car_matrices(values(vehicle))
     inverse = np.linalg.inv(mass)
     system = np.block([[np.zeros((4, 4)), np.eye(4)], [-inverse @ stiffness, -inverse @ damping]])
     names = ("heave", "pitch", "wheel_front", "wheel_rear", "heave_rate", "pitch_rate", "wheel_rate_front")
@@ -96,7 +96,7 @@ def test_a_free_car_swings_as_its_matrices_say() -> None:
 def test_an_undamped_car_keeps_its_energy() -> None:
     free = {"suspension_damping_front": 0.0, "suspension_damping_rear": 0.0}
     found = still(REFERENCE, {"heave": 5e-3, "pitch": 4e-3}, 2.0, **free)
-    mass, _, stiffness = matrices(values(REFERENCE))
+    mass, _, stiffness = half_car_matrices(values(REFERENCE))
     where = np.array([found.states[n] for n in ("heave", "pitch", "wheel_front", "wheel_rear")])
     rate = np.array([found.states[n] for n in ("heave_rate", "pitch_rate", "wheel_rate_front", "wheel_rate_rear")])
     energy = np.sum(where * (stiffness @ where), axis=0) + np.sum(rate * (mass @ rate), axis=0)
@@ -110,7 +110,7 @@ def test_modes_of_a_symmetric_car_have_a_closed_form() -> None:
     for end in ("front", "rear"):
         v |= {f"unsprung_mass_{end}": m, f"suspension_stiffness_{end}": k, f"suspension_damping_{end}": 0.0}
     v |= {"tire_vertical_stiffness": kt, "sprung_pitch_inertia": 0.8 * body * 1.35**2}
-    found = swings(v)
+    found = natural_modes(v)
 
     def pair(sprung: float) -> np.ndarray:
         squares = np.linalg.eigvals(np.array([[k / sprung, -k / sprung], [-k / m, (k + kt) / m]]))
@@ -145,7 +145,7 @@ def test_shapes_of_the_road() -> None:
 def test_a_dense_profile_is_thinned_within_its_tolerance() -> None:
     x = np.linspace(0.0, 0.6, 2000)
     height = 0.07 * np.sin(np.pi * x / 0.6) ** 2 + 0.01
-    points, off = thinned(x, height)
+    points, off = simplified(x, height)
     at, level = np.array(points).T
     assert len(points) <= 150
     assert off < 5e-5

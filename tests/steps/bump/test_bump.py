@@ -22,8 +22,11 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps.bump.given import given_numbers
-from vdyn_cli.steps.bump.step import STEP, BumpSpec, Measured, fit_of
+from vdyn_cli.steps.bump.known_car import car_numbers
+from vdyn_cli.steps.bump.measured_profile import BumpData
+from vdyn_cli.steps.bump.problem import prepare
+from vdyn_cli.steps.bump.spec import BumpSpec
+from vdyn_cli.steps.bump.step import STEP
 
 BODY = ("vertical_acceleration", "pitch_rate")
 SPEC = BumpSpec(test="bump", bump={"height": "70 mm", "width": "480 mm"})  # type: ignore[arg-type]
@@ -58,7 +61,7 @@ def known(vehicle: Vehicle = VEHICLE, **std: float) -> Parameters:
 def run(
     data: tuple[Log, ...] = LOGS, how: BumpSpec = SPEC, vehicle: Vehicle = VEHICLE, given: Parameters | None = None
 ) -> Result:
-    return STEP.estimate(how, Measured(data), given or known(vehicle))
+    return STEP.estimate(how, BumpData(data), given or known(vehicle))
 
 
 def changed(change: Callable[[Log], Log], data: tuple[Log, ...] = LOGS) -> tuple[Log, ...]:
@@ -167,7 +170,7 @@ def test_the_bump_is_found_wherever_it_is_told_to_be(told: float | None) -> None
     near(result)
     places = [run["distance_front"] for run in result.extra["crossings"]]
     assert np.allclose(places, [c.distance for c in plant.runs(SEED)], atol=5e-3)
-    assert bool([f for f in result.findings if "the bump is met" in f.what]) == (told is not None)
+    assert bool([f for f in result.findings if "the bump lies" in f.what]) == (told is not None)
 
 
 def test_the_nearer_of_two_bumps_is_taken_where_it_is_told() -> None:
@@ -223,11 +226,11 @@ def test_the_body_s_pitch_inertia_comes_from_the_car_s() -> None:
     given = {n: e for n, e in known(REFERENCE).items() if n not in ("sprung_pitch_inertia", "sprung_mass")}
     more = {"mass": 1588.0, "pitch_inertia": 2200.0, "cg_height": 0.61, "wheel_radius": 0.308}
     stated = {**given, **{n: Estimate.given(PARAMETERS[n], v) for n, v in more.items()}}
-    found, said = given_numbers(Parameters(stated))
+    found, said = car_numbers(Parameters(stated))
     assert found["sprung_pitch_inertia"].value == pytest.approx(REFERENCE.sprung_pitch_inertia, rel=1e-9)
     assert not said
     del stated["cg_height"]
-    guessed, said = given_numbers(Parameters(stated))
+    guessed, said = car_numbers(Parameters(stated))
     assert guessed["sprung_pitch_inertia"].value == pytest.approx(REFERENCE.sprung_pitch_inertia, rel=5e-3)
     assert guessed["sprung_pitch_inertia"].std > 5.0
     assert "whole car's" in said[0].what
@@ -236,19 +239,19 @@ def test_the_body_s_pitch_inertia_comes_from_the_car_s() -> None:
 def test_cg_to_rear_serves_as_well() -> None:
     given = {n: e for n, e in known().items() if n != "cg_to_front"}
     given["cg_to_rear"] = Estimate.given(PARAMETERS["cg_to_rear"], VEHICLE.cg_to_rear, 2e-3)
-    found, _ = given_numbers(Parameters(given))
+    found, _ = car_numbers(Parameters(given))
     assert found["cg_to_front"].value == pytest.approx(VEHICLE.cg_to_front)
     assert found["cg_to_front"].std == 2e-3
 
 
 def test_an_effect_can_be_added_and_is_found() -> None:
-    data = Measured(logs(effects={"asymmetric_damping": 0.3}))
+    data = BumpData(logs(effects={"asymmetric_damping": 0.3}))
     plain = STEP.estimate(SPEC, data, known())
     assert plain.fit.rms > 5 * plain.fit.noise_floor
     assert any("times the sensor's noise" in w for w in plain.fit.warnings)
     (name,) = asymmetric_damping.unknowns
-    fit, _ = fit_of(SPEC, data, known(), (asymmetric_damping,), (Unknown(name, 0.0, -0.9, 0.9),))
-    solution = solve(fit.regression(), tolerance=1e-3)
+    regression = prepare(SPEC, data, known()).regression((asymmetric_damping,), (Unknown(name, 0.0, -0.9, 0.9),))
+    solution = solve(regression, tolerance=1e-3)
     assert solution.values[name] == pytest.approx(0.3, abs=2e-3)
     truth = plant.truth(VEHICLE)
     assert all(solution.values[n] == pytest.approx(truth[n], rel=5e-3) for n in SOUGHT)
@@ -256,7 +259,7 @@ def test_an_effect_can_be_added_and_is_found() -> None:
 
 def test_a_gentle_bump_leaves_the_tire_to_the_unsprung_mass() -> None:
     result = run(logs(bump=Bump(0.01, 4.0)), spec(bump={"height": 0.01, "width": 4.0}))
-    (words,) = [w for w in result.fit.warnings if w.startswith("tire_vertical_stiffness rests on")]
+    (words,) = [w for w in result.fit.warnings if w.startswith("tire_vertical_stiffness depends on")]
     assert "make the wheels hop" in words
     tire, spring = (result.parameters[n] for n in ("tire_vertical_stiffness", "suspension_stiffness_front"))
     assert tire.std / tire.value > 5 * spring.std / spring.value
@@ -298,7 +301,7 @@ WRONG = {
     "standing": (scaled("speed", 0), "hardly moves", "unit"),
     "reversing": (scaled("speed", -1), "reverses", "sign: -1"),
     "no speed": (scaled("speed", np.nan), "no reading", ""),
-    "no bump": (lambda log: log.between(0.0, 0.4), "no bump is seen", "time window"),
+    "no bump": (lambda log: log.between(0.0, 0.4), "shows no bump", "time window"),
     "too slow": (thinner, "sampled too slowly", "500"),
     "too short": (lambda log: log.between(0.0, 0.05), "fewer than 50 samples", ""),
 }
@@ -342,7 +345,7 @@ def test_distances_that_contradict_the_wheelbase_are_refused() -> None:
 
 def test_what_is_missing_or_contradicts_itself_is_said() -> None:
     with pytest.raises(InputError) as caught:
-        STEP.estimate(SPEC, Measured(LOGS), Parameters())
+        STEP.estimate(SPEC, BumpData(LOGS), Parameters())
     for name in ("mass", "wheelbase", "cg_to_front", "pitch_inertia", "unsprung_mass_front", "unsprung_mass_rear"):
         assert name in str(caught.value)
     two = known().updated(Parameters({"mass": Estimate.given(PARAMETERS["mass"], VEHICLE.mass + 100.0)}))
@@ -375,5 +378,5 @@ def test_a_bump_that_cannot_be_is_refused(bump: dict[str, object], says: str, tm
 
 def test_a_flat_profile_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bump.csv").write_text("distance [m],height [m]\n0,0\n0.1,0\n0.2,0.0001\n", encoding="utf-8")
-    with pytest.raises(InputError, match="no profile of a bump"):
+    with pytest.raises(InputError, match="not the profile of a bump"):
         gather(STEP, described(tmp_path, bump={"shape": "profile", "profile": "bump.csv"}))

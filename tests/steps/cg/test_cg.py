@@ -11,7 +11,11 @@ from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps.cg.step import STEP, CgSettings, CgSpec
+from vdyn_cli.steps.cg.known_vehicle import known_vehicle
+from vdyn_cli.steps.cg.load_fit import LoadFit
+from vdyn_cli.steps.cg.load_windows import cut_windows
+from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
+from vdyn_cli.steps.cg.step import STEP
 
 SPEC = CgSpec(test="cg", settings=CgSettings(load_zero="10 N"))  # type: ignore[arg-type]
 
@@ -91,13 +95,10 @@ def test_a_sign_that_contradicts_physics_is_refused_with_the_line_to_add(channel
 
 def test_the_trap_is_real() -> None:
     """Were the sign not checked, the inertia would come out as 2 (M h + J)(H - h) - I."""
-    from vdyn_cli.steps.cg.step import fit_of, setting
-    from vdyn_cli.steps.cg.windows import cut_windows
-
     vehicle = random_vehicle(1)
     vehicle = vehicle.but(antenna_height=vehicle.cg_height + 1.7)
-    turned = [cut_windows(log.with_channels(pitch_rate=-log["pitch_rate"])) for log in logs(vehicle, 1)]
-    values = fit_of(turned, setting(SPEC, known(vehicle)).values, 10.0).solve().values
+    turned = tuple(cut_windows(log.with_channels(pitch_rate=-log["pitch_rate"])) for log in logs(vehicle, 1))
+    values = LoadFit(turned, known_vehicle(SPEC, known(vehicle)).values, 10.0).solve().values
     spin = 4 * vehicle.wheel_inertia / vehicle.wheel_radius
     lever = vehicle.antenna_height - vehicle.cg_height
     trap = 2 * (vehicle.mass * vehicle.cg_height + spin) * lever - vehicle.pitch_inertia

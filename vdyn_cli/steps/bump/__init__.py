@@ -14,15 +14,15 @@ at the wheels, Kt that of its two tires.
 Simulated and measured axle loads, and vertical acceleration and pitch rate where they are logged, are compared over
 all runs at once, each channel weighted by its noise (setting ``rear_weight``: the paper's weighting of the two loads).
 In each run the place of the bump, the speed's scale and slope, the body's motion before the bump and the sensors' zeros
-are unknowns of its own: a millimetre of position is some hundred newtons. Where the bump lies in a log is looked for;
-``distance_front`` helps where there are several.
+are unknowns of its own: a millimeter of position is some hundred newtons. A matched filter finds where the bump lies in
+a log; ``distance_front`` decides where a log holds several.
 
-The pitch inertia meant here is the sprung body's about its own centre. ``pitch_inertia``, as `vdyn cg` gives it, is the
-whole car's with wheels that do not pitch along; it holds in addition what the axles' fore-and-aft motion against the
-body contributes: I = Is + mu M/Ms (h - r)^2, mu the unsprung mass, h and r the heights of the centre of gravity and of
-the wheels (some 0.7 % of I). State ``sprung_pitch_inertia`` where that is known.
+The half car needs the sprung body's pitch inertia about its own center. ``pitch_inertia``, as `vdyn cg` estimates it,
+is the whole car's with wheels that do not pitch along; it includes what the axles' fore-and-aft motion against the
+body contributes: I = Is + mu M/Ms (h - r)^2, mu the unsprung mass, h and r the heights of the center of gravity and
+of the wheels (some 0.7 % of I). State ``sprung_pitch_inertia`` where that is known.
 
-A bump so gentle that the wheels do not hop does not tell Kt: a heavier axle on a stiffer tire moves alike.
+A bump so gentle that the wheels do not hop does not determine Kt: only the ratio of Kt to the unsprung mass shows.
 
 Assumes loads between tires and road (setting ``load_sensor: hub`` for sensors in the wheel, which lack the inertia of
 what turns outside them), linear springs and dampers, and a tire that touches the road in one point.

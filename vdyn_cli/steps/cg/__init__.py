@@ -1,19 +1,19 @@
-"""Centre of gravity and pitch inertia from accelerate-and-brake runs: height, distance to the axles.
+"""Center of gravity and pitch inertia from accelerate-and-brake runs: height, distance to the axles.
 
 Moments of the whole car about the rear contact, nose-up positive::
 
     L Ff - lr (Ff + Fr) + (M h + J) a + Fd hd = I th'',      a = a_antenna + (H - h) th''
 
 with axle loads Ff, Fr; antenna at height H; drag Fd at height hd; J = sum of wheel inertia over radius (wheels that
-spin up unload the front axle too; left out, it reads as 1 to 2 % of height). Without rear loads, Fr = M g - Ff, which
+spin up unload the front axle too; left out, the height reads 1 to 2 % high). Without rear loads, Fr = M g - Ff, which
 is the paper's equation (5): the body is then taken not to heave.
 
 The loads at rest give lr; the load moved per acceleration gives M h; the load moved per pitch acceleration gives
-I - (M h + J) (H - h). The last two oppose: a pitch rate of the wrong sign silently turns I into
-2 (M h + J)(H - h) - I, so the sign is checked against physics (a car squats, nose up, when it is driven).
+I - (M h + J) (H - h). The last two have opposite signs: a pitch rate of the wrong sign turns I into
+2 (M h + J)(H - h) - I without any misfit, so the sign is checked against physics (a car squats when it is driven).
 
 The balance is integrated over 20 ms, so the pitch rate is never differentiated; noise in loads, acceleration and pitch
-rate is treated alike (total least squares). Each run has its own zero of the load cells, within ``load_zero``.
+rate all enters the balance (total least squares). Each run has its own zero of the load cells, within ``load_zero``.
 
 Assumes a flat road, no lift, rigid body; a road grade reads as an accelerometer offset. Source: SAE 2017-01-1574,
 equations (5) to (7).

@@ -13,15 +13,17 @@ from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.bump.crossing import LOADS
+from vdyn_cli.steps.bump.spec import BumpSpec
 
-USUAL_LEVER = Given(0.30, 0.08)  # m, height of a car's centre of gravity above its wheel centres
-USUAL_INDEX = (0.4, 1.6)  # Is / (Ms lf lr) of anything on two axles
-SAME = 0.01  # of the mass, within which the stated masses must agree
+USUAL_LEVER = Given(0.30, 0.08)  # m, height of the center of gravity above the wheel centers: 0.45 to 0.7 less 0.3
+USUAL_INDEX = (0.4, 1.6)  # Is / (Ms lf lr): half and twice that of cars, which lies between 0.7 and 1
+MASS_AGREEMENT = 0.01  # of the mass: the accuracy of a scale and of a summed list of parts
 
 
 @dataclass(frozen=True)
-class Known:
-    """What the fit does not seek.
+class KnownCar:
+    """What the fit does not estimate.
 
     Parameters
     ----------
@@ -35,74 +37,97 @@ class Known:
     speed_scale: float
 
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Physical ranges of the uncertain ones."""
+        """Physical ranges of the uncertain numbers, SI."""
         found = {n: (PARAMETERS[n].lower, PARAMETERS[n].upper) for n in self.std if n in PARAMETERS}
         return found | {n: (0.2 * self.values[n], 5 * self.values[n]) for n in self.std if n not in PARAMETERS}
 
 
-def given_numbers(known: Parameters) -> tuple[dict[str, Given], list[Finding]]:
-    """Masses, lengths and the sprung body's pitch inertia, each with its standard deviation, and what to say of them.
+def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Finding, ...]]:
+    """What the half car takes as known, from the description and earlier steps, and what is doubtful about it.
 
     Raises
     ------
-    InputError : whatever is missing or contradicts itself, all at once.
+    InputError : numbers are missing or contradict each other.
+    """
+    settings, bump = spec.settings, spec.bump
+    numbers, findings = car_numbers(known)
+    # A measured profile has its own size, which these two scale.
+    numbers["bump_height"], numbers["bump_width"] = bump.height or Given(1.0), bump.width or Given(1.0)
+    numbers["outboard_mass"] = Given(0.0)
+    if settings.load_sensor == "hub":
+        known.require("wheel_mass", where="bump")
+        wheel = known["wheel_mass"]
+        numbers["outboard_mass"] = Given(2 * wheel.value, 2 * wheel.std)
+    zeros = dict.fromkeys(LOADS, settings.load_zero.value * 2**0.5)  # two wheels an axle
+    zeros |= {"vertical_acceleration": settings.acceleration_zero.value, "pitch_rate": settings.pitch_rate_zero.value}
+    values = {n: g.value for n, g in numbers.items()}
+    std = {n: g.std for n, g in numbers.items() if g.std > 0}
+    return KnownCar(values, std, zeros, settings.speed_scale.value), findings
+
+
+def car_numbers(known: Parameters) -> tuple[dict[str, Given], tuple[Finding, ...]]:
+    """Masses, lengths and the sprung body's pitch inertia, SI, with standard deviations; and what is doubtful.
+
+    Raises
+    ------
+    InputError : all that is missing, or that contradicts itself.
     """
     stated = {n: Given(e.value, e.std) for n, e in known.items()}
-    wanted = ["wheelbase", "unsprung_mass_front", "unsprung_mass_rear"]
-    wanted += [] if "sprung_mass" in stated else ["mass"]
-    wanted += [] if "cg_to_rear" in stated else ["cg_to_front"]
-    wanted += [] if "sprung_pitch_inertia" in stated else ["pitch_inertia"]
-    known.require(*wanted, where="bump")
-    found = {n: stated[n] for n in ("wheelbase", "unsprung_mass_front", "unsprung_mass_rear")}
+    alternatives = {"sprung_mass": "mass", "cg_to_rear": "cg_to_front", "sprung_pitch_inertia": "pitch_inertia"}
+    plain = ("wheelbase", "unsprung_mass_front", "unsprung_mass_rear")
+    known.require(*plain, *(n for other, n in alternatives.items() if other not in stated), where="bump")
+    found = {n: stated[n] for n in plain}
     found["mass"] = _mass(stated)
-    length = stated["wheelbase"].value
+    wheelbase = stated["wheelbase"].value
     if "cg_to_front" in stated:
         found["cg_to_front"] = stated["cg_to_front"]
     else:
-        rear = stated["cg_to_rear"]
-        found["cg_to_front"] = Given(length - rear.value, rear.std)
+        found["cg_to_front"] = Given(wheelbase - stated["cg_to_rear"].value, stated["cg_to_rear"].std)
     _refuse_impossible(found)
-    found["sprung_pitch_inertia"], said = _pitch_inertia(stated, found)
+    found["sprung_pitch_inertia"], findings = _pitch_inertia(stated, found)
     sprung, to_front = sprung_body(*(found[n].value for n in BODY_OF))
-    index = found["sprung_pitch_inertia"].value / (sprung * to_front * (length - to_front))
+    index = found["sprung_pitch_inertia"].value / (sprung * to_front * (wheelbase - to_front))
     if not USUAL_INDEX[0] < index < USUAL_INDEX[1]:
         got = f"Is/(Ms lf lr) = {index:.2f}, usual are 0.7 to 1"
-        said.append(Finding("pitch_inertia", "is unusual for this mass and wheelbase", got, "check its unit and axis"))
+        findings += (
+            Finding("pitch_inertia", "is unusual for this mass and wheelbase", got, "check its unit and axis"),
+        )
     found["antenna_offset"] = stated.get("antenna_offset", Given(0.0))
-    return found, said
+    return found, findings
 
 
 def _mass(stated: Mapping[str, Given]) -> Given:
-    """The whole car's mass, from either way of stating it; then as uncertain as all of its parts."""
+    """The whole car's mass: as stated, or the sum of its parts with the uncertainty of all of them."""
     if "sprung_mass" not in stated:
         return stated["mass"]
     parts = [stated[n] for n in ("sprung_mass", "unsprung_mass_front", "unsprung_mass_rear")]
     total = Given(sum(p.value for p in parts), float(np.hypot.reduce([p.std for p in parts])))
     whole = stated.get("mass")
-    if whole is not None and abs(whole.value - total.value) > SAME * whole.value + 3 * whole.std:
+    if whole is not None and abs(whole.value - total.value) > MASS_AGREEMENT * whole.value + 3 * whole.std:
         got = f"mass {whole.value:.0f} kg, sprung and unsprung together {total.value:.0f} kg"
         raise InputError(Finding("vehicle", "the masses contradict each other", got, "leave out mass or sprung_mass"))
     return total
 
 
 def _refuse_impossible(found: Mapping[str, Given]) -> None:
+    """Refuse a car without a body, or with a center of gravity that is not between its axles."""
     findings = []
     sprung, to_front = sprung_body(*(found[n].value for n in BODY_OF))
     if sprung <= 0.3 * found["mass"].value:
         got = f"{sprung:.0f} kg of {found['mass'].value:.0f} kg"
-        findings.append(Finding("vehicle", "hardly any mass is left for the body", got, "check the unsprung masses"))
+        findings.append(Finding("vehicle", "the sprung mass is too small", got, "check the unsprung masses"))
     elif not 0.05 < to_front / found["wheelbase"].value < 0.95:
         got = f"{found['cg_to_front'].value:.2f} m behind the front axle, wheelbase {found['wheelbase'].value:.2f} m"
-        what = "the centre of gravity does not lie between the axles"
+        what = "the center of gravity does not lie between the axles"
         findings.append(Finding("vehicle", what, got, "check cg_to_front and wheelbase"))
     raise_all(findings)
 
 
-def _pitch_inertia(stated: Mapping[str, Given], found: Mapping[str, Given]) -> tuple[Given, list[Finding]]:
-    """The sprung body's moment of inertia about its own centre.
+def _pitch_inertia(stated: Mapping[str, Given], found: Mapping[str, Given]) -> tuple[Given, tuple[Finding, ...]]:
+    """The sprung body's moment of inertia about its own center.
 
-    When the body pitches by th about the height of the wheels, its centre, s above that, moves fore and aft by s th
-    against the axles; with the whole car's centre at rest that holds the energy of the reduced mass Ms mu/M. A balance
+    When the body pitches by th about the height of the wheels, its center, s above that, moves fore and aft by s th
+    against the axles; with the whole car's center at rest that holds the energy of the reduced mass Ms mu/M. A balance
     of the whole car's moments therefore sees I = Is + (Ms mu/M) s^2, and s = M (h - r)/Ms since the axles lie at r::
 
         Is = I - mu M/Ms (h - r)^2
@@ -110,31 +135,32 @@ def _pitch_inertia(stated: Mapping[str, Given], found: Mapping[str, Given]) -> t
     Assumes that the car's own pitch inertia I was found with wheels that stay on the ground (as `vdyn cg` does).
     """
     if "sprung_pitch_inertia" in stated:
-        return stated["sprung_pitch_inertia"], []
-    whole, said = stated["pitch_inertia"], []
+        return stated["sprung_pitch_inertia"], ()
+    whole = stated["pitch_inertia"]
+    findings: tuple[Finding, ...] = ()
     if "cg_height" in stated and "wheel_radius" in stated:
         height, radius = stated["cg_height"], stated["wheel_radius"]
         lever = Given(height.value - radius.value, float(np.hypot(height.std, radius.std)))
     else:
         lever = USUAL_LEVER
         what = "pitch_inertia is taken as the whole car's; the axles' share is that of a usual car"
-        said.append(Finding("bump", what, "", "give cg_height and wheel_radius, or sprung_pitch_inertia"))
+        findings = (Finding("bump", what, "", "give cg_height and wheel_radius, or sprung_pitch_inertia"),)
     mass = found["mass"].value
     unsprung = found["unsprung_mass_front"].value + found["unsprung_mass_rear"].value
     factor = unsprung * mass / (mass - unsprung)
     std = float(np.hypot(whole.std, 2 * factor * lever.value * lever.std))
-    return Given(whole.value - factor * lever.value**2, std), said
+    return Given(whole.value - factor * lever.value**2, std), findings
 
 
 def static_loads(values: Mapping[str, float]) -> dict[str, float]:
-    """Axle loads at rest, N."""
+    """Axle loads at rest, N, by channel."""
     share = values["cg_to_front"] / values["wheelbase"]
     weight = values["mass"] * GRAVITY
     return {"front_load": weight * (1 - share), "rear_load": weight * share}
 
 
 def usual_car(values: Mapping[str, float]) -> dict[str, float]:
-    """Springs, dampers and tires of an ordinary car of this weight: 1.3 Hz, 0.3 of critical damping."""
+    """Springs, dampers and tires of an ordinary car of this weight: 1.3 Hz, 0.3 of critical damping; SI, by name."""
     sprung, to_front = sprung_body(*(values[n] for n in BODY_OF))
     share = to_front / values["wheelbase"]
     start = {"tire_vertical_stiffness": 250.0 * values["mass"]}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SPACING = 0.04  # s between knots: a bump brakes an axle within a tenth of a second
-LEAST = 1e-8  # bending that a gap in the samples is bridged by
+GAP_PENALTY = 1e-8  # on bends where no sample is: bridges gaps, and stays below any of STIFFNESSES
 STIFFNESSES = 10.0 ** np.arange(6.0, -2.1, -0.5)  # of the bending, in units of the samples at a knot
 
 
@@ -32,7 +32,7 @@ class SmoothSpeed:
 
 
 def smooth_speed(time: Array, speed: Array) -> SmoothSpeed:
-    """The line that is as straight as the samples allow, with the errors of its level and slope.
+    """The line that is as straight as the samples allow, and the errors of its level and slope.
 
     Integrated as measured, 0.02 m/s of white noise wanders by a millimetre a second, which on the flank of a bump is
     some hundred newtons. A car holds its speed more smoothly than that, but the bump brakes it. So straight pieces
@@ -47,14 +47,14 @@ def smooth_speed(time: Array, speed: Array) -> SmoothSpeed:
     """
     good = np.isfinite(speed)
     elapsed = time - (time[0] + time[-1]) / 2
-    n, usual = int(np.count_nonzero(good)), float(np.mean(speed[good]))
-    known = speed[good] - usual
+    n, mean = int(np.count_nonzero(good)), float(np.mean(speed[good]))
+    known = speed[good] - mean
     pieces = _pieces(time)
     normal, right = pieces[good].T @ pieces[good], pieces[good].T @ known
     bends = np.diff(np.eye(pieces.shape[1]), 2, axis=0)
     bending = bends.T @ bends * n / pieces.shape[1]
-    # In coordinates where both the samples' weight and the bending are diagonal every penalty is a division.
-    root = np.linalg.inv(np.linalg.cholesky(normal + LEAST * bending))
+    # In coordinates where the samples' weight and the bending are both diagonal, every penalty is a division.
+    root = np.linalg.inv(np.linalg.cholesky(normal + GAP_PENALTY * bending))
     resistance, axes = np.linalg.eigh(root @ bending @ root.T)
     way = root.T @ axes
     part = way.T @ right
@@ -69,8 +69,8 @@ def smooth_speed(time: Array, speed: Array) -> SmoothSpeed:
         if n * np.log(left) + own * np.log(n) < score:
             best, freedom, square = kept * part, own, left
             score = n * np.log(left) + own * np.log(n)
-    value = usual + pieces @ (way @ best)
-    # A line that bends leaves more open everywhere; that is put down to level and slope.
+    value = mean + pieces @ (way @ best)
+    # A line that bends is less certain everywhere; all of that is attributed to level and slope.
     level = np.sqrt(square / n * freedom / 2)
     spread = float(np.std(elapsed[good]))
     return SmoothSpeed(value, elapsed, float(level / abs(np.mean(value))), float(level / spread))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +15,13 @@ from vdyn_cli.quantities.log import Log
 Array = NDArray[np.float64]
 
 WINDOW = 0.02  # s over which the balance is integrated; the body pitches at 1 to 3 Hz
-NOISY = ("front_load", "rear_load", "acceleration", "pitch_rate", "speed")
+LOADS = ("front_load", "rear_load")
+NOISY = (*LOADS, "acceleration", "pitch_rate", "speed")
+GAP = 3.0  # usual steps of the clock, beyond which a window has a gap
 
 
 @dataclass(frozen=True)
-class Windows:
+class LoadWindows:
     """One run's measured channels, and the integrals taken of them over windows that share their ends.
 
     Parameters
@@ -37,7 +40,7 @@ class Windows:
     first: NDArray[np.int64]
     noise: Mapping[str, float]
 
-    @property
+    @cached_property
     def step(self) -> float:
         """Usual time between samples, s."""
         return float(np.median(np.diff(self.time)))
@@ -47,30 +50,43 @@ class Windows:
         """Middle of each window, s."""
         return np.asarray(self.time[self.first + self.weights.shape[1] // 2])
 
-    @property
+    @cached_property
     def width(self) -> Array:
         """Length of each window, s."""
         return np.asarray(self.weights.sum(axis=1))
 
+    @property
+    def loads(self) -> tuple[str, ...]:
+        """The axle loads that are logged."""
+        return tuple(n for n in LOADS if n in self.channels)
+
+    @cached_property
+    def _reach(self) -> NDArray[np.int64]:
+        """Indices (k, m + 1) of each window's samples."""
+        return self.first[:, None] + np.arange(self.weights.shape[1])
+
     def integral(self, values: Array) -> Array:
-        """Integrals over the windows of a row of n samples, or of each column of (n, j)."""
-        reach = self.first[:, None] + np.arange(self.weights.shape[1])
-        return np.asarray(np.einsum("kw,kw...->k...", self.weights, values[reach]))
+        """Integrals (k,) over the windows of samples (n,), or (k, j) of the columns of (n, j)."""
+        return np.asarray(np.einsum("kw,kw...->k...", self.weights, values[self._reach]))
 
     def spread(self, values: Array) -> Array:
-        """The transpose of :meth:`integral`: (k,) onto the n samples."""
-        reach = self.first[:, None] + np.arange(self.weights.shape[1])
+        """The transpose of :meth:`integral`: values (k,) onto the samples (n,)."""
         result = np.zeros(self.time.size)
-        np.add.at(result, reach, self.weights * values[:, None])
+        np.add.at(result, self._reach, self.weights * values[:, None])
         return result
 
     def change(self, values: Array) -> Array:
-        """Last less first sample of each window."""
+        """Last less first sample of each window (k,), of values (n,)."""
         return np.asarray(values[self.first + self.weights.shape[1] - 1] - values[self.first])
 
 
-def cut_windows(log: Log, heading: float = 0.0) -> Windows:
-    """Cut a run into windows of some 20 ms; windows with a gap or a missing sample are left out."""
+def cut_windows(log: Log, heading: float = 0.0) -> LoadWindows:
+    """Cut a run into windows of some 20 ms; windows with a gap or a missing sample are left out.
+
+    Parameters
+    ----------
+    log : as :func:`ready_runs` gives it. heading : +1 out, -1 back, 0 unknown.
+    """
     names = [n for n in NOISY if n in log]
     channels = {n: log[n] for n in names}
     step = float(np.median(np.diff(log.time)))
@@ -78,20 +94,20 @@ def cut_windows(log: Log, heading: float = 0.0) -> Windows:
     first = np.arange(0, log.time.size - 2 * half, 2 * half)
     reach = first[:, None] + np.arange(2 * half + 1)
     gaps = np.diff(log.time[reach], axis=1)
-    good = gaps.max(axis=1) < 3 * step
+    good = gaps.max(axis=1) < GAP * step
     for values in channels.values():
         good &= np.isfinite(values[reach]).all(axis=1)
     weights = _simpson(gaps[good])
     clean = {n: np.where(np.isfinite(v), v, 0.0) for n, v in (*channels.items(), ("pitch", pitch_angle(log)))}
     noise = {n: white_level(v, log.time) for n, v in channels.items()}
-    return Windows(log.name, log.time, heading, clean, weights, first[good].astype(np.int64), noise)
+    return LoadWindows(log.name, log.time, heading, clean, weights, first[good].astype(np.int64), noise)
 
 
 def pitch_angle(log: Log) -> Array:
-    """Pitch (rad) about that at rest, from its channel or by integrating its rate.
+    """Pitch (n,) about that at rest, rad, from its channel or by integrating its rate.
 
     A gyro's zero makes the integral drift: th = c + b t + k a is fitted, since a body on springs pitches in proportion
-    to the acceleration, and c + b t is taken off. A trend in the acceleration thus stays a trend of the pitch.
+    to the acceleration, and c + b t is subtracted. A trend in the acceleration thus stays a trend of the pitch.
     """
     rate = np.where(np.isfinite(log["pitch_rate"]), log["pitch_rate"], 0.0) if "pitch" not in log else np.zeros(0)
     steps = np.diff(log.time) * (rate[1:] + rate[:-1]) / 2

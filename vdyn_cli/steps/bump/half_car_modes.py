@@ -1,4 +1,4 @@
-"""How the half car swings by itself: natural frequencies and damping ratios of body and wheels."""
+"""Vibration modes of the half car: natural frequencies and damping ratios of body and wheels."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
 
 Array = NDArray[np.float64]
 
-NAMES = ("bounce", "pitch", "wheel hop front", "wheel hop rear")
-STEP = 1e-4  # relative, of an unknown, for slopes by central differences
+MODES = ("bounce", "pitch", "wheel hop front", "wheel hop rear")
+STEP = 1e-4  # relative, for central differences: truncation and rounding errors are both below 1e-8
 
 
 @dataclass(frozen=True)
-class Mode:
-    """A way of swinging: Hz (undamped natural frequency) and share of critical damping, each with its 95 % interval."""
+class HalfCarMode:
+    """A vibration mode: undamped natural frequency, Hz, and damping ratio, each with its 95 % interval."""
 
     name: str
     frequency: float
@@ -28,8 +28,8 @@ class Mode:
     damping95: tuple[float, float]
 
 
-def matrices(values: Mapping[str, float]) -> tuple[Array, Array, Array]:
-    """Mass, damping and stiffness (4, 4) over (heave, pitch, front axle, rear axle), tires on the ground.
+def half_car_matrices(values: Mapping[str, float]) -> tuple[Array, Array, Array]:
+    """Mass, damping and stiffness matrices (4, 4), SI, over (heave, pitch, front axle, rear axle), tires on the ground.
 
     With e the stroke of each axle as a row over these, K = sum K_i e_i' e_i + diag(0, 0, Kt, Kt), C alike without Kt.
     """
@@ -45,14 +45,14 @@ def matrices(values: Mapping[str, float]) -> tuple[Array, Array, Array]:
     return mass, damping, stiffness
 
 
-def swings(values: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+def natural_modes(values: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Natural frequency (Hz) and damping ratio of bounce, pitch and both wheel hops.
 
     From the eigenvalues s of (M s^2 + C s + K) q = 0: frequency |s|/2 pi, damping -Re s/|s|. Wheel hops are those in
-    which an axle moves most; of the body's two, bounce turns about the point farther from the car's middle. A mode
-    so damped that it does not swing is left out.
+    which an axle moves most; of the body's two, bounce turns about the point farther from the car's middle. An
+    overdamped mode is left out.
     """
-    mass, damping, stiffness = matrices(values)
+    mass, damping, stiffness = half_car_matrices(values)
     inverse = np.linalg.inv(mass)
     system = np.block([[np.zeros((4, 4)), np.eye(4)], [-inverse @ stiffness, -inverse @ damping]])
     roots, shapes = np.linalg.eig(system)
@@ -68,17 +68,21 @@ def swings(values: Mapping[str, float]) -> dict[str, tuple[float, float]]:
             body.append((size[0] / size[1], mode))
     body.sort(key=lambda entry: -entry[0])
     found |= dict(zip(("bounce", "pitch"), (mode for _, mode in body), strict=False))
-    return {name: found[name] for name in NAMES if name in found}
+    return {name: found[name] for name in MODES if name in found}
 
 
-def modes(solution: Solution, given: Mapping[str, float]) -> tuple[Mode, ...]:
-    """The modes at a solution, intervals to first order."""
+def half_car_modes(solution: Solution, given: Mapping[str, float]) -> tuple[HalfCarMode, ...]:
+    """The modes at a solution, with 95 % intervals to first order.
+
+    Parameters
+    ----------
+    given : the known numbers by name, SI, for those that the solution does not hold."""
     at = {**given, **solution.values}
-    base = swings(at)
+    base = natural_modes(at)
     slopes: dict[str, list[tuple[float, float]]] = {name: [] for name in base}
     for unknown in solution.names:
         step = STEP * abs(at[unknown]) or STEP
-        up, down = (swings({**at, unknown: at[unknown] + s}) for s in (step, -step))
+        up, down = (natural_modes({**at, unknown: at[unknown] + s}) for s in (step, -step))
         for name in base:
             first, second = up.get(name, base[name]), down.get(name, base[name])
             slopes[name].append(tuple((a - b) / (2 * step) for a, b in zip(first, second, strict=True)))  # type: ignore[arg-type]
@@ -86,7 +90,7 @@ def modes(solution: Solution, given: Mapping[str, float]) -> tuple[Mode, ...]:
     for name, (frequency, damping) in base.items():
         by_frequency, by_damping = np.array(slopes[name]).T
         found.append(
-            Mode(
+            HalfCarMode(
                 name,
                 frequency,
                 solution.interval_of(frequency, by_frequency),

@@ -1,0 +1,150 @@
+"""Where in a log the bump lies: a matched filter finds the response of a typical car in the axle loads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.bump.crossing import CHANNELS, LOADS, traveled
+
+Array = NDArray[np.float64]
+
+LEAD, TAIL = 0.1, 0.6  # s of the response before the front axle meets the bump and after the rear axle has left it
+REACH = 1.0  # s by which an axle's change may lie elsewhere than expected, beyond the delay itself
+NEARLY = 0.7  # of the best score: a place as good as that, near the stated distance, is preferred
+ROUNDS, SAME_SPEED = 3, 0.02  # of the search, since the speed at the bump shapes the response; relative
+
+
+@dataclass(frozen=True)
+class BumpLocation:
+    """Where the bump was found, and how well a typical car's response fits the log there.
+
+    Parameters
+    ----------
+    distance : m from the log's start to the bump's near edge, front axle.
+    speed : m/s there.
+    correlation : of the loads with the response, 0 to 1.
+    gain : of each channel, measured over simulated; 1 for the typical car.
+    delay : s from the front load's change to the rear load's, each found by itself.
+    """
+
+    distance: float
+    speed: float
+    correlation: float
+    gain: Mapping[str, float]
+    delay: float
+
+
+def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, stated: float | None) -> BumpLocation:
+    """Find the bump by a matched filter over the whole log.
+
+    The response of a typical car at the log's own speed is correlated with the changes of both loads. The place of the
+    largest correlation is taken, or one nearly as good within a wheelbase of the ``stated`` distance.
+
+    Parameters
+    ----------
+    simulator : of the half car, without unknowns, its ``distance_front`` 0.
+    width, wheelbase : m. stated : distance that the description states, m; None where it states none.
+    """
+    way = traveled(log)
+    step = float(np.median(np.diff(log.time)))
+    clock = np.arange(log.time[0], log.time[-1] + step / 2, step)
+    along = np.interp(clock, log.time, way)
+    changes = {n: np.interp(clock, *_changes(log, n)) for n in CHANNELS if n in log}
+    at = int(np.argmax(np.abs(changes["front_load"])))
+    for _ in range(ROUNDS):
+        speed = _speed_near(log, float(clock[at]))
+        response = _response(simulator, speed, step, width + wheelbase)
+        before, at = at, _best_place(changes, response, along, stated, wheelbase, round(LEAD / step))
+        if abs(_speed_near(log, float(clock[at])) - speed) < SAME_SPEED * speed or at == before:
+            break
+    part = slice(max(at, 0), at + next(iter(response.values())).size)
+    gain, correlation = _gains({n: c[part] for n, c in changes.items()}, response)
+    meets = at + round(LEAD / step)
+    distance = float(np.interp(clock[0] + meets * step, log.time, way))
+    return BumpLocation(distance, speed, correlation, gain, _delay(changes, response, at, wheelbase / speed, step))
+
+
+def _changes(log: Log, name: str) -> tuple[Array, Array]:
+    """Times and values of a channel, less its median."""
+    good = np.isfinite(log[name])
+    values = log[name][good]
+    return log.time[good], values - np.median(values)
+
+
+def _speed_near(log: Log, time: float) -> float:
+    near = np.abs(log.time - time) < 0.25
+    values = log["speed"][near] if np.isfinite(log["speed"][near]).any() else log["speed"]
+    return float(np.nanmean(values))
+
+
+def _response(simulator: Simulator, speed: float, step: float, length: float) -> dict[str, Array]:
+    """Changes of all channels of a car that crosses the bump at constant speed, sampled each ``step``."""
+    pace = max(abs(speed), 0.1)
+    time = np.arange(0.0, LEAD + length / pace + TAIL, step)
+    drive = Drive(time, {"speed": pace, "elapsed": 0.0}, {"position": -pace * LEAD})
+    outputs = simulator(drive).outputs
+    return {n: outputs[n] - outputs[n][0] for n in CHANNELS}
+
+
+def _best_place(
+    changes: Mapping[str, Array],
+    response: Mapping[str, Array],
+    along: Array,
+    stated: float | None,
+    near: float,
+    lead: int,
+) -> int:
+    """Index of the sample at which the response begins; it may lie outside the log."""
+    score: Array = np.sum([_correlation(changes[n], response[n]) for n in LOADS], axis=0)
+    first = 1 - response["front_load"].size
+    best = int(np.argmax(score))
+    if stated is not None:
+        places = np.arange(score.size) + first + lead
+        close = np.abs(along[np.clip(places, 0, along.size - 1)] - stated) < near
+        if close.any():
+            nearby = int(np.flatnonzero(close)[np.argmax(score[close])])
+            best = nearby if score[nearby] > NEARLY * score[best] else best
+    return best + first
+
+
+def _correlation(change: Array, response: Array) -> Array:
+    """Sum of change x response for every place of the response, from its last sample at the log's first one on."""
+    size = change.size + response.size - 1
+    padded = 1 << (size - 1).bit_length()
+    product = np.fft.rfft(change, padded) * np.fft.rfft(response[::-1], padded)
+    return np.asarray(np.fft.irfft(product, padded)[:size])
+
+
+def _gains(changes: Mapping[str, Array], response: Mapping[str, Array]) -> tuple[dict[str, float], float]:
+    """Gain of each channel over the response, and the correlation of both loads with it."""
+    gain, product, measured, expected = {}, 0.0, 0.0, 0.0
+    for name, change in changes.items():
+        wanted = response[name][: change.size]
+        own = change - np.mean(change)
+        gain[name] = float(own @ wanted / max(float(wanted @ wanted), 1e-300))
+        if name in LOADS:
+            product += float(change @ wanted)
+            measured += float(change @ change)
+            expected += float(wanted @ wanted)
+    return gain, product / max(np.sqrt(measured * expected), 1e-300)
+
+
+def _delay(changes: Mapping[str, Array], response: Mapping[str, Array], at: int, expected: float, step: float) -> float:
+    """Time from the front load's change to the rear load's, s, each found by itself near ``at``.
+
+    A wrong speed moves both by the same time, so the difference is right.
+    """
+    reach = round((REACH + expected) / step)
+    places = []
+    for name in LOADS:
+        score = _correlation(changes[name], response[name])
+        near = at + response[name].size - 1  # where the score of the response that begins at ``at`` stands
+        first = max(near - reach, 0)
+        places.append(first + int(np.argmax(score[first : near + reach + 1])))
+    return expected + (places[1] - places[0]) * step

@@ -1,0 +1,186 @@
+"""Output error on bump crossings: springs, dampers and tires from all channels of all runs at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.simulate import Simulated, Simulator
+from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.physics.models.half_car import BODY, BODY_OF, CROSSING, GIVEN, SOUGHT, sprung_body
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.bump.crossing import Crossing
+from vdyn_cli.steps.bump.known_car import KnownCar, usual_car
+from vdyn_cli.steps.bump.noise import MISFIT, ChannelWeights
+from vdyn_cli.steps.contract import NO_VALUES
+
+Array = NDArray[np.float64]
+
+LARGEST_STEP = 1.1e-3  # s, of the integration: with it loads are good to a hundredth of a load cell's noise
+TOLERANCE = 1e-3  # of a residual's variance: wheels that lift off make kinks, at which steps gain less than expected
+REWEIGHTINGS = 3  # of the channels, at most: each costs a whole fit
+AT_REST = (2e-3, 2e-2, 1e-3, 1e-2)  # m, m/s, rad, rad/s: standard deviations of the body's motion on a smooth road
+
+
+@dataclass(frozen=True)
+class BumpFit:
+    """Crossings, and the unknowns to be found from them.
+
+    Shared unknowns are the five of ``SOUGHT``, uncertain known numbers, and those of ``effects``. Every run has its own
+    place of the bump, scale and slope of the speed (in standard deviations of what the speed channel leaves open),
+    motion of the body at the start, and zero of each sensor.
+
+    Parameters
+    ----------
+    effect_unknowns : of ``effects``, shared by all crossings; those left out stay zero, or nominal.
+    """
+
+    crossings: tuple[Crossing, ...]
+    model: Model
+    known: KnownCar
+    weights: ChannelWeights
+    effects: tuple[Effect, ...] = ()
+    effect_unknowns: tuple[Unknown, ...] = ()
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that every crossing has."""
+        return tuple(self.weights.inflation)
+
+    @cached_property
+    def start(self) -> Mapping[str, float]:
+        """The five unknowns of an ordinary car, where the search begins."""
+        return usual_car(self.known.values)
+
+    @cached_property
+    def shared(self) -> tuple[Unknown, ...]:
+        """The unknowns that all crossings share."""
+        values, std, ranges = self.known.values, self.known.std, self.known.ranges()
+        sought = [PARAMETERS[n] for n in SOUGHT]
+        uncertain = [n for n in GIVEN if std.get(n, 0.0) > 0.0]
+        return (
+            *(Unknown(q.name, self.start[q.name], q.lower, q.upper, q.unit) for q in sought),
+            *(Unknown(n, values[n], *ranges[n], prior=(values[n], std[n]), nuisance=True) for n in uncertain),
+            *self.effect_unknowns,
+        )
+
+    @cached_property
+    def own(self) -> tuple[Unknown, ...]:
+        """The unknowns that each crossing has for itself: those of the simulation, then the sensors' zeros."""
+        priors = {"speed_scale": 1.0, "speed_ramp": 1.0}
+        priors |= {f"start.{n}": s for n, s in zip(BODY, AT_REST, strict=True)}
+        priors |= {f"{n}_zero": self.known.zeros[n] for n in self.channels}
+        unknowns = [Unknown("distance_front", 0.0, -np.inf, np.inf, "m")]
+        unknowns += [Unknown(n, 0.0, prior=(0.0, std)) for n, std in priors.items()]
+        return tuple(replace(u, per_run=True, nuisance=True) for u in unknowns)
+
+    @cached_property
+    def simulator(self) -> Simulator:
+        """The half car with every unknown but the sensors' zeros."""
+        return self.simulator_of([u.name for u in (*self.shared, *self.own[: len(CROSSING) + len(BODY)])])
+
+    @cached_property
+    def scales(self) -> tuple[Array, ...]:
+        """Of each crossing, SI units per unit of each simulated unknown: speeds are in its standard deviations."""
+        scales = []
+        for crossing in self.crossings:
+            scale = np.ones(len(self.simulator.unknowns))
+            at = len(self.shared) + CROSSING.index("speed_scale")
+            scale[at] = np.hypot(crossing.speed.scale_std, self.known.speed_scale)
+            scale[at + 1] = crossing.speed.ramp_std
+            scales.append(scale)
+        return tuple(scales)
+
+    def only(self, names: Sequence[str]) -> BumpFit:
+        """The fit with those effects alone that have one of these unknowns, and of theirs only these."""
+        effects = tuple(e for e in self.effects if set(e.unknowns) & set(names))
+        used = {n for e in effects for n in e.unknowns}
+        unknowns = tuple(u for u in self.shared if u.name in names and u.name in used)
+        return replace(self, effects=effects, effect_unknowns=unknowns)
+
+    def simulator_of(self, unknowns: Sequence[str]) -> Simulator:
+        """The half car with these unknowns, the others at their starts."""
+        step = max(float(np.median(np.diff(c.time))) for c in self.crossings)
+        values = {**self.known.values, **self.start, **dict.fromkeys(CROSSING, 0.0)}
+        values |= {u.name: u.start for u in self.shared}
+        return Simulator(self.model, values, unknowns, self.effects, substeps=int(np.ceil(step / LARGEST_STEP)))
+
+    def regression(self, at: Solution | None = None, start: Mapping[str, float] = NO_VALUES) -> Regression:
+        """The whitened regression over all runs, begun at a solution, or at ``start`` where that has an unknown.
+
+        Its rows can be narrowed to some of the shared unknowns; the others' effects then leave the simulation.
+        """
+        begin = {**start, **(at.values if at else {})}
+        shared = tuple(replace(u, start=begin.get(u.name, u.start)) for u in self.shared)
+        own = dict(at.per_run) if at else {}
+        own.setdefault("distance_front", np.array([c.distance for c in self.crossings]))
+        runs = tuple(c.run for c in self.crossings)
+        return Regression((*shared, *self.own), runs, self.rows, own, narrow=lambda names: self.only(names).rows)
+
+    def solve(self) -> tuple[BumpFit, Solution]:
+        """Fit; what the simulation leaves then weights the channels that it cannot follow to their noise.
+
+        Returns
+        -------
+        This fit with the weights of its last round, and the solution.
+
+        Raises
+        ------
+        ResultError : the unknowns are not determined.
+        """
+
+        def reweight(state: tuple[BumpFit, Solution]) -> tuple[tuple[BumpFit, Solution], float]:
+            fit, solution = state
+            misfit = fit.misfit(solution)
+            mismatch = fit.weights.mismatch(misfit)
+            if mismatch < MISFIT:
+                return state, mismatch
+            fit = replace(fit, weights=fit.weights.reweighted(misfit))
+            return (fit, solve(fit.regression(solution), tolerance=TOLERANCE)), mismatch
+
+        first = (self, solve(self.regression(), tolerance=TOLERANCE))
+        return until_settled(reweight, first, REWEIGHTINGS, MISFIT).state
+
+    def simulate(self, run: int, theta: Array, *, states: bool = False) -> Simulated:
+        """One run at its local unknowns ``theta`` (k,): shared, then its own."""
+        scale = self.scales[run]
+        return self.simulator(self.crossings[run].drive, theta[: scale.size] * scale, states=states)
+
+    def rows(self, run: int, theta: Array) -> Rows:
+        """Whitened residuals of one run: channel after channel, samples without a reading left out."""
+        crossing, scale = self.crossings[run], self.scales[run]
+        simulated = self.simulate(run, theta)
+        residuals, jacobians, times = [], [], []
+        for zero, name in enumerate(self.channels, start=scale.size):
+            measured = crossing.channels[name]
+            good = np.isfinite(measured)
+            weight = 1.0 / self.weights.deviation(crossing, name)
+            jacobian = np.zeros((int(np.count_nonzero(good)), theta.size))
+            jacobian[:, : scale.size] = simulated.sensitivities[name][good] * (weight * scale)
+            jacobian[:, zero] = weight
+            residuals.append((simulated.outputs[name][good] + theta[zero] - measured[good]) * weight)
+            jacobians.append(jacobian)
+            times.append(crossing.time[good])
+        return Rows(np.concatenate(residuals), np.concatenate(jacobians), time=np.concatenate(times))
+
+    def local(self, solution: Solution, run: int) -> Array:
+        """The run's local unknowns (k,) at a solution."""
+        shared = [solution.values[u.name] for u in self.shared]
+        return np.array([*shared, *(solution.per_run[u.name][run] for u in self.own)])
+
+    def misfit(self, solution: Solution) -> dict[str, float]:
+        """Root mean square of each channel's residual over its inflated noise."""
+        return self.weights.misfit(self.crossings, solution.residuals)
+
+    def arms(self, values: Mapping[str, float]) -> dict[str, float]:
+        """How far each axle is ahead of the body's center, m."""
+        at = {**self.known.values, **values}
+        _, to_front = sprung_body(*(at[n] for n in BODY_OF))
+        return {"front": to_front, "rear": to_front - at["wheelbase"]}

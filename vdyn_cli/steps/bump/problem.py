@@ -1,0 +1,126 @@
+"""A bump test, prepared once: its crossings cut from the logs, and the half car on its bump."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.physics.models.half_car import half_car, half_car_on_profile
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.bump import text
+from vdyn_cli.steps.bump.crossing import CHANNELS
+from vdyn_cli.steps.bump.half_car_fit import BumpFit
+from vdyn_cli.steps.bump.known_car import known_car
+from vdyn_cli.steps.bump.measured_profile import BumpData
+from vdyn_cli.steps.bump.noise import ChannelWeights
+from vdyn_cli.steps.bump.result import bump_result
+from vdyn_cli.steps.bump.selection import select_crossings
+from vdyn_cli.steps.bump.spec import BumpSpec
+from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.free_profiles import profile
+from vdyn_cli.steps.manoeuvre import Manoeuvre
+
+FREE_FORCE = 500.0  # N, plausible size of a free profile: some 6 % of an axle's load
+STROKE, STROKE_RATE = 0.05, 0.8  # m, m/s: what a bump deflects springs, tires and dampers by
+
+
+@dataclass(frozen=True)
+class BumpProblem:
+    """Crossings of one bump by one car.
+
+    Parameters
+    ----------
+    fit : without effects. duration : of the longest log, s.
+    findings : about the description, the bump's profile and the logs.
+    """
+
+    fit: BumpFit
+    duration: float
+    findings: tuple[Finding, ...]
+
+    @property
+    def model(self) -> Model:
+        """The half car on the bump that was crossed."""
+        return self.fit.model
+
+    @property
+    def profiles(self) -> tuple[Effect, ...]:
+        """Forces that are free over stroke rate (dampers), stroke (springs) and compression (tires)."""
+        return (
+            profile("damper_over_rate", "damper", "stroke_rate", (-STROKE_RATE, STROKE_RATE), FREE_FORCE, "N"),
+            profile("spring_over_stroke", "spring", "stroke", (-STROKE, STROKE), FREE_FORCE, "N"),
+            profile("tire_over_compression", "tire_vertical", "compression", (-STROKE, STROKE), FREE_FORCE, "N"),
+        )
+
+    def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> BumpFit:
+        """The fit with effects in the half car, and their unknowns, shared by all crossings."""
+        return replace(self.fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))
+
+    def regression(
+        self,
+        effects: Sequence[Effect] = (),
+        unknowns: Sequence[Unknown] = (),
+        start: Mapping[str, float] = NO_VALUES,
+    ) -> Regression:
+        """All channels of all crossings over their white noise, with effects in the half car."""
+        return self.fit_with(effects, unknowns).regression(start=start)
+
+    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+        """Fit springs, dampers and tires to all crossings at once, with accepted effects in the half car.
+
+        Raises
+        ------
+        ResultError : the crossings do not determine the unknowns.
+        """
+        try:
+            fit, solution = self.fit_with(effects, unknowns).solve()
+        except ResultError as error:
+            raise ResultError(*error.findings, text.NOT_DETERMINED) from None
+        return bump_result(fit, solution, self.findings)
+
+    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
+        """None: every effect on the half car has a derivative at zero."""
+        return None
+
+    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
+        """None yet."""
+        return ()
+
+
+def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
+    """The problem of a bump test.
+
+    Parameters
+    ----------
+    known : the car's masses, lengths and pitch inertia, SI.
+
+    Raises
+    ------
+    InputError : known numbers or logs that cannot be used, with every reason.
+    """
+    car, doubtful_car = known_car(spec, known)
+    model, width = _model_on_bump(spec, data)
+    stated = [(run.distance_front, run.distance_rear) for run in spec.runs] or [(None, None)] * len(data.runs)
+    crossings, doubtful_runs = select_crossings(data.runs, stated, car, model, width)
+    channels = [n for n in CHANNELS if all(n in c.channels for c in crossings)]
+    rear_weight = spec.settings.rear_weight
+    weights = ChannelWeights(dict.fromkeys(channels, 1.0), rear_weight.value if rear_weight else None)
+    of_logs = (f for log in data.runs for f in log.findings)
+    return BumpProblem(
+        BumpFit(crossings, model, car, weights),
+        max(log.duration for log in data.runs),
+        (*doubtful_car, *data.findings, *doubtful_runs, *of_logs),
+    )
+
+
+def _model_on_bump(spec: BumpSpec, data: BumpData) -> tuple[Model, float]:
+    """The half car on this bump, and the bump's width, m."""
+    if data.profile is not None:
+        return half_car_on_profile(data.profile), data.profile[-1][0] - data.profile[0][0]
+    assert spec.bump.width is not None
+    return half_car("half_sine" if spec.bump.shape == "half_sine" else "haversine"), spec.bump.width.value

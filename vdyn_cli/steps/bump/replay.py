@@ -1,0 +1,81 @@
+"""Crossings as simulated at the solution: loads, suspension stroke, energy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.steps.bump.crossing import LOADS
+from vdyn_cli.steps.bump.half_car_fit import BumpFit
+
+Array = NDArray[np.float64]
+
+ENDS = ("front", "rear")
+OFF_ROAD = 1e-3  # of the load at rest: integration errors are smaller, any contact larger
+
+
+@dataclass(frozen=True)
+class Replay:
+    """One run as simulated at the solution.
+
+    Parameters
+    ----------
+    measured, outputs : each channel (n,), SI; outputs include the sensor's zero. zeros : of each channel.
+    stroke, stroke_rate : of each axle (n,), m and m/s, extension positive.
+    distance : m, of the bump from the log's start. wheelbase : m. pace : mean speed, m/s.
+    """
+
+    run: str
+    time: Array
+    measured: Mapping[str, Array]
+    outputs: Mapping[str, Array]
+    zeros: Mapping[str, float]
+    stroke: Mapping[str, Array]
+    stroke_rate: Mapping[str, Array]
+    distance: float
+    wheelbase: float
+    pace: float
+
+    def residual(self, channel: str) -> Array:
+        """Measured less simulated (n,), in the channel's unit."""
+        return self.measured[channel] - self.outputs[channel]
+
+    def off_road(self, end: str, static: float) -> float:
+        """Time for which an axle carries nothing, s; ``static`` is its load at rest, N."""
+        load = self.outputs[f"{end}_load"] - self.zeros[f"{end}_load"]
+        return float(np.sum(np.diff(self.time)[load[:-1] < OFF_ROAD * static]))
+
+    def dissipated(self, end: str, damping: float) -> float:
+        """Energy that an axle's dampers turn into heat, J: the integral of C v^2, ``damping`` in N s/m."""
+        power = damping * self.stroke_rate[end] ** 2
+        return float(np.sum(np.diff(self.time) * (power[1:] + power[:-1]) / 2))
+
+
+def replay(fit: BumpFit, solution: Solution, run: int) -> Replay:
+    """Simulate one run at the solution."""
+    crossing = fit.crossings[run]
+    simulated = fit.simulate(run, fit.local(solution, run), states=True)
+    zeros = {n: float(solution.per_run[f"{n}_zero"][run]) for n in fit.channels}
+    s, arms = simulated.states, fit.arms(solution.values)
+    return Replay(
+        run=crossing.run,
+        time=crossing.time,
+        measured={n: crossing.channels[n] for n in fit.channels},
+        outputs={n: simulated.outputs[n] + zeros[n] for n in fit.channels},
+        zeros=zeros,
+        stroke={e: s["heave"] + arms[e] * s["pitch"] - s[f"wheel_{e}"] for e in ENDS},
+        stroke_rate={e: s["heave_rate"] + arms[e] * s["pitch_rate"] - s[f"wheel_rate_{e}"] for e in ENDS},
+        distance=float(solution.per_run["distance_front"][run]),
+        wheelbase=arms["front"] - arms["rear"],
+        pace=crossing.pace,
+    )
+
+
+def load_rms(replays: Sequence[Replay]) -> float:
+    """Root mean square of the residuals of both loads, N."""
+    residual = np.concatenate([r.residual(n) for r in replays for n in LOADS])
+    return float(np.sqrt(np.nanmean(residual**2)))

@@ -1,0 +1,82 @@
+"""The result of a bump test: springs, dampers, tires, and the modes that follow from them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.physics.models.half_car import SOUGHT
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.bump import figures, text
+from vdyn_cli.steps.bump.crossing import LOADS
+from vdyn_cli.steps.bump.given_sensitivity import sensitivity_to_known
+from vdyn_cli.steps.bump.half_car_fit import BumpFit
+from vdyn_cli.steps.bump.half_car_modes import HalfCarMode, half_car_modes
+from vdyn_cli.steps.bump.input_checks import uneven_zeros
+from vdyn_cli.steps.bump.replay import Replay, load_rms, replay
+from vdyn_cli.steps.effect_estimates import sizes_found
+
+
+def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -> Result:
+    """What the fit gives, in numbers, figures, tables and sentences.
+
+    Parameters
+    ----------
+    fit : with the weights that the solution was found with.
+    findings : about the description and the logs.
+    """
+    estimates = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "bump") for n in SOUGHT}
+    correlation = {a: {b: solution.correlation[a][b] for b in SOUGHT} for a in SOUGHT}
+    replays = [replay(fit, solution, run) for run in range(len(fit.crossings))]
+    modes = half_car_modes(solution, fit.known.values)
+    sensitivity = sensitivity_to_known(fit, solution)
+    inflated = {n: m * fit.weights.inflation[n] for n, m in fit.misfit(solution).items()}
+    floor = float(np.sqrt(np.mean([c.noise[n] ** 2 for c in fit.crossings for n in LOADS])))
+    warnings = (*text.warnings(estimates, sensitivity, fit.known), *text.misfit_warnings(inflated))
+    zeros = {n: [r.zeros[n] for r in replays] for n in fit.channels}
+    return Result(
+        "bump",
+        text.sentence(estimates, modes),
+        Parameters(estimates, correlation),
+        FitSummary(
+            tuple(c.run for c in fit.crossings),
+            load_rms(replays),
+            floor,
+            "N",
+            solution.names,
+            solution.unit,
+            solution.n_units,
+            warnings=(*solution.warnings, *warnings),
+        ),
+        text.METHODS,
+        figures.comparisons(replays),
+        figures.figures(replays),
+        (
+            text.mode_table(modes),
+            text.crossing_table(replays, fit, solution),
+            text.misfit_table(fit, inflated),
+            text.sensitivity_table(sensitivity, fit, solution),
+        ),
+        tuple(dict.fromkeys([*findings, *uneven_zeros(zeros, fit.known.zeros)])),
+        {**_extra(modes, replays), **sizes_found(solution, fit.effect_unknowns)},
+    )
+
+
+def _extra(modes: Sequence[HalfCarMode], replays: Sequence[Replay]) -> dict[str, Any]:
+    """Modes and crossings in numbers, for scripts."""
+    found = {
+        m.name.replace(" ", "_"): {
+            "frequency": m.frequency,
+            "frequency95": list(m.frequency95),
+            "damping_ratio": m.damping,
+            "damping_ratio95": list(m.damping95),
+        }
+        for m in modes
+    }
+    runs = [{"run": r.run, "speed": r.pace, "distance_front": r.distance} for r in replays]
+    return {"modes": found, "crossings": runs}

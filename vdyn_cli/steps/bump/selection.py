@@ -1,0 +1,95 @@
+"""From logs to crossings: gravity removed, the bump found, unusable logs refused with every reason."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.simulate import Simulator
+from vdyn_cli.physics.models.half_car import CROSSING
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.bump.bump_location import find_bump
+from vdyn_cli.steps.bump.crossing import Crossing, cut_crossing
+from vdyn_cli.steps.bump.input_checks import airborne, doubts, wrong_location, wrong_log
+from vdyn_cli.steps.bump.known_car import KnownCar, static_loads, usual_car
+
+Distances = tuple[Given | None, Given | None]  # of the bump, for the front and the rear axle, m
+PACED = 0.1  # m, within which two distances that were paced out agree with the wheelbase
+
+
+def select_crossings(
+    logs: Sequence[Log], stated: Sequence[Distances], known: KnownCar, model: Model, width: float
+) -> tuple[tuple[Crossing, ...], tuple[Finding, ...]]:
+    """The part of each log around the bump, and what is doubtful about it.
+
+    Parameters
+    ----------
+    stated : distances of the bump in the description, one pair a log. width : m, of the bump.
+
+    Raises
+    ------
+    InputError : logs that cannot be used, with every reason at once, or no run that is left.
+    """
+    if not logs:
+        raise InputError(Finding("runs", "no crossing is given", remedy="list at least one log under runs"))
+    static, wheelbase = static_loads(known.values), known.values["wheelbase"]
+    typical = Simulator(model, {**known.values, **usual_car(known.values), **dict.fromkeys(CROSSING, 0.0)})
+    crossings: list[Crossing] = []
+    wrong: list[Finding] = []
+    doubtful: list[Finding] = []
+    for raw, distances in zip(logs, stated, strict=True):
+        log, gravity = _without_gravity(raw)
+        if errors := [*wrong_log(log, static, width), *_wrong_distances(log.name, distances, wheelbase)]:
+            wrong += errors
+            continue
+        expected = _front_distance(distances, wheelbase)
+        location = find_bump(log, typical, width, wheelbase, None if expected is None else expected.value)
+        if errors := wrong_location(log, location, wheelbase):
+            wrong += errors
+            continue
+        crossing = cut_crossing(log, location.distance, wheelbase)
+        excluded = airborne(crossing, static, wheelbase)
+        doubtful += [*gravity, *([excluded] if excluded else doubts(log, crossing, expected))]
+        crossings += [] if excluded else [crossing]
+    raise_all(dict.fromkeys(wrong))
+    if not crossings:
+        raise InputError(*doubtful)
+    return tuple(crossings), tuple(doubtful)
+
+
+def _front_distance(stated: Distances, wheelbase: float) -> Given | None:
+    """Where the front axle meets the bump according to the description."""
+    front, rear = stated
+    if front is not None or rear is None:
+        return front
+    return Given(rear.value - wheelbase, rear.std)
+
+
+def _wrong_distances(name: str, stated: Distances, wheelbase: float) -> list[Finding]:
+    """Two stated distances whose difference is not the wheelbase."""
+    front, rear = stated
+    if front is None or rear is None:
+        return []
+    apart = rear.value - front.value
+    if abs(apart - wheelbase) <= PACED + 3 * float(np.hypot(front.std, rear.std)):
+        return []
+    got = f"{apart:.2f} m, wheelbase {wheelbase:.2f} m"
+    remedy = "measure both from the place where the log begins to the bump's near edge, each for its axle"
+    return [Finding(name, "distance_rear less distance_front is not the wheelbase", got, remedy)]
+
+
+def _without_gravity(log: Log) -> tuple[Log, list[Finding]]:
+    """The log with a vertical acceleration that is zero at rest, also where the sensor measures gravity."""
+    name = "vertical_acceleration"
+    if name not in log or not np.isfinite(log[name]).any():
+        return log, []
+    rest = float(np.nanmedian(log[name]))
+    if abs(rest - GRAVITY) > 1.0:
+        return log, []
+    finding = Finding(f"{log.name}, {name}", "reads g at rest; g is subtracted", f"{rest:.2f} m/s^2")
+    return log.with_channels(**{name: log[name] - GRAVITY}), [finding]

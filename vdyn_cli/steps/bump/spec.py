@@ -1,0 +1,87 @@
+"""The description of a bump test."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from vdyn_cli.description.test_description import Channel, Reading, Run, Si, Strict, TestSpec
+from vdyn_cli.quantities.quantity import Given
+
+
+class BumpRun(Run):
+    """One crossing, and where in it the bump lies."""
+
+    distance_front: Annotated[Given, Si("m", -100, 100_000)] | None = Field(
+        None, description="distance from the log's start to the bump's near edge for the front axle, m"
+    )
+    distance_rear: Annotated[Given, Si("m", -100, 100_000)] | None = Field(
+        None, description="distance from the log's start to the bump's near edge for the rear axle, m"
+    )
+
+
+class ProfileColumns(Strict):
+    """The columns of a measured profile."""
+
+    distance: Channel = Field(
+        Channel(column="distance [m]", unit="m"), description="column and unit of the distance along the road"
+    )
+    height: Channel = Field(
+        Channel(column="height [m]", unit="m"), description="column and unit of the height above the road"
+    )
+
+
+class Obstacle(Strict):
+    """The bump: height, width and shape, or a measured profile."""
+
+    height: Annotated[Given, Si("m", 1e-3, 0.5)] | None = Field(None, description="largest height, m")
+    width: Annotated[Given, Si("m", 0.02, 5)] | None = Field(None, description="length along the road, m")
+    shape: Literal["haversine", "half_sine", "profile"] = Field("haversine", description="shape along the road")
+    profile: str | None = Field(None, description="CSV file of a measured profile, relative to the description")
+    columns: ProfileColumns = Field(ProfileColumns(), description="columns of the measured profile")
+    reading: Reading = Field(Reading(), description="how the file of the measured profile is read")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Obstacle:
+        measured = self.profile is not None
+        if measured != (self.shape == "profile"):
+            raise PydanticCustomError("shape", "'shape: profile' and 'profile: <file>.csv' belong together")
+        if measured and (self.height is not None or self.width is not None):
+            raise PydanticCustomError("size", "a measured profile has its own size: leave out 'height' and 'width'")
+        if not measured and (self.height is None or self.width is None):
+            raise PydanticCustomError("size", "a bump needs 'height' and 'width', or 'shape: profile' and 'profile'")
+        return self
+
+
+class BumpSettings(Strict):
+    """Standard deviations of the sensors' zeros and of the speed's scale, and what the loads are."""
+
+    load_zero: Annotated[Given, Si("N", 1e-3, 5_000)] = Field(
+        Given(15.0), description="standard deviation of the zero of one wheel's load, N"
+    )
+    acceleration_zero: Annotated[Given, Si("m/s^2", 1e-6, 5)] = Field(
+        Given(0.05), description="standard deviation of the zero of the vertical acceleration, m/s^2"
+    )
+    pitch_rate_zero: Annotated[Given, Si("rad/s", 1e-8, 0.5)] = Field(
+        Given(0.005), description="standard deviation of the zero of the pitch rate, rad/s"
+    )
+    speed_scale: Annotated[Given, Si("", 1e-9, 0.1)] = Field(
+        Given(1e-4), description="relative standard deviation of the speed's scale, without unit"
+    )
+    load_sensor: Literal["road", "hub"] = Field(
+        "road", description="loads on the road, or at the hub, outside of which 'wheel_mass' turns"
+    )
+    rear_weight: Annotated[Given, Si("", 1e-6, 1e6)] | None = Field(
+        None,
+        description="weight w of the paper's sum front^2 + w rear^2; without it noise weights each channel, no unit",
+    )
+
+
+class BumpSpec(TestSpec):
+    """The description of a bump test: the obstacle, and its crossings, one log each."""
+
+    bump: Obstacle = Field(description="the bump that is crossed")
+    settings: BumpSettings = Field(BumpSettings(), description="uncertainty and place of the sensors")
+    runs: list[BumpRun] = Field(default_factory=list, description="the crossings")  # type: ignore[assignment]

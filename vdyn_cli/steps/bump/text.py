@@ -1,0 +1,201 @@
+"""Sentences, tables and the methods text of a bump test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import PurePath
+
+import numpy as np
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.physics.models.half_car import SOUGHT
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.number_text import number
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Table
+from vdyn_cli.steps.bump.figures import UNITS
+from vdyn_cli.steps.bump.half_car_fit import BumpFit
+from vdyn_cli.steps.bump.half_car_modes import HalfCarMode
+from vdyn_cli.steps.bump.known_car import KnownCar, static_loads
+from vdyn_cli.steps.bump.noise import MISFIT
+from vdyn_cli.steps.bump.replay import ENDS, Replay
+
+VAGUE = 0.1  # of a value: a wider 95 % interval is no use for a simulation of ride
+# Per cent of tire stiffness per per cent of unsprung mass. Without wheel hop it is 1: only their ratio is determined.
+FOLLOWS = 0.5
+TIRE = "tire_vertical_stiffness"
+NO_HOP = (
+    "the bump is too gentle to make the wheels hop, and without wheel hop only the ratio of tire stiffness to unsprung "
+    "mass is determined; cross it faster, or use a shorter or higher bump"
+)
+UNCERTAIN_HEIGHT = (
+    "the bump's height is uncertain, too, so that wheel hop determines only the ratio of stiffness to mass; measure "
+    "the height"
+)
+NOT_DETERMINED = Finding(
+    "bump",
+    "these crossings do not determine springs, dampers and tires separately",
+    "",
+    "cross faster or over a higher bump: without wheel hop only the ratio of tire stiffness to unsprung mass is "
+    "determined; and check the bump's height, width and shape",
+)
+METHODS = (
+    "Output error: the half car with tires that lift off is integrated (Runge-Kutta, steps of 1 ms) with exact "
+    "sensitivities and compared with axle loads, vertical acceleration and pitch rate of all runs at once. Each "
+    "channel is weighted by the white noise of its third differences, or by its residual where that is larger. A "
+    "matched filter with the response of a usual car finds the bump in each log; then the bump's place, scale and "
+    "slope of the speed (a smooth line through the speed channel, within its error), the body's motion before the bump "
+    "and each sensor's zero are each run's own unknowns under priors. Known numbers with a standard deviation are "
+    "unknowns under that prior, so their uncertainty is in the intervals. Intervals come from the spread over blocks "
+    "of equal information within the runs."
+)
+KNOWN_NUMBERS = {
+    "mass": "mass",
+    "sprung_pitch_inertia": "pitch inertia of the body",
+    "cg_to_front": "center of gravity to front axle",
+    "wheelbase": "wheelbase",
+    "unsprung_mass_front": "unsprung mass, front",
+    "unsprung_mass_rear": "unsprung mass, rear",
+    "bump_height": "height of the bump",
+    "bump_width": "width of the bump",
+}
+
+
+def sentence(estimates: Mapping[str, Estimate], modes: Sequence[HalfCarMode]) -> str:
+    """Springs, dampers and tires with their 95 % intervals, and the natural frequencies."""
+
+    def kilo(name: str, unit: str) -> str:
+        e = estimates[name]
+        half = (e.interval95[1] - e.interval95[0]) / 2e3
+        return f"{number(1e-3 * e.value, half)} +- {number(half, half)} {unit}"
+
+    axles = [
+        f"springs {kilo(f'suspension_stiffness_{end}', 'kN/m')}, dampers {kilo(f'suspension_damping_{end}', 'kN s/m')}"
+        for end in ENDS
+    ]
+    frequencies = ", ".join(f"{m.name} {m.frequency:.2f} Hz" for m in modes)
+    return (
+        f"Front {axles[0]}; rear {axles[1]}; tires of an axle {kilo(TIRE, 'kN/m')} (95 %). "
+        f"Natural frequencies: {frequencies}."
+    )
+
+
+def warnings(
+    estimates: Mapping[str, Estimate], sensitivity: Mapping[str, Mapping[str, float]], known: KnownCar
+) -> list[str]:
+    """Estimates with wide intervals, and a tire stiffness that is proportional to exact unsprung masses.
+
+    Parameters
+    ----------
+    sensitivity : d estimate / d known number, SI, by known number.
+    """
+    found = []
+    for name, estimate in estimates.items():
+        half = (estimate.interval95[1] - estimate.interval95[0]) / 2
+        if half > VAGUE * abs(estimate.value):
+            remedy = NO_HOP if name == TIRE else "cross the bump faster, or use a higher one"
+            found.append(f"{name} is poorly determined (+- {half / abs(estimate.value):.0%}): {remedy}")
+    exact = [n for n in ("unsprung_mass_front", "unsprung_mass_rear") if n not in known.std]
+    follows = sum(sensitivity[n][TIRE] * known.values[n] for n in exact) / estimates[TIRE].value
+    if follows > FOLLOWS:
+        reason = UNCERTAIN_HEIGHT if "bump_height" in known.std else NO_HOP
+        found.append(
+            f"{TIRE} depends on the unsprung masses, which are given as exact: 1 % of them changes it by "
+            f"{follows:.1f} %; {reason}, or state how well the masses are known ('82 +- 4 kg')"
+        )
+    return found
+
+
+def misfit_warnings(inflated: Mapping[str, float]) -> list[str]:
+    """Channels that the simulation does not follow to their noise; ``inflated``: residual over noise, by channel."""
+    return [
+        f"{name}: the residual is {ratio:.1f} times the sensor's noise; the channel is weighted by its residual"
+        for name, ratio in inflated.items()
+        if ratio > MISFIT
+    ]
+
+
+def mode_table(modes: Sequence[HalfCarMode]) -> Table:
+    """Natural frequencies and damping ratios."""
+    rows = tuple(
+        (
+            m.name,
+            f"{m.frequency:.3f} Hz",
+            f"{m.frequency95[0]:.3f} to {m.frequency95[1]:.3f}",
+            f"{m.damping:.3f}",
+            f"{m.damping95[0]:.3f} to {m.damping95[1]:.3f}",
+        )
+        for m in modes
+    )
+    columns = ("mode", "natural frequency", "95 %", "damping ratio", "95 %")
+    caption = (
+        "Vibration modes of the car with its tires on the ground, at the estimates. Usual cars: bounce and pitch at 1 "
+        "to 2 Hz with a damping ratio of 0.2 to 0.4, wheel hop at 9 to 15 Hz."
+    )
+    return Table("modes", "Natural frequencies and damping", columns, rows, caption)
+
+
+def crossing_table(replays: Sequence[Replay], fit: BumpFit, solution: Solution) -> Table:
+    """One row a run and axle: speed, place of the bump, loads, strokes and energy."""
+    static, rows = static_loads({**fit.known.values, **solution.values}), []
+    for r in replays:
+        for end in ENDS:
+            load, stroke = f"{end}_load", 1e3 * r.stroke[end]
+            row = (
+                PurePath(r.run).stem,
+                end,
+                f"{3.6 * r.pace:.1f} km/h",
+                f"{r.distance + (r.wheelbase if end == 'rear' else 0.0):.3f} m",
+                f"{np.nanmax(r.outputs[load]) / 1e3:.1f} kN",
+                f"{1e3 * r.off_road(end, static[load]):.0f} ms",
+                f"{stroke.min():.0f} mm",
+                f"{stroke.max():+.0f} mm",
+                f"{r.dissipated(end, solution.values[f'suspension_damping_{end}']):.0f} J",
+            )
+            rows.append(row)
+    columns = (
+        *("run", "axle", "speed", "meets the bump after", "largest load", "off the road"),
+        *("compression", "extension", "into the dampers"),
+    )
+    caption = (
+        "As simulated. Compression and extension are the suspension's largest from rest; energy is what an axle's "
+        "dampers turn into heat from the first to the last fitted sample."
+    )
+    return Table("crossings", "The crossings", columns, tuple(rows), caption)
+
+
+def misfit_table(fit: BumpFit, inflated: Mapping[str, float]) -> Table:
+    """Each channel's noise against its residual; ``inflated``: residual over noise, by channel."""
+    rows = []
+    for name, ratio in inflated.items():
+        noise = float(np.sqrt(np.mean([c.noise[name] ** 2 for c in fit.crossings])))
+        unit = UNITS[name]
+        rows.append((name, f"{noise:.3g} {unit}", f"{ratio * noise:.3g} {unit}", f"{ratio:.2f}"))
+    columns = ("channel", "noise", "residual (rms)", "ratio")
+    caption = (
+        f"A ratio of 1 means that the simulation follows the channel to its noise; above {MISFIT:g} the model misses "
+        "something."
+    )
+    return Table("misfit", "How well the simulation follows each channel", columns, tuple(rows), caption)
+
+
+def sensitivity_table(sensitivity: Mapping[str, Mapping[str, float]], fit: BumpFit, solution: Solution) -> Table:
+    """Per cent of each result for 1 % of each known number, and for its stated standard deviation."""
+    rows = []
+    for name, row in sensitivity.items():
+        std, value = fit.known.std.get(name, 0.0), fit.known.values[name]
+        cells = [KNOWN_NUMBERS[name], f"+- {std / value:.2%}" if std else "exact"]
+        for sought in SOUGHT:
+            per_cent = row[sought] * value / solution.values[sought]
+            adds = 100 * abs(row[sought]) * std / solution.values[sought]
+            cells.append(f"{per_cent:+.2f} %" + (f" (+- {adds:.2g} %)" if std else ""))
+        rows.append(tuple(cells))
+    scatter = (f"+- {solution.std[n] / solution.values[n]:.2%}" for n in SOUGHT)
+    rows.append(("standard deviation of the result", "", *scatter))
+    columns = ("known number", "known to", *(n.replace("_", " ") for n in SOUGHT))
+    caption = (
+        "How much each result moves when a known number is 1 % larger; in brackets what its stated standard deviation "
+        "adds. The fit holds a number with a standard deviation only that firmly, since the logs may determine it "
+        "better. State one ('82 +- 2 kg') wherever a number is not exact: the intervals then include it."
+    )
+    return Table("budget", "Sensitivity to the known numbers", columns, tuple(rows), caption)

@@ -1,0 +1,121 @@
+"""Runs made ready for the moment balance; signs and loads that contradict physics are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
+from vdyn_cli.steps.cg.load_windows import LOADS, pitch_angle
+from vdyn_cli.steps.cg.spec import CgSpec
+from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
+
+Array = NDArray[np.float64]
+
+SHORTEST = 2.0  # s: a run must hold a squat and a dive, of half a second each, and the way in and out
+LEAST_ACCELERATION = 0.5  # m/s^2, standard deviation: less moves loads by 1 % of the weight, as zeros and grades do
+# of a weight without stated uncertainty, by which the loads may differ: scales and load cells agree to 1 %, and four
+# wheels outside hub sensors, 20 kg each, are 5 % of a car
+DOUBTED, REFUSED = 0.015, 0.08
+SLOW, FEWEST_SLOW = 10.0, 100  # m/s, and samples: below, lift is less than 0.2 % of the weight
+CERTAIN = 0.3  # correlation that makes a sign certain: by chance, 100 independent samples reach it once in 400
+
+
+def ready_runs(spec: CgSpec, logs: Sequence[Log]) -> tuple[Log, ...]:
+    """The logs with acceleration free of gravity and a pitch rate, signs checked.
+
+    Raises
+    ------
+    InputError : no runs, runs too short or too gentle, no pitch, or a sign that contradicts physics.
+    """
+    if not logs:
+        raise InputError(Finding("runs", "no run is given", remedy="list accelerate-and-brake runs under runs"))
+    findings: list[Finding] = []
+    ready = []
+    for log in logs:
+        if "pitch_rate" not in log and "pitch" not in log:
+            remedy = "map 'pitch_rate' (or 'pitch')"
+            findings.append(Finding("channels", "the body's pitch is not logged", remedy=remedy))
+            continue
+        turned = log if "pitch_rate" in log else log.with_channels(pitch_rate=np.gradient(log["pitch"], log.time))
+        if spec.settings.accelerometer == "body":
+            turned = turned.with_channels(acceleration=turned["acceleration"] - GRAVITY * pitch_angle(turned))
+        findings += _errors(turned)
+        ready.append(turned)
+    raise_all(dict.fromkeys(findings))
+    return tuple(ready)
+
+
+def weight_doubts(logs: Sequence[Log], vehicle: KnownVehicle, load_zero: float) -> tuple[Finding, ...]:
+    """The loads of both axles against the weight, at speeds at which the air carries nothing.
+
+    Where the mass was weighed to a stated uncertainty, they may differ by three of it and of the zeros together.
+
+    Parameters
+    ----------
+    load_zero : standard deviation of the zero of one wheel's load, N.
+
+    Raises
+    ------
+    InputError : they differ by more than the wheels outside hub sensors could weigh.
+    """
+    sums = [_carried(log) for log in logs if "rear_load" in log]
+    if not sums:
+        return ()
+    weight, std = vehicle.values["mass"] * GRAVITY, vehicle.std.get("mass", 0.0) * GRAVITY
+    share = float(np.median(sums)) / weight - 1.0
+    stated = 3 * float(np.hypot(std, load_zero * 2**0.5)) / weight
+    if abs(share) < (min(stated, REFUSED) if std > 0 else DOUBTED):
+        return ()
+    got = f"{np.median(sums):.0f} N against {weight:.0f} N"
+    remedy = "check the mass, the unit of the loads, and whether the sensors carry the wheels' own weight"
+    what = f"the axles carry {abs(share):.1%} {'more' if share > 0 else 'less'} than mass x g"
+    finding = Finding("front_load, rear_load", what, got, remedy, doubt=True)
+    if abs(share) > REFUSED:
+        raise InputError(finding)
+    return (finding,)
+
+
+def _carried(log: Log) -> float:
+    """Mean of what both axles carry, N: while the car is slow, if it ever is."""
+    total = log["front_load"] + log["rear_load"]
+    slow = log["speed"] < SLOW if "speed" in log else np.zeros(total.size, dtype=np.bool_)
+    return float(np.nanmean(total[slow] if np.count_nonzero(slow) > FEWEST_SLOW else total))
+
+
+def _correlation(a: Array, b: Array) -> float:
+    """Correlation coefficient of two signals (n,)."""
+    return cosine(a - np.nanmean(a), b - np.nanmean(b))
+
+
+def _errors(log: Log) -> list[Finding]:
+    """What makes a run unusable, signs above all."""
+    if log.duration < SHORTEST:
+        return [Finding(log.name, f"is shorter than {SHORTEST:g} s", f"{log.duration:.2f} s")]
+    acceleration, load = log["acceleration"], log["front_load"]
+    empty = not np.isfinite(acceleration).any()
+    if empty or np.nanstd(acceleration) < LEAST_ACCELERATION:
+        got = "empty" if empty else f"standard deviation {np.nanstd(acceleration):.2g} m/s^2"
+        what, remedy = "the car is hardly accelerated or braked", "accelerate and brake with 3 m/s^2 or more"
+        return [Finding(f"{log.name}, acceleration", what, got, remedy)]
+    negative = [n for n in LOADS if n in log and np.nanmedian(log[n]) < 0]
+    if negative:
+        return [wrong_sign(log.name, n, "the axle is pulled up: loads must be positive") for n in negative]
+    pitch = pitch_angle(log)
+    gains_load = _correlation(acceleration, load) > CERTAIN
+    if gains_load and _correlation(acceleration, pitch) > CERTAIN:
+        what = "the front axle gains load and the nose rises when the car is driven"
+        remedy = "swap the columns of front and rear loads, or check the signs of acceleration and pitch"
+        return [wrong_sign(log.name, "front_load", what, remedy=remedy)]
+    if gains_load:
+        what = "the front axle gains load when the car is driven: acceleration must be positive forward"
+        return [wrong_sign(log.name, "acceleration", what)]
+    if _correlation(acceleration, pitch) < -CERTAIN:
+        what = "the nose dives when the car is driven: pitch must be positive nose-up (else the inertia is wrong)"
+        return [wrong_sign(log.name, "pitch_rate", what)]
+    return []

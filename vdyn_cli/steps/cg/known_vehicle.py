@@ -1,0 +1,59 @@
+"""What the moment balance takes as known of the vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.cg.spec import CgSpec
+
+# m, of the tires under the weight of a car where their stiffness is not known: it only matters to axles that bounce.
+TIRE_DEFLECTION = 0.0195
+DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": 0.0, "drag_height": 0.6}  # m, kg/m^3, m^2, m
+
+
+@dataclass(frozen=True)
+class KnownVehicle:
+    """Parameters that are taken as known.
+
+    Parameters
+    ----------
+    values : by name, SI. std : of those that are uncertain.
+    findings : what is left out of the balance.
+    """
+
+    values: Mapping[str, float]
+    std: Mapping[str, float]
+    findings: tuple[Finding, ...]
+
+
+def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
+    """What the balance needs of the vehicle, defaults where little depends on them.
+
+    Raises
+    ------
+    InputError : mass, wheelbase or antenna_height is missing.
+    """
+    known.require("mass", "wheelbase", "antenna_height", where="cg")
+    findings = []
+    values = {n: known[n].value for n in ("mass", "wheelbase", "antenna_height")}
+    values |= {n: known.value(n, default) for n, default in DEFAULTS.items()}
+    std = {n: known[n].std for n in values if n in known and known[n].std > 0}
+    if "drag_area" not in known:
+        remedy = "give drag_area, or pass the result of 'vdyn coastdown' with --known"
+        findings.append(Finding("cg", "the moment of the air drag is left out (some 1 % of height)", "", remedy))
+    usual = values["mass"] * GRAVITY / 2 / TIRE_DEFLECTION
+    values["tire_vertical_stiffness"] = known.value("tire_vertical_stiffness", usual)
+    values["slope_felt"] = 1.0 if spec.settings.accelerometer == "body" else 0.0
+    if "wheel_inertia" in known and "wheel_radius" in known:
+        inertia, radius = known["wheel_inertia"], known["wheel_radius"].value
+        values["spin"] = 4 * inertia.value / radius
+        std |= {"spin": 4 * inertia.std / radius} if inertia.std > 0 else {}
+    else:
+        values["spin"] = 0.0
+        remedy = "give wheel_inertia and wheel_radius, or pass the result of 'vdyn inertia' with --known"
+        findings.append(Finding("cg", "the spin of the wheels is left out: cg_height reads 1 to 2 % high", "", remedy))
+    return KnownVehicle(values, std, tuple(findings))

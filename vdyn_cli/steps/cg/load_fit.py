@@ -1,0 +1,278 @@
+"""The moment balance fitted with noise in every channel, and without differentiating the pitch rate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from operator import attrgetter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.inference.banded import factored, weighed, whitened
+from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.physics.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT, UNIT
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.cg.load_windows import LoadWindows
+from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
+from vdyn_cli.steps.contract import NO_VALUES
+
+Array = NDArray[np.float64]
+
+# s to either side, over which a load's second derivative is taken: measured channels, true channels. The latter is
+# longer, since its noise comes from the same readings as that of the balance and would bias the unknowns to zero.
+SPAN, TRUE_SPAN = 0.06, 0.12
+MOST_ROUNDS = 12  # of the fit, at each of which the move shrinks: one that needs more does not converge
+SETTLED = 1e-3  # standard deviations that an unknown may still move
+TOLERANCE = 1e-8  # of one residual's variance that a further step of a fit may still gain
+
+
+@dataclass(frozen=True)
+class BalanceInputs:
+    """One run's channels, (n,) each, as drives of the balance: without pitch acceleration, and with 1 rad/s^2."""
+
+    still: Drive
+    turning: Drive
+    pitch_rate: Array
+
+
+@dataclass(frozen=True)
+class WhitenedRun:
+    """What is held constant of one run while its unknowns move from where it was made.
+
+    Parameters
+    ----------
+    true : the most probable channels at the run's unknowns, smoothed, ready to be simulated.
+    factor : (2, k) banded Cholesky factor of the covariance of the integrated balances.
+    residual : (k,) whitened balances of the measured channels.
+    expected : (k,) balances of the true channels.
+    """
+
+    true: BalanceInputs
+    factor: Array
+    residual: Array
+    expected: Array
+
+
+@dataclass(frozen=True)
+class LoadFit:
+    """Runs with axle loads, and the center of gravity and pitch inertia to be found from them.
+
+    The balance is integrated over each window, so that the pitch acceleration enters as the change of the measured
+    pitch rate: nothing is differentiated. Noise in loads, acceleration and pitch rate all enters the balance; the
+    unknown true channels are eliminated (total least squares), since a fit that attributes all noise to the loads
+    biases the pitch inertia low.
+
+    Parameters
+    ----------
+    known : parameters that are not estimated, by name, SI.
+    load_zero : standard deviation of the zero of one wheel's load, N.
+    effects, effect_unknowns : corrections of the balance, and their unknowns, shared by all runs.
+    """
+
+    runs: tuple[LoadWindows, ...]
+    known: Mapping[str, float]
+    load_zero: float
+    effects: tuple[Effect, ...] = ()
+    effect_unknowns: tuple[Unknown, ...] = ()
+
+    @property
+    def model(self) -> Model:
+        """The moment balance that these loads allow."""
+        return LOAD_TRANSFER if "rear_load" in self.runs[0].loads else FRONT_LOAD_TRANSFER
+
+    @cached_property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """The three of ``SOUGHT``, beginning at an ordinary car's, those of the effects, and each run's load zeros."""
+        start = {
+            "cg_height": 0.55,
+            "cg_to_rear": self.known["wheelbase"] / 2,
+            "pitch_inertia": 1.3 * self.known["mass"],
+        }
+        std = self.load_zero * 2**0.5  # two wheels an axle
+        zeros = [f"{n}_zero" for n in self.runs[0].loads] if std > 0 else []
+        return (
+            *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper) for n in SOUGHT),
+            *self.effect_unknowns,
+            *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
+        )
+
+    @cached_property
+    def simulator(self) -> Simulator:
+        """The balance with the unknowns and, for the noise, the zeros of all channels."""
+        zeros = [f"{n}_zero" for n in (*self.runs[0].loads, "acceleration")]
+        values = {**self.known, **{n: 0.0 for n in zeros}, **{u.name: u.start for u in self.unknowns[: len(SOUGHT)]}}
+        names = tuple(dict.fromkeys([*(u.name for u in self.unknowns), *zeros]))
+        return Simulator(self.model, values, names, self.effects)
+
+    @cached_property
+    def measured(self) -> tuple[BalanceInputs, ...]:
+        """The measured channels of each run."""
+        return tuple(_balance_inputs(w, w.channels, SPAN) for w in self.runs)
+
+    @cached_property
+    def first_solution(self) -> Solution:
+        """The fit with noise and true channels as they are at the start; raises ResultError as ``solve``."""
+        own = [u.start for u in self.unknowns if u.per_run]
+        start = np.array([*(u.start for u in self.unknowns if not u.per_run), *own * len(self.runs)])
+        return solve(self.regression(start), tolerance=TOLERANCE)
+
+    def solve(self) -> Solution:
+        """Fit, with noise and true channels recomputed until the unknowns no longer move.
+
+        Raises
+        ------
+        ResultError : the unknowns are not determined, or do not settle.
+        """
+
+        def refit(solution: Solution) -> tuple[Solution, float]:
+            at = self.place(solution)
+            later = solve(self.regression(at), tolerance=TOLERANCE)
+            shared = len(later.names)
+            moved = np.abs(self.place(later) - at)[:shared] / np.array(list(later.std.values()))
+            return later, float(np.max(moved))
+
+        settled = until_settled(refit, self.first_solution, MOST_ROUNDS - 1, SETTLED)
+        if not settled.converged:
+            raise ResultError(Finding("fit", "the moment balance does not settle", remedy="check units and signs"))
+        return settled.state
+
+    def place(self, solution: Solution, start: Mapping[str, float] = NO_VALUES) -> Array:
+        """All unknowns (s + g m), shared first, then run by run, at a solution of this fit or of one without effects.
+
+        Parameters
+        ----------
+        start : values of shared unknowns that replace those of the solution.
+        """
+        values = {**solution.values, **start}
+        shared = [values.get(u.name, u.start) for u in self.unknowns if not u.per_run]
+        own = np.array([solution.per_run[u.name] for u in self.unknowns if u.per_run])
+        return np.concatenate([shared, own.T.ravel()])
+
+    def regression(self, at: Array, start: Array | None = None) -> Regression:
+        """The regression over all runs, noise and true channels as they are ``at`` these unknowns.
+
+        It begins at ``start``, or there.
+
+        r(theta) = L^-1 (g(theta_0; measured) + g(theta; true) - g(theta_0; true)),   J = dr/dtheta
+
+        g the integrated balances, theta_0 = ``at``, L L' the covariance of g there. The true channels are uncorrelated
+        with the balances of the measured ones (hence no bias), and smoothed: their own noise would only add scatter.
+        """
+        shared = [u for u in self.unknowns if not u.per_run]
+        own = [u for u in self.unknowns if u.per_run]
+        s, m = len(shared), len(own)
+        whitened_runs = [
+            self._whitened_run(k, np.concatenate([at[:s], at[s + k * m : s + (k + 1) * m]]))
+            for k in range(len(self.runs))
+        ]
+
+        def rows(run: int, theta: Array) -> Rows:
+            windows, here = self.runs[run], whitened_runs[run]
+            balance, slopes = self._balance(windows, here.true, theta)
+            residual = here.residual + whitened(here.factor, balance - here.expected)
+            return Rows(residual, whitened(here.factor, slopes[:, : theta.size]), time=windows.middle)
+
+        begin = at if start is None else start
+        begun = [replace(u, start=value) for u, value in zip(shared, begin[:s].tolist(), strict=True)]
+        starts = {u.name: begin[s + i :: m] for i, u in enumerate(own)}
+        return Regression((*begun, *own), tuple(w.run for w in self.runs), rows, starts)
+
+    def mean_imbalance(self, solution: Solution, run: int) -> tuple[Array, Array]:
+        """Each window's mean imbalance as front axle load (k,), N, and its standard deviation from the noise."""
+        own = [float(solution.per_run[u.name][run]) for u in self.unknowns if u.per_run]
+        theta = np.array([*(solution.values[n] for n in solution.names), *own])
+        windows = self.runs[run]
+        balance, slopes = self._balance(windows, self.measured[run], theta)
+        partial = self._partials(slopes, windows)
+        scale = partial["front_load"] * windows.width
+        return balance / scale, np.sqrt(balance_covariance(windows, partial)[0]) / np.abs(scale)
+
+    def _whitened_run(self, run: int, theta: Array) -> WhitenedRun:
+        """One run's noise and true channels at its local unknowns."""
+        windows = self.runs[run]
+        balance, slopes = self._balance(windows, self.measured[run], theta)
+        partial = self._partials(slopes, windows)
+        factor = factored(balance_covariance(windows, partial))
+        residual = whitened(factor, balance)
+        channels = true_channels(windows, partial, weighed(factor, residual), self._load_delay(theta))
+        true = _balance_inputs(windows, channels, TRUE_SPAN)
+        return WhitenedRun(true, factor, residual, self._balance(windows, true, theta)[0])
+
+    def _balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
+        """Integrated balances (k,), and their derivatives (k, j) to all of the simulator's unknowns and the rate."""
+        values = np.zeros(len(self.simulator.unknowns))
+        values[: theta.size] = theta
+        still, turning = (self.simulator(drive, values) for drive in (inputs.still, inputs.turning))
+        change = windows.change(inputs.pitch_rate)
+
+        def integrated(quiet: Array, moving: Array) -> Array:
+            # The balance is linear in the pitch acceleration, whose integral is the change of the pitch rate.
+            columns = (-1, *[1] * (quiet.ndim - 1))
+            per_rate = windows.integral(moving - quiet) / windows.width.reshape(columns)
+            return windows.integral(quiet) + per_rate * change.reshape(columns)
+
+        loads, motion = MOMENTS
+        quiet, moving = (s.outputs[loads] + s.outputs[motion] for s in (still, turning))
+        balance = integrated(quiet, moving)
+        slopes = integrated(*(s.sensitivities[loads] + s.sensitivities[motion] for s in (still, turning)))
+        per_rate = windows.integral(moving - quiet) / windows.width
+        # In newtons read: an effect that scales loads and motion alike must not make the residual smaller.
+        unit = float(still.outputs[UNIT][0])
+        slopes = slopes - np.outer(balance, still.sensitivities[UNIT][0] / unit)
+        return balance / unit, np.column_stack([slopes, per_rate]) / unit
+
+    def _partials(self, slopes: Array, windows: LoadWindows) -> dict[str, Array]:
+        """Derivative (k,) of the mean balance to each channel, and to the pitch acceleration."""
+        at = self.simulator.unknowns.index
+        channels = (*windows.loads, "acceleration")
+        return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
+
+    def _load_delay(self, theta: Array) -> float:
+        """By how much the loads are logged late at these unknowns, s."""
+        values = dict(zip(self.simulator.unknowns, theta.tolist(), strict=False))
+        clock: Law = attrgetter("value")
+        for effect in self.effects:
+            if (law := effect.laws.get(f"{MOMENTS[0]}_clock")) is not None:
+                own = {n: values.get(n, effect.nominal.get(n, 0.0)) for n in effect.unknowns}
+                clock = _corrected(law, clock, Signals(**own))
+        return float(clock(Signals(value=0.0)))
+
+
+def _corrected(law: Callable[[Law, Signals, Signals], Number], inner: Law, q: Signals) -> Law:
+    """A law within its correction by an effect with unknowns ``q``."""
+    return lambda s: law(inner, s, q)
+
+
+def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: float) -> BalanceInputs:
+    """Channels with the second derivatives of the loads, taken over ``span`` s to either side."""
+    inputs = {n: values[n] for n in (*windows.loads, "acceleration", "pitch_rate", "pitch")}
+    inputs["speed"] = values.get("speed", np.zeros_like(windows.time))
+    inputs |= {f"{n}_bend": _second_derivative(values[n], windows.step, span) for n in windows.loads}
+    context = {"heading": windows.heading}
+    still, turning = (
+        Drive(windows.time, {**inputs, "pitch_acceleration": rate}, context=context) for rate in (0.0, 1.0)
+    )
+    return BalanceInputs(still, turning, values["pitch_rate"])
+
+
+def _second_derivative(values: Array, step: float, span: float) -> Array:
+    """Second derivative of the quintic through ``span`` s to either side; with 0.06 s it is good up to some 5 Hz."""
+    half = max(round(span / step), 3)
+    width = 2 * half + 1
+    if values.size < width:
+        return np.zeros_like(values)
+    x = np.linspace(-1.0, 1.0, width)
+    quintic = np.linalg.pinv(np.vander(x, 6, increasing=True))  # coefficients of a window's values
+    per_step = (half * step) ** -2
+    inner = np.correlate(values, 2 * per_step * quintic[2], "valid")
+    ends = np.column_stack([k * (k - 1) * x ** max(k - 2, 0) for k in range(6)]) * per_step @ quintic
+    first, last = ends[:half] @ values[:width], ends[half + 1 :] @ values[-width:]
+    return np.asarray(np.concatenate([first, inner, last]))

@@ -1,0 +1,66 @@
+"""Noise of the moment balance: covariance of the integrated balances, and the true channels behind the measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.steps.cg.load_windows import LoadWindows
+
+Array = NDArray[np.float64]
+
+SMOOTHING = 0.015  # s, standard deviation: passes what the body does, 3 Hz by 96 %, and stops the sensors' noise
+
+
+def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array]) -> Array:
+    """Lower band (2, k) of the covariance of the integrated balances; neighbors share one sample.
+
+    Parameters
+    ----------
+    partial : derivatives (k,) of each window's mean balance to each channel, the pitch acceleration as ``pitch_rate``.
+    """
+    band = np.zeros((2, windows.first.size))
+    adjacent = np.diff(windows.first) == windows.weights.shape[1] - 1
+    inner = np.sum(windows.weights**2, axis=1)
+    shared = windows.weights[:-1, -1] * windows.weights[1:, 0] * adjacent
+    for name in (*windows.loads, "acceleration"):
+        p, variance = partial[name], windows.noise[name] ** 2
+        band[0] += variance * p**2 * inner
+        band[1, :-1] += variance * p[:-1] * p[1:] * shared
+    p, variance = partial["pitch_rate"], windows.noise["pitch_rate"] ** 2
+    band[0] += 2 * variance * p**2
+    band[1, :-1] -= variance * p[:-1] * p[1:] * adjacent
+    return band
+
+
+def true_channels(
+    windows: LoadWindows, partial: Mapping[str, Array], multiplier: Array, delay: float
+) -> dict[str, Array]:
+    """The most probable channels (n,) that fulfill the balance, given the measured ones; smoothed.
+
+    x = x_measured - S A' V^-1 g, with S the channels' noise, A the balances' derivatives, V = A S A'
+
+    Parameters
+    ----------
+    multiplier : V^-1 g, (k,). delay : by how much the loads are logged late, s.
+    """
+    true = dict(windows.channels)
+    for name in (*windows.loads, "acceleration"):
+        change = windows.noise[name] ** 2 * windows.spread(partial[name] * multiplier)
+        if name in windows.loads and delay:  # the reading that entered the balance was taken that much later
+            change = np.interp(windows.time - delay, windows.time, change, 0.0, 0.0)
+        true[name] = true[name] - change
+    ends = np.zeros(windows.time.size)
+    np.add.at(ends, windows.first + windows.weights.shape[1] - 1, partial["pitch_rate"] * multiplier)
+    np.add.at(ends, windows.first, -partial["pitch_rate"] * multiplier)
+    true["pitch_rate"] = true["pitch_rate"] - windows.noise["pitch_rate"] ** 2 * ends
+    return {n: _smoothed(v, windows.step) for n, v in true.items()}
+
+
+def _smoothed(values: Array, step: float) -> Array:
+    """A Gaussian average over SMOOTHING seconds."""
+    from scipy.ndimage import gaussian_filter1d
+
+    return np.asarray(gaussian_filter1d(values, SMOOTHING / step, mode="nearest"))

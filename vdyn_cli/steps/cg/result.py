@@ -1,0 +1,80 @@
+"""The result of a load-transfer test: center of gravity and pitch inertia."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.physics.models.load_transfer import SOUGHT
+from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.cg import figures, text
+from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
+from vdyn_cli.steps.cg.load_fit import LoadFit
+from vdyn_cli.steps.effect_estimates import sizes_found
+
+
+def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings: Sequence[Finding]) -> Result:
+    """Estimates whose intervals hold the runs' scatter and the known numbers' uncertainty.
+
+    Raises
+    ------
+    ResultError : a fit with a known number moved by its standard deviation does not settle.
+    """
+    moved = _moved(fit, solution, vehicle)
+    estimates = _estimates(solution, moved, vehicle.values["wheelbase"])
+    runs = figures.balanced_runs(fit, solution)
+    rms, floor = (
+        float(np.sqrt(np.mean(np.concatenate(values) ** 2)))
+        for values in ([r.imbalance for r in runs], [r.deviation for r in runs])
+    )
+    return Result(
+        "cg",
+        text.sentence(estimates),
+        Parameters(estimates, {a: {b: solution.correlation[a][b] for b in SOUGHT} for a in SOUGHT}),
+        FitSummary(
+            tuple(r.run for r in runs),
+            rms,
+            floor,
+            "N",
+            solution.names,
+            solution.unit,
+            solution.n_units,
+            warnings=solution.warnings,
+        ),
+        text.METHODS,
+        figures.comparisons(runs),
+        figures.figures(runs),
+        (text.uncertainty_table(solution, moved),),
+        tuple(findings),
+        sizes_found(solution, fit.effect_unknowns),
+    )
+
+
+def _moved(fit: LoadFit, solution: Solution, vehicle: KnownVehicle) -> dict[str, dict[str, float]]:
+    """How far each result moves when a known number is one standard deviation larger."""
+    moved = {}
+    for name, std in vehicle.std.items():
+        other = replace(fit, known={**vehicle.values, name: vehicle.values[name] + std}).solve()
+        moved[name] = {n: other.values[n] - solution.values[n] for n in SOUGHT}
+    return moved
+
+
+def _estimates(solution: Solution, moved: Mapping[str, Mapping[str, float]], wheelbase: float) -> dict[str, Estimate]:
+    """The results, with scatter and inherited uncertainty added in squares."""
+    estimates = {}
+    for name in SOUGHT:
+        value, std = solution.values[name], solution.std[name]
+        low, high = solution.interval95[name]
+        inherited = float(np.sqrt(sum(row[name] ** 2 for row in moved.values())))
+        half = float(np.hypot((high - low) / 2, NORMAL95 * inherited))
+        estimates[name] = Estimate.of(name, value, float(np.hypot(std, inherited)), (value - half, value + half), "cg")
+    rear = estimates["cg_to_rear"]
+    low, high = rear.interval95
+    front = Estimate.of("cg_to_front", wheelbase - rear.value, rear.std, (wheelbase - high, wheelbase - low), "cg")
+    return {**estimates, "cg_to_front": front}

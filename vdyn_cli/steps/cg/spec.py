@@ -1,0 +1,27 @@
+"""The description of a load-transfer test."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vdyn_cli.description.test_description import Si, Strict, TestSpec
+from vdyn_cli.quantities.quantity import Given
+
+
+class CgSettings(Strict):
+    """What the accelerometer measures, and how uncertain the load cells' zeros are."""
+
+    accelerometer: Literal["gps", "body"] = Field(
+        "gps", description="rate of the antenna's speed (gps), or fixed to the body, where it feels gravity in pitch"
+    )
+    load_zero: Annotated[Given, Si("N", 0, 5_000)] = Field(
+        Given(15.0), description="standard deviation of the zero of one wheel's load, N"
+    )
+
+
+class CgSpec(TestSpec):
+    """The description of a load-transfer test: accelerate-and-brake runs, one log each."""
+
+    settings: CgSettings = Field(CgSettings(), description="sensors")

@@ -1,0 +1,48 @@
+"""Sentence, uncertainty table and methods text of a load-transfer test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.physics.models.load_transfer import SOUGHT
+from vdyn_cli.quantities.number_text import number, two_digits
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Table
+
+METHODS = (
+    "Moment balance about the rear contact, integrated over windows of some 20 ms by Simpson's rule; the pitch "
+    "acceleration enters as the change of the pitch rate. Loads, acceleration and pitch rate all have noise, each of "
+    "the white level of its third differences, and their true values are eliminated (total least squares). Every run "
+    "has its own zero of the load cells within its standard deviation. Intervals come from the scatter of blocks of "
+    "equal information (Bell and McCaffrey 2002); the uncertainty of known numbers is added."
+)
+
+
+def sentence(estimates: Mapping[str, Estimate]) -> str:
+    """Height, position and pitch inertia with their 95 % intervals."""
+
+    def shown(name: str, unit: str) -> tuple[str, str]:
+        e = estimates[name]
+        low, high = e.interval95
+        value, lower, upper = (number(x, (high - low) / 2) for x in (e.value, low, high))
+        return f"{value} {unit}", f"(95 %: {lower} to {upper})"
+
+    (height, of_height), (rear, of_rear) = shown("cg_height", "m"), shown("cg_to_rear", "m")
+    inertia, of_inertia = shown("pitch_inertia", "kg m^2")
+    return (
+        f"The center of gravity is {height} high {of_height} and {rear} ahead of the rear axle {of_rear}; "
+        f"the pitch inertia is {inertia} {of_inertia}."
+    )
+
+
+def uncertainty_table(solution: Solution, moved: Mapping[str, Mapping[str, float]]) -> Table:
+    """Where each result's standard deviation comes from; ``moved``: shift of each result, SI, by known number."""
+    units = {"cg_height": ("mm", 1e3), "cg_to_rear": ("mm", 1e3), "pitch_inertia": ("kg m²", 1.0)}
+
+    def cells(std: Mapping[str, float]) -> list[str]:
+        return [f"{two_digits(abs(std[n]) * units[n][1])} {units[n][0]}" for n in SOUGHT]
+
+    rows = [("scatter of the runs", *cells(solution.std)), *((name, *cells(row)) for name, row in moved.items())]
+    caption = "Standard deviations by their source; each known number is moved by one standard deviation."
+    return Table("budget", "Where the uncertainty comes from", ("source", *SOUGHT), tuple(rows), caption)
