@@ -182,7 +182,7 @@ def result_of(
     return Result(
         SOURCE,
         text.sentence(answer.main, answer.fixed, answer.load, answer.quoted, fit.campaign),
-        parameters(answer, frontal_area),
+        _parameters(answer, frontal_area),
         _summary(answer),
         text.methods(fit, answer.separation, answer.test, answer.reference),
         figures.comparisons(fit),
@@ -193,13 +193,8 @@ def result_of(
     )
 
 
-def parameters(answer: RoadLoadAnswer, frontal_area: Estimate | None) -> Parameters:
-    """The estimated parameters, with their correlation.
-
-    Parameters
-    ----------
-    frontal_area : m^2; with it the drag coefficient is published.
-    """
+def _parameters(answer: RoadLoadAnswer, frontal_area: Estimate | None) -> Parameters:
+    """The estimated parameters with their correlation; with the frontal area also the drag coefficient."""
     solution, load = answer.fit.solution, answer.load
     found = dict(answer.main)
     if frontal_area is not None:

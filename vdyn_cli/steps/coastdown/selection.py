@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from vdyn_cli.description.test_description import Run
 from vdyn_cli.io.interpolation import own_rows
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.constants import GRAVITY
@@ -90,14 +89,9 @@ def selected(
         rejected += braked
     if not segments:
         remedy = "check speed_window, minimum_length and the channel map"
-        nothing = Finding("runs", f"no sample is faster than {SLOWEST:g} m/s under drive", "", remedy)
+        nothing = Finding("runs", "no log has a sample above the lowest speed that is fitted", "", remedy)
         raise ResultError(*([Finding(r.run, f"rejected: {r.why}", "", remedy) for r in rejected] or [nothing]))
     return SegmentSelection(tuple(segments), tuple(rejected))
-
-
-def direction_of(runs: Sequence[Run], segment: CoastSegment) -> str | None:
-    """The stated direction of a segment's run, "out" or "back"."""
-    return runs[segment.run].direction
 
 
 def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
@@ -107,7 +101,8 @@ def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
     speeds = [v.value for v in settings.speed_window]
     upper, lower = max(speeds), min(speeds)
     if upper - lower < LEAST_SPAN:
-        raise InputError(Finding("settings.speed_window", f"must span at least {LEAST_SPAN:g} m/s", f"{upper:g} m/s"))
+        got = f"{upper:g} to {lower:g} m/s"
+        raise InputError(Finding("settings.speed_window", f"must span at least {LEAST_SPAN:g} m/s", got))
     return upper, lower
 
 
@@ -165,7 +160,7 @@ def _unbraked(
     """Segments without the parts that a brake, an engaged driveline or a throttle changed."""
     inertia = known["mass"].value + known["rotating_mass"].value
     pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
-    directions = [direction_of(spec.runs, s) for s in segments]
+    directions = [spec.runs[s.run].direction for s in segments]
     if drive != "coasting":
         if all("acceleration" in s.log for s in segments):
             return segments, []  # hills that an accelerometer sees would be taken for brakes here
