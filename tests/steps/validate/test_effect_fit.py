@@ -15,7 +15,7 @@ from vdyn_cli.steps.validate.whitening import whiten_drives
 pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
 
 
-def test_a_size_that_is_begun_too_small_begins_again_where_all_knocks_fit(
+def test_a_size_that_is_begun_too_small_begins_again_where_all_impacts_fit(
     tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The lines through two thirds of the size come to rest at little more."""

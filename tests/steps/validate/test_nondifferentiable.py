@@ -199,14 +199,14 @@ def test_a_drive_that_tells_nothing_does_not_disagree(
     assert spread == pytest.approx(np.sqrt(2 * DISAGREE**2 / 5) * 1e-4 / np.sqrt(3), rel=0.01)
 
 
-def test_where_next_to_no_size_can_be_simulated_none_is_told(
+def test_where_next_to_no_size_can_be_simulated_none_is_reported(
     monkeypatch: pytest.MonkeyPatch, setups: Callable[[float], SimulationSetup], reference: DifferentiableReference
 ) -> None:
     stubbed(monkeypatch, finite(0.87 * PLAY))
     assert profile_estimates(setups(PLAY), reference) == {"backlash": (PLAY, pytest.approx(0.2 * PLAY))}
 
 
-def test_sizes_that_are_not_possible_are_neither_tried_nor_told(
+def test_sizes_that_are_not_possible_are_neither_tried_nor_reported(
     monkeypatch: pytest.MonkeyPatch, setups: Callable[[float], SimulationSetup], reference: DifferentiableReference
 ) -> None:
     most = setups(0.0).extra[0].upper

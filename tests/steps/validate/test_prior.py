@@ -1,4 +1,4 @@
-"""What is believed of the parameters: correlations kept, consequences carried, assumptions told."""
+"""The prior of the parameters: correlations kept, consequences propagated, assumptions reported."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ def test_what_steps_gave_keeps_its_spread_and_its_correlation() -> None:
     assert found.root @ found.root.T == pytest.approx(found.correlation * np.outer(found.std, found.std))
 
 
-def test_what_nobody_gave_is_assumed_widely_and_told() -> None:
+def test_what_nobody_gave_is_assumed_widely_and_reported() -> None:
     found = parameter_prior(
         true_parameters(without=("tire_relaxation_length", "driveline_inertia", "shaft_damping_right")), VEHICLE
     )
-    told = " ".join(f.what for f in found.assumptions)
+    reported = " ".join(f.what for f in found.assumptions)
     for name in ("tire_relaxation_length", "driveline_inertia", "shaft_damping_right"):
-        assert f"{name} is not given" in told
+        assert f"{name} is not given" in reported
         assert found.sources[name] == "assumed"
         assert found.std[found.names.index(name)] > 0.05 * found.values[name]
     assert all(f.minor for f in found.assumptions)

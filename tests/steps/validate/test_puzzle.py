@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
 
 
 @pytest.fixture(scope="module")
-def told(root: Path) -> dict[str, Any]:
+def reported(root: Path) -> dict[str, Any]:
     """The shipped description's document."""
     done = CliRunner().invoke(app, ["validate", str(root / "configs" / "puzzle.yaml"), "-o", "-", "-q"])
     assert done.exit_code == 0, done.stderr
@@ -25,29 +25,29 @@ def told(root: Path) -> dict[str, Any]:
     return found
 
 
-def test_neither_wheels_nor_the_rig_but_the_motors(told: dict[str, Any]) -> None:
-    diagnosis = told["diagnosis"]
+def test_neither_wheels_nor_the_rig_but_the_motors(reported: dict[str, Any]) -> None:
+    diagnosis = reported["diagnosis"]
     assert diagnosis["verdict"] == "named"
     assert [cause["effect"] for cause in diagnosis["causes"]] == ["motor_inertia"]
     assert diagnosis["extended"] == ["motor_inertia"]
 
 
-def test_its_size_lies_within_its_interval(told: dict[str, Any]) -> None:
-    size = told["diagnosis"]["causes"][0]["unknowns"]["motor_inertia"]
+def test_its_size_lies_within_its_interval(reported: dict[str, Any]) -> None:
+    size = reported["diagnosis"]["causes"][0]["unknowns"]["motor_inertia"]
     low, high = size["interval95"]
     assert low <= puzzle.truth()["motor_inertia"] <= high
     assert high - low < 0.6
 
 
-def test_what_is_left_out_is_predicted_better(told: dict[str, Any]) -> None:
-    gain = told["diagnosis"]["gain"]
+def test_what_is_left_out_is_predicted_better(reported: dict[str, Any]) -> None:
+    gain = reported["diagnosis"]["gain"]
     assert gain["unit"] == "m/s"
     assert gain["before"] > 4 * gain["after"]
     assert gain["interval95"][0] > 0.5 * (gain["before"] - gain["after"])
 
 
-def test_the_extended_car_stays_within_its_band(told: dict[str, Any]) -> None:
-    assert told["validation"]["verdict"] == "inside"
+def test_the_extended_car_stays_within_its_band(reported: dict[str, Any]) -> None:
+    assert reported["validation"]["verdict"] == "inside"
 
 
 def test_a_wide_belief_does_not_hide_it(root: Path, tmp_path: Path) -> None:

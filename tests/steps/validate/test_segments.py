@@ -71,12 +71,12 @@ def test_one_missing_torque_is_a_gap() -> None:
         drive_segments([log(drive_torque=holed)], [RunConditions()], Segmentation("vehicle"))
 
 
-def test_an_output_that_is_mostly_empty_is_left_out_and_told() -> None:
+def test_an_output_that_is_mostly_empty_is_left_out_and_reported() -> None:
     empty = np.full(TIME.size, np.nan)
     empty[:50] = 0.0
-    (s,), told = drive_segments([log(acceleration=empty)], [RunConditions()], Segmentation("vehicle"))
+    (s,), reported = drive_segments([log(acceleration=empty)], [RunConditions()], Segmentation("vehicle"))
     assert "acceleration" not in s.outputs
-    assert any("is empty in 92% of the rows" in f.what for f in told)
+    assert any("is empty in 92% of the rows" in f.what for f in reported)
 
 
 def test_a_log_that_begins_in_a_tip_in_begins_at_its_own_speed() -> None:

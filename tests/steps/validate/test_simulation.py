@@ -38,6 +38,6 @@ def test_much_stiffer_shafts_want_shorter_steps(setup: SimulationSetup, times: f
     assert with_accurate_step(stiffer(setup, times)).step == step
 
 
-def test_shafts_that_no_step_can_follow_are_told_of(setup: SimulationSetup) -> None:
+def test_shafts_that_no_step_can_follow_are_reported(setup: SimulationSetup) -> None:
     with pytest.raises(ResultError, match="not a finite number"):
         with_accurate_step(stiffer(setup, 1000.0))

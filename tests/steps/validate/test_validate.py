@@ -95,7 +95,7 @@ def test_a_parameter_wrong_by_three_standard_deviations_shows(root: Path, tmp_pa
 
 
 @pytest.mark.slow
-def test_a_parameter_wrong_by_far_is_told_first(root: Path, tmp_path: Path) -> None:
+def test_a_parameter_wrong_by_far_is_reported_first(root: Path, tmp_path: Path) -> None:
     result = validated(root, tmp_path, (2,), wrong={"mass": 20.0})
     found = numbers(result)
     assert found["verdict"] != "inside"
@@ -120,16 +120,16 @@ def test_the_regression_is_the_door_for_effects(root: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-def test_its_lines_may_go_through_parameters_that_are_not_as_believed(root: Path, tmp_path: Path) -> None:
+def test_its_lines_may_go_through_parameters_that_are_not_at_their_prior(root: Path, tmp_path: Path) -> None:
     """Priors stay where they are; a start beyond what is plausible is taken back to five standard deviations."""
     found = inputs(root, tmp_path, true_parameters(), (1,))
     problem = prepared(found)
-    believed = problem.regression()
-    inertia = next(u for u in believed.shared if u.name == "driveline_inertia")
+    at_prior = problem.regression()
+    inertia = next(u for u in at_prior.shared if u.name == "driveline_inertia")
     assert inertia.prior is not None
     mean, std = inertia.prior
-    for asked, taken in ((mean + std, mean + std), (mean + 50 * std, mean + 5 * std)):
-        moved = problem.regression(start={"driveline_inertia": asked})
+    for requested, taken in ((mean + std, mean + std), (mean + 50 * std, mean + 5 * std)):
+        moved = problem.regression(start={"driveline_inertia": requested})
         there = next(u for u in moved.shared if u.name == "driveline_inertia")
         assert there.start == pytest.approx(taken)
         assert there.prior == inertia.prior
@@ -243,7 +243,7 @@ def test_torque_and_speed_on_clocks_that_do_not_match_are_refused(root: Path, tm
     assert not (tmp_path / "out").exists()
 
 
-def test_a_torque_of_the_wrong_sign_is_told(root: Path, tmp_path: Path) -> None:
+def test_a_torque_of_the_wrong_sign_is_reported(root: Path, tmp_path: Path) -> None:
     found = inputs(root, tmp_path, true_parameters(), model="road_load")
     assert "add 'sign: -1'" in refusal(found, changed(found, drive_torque=lambda v: -v))
 

@@ -33,18 +33,21 @@ def inertia_of(values: Mapping[str, float]) -> float:
 def slow_noise(
     s: DriveSegment, layout: RowLayout, bins: Bins, values: Mapping[str, float], torque_level: float
 ) -> RunNoise:
-    """Covariance of the slow rows of a segment, averaged over ``bins``, by the sizes of its sources.
+    """Covariance of the slow rows of a segment as a function of the sizes of its sources.
+
+    A gust u changes the acceleration by -p u with p = rho c A v / m, and the car integrates it with the decay p.
 
     Parameters
     ----------
+    layout : the rows. bins : over which they are averaged. values : parameters of the model, SI.
     torque_level : N m of white noise in a sample of the drive torque.
     """
     inertia = inertia_of(values)
     speed = np.maximum(bins.mean(s.outputs["speed"][layout.keep] + s.inputs["wind_speed"][layout.keep]), 0.0)
-    pull = values["air_density"] * values["drag_area"] * speed / inertia
+    drag = values["air_density"] * values["drag_area"] * speed / inertia
     driven = values["driveline_efficiency"] * values["gear_ratio"] / values["wheel_radius"] / inertia * torque_level
     together = layout.section(bins)[:, None] == layout.section(bins)[None, :]
-    moved, here = integration(bins, pull) * together, np.eye(bins.time.size)
+    moved, here = integration(bins, drag) * together, np.eye(bins.time.size)
     since = np.cumsum(bins.width)
     spacing = float(np.median(np.diff(s.time)))
     walk = driven**2 * spacing * np.minimum(since[:, None], since[None, :]) * together
@@ -52,7 +55,7 @@ def slow_noise(
     count = bins.count.astype(float)
     level = layout.common_level
     if not layout.force:
-        gust = -moved * pull
+        gust = -moved * drag
         parts: list[White | Steady | Colored] = [
             White("speed_noise", level**2 / count),
             Colored("gust", "gust_time", gust, _lag(bins)),
@@ -61,14 +64,14 @@ def slow_noise(
         ]
         if (
             SLOPE_CHANNEL in s.inputs
-        ):  # what an accelerometer takes for a slope, and torque that is reckoned, are off by segments
+        ):  # errors of a slope from an accelerometer and of an estimated torque are correlated
             parts.append(Colored("push", "push_time", moved, _lag(bins)))
         return RunNoise(tuple(parts), walk, moved.sum(axis=1))
-    felt_push = here - pull[:, None] * moved
-    push, none = np.vstack([moved, felt_push]), np.zeros(count.size)
-    gust = -push * pull
+    direct = here - drag[:, None] * moved
+    push, none = np.vstack([moved, direct]), np.zeros(count.size)
+    gust = -push * drag
     share = values["mass"] / inertia
-    road = -GRAVITY * np.vstack([share * moved, share * felt_push - here])
+    road = -GRAVITY * np.vstack([share * moved, share * direct - here])
     lag = _lag(bins)
     force = layout.levels["acceleration"]
     parts = [

@@ -63,7 +63,7 @@ def windows_sentence(found: WindowEnds) -> str:
     if not (low > 0 or high < 0):
         return f"{error}, which is within chance."
     beyond = np.hypot((high - low) / 4, found.own) * 2 < abs(found.mean)
-    return f"{error}: {'more' if beyond else 'no more'} than the uncertainty of its parameters explains."
+    return f"{error}: {'more' if beyond else 'no more'} than its parameters' uncertainty explains."
 
 
 def warnings(v: Validation) -> tuple[str, ...]:
