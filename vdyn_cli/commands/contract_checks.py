@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 import vdyn_cli.physics.models
 from vdyn_cli import effects, steps
 from vdyn_cli.description.test_description import TestSpec
+from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.effects import PROPERTIES, Effect
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.graph import Graph, trace
@@ -29,7 +30,7 @@ from vdyn_cli.io.reader import Column, Reader, ReadOptions, is_clock
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, to_json
-from vdyn_cli.quantities.errors import VdynError
+from vdyn_cli.quantities.errors import Finding, InputError, VdynError
 from vdyn_cli.quantities.quantity import UnitError, to_si
 from vdyn_cli.steps import Problem, Step
 
@@ -91,13 +92,14 @@ def outcomes(checks: Mapping[str, Check]) -> tuple[Outcome, ...]:
 
 
 def effect_checks(effect: Effect, models: Sequence[Model] = ()) -> Mapping[str, Check]:
-    """The contract of an effect, in models that can take it (the shipped ones where none is given)."""
+    """The contract of an effect, in those models that can take it; in those of vdyn where none is given."""
+    called = f"{' or '.join(effect.on)}: give the description of a test whose model does"
     able = one_of_each(hosts(effect, models or shipped_models()))
     return {
         "texts": lambda: _effect_texts(effect),
         "units and ranges": lambda: _ranges(effect),
         "tags are known": lambda: _tags(effect),
-        "a model can take it": lambda: iter(() if able else (f"no model calls {', '.join(effect.on)}",)),
+        "a model can take it": lambda: iter(() if able else (f"no model calls {called}",)),
         "nothing at zero": lambda: (w for model in able for w in nothing_at_zero(effect, model)),
         "derivatives are finite at zero": lambda: (w for model in able for w in finite_derivatives(effect, model)),
     }
@@ -155,6 +157,24 @@ def reader_checks(reader: Reader, log: Path) -> Mapping[str, Check]:
         "reads the same log again": same,
         "says where samples stand": lambda: iter(() if first.source else ("the log has no source",)),
     }
+
+
+def model_of(example: Path, known_files: Sequence[Path] = ()) -> Model:
+    """The model that simulates an example description.
+
+    Raises
+    ------
+    InputError : the description names no step, or is wrong.
+    """
+    data = load_yaml(example).data
+    test = data.get("test") if isinstance(data, dict) else None
+    if test not in steps.names():
+        raise InputError(
+            Finding(example.name, "describes no known test", repr(test), "write 'test:' with a step's name")
+        )
+    step = steps.load_step(str(test))
+    inputs = gather(step, example, known_files)
+    return step.prepare(inputs.spec, inputs.data, inputs.known).model
 
 
 def shipped_models() -> tuple[Model, ...]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from vdyn_cli import steps
 from vdyn_cli.commands.glossary import glossary
 from vdyn_cli.effects import Effect, candidates, catalogue, refused
-from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
 from vdyn_cli.quantities.parameters import GIVERS
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
@@ -30,6 +30,16 @@ def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
     raise InputError(Finding(name, f"is not a {kind}", remedy=did_you_mean(name, known, "see 'vdyn list'")))
 
 
+def raise_refused(name: str) -> None:
+    """Raise why an effect of an installed package is left out of the catalogue; nothing where it is not.
+
+    Raises
+    ------
+    InputError : the package's effect of that name cannot be used.
+    """
+    raise_all(f for f in refused() if f", plug-in {name} (" in f.where)
+
+
 def explanation(topic: str) -> str:
     """The documentation of a step, an effect, a parameter or a channel, the glossary, or the diagnosis policy.
 
@@ -45,6 +55,7 @@ def explanation(topic: str) -> str:
         return str(policy_text())
     effects = {e.name: e for e in catalogue()}
     quantities = CHANNELS | PARAMETERS
+    raise_refused(topic)
     closest_topic(topic, (*steps.names(), *effects, *quantities, *PAGES), "step, effect or parameter")
     found = [_step(topic)] if topic in steps.names() else []
     found += [_quantity(quantities[topic])] if topic in quantities else []

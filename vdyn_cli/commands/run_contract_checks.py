@@ -6,10 +6,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from vdyn_cli import steps
-from vdyn_cli.commands.contract_checks import Check, effect_checks, outcomes, reader_checks, step_checks
-from vdyn_cli.commands.explain import closest_topic
+from vdyn_cli.commands.contract_checks import Check, effect_checks, model_of, outcomes, reader_checks, step_checks
+from vdyn_cli.commands.explain import closest_topic, raise_refused
 from vdyn_cli.effects import catalogue
-from vdyn_cli.effects import refused as refused_effects
 from vdyn_cli.io.csv.csv_reader import CSV
 from vdyn_cli.io.plugins import plugins
 from vdyn_cli.io.reader import GROUP, Reader
@@ -21,7 +20,8 @@ def run_contract_checks(name: str, example: Path | None, known: tuple[Path, ...]
 
     Parameters
     ----------
-    example : a step's description, or a log of a reader's format; an effect needs none.
+    example : a step's description, or a log of a reader's format; for an effect the description of a test whose model
+        can take it, unless one of vdyn's models does.
     known : parameter files that the description needs.
 
     Raises
@@ -42,11 +42,12 @@ def run_contract_checks(name: str, example: Path | None, known: tuple[Path, ...]
 def _all_checks(name: str, example: Path | None, known: tuple[Path, ...]) -> Mapping[str, Mapping[str, Check]]:
     effects = {e.name: e for e in catalogue()}
     formats = {"csv": None, **plugins(GROUP)}
-    raise_all(f for f in refused_effects() if f", plug-in {name} (" in f.where)
+    raise_refused(name)
     closest_topic(name, (*steps.names(), *effects, *formats), "effect, step or reader")
     found: dict[str, Mapping[str, Check]] = {}
     if name in effects:
-        found["effect"] = effect_checks(effects[name])
+        models = (model_of(example, known),) if example and name not in steps.names() else ()
+        found["effect"] = effect_checks(effects[name], models)
     if name in steps.names():
         found["step"] = step_checks(steps.load_step(name), _given(example, name, "TEST.yaml"), known)
     if name in formats:
