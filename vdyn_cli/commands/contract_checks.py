@@ -32,7 +32,7 @@ from vdyn_cli.project.inputs import gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, to_json
 from vdyn_cli.quantities.errors import Finding, InputError, VdynError
 from vdyn_cli.quantities.quantity import UnitError, to_si
-from vdyn_cli.steps import Problem, Step
+from vdyn_cli.steps import Problem, SimulatedProblem, Step
 
 Array = NDArray[np.float64]
 Check = Callable[[], Iterator[str]]
@@ -127,9 +127,9 @@ def step_checks(step: Step, example: Path, known_files: Sequence[Path] = ()) -> 
         "publishes the same again": lambda: iter(() if len(set(documents)) == 1 else ("two results differ",)),
         "gives what it says": lambda: (f"{n} is not in 'gives'" for n in found if n not in step.gives),
     }
-    if step.diagnosable is not None:
-        checks["problem protocol"] = lambda: _protocol(problem)
-        checks["regression is finite"] = lambda: _finite_regression(problem)
+    if (simulated := steps.simulated(step, problem)) is not None:
+        checks["problem protocol"] = lambda: _protocol(simulated)
+        checks["regression is finite"] = lambda: _finite_regression(simulated)
     return checks
 
 
@@ -174,7 +174,10 @@ def model_of(example: Path, known_files: Sequence[Path] = ()) -> Model:
         )
     step = steps.load_step(str(test))
     inputs = gather(step, example, known_files)
-    return step.prepare(inputs.spec, inputs.data, inputs.known).model
+    problem = steps.simulated(step, step.prepare(inputs.spec, inputs.data, inputs.known))
+    if problem is None:
+        raise InputError(Finding(example.name, "describes a step that simulates nothing", step.name))
+    return problem.model
 
 
 def shipped_models() -> tuple[Model, ...]:
@@ -337,7 +340,7 @@ def _undescribed(step: Step) -> Iterator[str]:
                 yield f"{model}.{key} has no description".lstrip(".")
 
 
-def _protocol(problem: Problem) -> Iterator[str]:
+def _protocol(problem: SimulatedProblem) -> Iterator[str]:
     for name in ("model", "profiles", "duration", "regression", "publish", "likely_size", "plans"):
         if not hasattr(problem, name):
             yield f"the problem has no {name}"
@@ -345,7 +348,7 @@ def _protocol(problem: Problem) -> Iterator[str]:
         yield "duration is not a length of time"
 
 
-def _finite_regression(problem: Problem) -> Iterator[str]:
+def _finite_regression(problem: SimulatedProblem) -> Iterator[str]:
     regression = problem.regression()
     start = regression.start()
     for run, name in enumerate(regression.runs):

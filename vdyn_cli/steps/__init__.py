@@ -11,9 +11,21 @@ from importlib import import_module
 from pathlib import Path
 
 from vdyn_cli.io.plugins import plugins
-from vdyn_cli.steps.contract import Diagnosable, Failure, Problem, Step, published
+from vdyn_cli.steps.contract import Diagnosable, Failure, Problem, SimulatedProblem, Step, published, simulated
 
-__all__ = ["Diagnosable", "Failure", "Problem", "Step", "explanation", "load_step", "names", "published", "summary"]
+__all__ = [
+    "Diagnosable",
+    "Failure",
+    "Problem",
+    "SimulatedProblem",
+    "Step",
+    "explanation",
+    "load_step",
+    "names",
+    "published",
+    "simulated",
+    "summary",
+]
 
 GROUP = "vdyn.steps"
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.quantity import Quantity
@@ -46,8 +46,20 @@ class Failure:
 class Problem(Protocol):
     """One test, prepared once from its description, its data and the known parameters. Frozen.
 
-    Assumes that nothing it is asked for changes it: what is dear is made at most once and kept in the problem itself.
+    Assumes that no request changes it: what is expensive is computed at most once and belongs to the problem.
     """
+
+    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+        """Fit, with accepted effects in the model, and describe the result.
+
+        Raises
+        ------
+        ResultError : the result cannot be published. InputError : the data contradict the description.
+        """
+
+
+class SimulatedProblem(Problem, Protocol):
+    """A problem with a model that simulates its runs, so that it can be diagnosed. Steps derive their own from it."""
 
     @property
     def model(self) -> Model:
@@ -75,28 +87,27 @@ class Problem(Protocol):
         start : values of the step's own shared unknowns about which a linearized problem is linearized.
         """
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
-        """Fit, with accepted effects in the model, and describe the result.
-
-        Raises
-        ------
-        ResultError : the result cannot be published. InputError : the data contradict the description.
-        """
-
     def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
         """The most likely size of a nondifferentiable effect alone in the model, and the gain in log likelihood.
 
-        ``start(size)`` gives the effect's unknowns. None where the step does not look for such effects.
+        ``start(size)`` gives the effect's unknowns. None, unless a step says otherwise: it tests no such effects.
         """
+        return None
 
     def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
-        """What could be driven next, the least effort first.
+        """What could be driven next, the least effort first; nothing, unless a step says otherwise.
 
         Parameters
         ----------
         regression : with every candidate effect in it.
         values : of its shared unknowns at the baseline's fit.
         """
+        return ()
+
+
+def simulated(step: Step, problem: Problem) -> SimulatedProblem | None:
+    """The problem as one that can be diagnosed; None for a step that simulates nothing."""
+    return cast(SimulatedProblem, problem) if step.diagnosable is not None else None
 
 
 def published(problem: Problem, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result | Failure:
@@ -186,47 +197,3 @@ class Step:
         own = {q.name: q for q in self.extra_channels}
         names = [n for entry in (*self.required, *self.optional) for way in entry.split("|") for n in way.split("+")]
         return {n: own.get(n) or CHANNELS[n] for n in dict.fromkeys(names)}
-
-
-@dataclass(frozen=True)
-class FunctionProblem:
-    """A problem of functions of (spec, data, known), for steps that have not yet a problem of their own."""
-
-    spec: Any
-    data: Any
-    known: Parameters
-    functions: Mapping[str, Callable[..., Any]]
-
-    def _call(self, name: str, *args: Any, **kwargs: Any) -> Any:
-        return self.functions[name](self.spec, self.data, self.known, *args, **kwargs)
-
-    @property
-    def model(self) -> Any:
-        return self._call("model")
-
-    @property
-    def profiles(self) -> Any:
-        return self._call("profiles")
-
-    @property
-    def duration(self) -> float:
-        return max((float(log.time[-1] - log.time[0]) for log in self.data), default=0.0)
-
-    def regression(
-        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Any:
-        return self._call("regression", effects, unknowns, **({"begun": start} if start else {}))
-
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Any:
-        return self._call("estimate", effects, unknowns) if effects or unknowns else self._call("estimate")
-
-    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> Any:
-        return self._call("likely", effect, start) if "likely" in self.functions else None
-
-    def plans(self, regression: Regression, values: Mapping[str, float]) -> Any:
-        return self._call("manoeuvres", regression, values) if "manoeuvres" in self.functions else ()
-
-
-def from_functions(**functions: Callable[..., Any]) -> Callable[[Any, Any, Parameters], Problem]:
-    """The ``prepare`` of a step that consists of functions."""
-    return lambda spec, data, known: FunctionProblem(spec, data, known, functions)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from vdyn_cli.effects import Effect
-from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
@@ -17,15 +16,14 @@ from vdyn_cli.steps.area.pictures import BoxEdges, Pictures, box_edges
 from vdyn_cli.steps.area.result import area_budget, result_of
 from vdyn_cli.steps.area.silhouette import Mask, Silhouette, find_silhouette
 from vdyn_cli.steps.area.spec import AreaSpec
-from vdyn_cli.steps.contract import NO_VALUES
-from vdyn_cli.steps.manoeuvre import Manoeuvre
+from vdyn_cli.steps.contract import Problem
 
 PLAUSIBLE = (0.5, 8.0)  # m^2: cars have 1.5 to 3; beyond a factor of three the box or the threshold is wrong
 MASK_THRESHOLD = 0.5  # of white, in a painted mask
 
 
 @dataclass(frozen=True)
-class AreaProblem:
+class AreaProblem(Problem):
     """A picture whose silhouette is counted (see steps.contract.Problem); nothing is simulated or diagnosed.
 
     Parameters
@@ -37,30 +35,6 @@ class AreaProblem:
     pictures: Pictures
     edges: BoxEdges
     exclude: Mask
-
-    @property
-    def model(self) -> Model:
-        """No test is simulated."""
-        raise NotImplementedError("area: a picture is not simulated")
-
-    @property
-    def profiles(self) -> tuple[Effect, ...]:
-        """None: there is no law to correct."""
-        return ()
-
-    @property
-    def duration(self) -> float:
-        """0 s: there is no log."""
-        return 0.0
-
-    def regression(
-        self,
-        effects: Sequence[Effect] = (),
-        unknowns: Sequence[Unknown] = (),
-        start: Mapping[str, float] = NO_VALUES,
-    ) -> Regression:
-        """Nothing is fitted."""
-        raise NotImplementedError("area: a picture has no regression")
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         """Count the silhouette's pixels, scale them by the box, and correct for perspective.
@@ -76,13 +50,6 @@ class AreaProblem:
             got = f"{budget.value:.3g} m^2"
             raise ResultError(Finding(self.spec.image, "the area is not that of a road vehicle", got, remedy))
         return result_of(self.spec, self.pictures.photo, shape, self.edges, budget)
-
-    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> None:
-        """None: no effects are looked for."""
-
-    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
-        """None: nothing is driven."""
-        return ()
 
     def _silhouette(self) -> Silhouette:
         settings = self.spec.settings

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vdyn_cli.effects import Effect
@@ -21,27 +21,31 @@ from vdyn_cli.steps.bump.noise import ChannelWeights
 from vdyn_cli.steps.bump.result import bump_result
 from vdyn_cli.steps.bump.selection import select_crossings
 from vdyn_cli.steps.bump.spec import BumpSpec
-from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.free_profiles import profile
-from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 FREE_FORCE = 500.0  # N, plausible size of a free profile: some 6 % of an axle's load
 STROKE, STROKE_RATE = 0.05, 0.8  # m, m/s: what a bump deflects springs, tires and dampers by
 
 
 @dataclass(frozen=True)
-class BumpProblem:
+class BumpProblem(SimulatedProblem):
     """Crossings of one bump by one car.
 
     Parameters
     ----------
-    fit : without effects. duration : of the longest log, s.
+    fit : without effects. durations : of the logs, s.
     findings : about the description, the bump's profile and the logs.
     """
 
     fit: BumpFit
-    duration: float
+    durations: tuple[float, ...]
     findings: tuple[Finding, ...]
+
+    @property
+    def duration(self) -> float:
+        """Length of the longest log, s; 0 without one."""
+        return max(self.durations, default=0.0)
 
     @property
     def model(self) -> Model:
@@ -83,14 +87,6 @@ class BumpProblem:
             raise ResultError(*error.findings, text.NOT_DETERMINED) from None
         return bump_result(fit, solution, self.findings)
 
-    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
-        """None: every effect on the half car has a derivative at zero."""
-        return None
-
-    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
-        """None yet."""
-        return ()
-
 
 def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
     """The problem of a bump test.
@@ -113,7 +109,7 @@ def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
     of_logs = (f for log in data.runs for f in log.findings)
     return BumpProblem(
         BumpFit(crossings, model, car, weights),
-        max(log.duration for log in data.runs),
+        tuple(log.duration for log in data.runs),
         (*doubtful_car, *data.findings, *doubtful_runs, *of_logs),
     )
 

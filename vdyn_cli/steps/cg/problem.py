@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,10 +22,9 @@ from vdyn_cli.steps.cg.load_fit import LoadFit
 from vdyn_cli.steps.cg.load_windows import cut_windows
 from vdyn_cli.steps.cg.result import cg_result
 from vdyn_cli.steps.cg.spec import CgSpec
-from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.effect_estimates import unbounded
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 FREE_MOMENT = 500.0  # N m, plausible size of a free profile: a tenth of the moment of braking at 6 m/s^2
 ROUNDS = 2  # of the fit with all effects, for noise and true channels: they only serve the linearization there
@@ -34,7 +33,7 @@ HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
 @dataclass(frozen=True)
-class CgProblem:
+class CgProblem(SimulatedProblem):
     """Accelerate-and-brake runs of one car.
 
     Parameters
@@ -114,14 +113,6 @@ class CgProblem:
             return cg_result(self.fit, self.baseline, self.vehicle, self.findings)
         fit = self.fit_with(effects, unknowns)
         return cg_result(fit, fit.solve(), self.vehicle, self.findings)
-
-    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
-        """None: every effect on the balance has a derivative at zero."""
-        return None
-
-    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
-        """None yet."""
-        return ()
 
 
 def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:

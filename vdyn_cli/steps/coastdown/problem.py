@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +27,7 @@ from vdyn_cli.steps.coastdown.road_position import first_place
 from vdyn_cli.steps.coastdown.segments import CoastSegment, split
 from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
-from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
@@ -36,7 +36,7 @@ NORMAL_TEMPERATURE = 293.15  # K, of runs whose temperature is unknown
 
 
 @dataclass(frozen=True)
-class CoastdownProblem:
+class CoastdownProblem(SimulatedProblem):
     """A coast-down campaign whose road load is estimated (see steps.contract.Problem).
 
     Parameters
@@ -99,9 +99,6 @@ class CoastdownProblem:
         answer = RoadLoadAnswer(fit, self.spec, self.selection, self.zeros, tuple(effects))
         findings = (*self.findings, *doubts(answer), *(f for log in self.logs for f in log.findings))
         return result_of(answer, self.known.estimates.get("frontal_area"), unknowns, findings)
-
-    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> None:
-        """None: no effect on a coast-down is nondifferentiable."""
 
     def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
         """Coasts that could be driven next."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -21,7 +21,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import CHANNELS
-from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.inertia.drive_checks import radius_doubts, sign_doubts, too_little
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
@@ -29,7 +29,6 @@ from vdyn_cli.steps.inertia.result import inertia_result
 from vdyn_cli.steps.inertia.road_inertia import KNOWN, RoadInertia, road_inertia
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, pendulum_inertia
-from vdyn_cli.steps.manoeuvre import Manoeuvre
 from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing, Recording, free_swing
 
 FREE_TORQUE = 20.0  # N m, plausible size of a free profile
@@ -67,7 +66,7 @@ def load(spec: InertiaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[Inerti
 
 
 @dataclass(frozen=True)
-class InertiaProblem:
+class InertiaProblem(SimulatedProblem):
     """One wheel on the road, as a pendulum, or both.
 
     Parameters
@@ -165,14 +164,6 @@ class InertiaProblem:
         recording = self.data.recording
         of_pendulum = (*(recording.findings if recording else ()), *(pendulum.findings if pendulum else ()))
         return inertia_result(road, pendulum, (*self.findings, *failed, *of_pendulum), unknowns)
-
-    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
-        """None: no nondifferentiable effect acts on the wheel."""
-        return None
-
-    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
-        """None yet."""
-        return ()
 
 
 def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaProblem:

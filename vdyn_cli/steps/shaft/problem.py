@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.effects import Effect
@@ -15,9 +15,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.free_profiles import profile
-from vdyn_cli.steps.manoeuvre import Manoeuvre
 from vdyn_cli.steps.pendulum.pendulum_inertia import UNITS, rod_stiffness
 from vdyn_cli.steps.shaft.combined_regression import combined_regression
 from vdyn_cli.steps.shaft.result import shaft_result
@@ -33,20 +32,25 @@ STEEL = Given(79.3e9, 0.8e9)  # Pa, shear modulus of the steels of half-shafts
 
 
 @dataclass(frozen=True)
-class ShaftProblem:
+class ShaftProblem(SimulatedProblem):
     """Half-shafts of a car: drawn, swung with a bar, logged, or several of them.
 
     Parameters
     ----------
     sides : those of which anything was given.
     findings : of the shear modulus. log_findings : of the logs.
-    duration : length of the longest log, s; 0 without one.
+    durations : of the logs, s.
     """
 
     sides: tuple[ShaftSide, ...]
     findings: tuple[Finding, ...]
     log_findings: tuple[Finding, ...]
-    duration: float
+    durations: tuple[float, ...]
+
+    @property
+    def duration(self) -> float:
+        """Length of the longest log, s; 0 without one."""
+        return max(self.durations, default=0.0)
 
     @property
     def model(self) -> Model:
@@ -91,14 +95,6 @@ class ShaftProblem:
             sides.append(compared_stiffness(side, logged, bool(logged and side.drawn_bar(effects))))
         return shaft_result(sides, (*self.findings, *(f for side in sides for f in side.findings), *self.log_findings))
 
-    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
-        """None: the regression finds nondifferentiable effects from their probes."""
-        return None
-
-    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
-        """None yet."""
-        return ()
-
 
 def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftProblem:
     """The problem of a half-shaft test.
@@ -126,7 +122,7 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
         remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
         raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))
     log_findings = tuple(f for log in logs for f in log.findings)
-    return ShaftProblem(tuple(sides), findings, log_findings, max((log.duration for log in logs), default=0.0))
+    return ShaftProblem(tuple(sides), findings, log_findings, tuple(log.duration for log in logs))
 
 
 def _shear_modulus(spec: ShaftSpec, known: Parameters) -> tuple[Given, tuple[Finding, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,10 +15,9 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.effect_estimates import unbounded
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.manoeuvre import Manoeuvre
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep, binned_sweep
 from vdyn_cli.steps.tire.result import tire_result
 from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
@@ -30,7 +29,7 @@ FEWEST_TO_COMPARE = 3  # sweeps, of which one may be unlike the others
 
 
 @dataclass(frozen=True)
-class TireProblem:
+class TireProblem(SimulatedProblem):
     """Slip sweeps of one tire.
 
     Parameters
@@ -114,14 +113,6 @@ class TireProblem:
             return ()
         what = "contradicts the other sweeps, which make a curve without it"
         return (Finding(found[0], what, remedy="check it: a wet or cold road, another load, a channel that failed"),)
-
-    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
-        """None: no nondifferentiable effect acts on the curve."""
-        return None
-
-    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
-        """None yet."""
-        return ()
 
 
 def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProblem:

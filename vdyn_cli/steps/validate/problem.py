@@ -18,10 +18,9 @@ from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.effect_estimates import sizes_found
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.manoeuvre import Manoeuvre
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted
 from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, refuse_coarse, refuse_foreign, refuse_sparse
@@ -60,7 +59,7 @@ STARTS = 4  # linearization points of the baseline that are kept with their simu
 
 
 @dataclass(frozen=True, eq=False)
-class ValidateProblem:
+class ValidateProblem(SimulatedProblem):
     """Drives against a model (contract: ``steps.contract.Problem``).
 
     Parameters
@@ -218,10 +217,6 @@ class ValidateProblem:
 
         least, *_, most = effect.probes
         return likely_size(setup, self.reference, least, most)
-
-    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
-        """None: drives are not planned."""
-        return ()
 
     def _started(self, start: Mapping[str, float]) -> SimulationSetup:
         """The baseline started at these values; the diagnosis asks for the same few again and again."""
