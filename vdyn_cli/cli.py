@@ -60,6 +60,7 @@ def _say(text: str = "") -> None:
 def _add_step(name: str) -> None:
     """Add the command of one step, which imports the step when it runs."""
 
+    # Seven parameters: one for each argument and option of the command line.
     def command(
         test: Test,
         known: Known = None,

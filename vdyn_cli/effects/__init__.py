@@ -119,6 +119,7 @@ class Effect:
         return self.tags - PROPERTIES.keys()
 
 
+# Many parameters, all by keyword: the fields of an effect, so that a file states them as a list.
 def effect(
     *,
     on: str | tuple[str, ...],

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Source:
+class NoiseSource:
     """A size or time of the noise, positive: log-normal about ``typical``, ``spread`` being the sd of its logarithm."""
 
     name: str
@@ -39,21 +39,21 @@ class Source:
     unit: str = ""
 
 
-SOURCES: Mapping[str, Source] = {
+SOURCES: Mapping[str, NoiseSource] = {
     s.name: s
     for s in (
-        Source("speed_noise", 1.0, 0.7),  # of the level that third differences of the speed show
-        Source("acceleration_noise", 1.0, 1.5),  # likewise; vibration is not white
-        Source("gust", 0.5, 1.5, "m/s"),
-        Source("gust_time", 8.0, 0.5, "s"),
-        Source("run_wind", 0.3, 1.0, "m/s"),
-        Source("run_force", 1e-3, 1.0, "m/s^2"),  # 1 % of the rolling resistance of a car
-        Source("run_drive", 2e-3, 1.0, "m/s^2"),  # that and the torque sensor's zero, where the drive is measured
-        Source("road", 3e-4, 2.0),
-        Source("road_time", 5.0, 1.0, "s"),
-        Source("road_mean", 1e-4, 2.0),
-        Source("push", 0.02, 1.5, "m/s^2"),
-        Source("push_time", 5.0, 1.0, "s"),
+        NoiseSource("speed_noise", 1.0, 0.7),  # of the level that third differences of the speed show
+        NoiseSource("acceleration_noise", 1.0, 1.5),  # likewise; vibration is not white
+        NoiseSource("gust", 0.5, 1.5, "m/s"),
+        NoiseSource("gust_time", 8.0, 0.5, "s"),
+        NoiseSource("run_wind", 0.3, 1.0, "m/s"),
+        NoiseSource("run_force", 1e-3, 1.0, "m/s^2"),  # 1 % of the rolling resistance of a car
+        NoiseSource("run_drive", 2e-3, 1.0, "m/s^2"),  # that and the torque sensor's zero, where the drive is measured
+        NoiseSource("road", 3e-4, 2.0),
+        NoiseSource("road_time", 5.0, 1.0, "s"),
+        NoiseSource("road_mean", 1e-4, 2.0),
+        NoiseSource("push", 0.02, 1.5, "m/s^2"),
+        NoiseSource("push_time", 5.0, 1.0, "s"),
     )
 }
 
@@ -65,7 +65,7 @@ class White:
 
 
 @dataclass(frozen=True)
-class Steady:
+class SteadyComponent:
     source: str
     response: Array  # (n,)
 
@@ -88,7 +88,7 @@ class RunNoise:
     push : (n,), response of the rows to a constant acceleration of 1 m/s^2.
     """
 
-    parts: tuple[White | Steady | Colored, ...]
+    parts: tuple[White | SteadyComponent | Colored, ...]
     known: Array
     push: Array
 
@@ -103,7 +103,7 @@ class RunNoise:
         for part in self.parts:
             if isinstance(part, White):
                 total[np.diag_indices_from(total)] += sizes[part.source] ** 2 * part.variance
-            elif isinstance(part, Steady):
+            elif isinstance(part, SteadyComponent):
                 total += sizes[part.source] ** 2 * np.outer(part.response, part.response)
             else:
                 shape = sizes[part.size] ** 2 * np.exp(-part.lag / sizes[part.time])
@@ -122,7 +122,7 @@ class RunNoise:
         for part in self.parts:
             if isinstance(part, White):
                 found[part.source] += 2 * sizes[part.source] ** 2 * float(np.diag(weight) @ part.variance)
-            elif isinstance(part, Steady):
+            elif isinstance(part, SteadyComponent):
                 found[part.source] += 2 * sizes[part.source] ** 2 * float(part.response @ weight @ part.response)
             else:
                 inner = part.response.T @ weight @ part.response
@@ -197,8 +197,8 @@ def speed_noise(s: Surroundings) -> RunNoise:
     parts = (
         White("speed_noise", s.speed_level**2 / s.bins.count),
         Colored("gust", "gust_time", gust, _lag(s.bins)),
-        Steady("run_wind", gust.sum(axis=1)),
-        Steady(s.own_force, integral.sum(axis=1)),
+        SteadyComponent("run_wind", gust.sum(axis=1)),
+        SteadyComponent(s.own_force, integral.sum(axis=1)),
     )
     return RunNoise(parts, _walk(s), integral.sum(axis=1))
 
@@ -215,9 +215,9 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
         White("acceleration_noise", np.r_[none, s.acceleration_level**2 / s.bins.count]),
         Colored("gust", "gust_time", gust, lag),
         Colored("road", "road_time", road, lag),
-        Steady("road_mean", road.sum(axis=1)),
-        Steady("run_wind", gust.sum(axis=1)),
-        Steady(s.own_force, push.sum(axis=1)),
+        SteadyComponent("road_mean", road.sum(axis=1)),
+        SteadyComponent("run_wind", gust.sum(axis=1)),
+        SteadyComponent(s.own_force, push.sum(axis=1)),
     )
     known = np.zeros((2 * none.size, 2 * none.size))
     known[: none.size, : none.size] = _walk(s)
@@ -231,8 +231,8 @@ def force_noise(s: Surroundings) -> RunNoise:
         White("acceleration_noise", s.acceleration_level**2 / s.bins.count),
         Colored("gust", "gust_time", np.diag(-s.pull), lag),
         Colored("push", "push_time", np.eye(ones.size), lag),
-        Steady("run_wind", -s.pull),
-        Steady(s.own_force, ones),
+        SteadyComponent("run_wind", -s.pull),
+        SteadyComponent(s.own_force, ones),
     )
     return RunNoise(parts, s.zero**2 * np.outer(ones, ones), ones)
 

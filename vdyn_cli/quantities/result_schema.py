@@ -66,7 +66,7 @@ class Versions(BaseModel):
     vdyn_cli: str = Field(description="version of this program")
 
 
-class Provenance(Entry):
+class ProvenanceDocument(Entry):
     """What the result was made from; the same inputs, settings and versions give the same bytes."""
 
     inputs: dict[str, str] = Field(description="sha256 of every file that was read, by its path or name")
@@ -75,7 +75,7 @@ class Provenance(Entry):
     command: str = Field(description="the command that makes this file")
 
 
-class ParameterSet(BaseModel):
+class ParameterSetDocument(BaseModel):
     """What a result of a step and of the pipeline have in common; ``--known`` and ``vdyn export`` read these keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -87,10 +87,10 @@ class ParameterSet(BaseModel):
     extensions: dict[str, dict[str, EstimateEntry]] = Field(
         description="effects that extend the model and belong to the vehicle: effect, its unknowns, their estimates"
     )
-    provenance: Provenance = Field(description="inputs, settings, versions and command")
+    provenance: ProvenanceDocument = Field(description="inputs, settings, versions and command")
 
 
-class ResultDocument(ParameterSet):
+class ResultDocument(ParameterSetDocument):
     """The result of one step. Further keys hold numbers of that step alone, such as ``road_load`` of a coast-down."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
@@ -110,7 +110,7 @@ class StepSummary(Entry):
     diagnosis: str = Field(description="the diagnosis in one sentence; empty where none was made")
 
 
-class ParametersDocument(ParameterSet):
+class ParametersDocument(ParameterSetDocument):
     """The pipeline's ``parameters.json``: the full parameter set of a test day."""
 
     title: str = Field(description="title of the pipeline")

@@ -14,9 +14,7 @@ from vdyn_cli.quantities.quantity import Quantity
 KNOTS = 8
 
 
-def profile(
-    name: str, on: str, signal: str, span: tuple[float, float], size: float, unit: str, knots: int = KNOTS
-) -> Effect:
+def profile(name: str, on: str, signal: str, span: tuple[float, float], size: float, unit: str) -> Effect:
     """An addition to a law that is free over one of its signals: hats on equal knots, constant beyond the ends.
 
     F = law + share sum_k c_k hat_k(signal)
@@ -28,9 +26,9 @@ def profile(
     span : of the signal, first and last knot.
     size : plausible size of the coefficients, in ``unit``.
     """
-    at = np.linspace(*span, knots)
+    at = np.linspace(*span, KNOTS)
     width = float(at[1] - at[0])
-    names = [f"{name}_{k + 1}" for k in range(knots)]
+    names = [f"{name}_{k + 1}" for k in range(KNOTS)]
     unknowns = tuple(
         Quantity(n, unit, f"free addition near {signal} {x:.3g}", "", -size, size)
         for n, x in zip(names, at, strict=True)

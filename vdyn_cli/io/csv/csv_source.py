@@ -37,7 +37,7 @@ _FORMATS = {
 
 
 @dataclass(frozen=True)
-class Source:
+class CsvSource:
     """Blocks of whole lines whose ASCII is plain, and the encoding of the rest; the first block may be empty."""
 
     encoding: str
@@ -55,7 +55,7 @@ def is_other_format(path: Path) -> bool:
 
 
 @contextmanager
-def open_source(path: Path, encoding: str | None = None, block: int = BLOCK) -> Iterator[Source]:
+def open_source(path: Path, encoding: str | None = None, block: int = BLOCK) -> Iterator[CsvSource]:
     """Open a text log, plain or gzip, in any encoding, without a byte order mark.
 
     Raises
@@ -72,7 +72,7 @@ def open_source(path: Path, encoding: str | None = None, block: int = BLOCK) -> 
         text = _joined(first[skip:], chunks)
         if found not in _KEEPS_ASCII:
             text, found = _transcoded(text, found), "utf-8"
-        yield Source(found, _whole_lines(path, text))
+        yield CsvSource(found, _whole_lines(path, text))
 
 
 def _lookup(path: Path, encoding: str | None) -> str | None:

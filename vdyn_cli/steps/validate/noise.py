@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import Bins, cut
-from vdyn_cli.inference.gust_covariance import Colored, RunNoise, Steady, White, integration
+from vdyn_cli.inference.gust_covariance import Colored, RunNoise, SteadyComponent, White, integration
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.validate.residual_rows import RowLayout
@@ -56,11 +56,11 @@ def slow_noise(
     level = layout.common_level
     if not layout.force:
         gust = -moved * drag
-        parts: list[White | Steady | Colored] = [
+        parts: list[White | SteadyComponent | Colored] = [
             White("speed_noise", level**2 / count),
             Colored("gust", "gust_time", gust, _lag(bins)),
-            Steady("run_wind", gust.sum(axis=1)),
-            Steady("run_drive", moved.sum(axis=1)),
+            SteadyComponent("run_wind", gust.sum(axis=1)),
+            SteadyComponent("run_drive", moved.sum(axis=1)),
         ]
         if (
             SLOPE_CHANNEL in s.inputs
@@ -79,9 +79,9 @@ def slow_noise(
         White("acceleration_noise", np.r_[none, (force**2 + driven**2) / count]),
         Colored("gust", "gust_time", gust, lag),
         Colored("road", "road_time", road, lag),
-        Steady("road_mean", road.sum(axis=1)),
-        Steady("run_wind", gust.sum(axis=1)),
-        Steady("run_drive", push.sum(axis=1)),
+        SteadyComponent("road_mean", road.sum(axis=1)),
+        SteadyComponent("run_wind", gust.sum(axis=1)),
+        SteadyComponent("run_drive", push.sum(axis=1)),
     ]
     known = np.zeros((2 * count.size, 2 * count.size))
     known[: count.size, : count.size] = walk
