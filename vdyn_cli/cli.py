@@ -60,7 +60,7 @@ def _say(text: str = "") -> None:
 def _add_step(name: str) -> None:
     """Add the command of one step, which imports the step when it runs."""
 
-    def command(
+    def command(  # parameters: one for each argument and option of the command line
         test: Test,
         known: Known = None,
         output: Output = "out",

@@ -55,7 +55,7 @@ class CProgram:
         return self.header + self.source.replace(f'#include "{self.name}.h"\n', "")
 
 
-def c_program(
+def c_program(  # parameters: optional texts and values beside the graph, each with a default
     graph: Graph,
     substeps: int = 1,
     name: str = "model",

@@ -204,7 +204,7 @@ class Printer:
 
 
 def print_kernel(graph: Graph, directions: int, live: frozenset[int], seeded: frozenset[int]) -> str:
-    """The text of ``void run(i64 n, z, u, dt, p, p_tangents, w, trail)``, arrays as in kernel.py.
+    """The text of ``void run(i64 n, z, u, dt, p, p_tangents, w, trajectory)``, arrays as in kernel.py.
 
     ``live`` states and ``seeded`` constants are those whose tangents can differ from zero.
     """

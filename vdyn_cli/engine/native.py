@@ -34,8 +34,10 @@ class MachineCode:
             print_kernel(graph, self.directions, seeds.live, seeds.seeded), abreast=not self.directions
         )
 
-    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:
-        self._run(n, *(array.ctypes.data for array in (z, u, dt, p, self._p_tangents, w, trail)))
+    def __call__(
+        self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array
+    ) -> None:  # parameters: that of Kernel
+        self._run(n, *(array.ctypes.data for array in (z, u, dt, p, self._p_tangents, w, trajectory)))
 
 
 @cache
@@ -48,7 +50,7 @@ def _llvm() -> Any:
 
 
 def available() -> bool:
-    """Whether machine code can be had here: by trying."""
+    """Whether machine code is available here, by compiling some."""
     try:
         compiled("define void @run(ptr %z) {\nret void\n}")
     except (ImportError, OSError, RuntimeError):  # not installed, its library does not load, too old, or no such CPU

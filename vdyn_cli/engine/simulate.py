@@ -273,7 +273,7 @@ class Simulator:
                 shift, shift_tangent = seen.readings[at], seen.tangents[at]
                 value, tangent = read_at(time, value, rate, tangent, rate_tangent, shift, shift_tangent)
             outputs[name], sensitivities[name] = value, tangent
-        states = dict(zip(graph.states, seen.trail, strict=True)) if seen.trail.size else {}
+        states = dict(zip(graph.states, seen.trajectory, strict=True)) if seen.trajectory.size else {}
         return Simulated(
             time, outputs, sensitivities, dict(zip(graph.states, seen.final.tolist(), strict=True)), states
         )

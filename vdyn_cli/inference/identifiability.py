@@ -51,8 +51,8 @@ def find_open(factor: Array, ranges: Array, lengths: Array) -> Open | None:
     ranges : (s,), width of each unknown's physical range; infinite where it has none.
     lengths : (s,), of the Jacobian's columns before the per-run unknowns were eliminated.
 
-    An unknown is not identifiable where sensitivities are collinear to 1e-7, or where its standard deviation exceeds half
-    of its physical range.
+    An unknown is not identifiable where sensitivities are collinear to 1e-7, or where its standard deviation exceeds
+    half of its physical range.
     """
     unit = np.where(lengths > 0, lengths, 1.0)
     _, values, axes = np.linalg.svd(factor / unit)
