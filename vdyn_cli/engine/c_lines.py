@@ -53,7 +53,7 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
-class Body:
+class CBody:
     """The values of a field in its order; ``sources`` are the texts of its inputs, element by element."""
 
     def __init__(self, order: Order, sources: Sequence[Sequence[str]]) -> None:

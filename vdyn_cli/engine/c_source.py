@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 import casadi as ca
 
-from vdyn_cli.engine.c_lines import Body, number
+from vdyn_cli.engine.c_lines import CBody, number
 from vdyn_cli.engine.graph import Graph, column, refuse_unknown, symbols
 from vdyn_cli.engine.order import ordered
 
@@ -183,7 +183,7 @@ class _Printer:
     def _field(self, function: ca.Function) -> list[str]:
         """Rates of the states and, where somebody looks, the readings; what only they need comes last."""
         order = ordered(function)
-        body = Body(order, self._sources())
+        body = CBody(order, self._sources())
         lines = body.lines((*order.once, *order.moving))
         lines += [f"f->{n} = {body.text(v)};" for n, v in zip(self.fields["state"], order.rates, strict=True)]
         lines += ["if (!y) {", "    return;", "}", *body.lines(order.reading)]
@@ -266,7 +266,7 @@ class _Printer:
         first = law(column(known), column(u.values()), column(p.values()))[0]
         sources = [column(part.values()) for part in (x, u, p)]
         order = ordered(ca.Function("start", sources, [ca.densify(first), ca.SX(0, 1)], {"cse": True}))
-        body = Body(order, [list(self.fields["state"]), *self._sources()[1:]])  # of x, only the given starts are read
+        body = CBody(order, [list(self.fields["state"]), *self._sources()[1:]])  # of x, only the given starts are read
         lines = body.lines((*order.once, *order.moving))
         lines += [f"x->{n} = {body.text(v)};" for n, v in zip(self.fields["state"], order.rates, strict=True)]
         return _function([self._init()], [*_touch("x u p", lines), *lines])

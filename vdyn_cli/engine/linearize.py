@@ -41,7 +41,7 @@ class Root:
 
 
 @dataclass(frozen=True, eq=False)
-class Steady:
+class SteadyState:
     """A steady state and the linear model about it, x' = A x.
 
     Parameters
@@ -68,7 +68,7 @@ def steady(  # parameters: model and values, and which of them are held, free or
     free: Sequence[str] = (),
     context: Mapping[str, float] | None = None,
     fixed: Mapping[str, float] | None = None,
-) -> Steady:
+) -> SteadyState:
     """The steady state of a model, and its eigenvalues.
 
     f(x, u, p) = 0 by Newton's method over the states that are not held and the inputs that are free;
@@ -101,7 +101,7 @@ def steady(  # parameters: model and values, and which of them are held, free or
     places = _Places(graph, active, held, free)
     x, u = _settle(model, graph, places, _start(graph, {**held, **fixed}, u, p), u, p)
     on_x = np.asarray(graph.field.jacobian()(x, u, p, 0, 0)[0])[np.ix_(active, active)]
-    return Steady(
+    return SteadyState(
         dict(zip(graph.states, x.tolist(), strict=True)),
         dict(zip(graph.inputs, u.tolist(), strict=True)),
         tuple(graph.states[i] for i in active),

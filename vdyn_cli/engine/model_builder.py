@@ -135,6 +135,6 @@ class ModelBuilder:
         self._sought[name] = of
 
     def finish(self, derivative: Callable[[Number], Number]) -> None:
-        """Add the readings that ``rate`` requested, at the end of assembly; ``derivative`` gives it from the expression."""
+        """Add the readings that ``rate`` requested; ``derivative`` gives the time derivative of an expression."""
         for name, of in self._sought.items():
             self.sensor(name, derivative(of))

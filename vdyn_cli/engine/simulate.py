@@ -279,19 +279,16 @@ class Simulator:
         )
 
     def _kernels(self, unknowns: int) -> list[Kernel]:
-        """One for each block of unknowns; built when first asked for, with sensitivities or without."""
+        """One for each block of unknowns; built on the first request, with sensitivities or without."""
         kind = bool(unknowns)
         with self._building:
             if kind not in self._built:
-                self._built[kind] = self._build(unknowns)
+                count = len(self._graph.states)
+                own = [int(place) for place in self._places] if unknowns else []
+                seeded = frozenset(place - count for place in own if place >= count)
+                live = self._graph.live(frozenset(p for p in own if p < count), seeded) if unknowns else frozenset()
+                self._built[kind] = [
+                    build(self._graph, Seeds(self._seeds[count:, some], seeded, live), self._backend)
+                    for some in blocks(unknowns)
+                ]
         return self._built[kind]
-
-    def _build(self, unknowns: int) -> list[Kernel]:
-        count = len(self._graph.states)
-        own = [int(place) for place in self._places] if unknowns else []
-        seeded = frozenset(place - count for place in own if place >= count)
-        live = self._graph.live(frozenset(p for p in own if p < count), seeded) if unknowns else frozenset()
-        return [
-            build(self._graph, Seeds(self._seeds[count:, some], seeded, live), self._backend)
-            for some in blocks(unknowns)
-        ]

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Source:
+class NoiseSource:
     """A size or time of the noise, positive: log-normal about ``typical``, ``spread`` being the sd of its logarithm."""
 
     name: str
@@ -38,21 +38,21 @@ class Source:
     unit: str = ""
 
 
-SOURCES: Mapping[str, Source] = {
+SOURCES: Mapping[str, NoiseSource] = {
     s.name: s
     for s in (
-        Source("speed_noise", 1.0, 0.7),  # of the level that third differences of the speed show
-        Source("acceleration_noise", 1.0, 1.5),  # likewise; vibration is not white
-        Source("gust", 0.5, 1.5, "m/s"),
-        Source("gust_time", 8.0, 0.5, "s"),
-        Source("run_wind", 0.3, 1.0, "m/s"),
-        Source("run_force", 1e-3, 1.0, "m/s^2"),  # 1 % of the rolling resistance of a car
-        Source("run_drive", 2e-3, 1.0, "m/s^2"),  # that and the torque sensor's zero, where the drive is measured
-        Source("road", 3e-4, 2.0),
-        Source("road_time", 5.0, 1.0, "s"),
-        Source("road_mean", 1e-4, 2.0),
-        Source("push", 0.02, 1.5, "m/s^2"),
-        Source("push_time", 5.0, 1.0, "s"),
+        NoiseSource("speed_noise", 1.0, 0.7),  # of the level that third differences of the speed show
+        NoiseSource("acceleration_noise", 1.0, 1.5),  # likewise; vibration is not white
+        NoiseSource("gust", 0.5, 1.5, "m/s"),
+        NoiseSource("gust_time", 8.0, 0.5, "s"),
+        NoiseSource("run_wind", 0.3, 1.0, "m/s"),
+        NoiseSource("run_force", 1e-3, 1.0, "m/s^2"),  # 1 % of the rolling resistance of a car
+        NoiseSource("run_drive", 2e-3, 1.0, "m/s^2"),  # that and the torque sensor's zero, where the drive is measured
+        NoiseSource("road", 3e-4, 2.0),
+        NoiseSource("road_time", 5.0, 1.0, "s"),
+        NoiseSource("road_mean", 1e-4, 2.0),
+        NoiseSource("push", 0.02, 1.5, "m/s^2"),
+        NoiseSource("push_time", 5.0, 1.0, "s"),
     )
 }
 

@@ -98,7 +98,7 @@ def _model(shape: Shape) -> Model:
     return Model("half_car", assemble, (*SOUGHT, *GIVEN, *CROSSING), ("speed", "elapsed"))
 
 
-def _axle(
+def _axle(  # parameters: the motion above one axle and the road below it
     e: ModelBuilder, end: str, body: tuple[Number, Number], past: Number, speed: Number, shape: Shape, share: Number
 ) -> Number:
     """One axle's motion and load; returns what its springs and dampers pull the body down by, N."""

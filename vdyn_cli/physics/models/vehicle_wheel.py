@@ -15,7 +15,7 @@ ROLLING_DAMPING = 0.1  # s, a bristle's damping time
 BRAKE_DAMPING = 1e-3  # s
 
 
-def spin(
+def spin(  # parameters: the forces and torques on one wheel
     e: ModelBuilder,
     u: Signals,
     at: Corner,

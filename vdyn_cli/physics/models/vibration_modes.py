@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vdyn_cli.engine.linearize import Root, Steady, steady
+from vdyn_cli.engine.linearize import Root, SteadyState, steady
 from vdyn_cli.physics.models.vehicle import Driven, vehicle
 
 ONE_SIDED = 0.65  # the share of a pair from which on a mode is called after its side
@@ -103,7 +103,7 @@ def modes(parameters: Mapping[str, float], speed: float, driven: Driven = "front
     return tuple(_mode(root, name, parameters) for root, name in zip(swinging, names, strict=True))
 
 
-def cruise(parameters: Mapping[str, float], speed: float, driven: Driven = "front") -> Steady:
+def cruise(parameters: Mapping[str, float], speed: float, driven: Driven = "front") -> SteadyState:
     """The vehicle at a steady speed (m/s) on a flat road: all states, the torque that holds it, all eigenvalues."""
     model = vehicle(driven)
     context = {"heading": 1.0, "temperature": 293.15}
