@@ -102,7 +102,7 @@ HIDDEN_WIND = Campaign(1, hidden={"wind": 2.0})
 
 def offer(monkeypatch: pytest.MonkeyPatch, *effects: Effect) -> None:
     """Let these be all the causes that there are."""
-    monkeypatch.setattr(asked, "offered", lambda model, effects_: effects)
+    monkeypatch.setattr(asked, "applicable", lambda model, effects_: effects)
 
 
 def size(monkeypatch: pytest.MonkeyPatch, sizes_of: Callable[[Any, Case], dict[str, Estimate]]) -> None:

@@ -1,4 +1,4 @@
-"""Steady states and eigenvalues against hand-written matrices, closed forms and differences."""
+"""SteadyState states and eigenvalues against hand-written matrices, closed forms and differences."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError, core_schema
 
-from vdyn_cli.description.yaml_source import Location, Source, load_yaml
+from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.quantity import Given, Quantity, UnitError, parse
 from vdyn_cli.quantities.vocabulary import PARAMETERS
@@ -219,7 +219,7 @@ class TestSpec(Strict):
 S = TypeVar("S", bound=BaseModel)
 
 
-def load_spec(path: Path, model: type[S]) -> tuple[S, Source]:
+def load_spec(path: Path, model: type[S]) -> tuple[S, YamlSource]:
     """Read a description and check it against its model, naming file and line of everything that is wrong.
 
     ``vehicle: vehicle.yaml`` is replaced by that file's content.
@@ -232,7 +232,7 @@ def load_spec(path: Path, model: type[S]) -> tuple[S, Source]:
     return validate(source, model), source
 
 
-def validate(source: Source, model: type[S]) -> S:
+def validate(source: YamlSource, model: type[S]) -> S:
     """Check a loaded description against a model."""
     if not isinstance(source.data, dict):
         got = type(source.data).__name__
@@ -247,7 +247,7 @@ def validate(source: Source, model: type[S]) -> S:
         raise InputError(*dict.fromkeys(findings)) from None
 
 
-def with_vehicle_file(source: Source) -> Source:
+def with_vehicle_file(source: YamlSource) -> YamlSource:
     """Put the content of the vehicle's own file in the place of its name."""
     if not isinstance(source.data, dict) or not isinstance(source.data.get("vehicle"), str):
         return source
@@ -258,14 +258,14 @@ def with_vehicle_file(source: Source) -> Source:
         raise InputError(*(_from(f, source.where(("vehicle",))) for f in error.findings)) from None
     lines = {("vehicle", *location): place for location, place in vehicle.lines.items()}
     data = {**source.data, "vehicle": vehicle.data}
-    return Source(source.path, data, {**source.lines, **lines}, (*source.included, vehicle.path))
+    return YamlSource(source.path, data, {**source.lines, **lines}, (*source.included, vehicle.path))
 
 
 def _from(finding: Finding, where: str) -> Finding:
     return Finding(where, f"{finding.where} {finding.what}", finding.got, finding.remedy)
 
 
-def _explain(detail: ErrorDetails, source: Source, model: type[BaseModel]) -> Finding:
+def _explain(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) -> Finding:
     location = _location(detail)
     key = ".".join(str(p) for p in location) or "the description"
     where = source.where(location)
@@ -322,7 +322,7 @@ def _models(annotation: Any) -> list[type[BaseModel]]:
 
 
 def check_channels(
-    channels: Mapping[str, Channel], known: Mapping[str, Quantity], source: Source, at: Location
+    channels: Mapping[str, Channel], known: Mapping[str, Quantity], source: YamlSource, at: Location
 ) -> list[Finding]:
     """Findings for channels that the step does not know; units are checked where the log is read."""
     return [

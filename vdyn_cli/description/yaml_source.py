@@ -19,7 +19,7 @@ MAX_NODES = 50_000
 
 
 @dataclass(frozen=True)
-class Source:
+class YamlSource:
     """A YAML file's data, where each value stands (``coast.yaml:12``), and further files put into it."""
 
     path: Path
@@ -36,7 +36,7 @@ class Source:
         return self.path.name
 
 
-def load_yaml(path: Path) -> Source:
+def load_yaml(path: Path) -> YamlSource:
     """Read one YAML document.
 
     Raises
@@ -60,7 +60,7 @@ def load_yaml(path: Path) -> Source:
         raise InputError(Finding(path.name, f"is not valid YAML: {str(error).splitlines()[0][:100]}")) from None
     if walker.findings:
         raise InputError(*walker.findings)
-    return Source(path, data, walker.lines)
+    return YamlSource(path, data, walker.lines)
 
 
 def _line(path: Path, mark: Any) -> str:

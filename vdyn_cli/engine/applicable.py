@@ -1,4 +1,4 @@
-"""Which effects a model can take: those whose element it calls with the signals they ask for."""
+"""Which effects apply to a model: those whose law it calls with the signals that they need."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from vdyn_cli.engine.model_builder import Correction, Law, MissingSignalError, M
 E = TypeVar("E", bound=Correction)
 
 
-class _Asking(ModelBuilder):
-    """A builder that notes which effects find their signals instead of failing."""
+class _Probe(ModelBuilder):
+    """A model builder that records which effects find their signals."""
 
     def __init__(self, model: Model, effects: tuple[Correction, ...]) -> None:
         self.lacking: set[str] = set()
@@ -42,20 +42,20 @@ class _Asking(ModelBuilder):
                 return corrected(s)
             except MissingSignalError:
                 self.lacking.add(effect.name)
-                return law(s)  # raises again where it is the element itself that lacks a signal
+                return law(s)  # raises again where the law itself lacks a signal
 
         return attempt
 
 
 def applicable(model: Model, catalogue: Iterable[E]) -> tuple[E, ...]:
-    """The effects of a catalogue that a model can take, in its order; one pass, nothing is simulated.
+    """The effects of a catalogue that apply to a model, in its order; one pass, without simulation.
 
     Raises
     ------
     MissingSignalError : an element of the model itself lacks a signal.
     """
     effects = tuple(catalogue)
-    builder = _Asking(model, effects)
+    builder = _Probe(model, effects)
     model.assemble(builder, Signals(**leads_of(builder, model.inputs).seen(symbols(model.inputs))))
     builder.finish(lambda of: of)
     return tuple(e for e in effects if e.name in builder.met and e.name not in builder.lacking)

@@ -9,14 +9,14 @@ from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.kernel import Kernel, Seeds
 
 Backend = Literal["auto", "llvm", "vm"]
-# Unknowns that one kernel carries; more take several passes. Twice as many would not fit the processor's first cache
-# with the full vehicle's states, and one too many would fill up the other half with nothing.
+# Unknowns per kernel; more take several passes. With the full vehicle's states twice as many would exceed the first
+# cache, and the vectors of 17 to 31 unknowns would be partly empty.
 MOST = 16
 VARIABLE = "VDYN_BACKEND"
 
 
 def chosen(backend: Backend) -> Backend:
-    """Machine code where it can be had, unless asked otherwise; the environment decides for "auto" alone.
+    """Machine code where available, unless requested otherwise; the environment variable applies to "auto" only.
 
     Raises
     ------

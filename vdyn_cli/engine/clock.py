@@ -1,4 +1,4 @@
-"""Reading a simulated trace at shifted times: what a delayed or offset sensor clock sees."""
+"""A simulated output at shifted times: the reading of a sensor with a delayed or offset clock."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def read_at(
     shift: Array,
     shift_tangents: Array,
 ) -> tuple[Array, Array]:
-    """A trace at time + shift, with its sensitivities, by cubic Hermite interpolation.
+    """An output at time + shift, with its sensitivities, by cubic Hermite interpolation.
 
     y(t + s): d y(t + s)/d theta = (dy/d theta)(t + s) + y'(t + s) ds/d theta.
 

@@ -1,4 +1,4 @@
-"""A simulation under way: kernels that take steps along a grid, and what they see at its samples."""
+"""A simulation in progress: kernels that integrate along a grid, and outputs and states at its samples."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 
 from vdyn_cli.engine.backend import MOST
 from vdyn_cli.engine.drive import Drive
-from vdyn_cli.engine.finite import culprit, first_odd, left_the_numbers
+from vdyn_cli.engine.finite import culprit, first_not_finite, not_finite
 from vdyn_cli.engine.kernel import Array, Kernel
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The substeps that begin at some samples of a drive, in turn.
+    """The integration steps (substeps) from a range of samples of a drive.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Grid:
 
 
 def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int) -> Grid:
-    """The substeps from sample ``begin`` to ``end``, exclusive; inputs are on their lines at each."""
+    """The substeps from sample ``begin`` to ``end``, exclusive, with inputs interpolated linearly at each."""
     sub, last = substeps, end == drive.time.size
     time = drive.time[begin : end + 1]
     coarse = np.empty((time.size, len(names)))
@@ -56,29 +56,29 @@ def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What a grid's samples show: each row is one reading's, or one state's, trace.
+    """Outputs at a grid's samples: each row is the time series of one reading or one state.
 
     Parameters
     ----------
-    readings : (m, n); tangents : (m, n, k); trail : (states, n), empty unless asked for; final : (states,).
+    readings : (m, n); tangents : (m, n, k); trajectory : (states, n), empty unless asked for; final : (states,).
     """
 
     readings: Array
     tangents: Array
-    trail: Array
+    trajectory: Array
     final: Array
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Where a simulation has come to.
+    """The state of a simulation in progress.
 
     Parameters
     ----------
     model, names : of the model, and of its states followed by its outputs, for messages.
     states, readings, unknowns : how many there are.
     kernels : one for each block of unknowns (``blocks``).
-    rows : for each kernel the row of tangents and states that it moves on.
+    rows : for each kernel its row of tangents and states, advanced in place.
     constants : of the graph.
     at_once : whether kernels may run in several threads.
     """
@@ -93,8 +93,8 @@ class Course:
     constants: Array
     at_once: bool
 
-    def along(self, grid: Grid, with_trail: bool = False) -> Seen:
-        """Go through a grid.
+    def along(self, grid: Grid, with_trajectory: bool = False) -> Seen:
+        """Integrate along a grid.
 
         Raises
         ------
@@ -104,7 +104,7 @@ class Course:
         seen = Seen(
             np.empty((self.readings, n)),
             np.empty((self.readings, n, self.unknowns)),
-            np.empty((self.states, n if with_trail else 0)),
+            np.empty((self.states, n if with_trajectory else 0)),
             np.empty(self.states),
         )
         work = list(zip(self.kernels, self.rows, blocks(self.unknowns), strict=True))
@@ -119,7 +119,7 @@ class Course:
         return seen
 
     def _run(self, kernel: Kernel, z: Array, grid: Grid, seen: Seen, tangents: Array) -> None:
-        """One kernel, some steps at a time so that memory stays small."""
+        """Run one kernel, in batches of steps that limit the memory."""
         total, sub, directions, m = grid.steps.size, grid.substeps, kernel.directions, self.readings
         rows = min(total, kernel.rows)
         w, passed = np.empty((rows, m * (directions + 1))), np.empty((rows, self.states))
@@ -133,26 +133,26 @@ class Course:
             if directions:
                 carried = w[at, : m * directions].reshape(-1, m, directions)[:, :, : tangents.shape[2]]
                 tangents[:, samples] = carried.transpose(1, 0, 2)
-            if seen.trail.size:
-                seen.trail[:, samples] = passed[at].T
+            if seen.trajectory.size:
+                seen.trajectory[:, samples] = passed[at].T
             if samples.stop > samples.start:
                 seen.final[:] = passed[at][-1]
 
     def _refuse_not_finite(self, grid: Grid, begin: int, states: Array, w: Array) -> None:
-        # A sum is the cheap test; that the sum alone overflows is settled by the full one.
+        # The sum is a cheap test; the full one excludes an overflow of the sum itself.
         with np.errstate(invalid="ignore", over="ignore"):
             if np.isfinite(states.sum() + w.sum()):
                 return
         readings = w[:, w.shape[1] - self.readings :]
         for what, rows in (("", np.hstack([states, readings])), ("a derivative to an unknown", w)):
-            if (row := first_odd(rows)) is not None:
+            if (row := first_not_finite(rows)) is not None:
                 at = begin + row
                 step = grid.steps[max(min(at, grid.steps.size - 1) - 1, 0)]
-                raise left_the_numbers(
+                raise not_finite(
                     self.model, grid.time[at // grid.substeps], step, what or culprit(rows, row, self.names)
                 )
 
 
 def blocks(unknowns: int) -> list[slice]:
-    """The unknowns in blocks that a kernel can carry; one empty block where there are none."""
+    """The unknowns in blocks of at most MOST, one kernel each; one empty block where there are none."""
     return [slice(first, min(first + MOST, unknowns)) for first in range(0, max(unknowns, 1), MOST)]

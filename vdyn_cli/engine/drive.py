@@ -1,4 +1,4 @@
-"""What goes into a simulation and what comes out: a run on any time grid, and traces at every sample of it."""
+"""Input and output of a simulation: a drive on any time grid, and outputs and sensitivities at each sample."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Points = tuple[NDArray[np.float64], NDArray[np.float64]]  # times, values
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """One run as the simulator sees it.
+    """One run to simulate.
 
     Parameters
     ----------
@@ -22,8 +22,8 @@ class Drive:
     start : initial states; those neither given nor among the unknowns start as the model declares.
     parameters : values that differ from the simulator's in this run alone, such as air_density; no unknowns.
     context : the model's context in this run, such as heading.
-    between : further points of an input, (times, values), each (c,), strictly between samples: the input goes straight
-        from point to point, so that a corner need not lie at a sample. It is read where a step begins and ends.
+    between : further points of an input, (times, values), each (c,), strictly between samples: the input is linear
+        from point to point, so that a corner need not lie at a sample. It is evaluated where a step begins and ends.
 
     Raises
     ------
@@ -66,15 +66,15 @@ class Drive:
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """What a simulation gives, at every sample of the drive.
+    """Outputs of a simulation at every sample of the drive.
 
     Parameters
     ----------
     time : (n,) s.
     outputs : each (n,).
-    sensitivities : each (n, k), derivatives of the outputs to the unknowns, in their order; k = 0 unless asked for.
+    sensitivities : each (n, k), derivatives of the outputs to the unknowns, in their order; k = 0 unless requested.
     final : the states at the last sample simulated.
-    states : each (n,); empty unless asked for.
+    states : each (n,); empty unless requested.
     """
 
     time: NDArray[np.float64]

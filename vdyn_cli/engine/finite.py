@@ -1,4 +1,4 @@
-"""Where a simulation leaves the numbers, or makes them up: when, what went first, and what to do about it."""
+"""Errors of a simulation that is not finite or has too large steps: when, which state, and the remedy."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from vdyn_cli.engine.kernel import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 
 
-def first_odd(rows: Array) -> int | None:
+def first_not_finite(rows: Array) -> int | None:
     """The first row (of n, k) with a value that is not finite."""
     odd = ~np.isfinite(rows).all(axis=1)
     return int(np.argmax(odd)) if odd.any() else None
 
 
 def culprit(rows: Array, row: int, names: Sequence[str]) -> str:
-    """Which column led the way out: of those not finite at ``row``, the one that had grown most just before.
+    """The column that diverged first: of those not finite at ``row``, the one with the largest growth just before.
 
-    An unstable step carries every state away within a step or two; the one that oscillates with a growing size, step
-    after step, is the cause.
+    An unstable integration step makes every state diverge within a step or two; the cause is the state that oscillates
+    with growing amplitude.
     """
     odd = np.flatnonzero(~np.isfinite(rows[row]))
     odd = odd[odd < len(names)]
@@ -32,10 +32,10 @@ def culprit(rows: Array, row: int, names: Sequence[str]) -> str:
             moved = np.abs(np.diff(rows[:row, odd], axis=0))
             usual = np.median(moved, axis=0) + 1e-9 * (np.abs(rows[0, odd]) + 1e-3)
             last = odd[int(np.argmax(np.nan_to_num(moved[-1] / usual, posinf=np.finfo(float).max)))]
-    return names[last] if odd.size == 1 else f"{names[last]}, and {odd.size - 1} more with it,"
+    return names[last] if odd.size == 1 else f"{names[last]}, and {odd.size - 1} more,"
 
 
-def left_the_numbers(model: str, time: float, step: float, what: str) -> ResultError:
+def not_finite(model: str, time: float, step: float, what: str) -> ResultError:
     """The error of a simulation that is no longer finite at ``time`` (s), with steps of ``step`` (s)."""
     return ResultError(
         Finding(
@@ -51,7 +51,7 @@ def too_coarse(model: str, step: float, output: str, share: float) -> ResultErro
     return ResultError(
         Finding(
             f"model {model!r}",
-            f"steps of {1e3 * step:.3g} ms are too large: half of it changes {output} by {share:.0%} of its range",
+            f"steps of {1e3 * step:.3g} ms are too large: halving them changes {output} by {share:.0%} of its range",
             remedy="use smaller steps (more substeps)",
         )
     )

@@ -58,17 +58,12 @@ class _Term:
     minus: bool
 
 
-# More than 15 methods: one for each instruction that `dual` and the loop need, a few lines each; they share the text,
-# the names in use and the values already spread over lanes.
-class Printer:
-    """The algebra that prints: values are names of the text, tangents are sums of terms that are not added up yet."""
+class _ValuePrinter:
+    """Prints the operations on values, which are names of the text."""
 
-    def __init__(self, directions: int) -> None:
+    def __init__(self) -> None:
         self.lines: list[str] = []
         self.used: set[str] = set()
-        self._row = f"<{directions} x double>"
-        self._directions = directions
-        self._spread: dict[str, str] = {}
         self._count = 0
 
     def name(self, text: str) -> str:
@@ -120,6 +115,28 @@ class Printer:
 
     def _number(self, truth: str) -> str:
         return self.name(f"uitofp i1 {truth} to double")
+
+    def load(self, array: str, offset: int) -> str:
+        at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
+        return self.name(f"load double, ptr {at}, align 8")
+
+    def move(self, value: str, rate: str) -> str:
+        """The value at this stage of the step."""
+        return self.value(ca.OP_ADD, value, self.value(ca.OP_MUL, "%h", rate))
+
+    def store(self, value: str, array: str, offset: int) -> None:
+        at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
+        self.lines.append(f"store double {value}, ptr {at}, align 8")
+
+
+class Printer(_ValuePrinter):
+    """The algebra that prints: values are names of the text, tangents are sums of terms that are not added up yet."""
+
+    def __init__(self, directions: int) -> None:
+        super().__init__()
+        self._row = f"<{directions} x double>"
+        self._directions = directions
+        self._spread: dict[str, str] = {}
 
     def scale(self, tangents: Tangents, by: Value) -> Tangents:
         """Terms are scaled before they are added up, one number instead of a row, as long as there are few of them."""
@@ -179,25 +196,13 @@ class Printer:
             self._spread[scalar] = self.name(f"shufflevector {self._row} {one}, {self._row} undef, {zeros}")
         return self.name(f"fmul {self._row} {row}, {self._spread[scalar]}")
 
-    def load(self, array: str, offset: int) -> str:
-        at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
-        return self.name(f"load double, ptr {at}, align 8")
-
     def load_tangents(self, array: str, offset: int) -> Tangents:
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
         return self._single(self.name(f"load {self._row}, ptr {at}, align 8"))
 
-    def move(self, value: str, rate: str) -> str:
-        """The value at this stage of the step."""
-        return self.value(ca.OP_ADD, value, self.value(ca.OP_MUL, "%h", rate))
-
     def move_tangents(self, offset: int) -> Tangents:
         moved = self.add(self.load_tangents("%z", offset), self.scale(self.load_tangents("%k", offset), "%h"))
         return self.collected(moved)
-
-    def store(self, value: str, array: str, offset: int) -> None:
-        at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
-        self.lines.append(f"store double {value}, ptr {at}, align 8")
 
     def store_tangents(self, tangents: Tangents | None, array: str, offset: int) -> None:
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
@@ -206,7 +211,7 @@ class Printer:
 
 
 def print_kernel(graph: Graph, directions: int, live: frozenset[int], seeded: frozenset[int]) -> str:
-    """The text of ``void run(i64 n, z, u, dt, p, p_tangents, w, trail)``, arrays as in kernel.py.
+    """The text of ``void run(i64 n, z, u, dt, p, p_tangents, w, trajectory)``, arrays as in kernel.py.
 
     ``live`` states and ``seeded`` constants are those whose tangents can differ from zero.
     """

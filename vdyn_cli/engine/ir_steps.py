@@ -15,7 +15,7 @@ Groups = Sequence[tuple[int, int]]  # (width, count): neighbors that are moved t
 
 
 def print_steps(states: int, inputs: int, readings: int, directions: int, held: int) -> list[str]:
-    """``void run(n, z, u, dt, p, tp, w, trail)``, arrays as in kernel.py.
+    """``void run(n, z, u, dt, p, tp, w, trajectory)``, arrays as in kernel.py.
 
     It calls ``prepare(p, tp, q)`` once, which leaves in q, of size ``held``, what constants alone decide; then
     ``field(z, k, h, u, p, tp, q, f, w, reading)``: rates f and, if asked for, readings w of the state z + h k.
@@ -31,7 +31,7 @@ def print_steps(states: int, inputs: int, readings: int, directions: int, held: 
         *_function("clear", "out", "", whole, lambda b: b.store(b.all("0.0"))),
         *_function("halfway", "out left right", "", ((1, inputs),), _mean),
         *_function("finish", "z k1 k2 k3 k4", ", double %h", whole, _finished),
-        "define void @run(i64 %n, ptr %z, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trail) #0 {",
+        "define void @run(i64 %n, ptr %z, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trajectory) #0 {",
         "entry:",
         *(f"%{name} = alloca [{max(size, 1)} x double], align 64" for name, size in local.items()),
         f"%values = getelementptr double, ptr %now, i64 {states * directions}",
@@ -42,7 +42,7 @@ def print_steps(states: int, inputs: int, readings: int, directions: int, held: 
             *_address("before", "u", inputs),
             *_address("seen", "w", seen),
             *_address("length", "dt", 1),
-            *_address("kept", "trail", states),
+            *_address("kept", "trajectory", states),
             f"%after = getelementptr double, ptr %before, i64 {inputs}",
             "%h = load double, ptr %length, align 8",
             "%half = fdiv double %h, 2.0",
@@ -64,7 +64,7 @@ def print_steps(states: int, inputs: int, readings: int, directions: int, held: 
 def _static(inputs: int, readings: int, directions: int, held: int) -> list[str]:
     """A model without states: readings alone."""
     return [
-        "define void @run(i64 %n, ptr %now, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trail) #0 {",
+        "define void @run(i64 %n, ptr %now, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trajectory) #0 {",
         "entry:",
         f"%q = alloca [{max(held, 1)} x double], align 64",
         "call void @prepare(ptr %p, ptr %tp, ptr %q)",

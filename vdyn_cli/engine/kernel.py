@@ -1,4 +1,4 @@
-"""What a backend provides: many steps at once, on contiguous arrays of doubles."""
+"""The interface of a backend: many steps per call, on contiguous arrays of doubles."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Kernel(Protocol):
     directions: int
     rows: int
 
-    # Seven arguments: the raw arrays of the compiled function, whose signature this is; `course` fills them.
-    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:
+    # Seven parameters: the signature of the compiled function
+    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
         """Take the readings and advance one Runge-Kutta step, ``n`` <= rows times.
 
         All arrays are C-contiguous; the one door that calls this has checked them.
@@ -45,6 +45,6 @@ class Kernel(Protocol):
         dt : (n,); a step of length zero leaves the states as they are.
         p : (constants,).
         w : (n, readings (K + 1)), written: before each step, arranged as z.
-        trail : (n, states), written: before each step.
+        trajectory : (n, states), written: before each step.
         """
         ...

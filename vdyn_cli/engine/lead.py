@@ -1,4 +1,4 @@
-"""Inputs that were logged late: the simulation reads them ahead, by a time that may be an unknown.
+"""Inputs that were logged late: the simulation reads them ahead by a lead, which may be an unknown.
 
 An input's lead law ``<input>_lead`` (0 without effects) gives the seconds by which the truth is ahead of the reading.
 The reading at t + lead enters the model as value + slope (lead - now): the simulator shifts the log itself and sets
@@ -33,7 +33,7 @@ class Leads:
     now: Mapping[str, Number]
 
     def seen(self, inputs: Mapping[str, Number]) -> dict[str, Number]:
-        """The inputs as the model sees them."""
+        """The inputs with their leads, as the model reads them."""
         return {
             name: value + self.slope[name] * (self.law[name] - self.now[name]) if name in self.law else value
             for name, value in inputs.items()
@@ -51,7 +51,7 @@ def now_of(name: str) -> str:
 
 
 def leads_of(builder: ModelBuilder, inputs: tuple[str, ...]) -> Leads:
-    """Ask the lead law of every input; those that no effect touches are left alone."""
+    """The leads of all inputs; inputs that no effect corrects have none."""
     law = {name: builder(f"{name}_lead", value=0.0) for name in inputs}
     law = {name: lead for name, lead in law.items() if not ca.SX(lead).is_zero()}
     slope = {name: ca.SX.sym(slope_of(name)) for name in law}

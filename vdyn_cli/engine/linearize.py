@@ -1,4 +1,4 @@
-"""A model about a steady state: where it rests or cruises, how it swings about it, and what each parameter does to it.
+"""Linearization of a model about a steady state: the state, its eigenvalues, and their derivatives to parameters.
 
 All derivatives are exact, those of the eigenvalues too: the Jacobian moves with a parameter directly and because the
 steady state moves.

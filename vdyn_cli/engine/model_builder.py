@@ -1,4 +1,4 @@
-"""The builder on which a model is assembled: it calls element laws with their effects, keeps states and sensors.
+"""The builder of a model: it calls element laws with their effects, and keeps states and sensors.
 
 Contract, for ``s`` the frozen signals that a law sees and ``q`` the unknowns of an effect::
 
@@ -20,11 +20,11 @@ Law = Callable[["Signals"], Number]
 
 
 class MissingSignalError(AttributeError):
-    """A law or an effect asked for a signal that the model does not have: the effect is not offered."""
+    """A law or an effect needs a signal that the model does not have: the effect is not applicable."""
 
 
 class Signals(SimpleNamespace):
-    """Named numbers or symbols that a law sees; copied with changes, never edited."""
+    """Named numbers or symbols, the arguments of a law; copied with changes, never edited."""
 
     def but(self, **changed: Number) -> Signals:
         return Signals(**{**self.__dict__, **changed})
@@ -34,7 +34,7 @@ class Signals(SimpleNamespace):
 
 
 class Correction(Protocol):
-    """What the builder needs to know of an effect."""
+    """The part of an effect that the builder uses."""
 
     @property
     def name(self) -> str: ...
@@ -105,7 +105,7 @@ class ModelBuilder:
         return lambda s: effect.laws[name](law, s.but(**states), q)
 
     def state(self, name: str, start: Number = 0.0) -> Any:
-        """A state's value now; the first touch declares it, with its start value.
+        """A state's current value; the first call declares it, with its start value.
 
         ``start`` may be an expression of parameters, of inputs (their first sample) and of states declared before
         (their starts), so that, for example, a wheel starts rolling at the vehicle's start speed.
@@ -135,6 +135,6 @@ class ModelBuilder:
         self._sought[name] = of
 
     def finish(self, derivative: Callable[[Number], Number]) -> None:
-        """Read what ``rate`` asked for, once the model is assembled; ``derivative`` gives it from the expression."""
+        """Add the readings that ``rate`` requested; ``derivative`` gives the time derivative of an expression."""
         for name, of in self._sought.items():
             self.sensor(name, derivative(of))

@@ -34,9 +34,9 @@ class MachineCode:
             print_kernel(graph, self.directions, seeds.live, seeds.seeded), abreast=not self.directions
         )
 
-    # Seven arguments: as Kernel.__call__.
-    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:
-        self._run(n, *(array.ctypes.data for array in (z, u, dt, p, self._p_tangents, w, trail)))
+    # Seven parameters: as Kernel.__call__
+    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
+        self._run(n, *(array.ctypes.data for array in (z, u, dt, p, self._p_tangents, w, trajectory)))
 
 
 @cache
@@ -49,7 +49,7 @@ def _llvm() -> Any:
 
 
 def available() -> bool:
-    """Whether machine code can be had here: by trying."""
+    """Whether machine code is available here, by compiling some."""
     try:
         compiled("define void @run(ptr %z) {\nret void\n}")
     except (ImportError, OSError, RuntimeError):  # not installed, its library does not load, too old, or no such CPU

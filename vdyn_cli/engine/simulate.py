@@ -273,13 +273,13 @@ class Simulator:
                 shift, shift_tangent = seen.readings[at], seen.tangents[at]
                 value, tangent = read_at(time, value, rate, tangent, rate_tangent, shift, shift_tangent)
             outputs[name], sensitivities[name] = value, tangent
-        states = dict(zip(graph.states, seen.trail, strict=True)) if seen.trail.size else {}
+        states = dict(zip(graph.states, seen.trajectory, strict=True)) if seen.trajectory.size else {}
         return Simulated(
             time, outputs, sensitivities, dict(zip(graph.states, seen.final.tolist(), strict=True)), states
         )
 
     def _kernels(self, unknowns: int) -> list[Kernel]:
-        """One for each block of unknowns; built at the first request, with sensitivities or without."""
+        """One for each block of unknowns; built on the first request, with sensitivities or without."""
         kind = bool(unknowns)
         with self._building:
             if kind not in self._built:

@@ -28,8 +28,8 @@ class VirtualMachine:
         for k, array in enumerate(self._got):
             self._buffer.set_res(k, memoryview(array))  # type: ignore[call-arg,arg-type]
 
-    # Seven arguments: as Kernel.__call__.
-    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trail: Array) -> None:
+    # Seven parameters: as Kernel.__call__
+    def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
         start, before, after, steps, constants = self._held
         start[:] = z
         _fill(before.reshape(self.rows, u.shape[1]), u[:n])
@@ -38,7 +38,7 @@ class VirtualMachine:
         constants.reshape(self.rows, p.size)[:] = p
         self._run()
         passed = self._got[0].reshape(self.rows, z.size)[:n]
-        trail[:1], trail[1:n] = z[z.size - trail.shape[1] :], passed[:-1, z.size - trail.shape[1] :]
+        trajectory[:1], trajectory[1:n] = z[z.size - trajectory.shape[1] :], passed[:-1, z.size - trajectory.shape[1] :]
         z[:] = passed[-1]
         w[:n] = self._got[1].reshape(self.rows, w.shape[1])[:n]
 

@@ -1,4 +1,4 @@
-"""The part of a long simulation that sensors with shifted clocks may still look at."""
+"""The part of a long simulation that sensors with shifted clocks still need."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from vdyn_cli.engine.kernel import Array
 
 
 class Window:
-    """Samples kept while a shifted clock can reach them; a sample is ready once all that it may look at has come.
+    """Samples kept while a shifted clock can reach them; a sample is complete once all samples in its reach exist.
 
     Reading a trace at a shifted time takes the two samples around it and, for their slopes, one more on either side.
 
     Parameters
     ----------
     reach : s, the largest shift.
-    shifted : how many clock shifts there are; they are the last readings.
+    shifted : number of clock shifts; they are the last readings.
     """
 
     def __init__(self, reach: float, shifted: int) -> None:
@@ -27,7 +27,7 @@ class Window:
         self.ready = slice(0, 0)
 
     def add(self, time: Array, seen: Seen, last: bool) -> None:
-        """Take what was simulated next, and let go what nobody can look at any more.
+        """Append the samples simulated next, and drop those out of every clock's reach.
 
         Raises
         ------
@@ -40,7 +40,7 @@ class Window:
             time = np.concatenate([self.time[keep:], time])
             readings = np.concatenate([self.seen.readings[:, keep:], seen.readings], axis=1)
             tangents = np.concatenate([self.seen.tangents[:, keep:], seen.tangents], axis=1)
-            seen = Seen(readings, tangents, seen.trail, seen.final)
+            seen = Seen(readings, tangents, seen.trajectory, seen.final)
             done -= keep
         far = float(np.max(np.abs(seen.readings[-self._shifted :, done:])))
         if not far <= self._reach:
@@ -56,7 +56,7 @@ class Window:
         return float(self.time[index] if index < self.time.size else following[0])
 
     def cut(self, whole: Simulated) -> Simulated:
-        """Of a result over all that is kept, the part that is ready."""
+        """The complete part of a result over all kept samples."""
         outputs = {name: value[self.ready] for name, value in whole.outputs.items()}
         sensitivities = {name: value[self.ready] for name, value in whole.sensitivities.items()}
         return Simulated(whole.time[self.ready], outputs, sensitivities, whole.final, {})

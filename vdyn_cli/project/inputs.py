@@ -20,7 +20,7 @@ from vdyn_cli.description.test_description import (
     check_channels,
     load_spec,
 )
-from vdyn_cli.description.yaml_source import Location, Source
+from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.effects import candidates, refused
 from vdyn_cli.io.align import merge
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
@@ -46,7 +46,7 @@ class Inputs:
     """Everything a step's estimate reads, and the files it came from."""
 
     spec: Any
-    source: Source
+    source: YamlSource
     data: Any
     logs: tuple[Log, ...]
     known: Parameters
@@ -87,7 +87,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     return Inputs(spec, source, data, logs, known, tuple(dict.fromkeys(files)), findings)
 
 
-def _overruled(stated: Parameters, known: Parameters, source: Source) -> Iterator[Finding]:
+def _overruled(stated: Parameters, known: Parameters, source: YamlSource) -> Iterator[Finding]:
     """Values of the description that a parameter file contradicts, and that are not used."""
     for name, given in stated.estimates.items():
         used = known[name]
@@ -107,7 +107,7 @@ def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwa
         return None
 
 
-def _wrong_test(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
+def _wrong_test(step: Step, spec: TestSpec, source: YamlSource) -> list[Finding]:
     if spec.test == step.name:
         return []
     remedy = f"run 'vdyn {spec.test} {source.path.name}', or correct the key 'test'"
@@ -121,7 +121,7 @@ def _wrong_test(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
     ]
 
 
-def _wrong_channels(step: Step, spec: TestSpec, source: Source) -> list[Finding]:
+def _wrong_channels(step: Step, spec: TestSpec, source: YamlSource) -> list[Finding]:
     """Unknown channels, and needed channels that no logger maps."""
     known = step.channels()
     findings = check_channels(spec.channels, known, source, ("channels",))
@@ -141,7 +141,7 @@ def _wrong_channels(step: Step, spec: TestSpec, source: Source) -> list[Finding]
     return findings
 
 
-def _wrong_effects(step: Step, spec: TestSpec, source: Source) -> Iterator[Finding]:
+def _wrong_effects(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
     """Effects to look for, or to extend the model by, that are no candidates of this step, are listed twice, or are to
     extend the model and are not looked for."""
     requested = spec.diagnose
@@ -165,7 +165,7 @@ def _there_are(names: Iterable[str]) -> str:
     return f"there are {', '.join(names)}"
 
 
-def _repeated(spec: TestSpec, source: Source) -> list[Finding]:
+def _repeated(spec: TestSpec, source: YamlSource) -> list[Finding]:
     """Runs that are the same stretch of the same log: they would count as independent evidence."""
     seen: dict[tuple[object, ...], int] = {}
     findings = []
@@ -188,7 +188,7 @@ def _log_names(run: Run) -> list[str]:
     return [run.log] if run.log is not None else list(run.logs or [])
 
 
-def _read_run(step: Step, spec: TestSpec, source: Source, index: int) -> Log:
+def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int) -> Log:
     """One run's log, from one logger or merged from several, cut to its window."""
     run = spec.runs[index]
     names = _log_names(run)
@@ -254,7 +254,7 @@ def _within_physics(step: Step, log: Log) -> Log:
     return log
 
 
-def _column(quantity: Quantity, channel: Channel, source: Source, at: Location) -> Column:
+def _column(quantity: Quantity, channel: Channel, source: YamlSource, at: Location) -> Column:
     return Column(channel.column, channel.unit, quantity.unit, channel.sign, where=source.where(at))
 
 

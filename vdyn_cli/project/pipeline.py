@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from vdyn_cli.description.test_description import Strict, Vehicle, load_spec
-from vdyn_cli.description.yaml_source import Source, load_yaml
+from vdyn_cli.description.yaml_source import YamlSource, load_yaml
 from vdyn_cli.diagnosis.level import LEVEL, shared
 from vdyn_cli.io.files import sha256
 from vdyn_cli.project.inputs import given_parameters
@@ -127,7 +127,7 @@ class Task:
     level: float = LEVEL
 
 
-def load_plan(path: Path) -> tuple[PipelineSpec, Source, tuple[Task, ...]]:
+def load_plan(path: Path) -> tuple[PipelineSpec, YamlSource, tuple[Task, ...]]:
     """Read a pipeline's description and put its steps in order.
 
     A step comes after every other one that gives a parameter it may need; otherwise the order of the file is kept.
@@ -192,7 +192,9 @@ def in_order(steps: Mapping[str, Step]) -> tuple[str, ...]:
     return tuple(done)
 
 
-def parameter_set(spec: PipelineSpec, source: Source, folder: Path, outcomes: Sequence[StepOutcome]) -> ParameterSet:
+def parameter_set(
+    spec: PipelineSpec, source: YamlSource, folder: Path, outcomes: Sequence[StepOutcome]
+) -> ParameterSet:
     """The full parameter set: what was given, what each step estimated, and what is missing and why.
 
     Parameters

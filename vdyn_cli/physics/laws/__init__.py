@@ -1,1 +1,1 @@
-"""One physical part's law per file, in plain arithmetic on named signals."""
+"""Laws of single elements, one per file, in plain arithmetic on named signals."""

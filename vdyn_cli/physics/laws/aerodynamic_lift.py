@@ -7,7 +7,7 @@ from vdyn_cli.engine.model_builder import Number, Signals
 
 
 def lift(s: Signals) -> Number:
-    """Aerodynamic lift, N, upward: what the axles carry less at speed.
+    """Aerodynamic lift, N, upward: the reduction of the axle loads at speed.
 
     Fl = 1/2 rho Cl A (V + w) |V + w|
 

@@ -25,7 +25,7 @@ def air(s: Signals) -> Number:
 
 
 def gust_drag(s: Signals) -> Number:
-    """What gusts add to the mean drag, N: the drag is quadratic, so a wind of zero mean does not average out.
+    """Increase of the mean drag by gusts, N: drag is quadratic, so that a wind of zero mean does not average out.
 
     E[1/2 rho Cd A (V + w)^2] = 1/2 rho Cd A (V^2 + var w)
 

@@ -1,4 +1,4 @@
-"""Air density from what a weather station shows."""
+"""Air density from temperature, pressure and humidity."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The moments about the rear axle's contact: what the loads do, and what the motion takes."""
+"""Moments about the rear axle's contact: of the axle loads, and of the vehicle's motion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def load_moment(s: Signals) -> Number:
 
 
 def motion_moment(s: Signals) -> Number:
-    """Moment of drive, brakes, slope and drag less what the motion takes, about the rear contact, N m, nose-up.
+    """Moment of drive, brakes, slope and drag minus the inertial moment, about the rear contact, N m, nose-up.
 
     (M h + J) a + h W + Fd hd - I th'',   a = a_antenna + (H - h) th'' + d th'^2
 

@@ -1,4 +1,4 @@
-"""Between the torque sensor and the driven wheels."""
+"""The driveline between the torque sensor and the driven wheels."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def drive(s: Signals) -> Number:
 
 
 def driveline(s: Signals) -> Number:
-    """Spin loss of the driveline, N at the tire contacts, against the motion; there without any torque.
+    """Spin loss of the driveline, N at the tire contacts, against the motion; independent of the torque.
 
     F = (F0 + c V) s
 

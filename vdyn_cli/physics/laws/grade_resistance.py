@@ -1,4 +1,4 @@
-"""What a slope is, and what it takes."""
+"""Grade of the road and grade resistance."""
 
 from __future__ import annotations
 

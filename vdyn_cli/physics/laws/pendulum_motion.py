@@ -1,4 +1,4 @@
-"""What brings a hung wheel back: gravity at a pivot, gravity on two cords, a torsion rod.
+"""Equations of motion of a wheel as a compound, bifilar or torsional pendulum.
 
 Each law gives the angular acceleration, rad/s^2, from ``angle`` (rad from rest), ``rate`` (rad/s), ``stiffness``
 (the square of the small swing's angular frequency, 1/s^2) and ``slowing`` (rad/s^2).

@@ -30,12 +30,12 @@ def road(s: Signals) -> Number:
 
 
 def haversine(share: Number) -> Number:
-    """A whole period of a cosine, 1/2 (1 - cos(2 pi x / lambda)) = sin^2(pi x / lambda): no corner at its edges."""
+    """A whole period of a cosine, 1/2 (1 - cos(2 pi x / lambda)) = sin^2(pi x / lambda): smooth at its edges."""
     return sin(math.pi * fmin(fmax(share, 0.0), 1.0)) ** 2
 
 
 def half_sine(share: Number) -> Number:
-    """Half a sine, sin(pi x / lambda): a corner at either edge."""
+    """Half a sine, sin(pi x / lambda): with a corner at either edge."""
     return sin(math.pi * fmin(fmax(share, 0.0), 1.0))
 
 

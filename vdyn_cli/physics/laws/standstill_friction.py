@@ -1,8 +1,8 @@
-"""Dry contacts that turn with the motion and hold at rest: rolling tires, brakes, teeth.
+"""Dry friction that opposes motion and holds at rest: rolling tires, brakes, gear teeth.
 
 Their laws take a ``sense`` s in [-1, 1]: the share of the full friction that acts, and against which direction. Small
-models turn it with the speed alone (``turned``); at rest they yield like treacle. The vehicle model carries for each
-contact a bristle that bends until it slips, and so rests without creep: ``bristle_rate`` and ``bristle_sense``.
+models take it from the speed alone (``turned``) and creep at rest. The vehicle model has a bristle for each contact
+(LuGre type), which bends until it slips, and rests without creep: ``bristle_rate`` and ``bristle_sense``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def turned(speed: Number) -> Number:
 
 
 def bristle_rate(s: Signals) -> Number:
-    """Rate, 1/s, of the bend of a bristle between two dry surfaces: a spring that slips.
+    """Rate of a bristle's deflection between two dry surfaces, 1/s.
 
     z' = (v - |v| z) / (l + t0 |v|)
 
@@ -43,7 +43,7 @@ def bristle_rate(s: Signals) -> Number:
 
 
 def bristle_sense(s: Signals) -> Number:
-    """Sense of friction from a bristle, with a damping of its own while it does not slide.
+    """Sense of friction from a bristle, with damping while it does not slide.
 
     s = z + t1 z' / (1 + (v / 0.1)^2)
 

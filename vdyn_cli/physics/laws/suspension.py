@@ -1,4 +1,4 @@
-"""Springs and dampers between the body and an axle, as felt at the wheels."""
+"""Springs and dampers between the body and an axle, at the wheels."""
 
 from __future__ import annotations
 

@@ -1,18 +1,18 @@
-"""How a tire's slip builds up, at speed and at rest; along and across alike."""
+"""Transient slip of a tire (relaxation length), at speed and at rest, longitudinal and lateral."""
 
 from __future__ import annotations
 
 from vdyn_cli.engine.maths import soft_abs, sqrt
 from vdyn_cli.engine.model_builder import Number, Signals
 
-QUICKEST = 1e-3  # s, no slip changes faster, so that a fixed step can follow it
+QUICKEST = 1e-3  # s, shortest time constant of the slip, for a fixed integration step
 TREAD_DAMPING = 1.0  # s/m, per stiffness: slip per sliding speed
-STILL = 1e-4  # m/s, below which slip does not leak away
-WIDEST = 2.0  # slip beyond which sliding winds the tread up no further
+STILL = 1e-4  # m/s, speed below which slip does not decay
+WIDEST = 2.0  # slip beyond which sliding deflects the tread no further
 
 
 def fresh_tread(s: Signals) -> Number:
-    """Speed at which fresh tread takes the place of bent tread, m/s.
+    """Speed at which undeflected tread enters the contact patch, m/s.
 
     e = |v| + |vs| (s/2)^4
 
@@ -33,7 +33,7 @@ def fresh_tread(s: Signals) -> Number:
 
 
 def slip_rate(s: Signals) -> Number:
-    """Rate of the slip, 1/s: sliding bends the tread, fresh tread takes the bend away.
+    """Rate of the slip, 1/s: sliding deflects the tread, fresh tread replaces it.
 
     s' = (vs - e s) / sqrt(sigma^2 + (t0 e)^2)
 
@@ -53,7 +53,7 @@ def slip_rate(s: Signals) -> Number:
 
 
 def damped_slip(s: Signals) -> Number:
-    """The slip that the tread's rubber answers to: near rest it also damps.
+    """Slip with the damping of the tread near rest.
 
     s + c/k vs / (1 + v^4),   c = 1 s/m
 

@@ -1,4 +1,4 @@
-"""The tires of an axle as a spring between wheel and road, which cannot pull."""
+"""The tires of an axle as a spring and damper between wheel and road, without tension."""
 
 from __future__ import annotations
 

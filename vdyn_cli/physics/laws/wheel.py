@@ -1,4 +1,4 @@
-"""A wheel about its axle: what turns it, what holds it back."""
+"""Moment balance of a wheel about its axle."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 
 
 def bearing(s: Signals) -> Number:
-    """Friction torque inside the wheel force sensor's reach, N m: T = T_b, none in the baseline."""
+    """Friction torque outboard of the wheel force sensor, N m: T = T_b, none in the baseline."""
     return s.bearing_torque
 
 

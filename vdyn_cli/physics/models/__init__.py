@@ -1,1 +1,1 @@
-"""Assemblies of elements: the equations of motion that the steps fit."""
+"""Models: assemblies of laws, the equations of motion that the steps fit."""

@@ -78,6 +78,7 @@ def road_load(
             e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * force + e.p.accelerometer_zero)
 
     drive_input = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}[driven]
+    wanted = {"speed": accelerometer, "position": located, "felt_slope": felt}
     return Model(
         name="road load",
         assemble=assemble,
@@ -86,12 +87,7 @@ def road_load(
             *(DRIVELINE if driven == "torque" else ()),
             *(ACCELEROMETER if accelerometer else ()),
         ),
-        inputs=(
-            *("grade", "wind_speed", "elapsed", *drive_input),
-            *(("speed",) if accelerometer else ()),
-            *(("position",) if located else ()),
-            *(("felt_slope",) if felt else ()),
-        ),
+        inputs=("grade", "wind_speed", "elapsed", *drive_input, *(name for name, there in wanted.items() if there)),
         context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
     )
 

@@ -15,6 +15,7 @@ ROLLING_DAMPING = 0.1  # s, a bristle's damping time
 BRAKE_DAMPING = 1e-3  # s
 
 
+# Eight parameters: the forces and torques on one wheel
 def spin(
     e: ModelBuilder,
     u: Signals,
