@@ -15,9 +15,10 @@ from vdyn_cli.engine.offer import offered
 from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.inertia import step as step
+from vdyn_cli.steps.inertia.problem import DIAGNOSED_WINDOW, InertiaData, prepare
+from vdyn_cli.steps.inertia.spec import InertiaSpec
 
-SPEC = step.InertiaSpec.model_validate({"test": "inertia", "settings": {"torque_zero": 1.0, "force_zero": 10.0}})
+SPEC = InertiaSpec.model_validate({"test": "inertia", "settings": {"torque_zero": 1.0, "force_zero": 10.0}})
 SEED = 1
 VEHICLE = random_vehicle(SEED)
 KNOWN = given(plant.known(VEHICLE))
@@ -39,19 +40,19 @@ def size(hidden: Hidden) -> float:
 
 
 @cache
-def data(hidden: Hidden, noise: float) -> step.Measured:
+def data(hidden: Hidden, noise: float) -> InertiaData:
     random, logs = np.random.default_rng(3), []
     for k, drive in enumerate(plant.drives(SEED)):
         clean = plant.noise_free(VEHICLE, drive, {hidden.plant: hidden.size})
         read = [clean[h] + noise * s.noise * random.standard_normal(clean[h].size) for h, s in plant.SENSORS.items()]
         logs.append(Log(f"wheel_{k}.csv", drive.times, dict(zip(NAMES, read, strict=True))))
-    return step.Measured(tuple(logs))
+    return InertiaData(tuple(logs))
 
 
 @cache
 def fitted(hidden: Hidden, noise: float) -> Result:
     effects = (hidden.effect,)
-    return step.estimate(SPEC, data(hidden, noise), KNOWN, effects, unknowns(effects))
+    return prepare(SPEC, data(hidden, noise), KNOWN).publish(effects, unknowns(effects))
 
 
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
@@ -73,7 +74,7 @@ def test_torque_and_radius_in_doubt_together_do_not_shrink_the_residual() -> Non
     """Scaling torque, radius and inertia alike must be no gain: the rows stay as they are."""
     hidden = Hidden("hub_torque_gain", 0.02)
     effects = (hidden.effect, Hidden("wheel_radius", 0.0).effect)
-    regression = step.regression(SPEC, data(hidden, 1.0), KNOWN, effects, unknowns(effects))
+    regression = prepare(SPEC, data(hidden, 1.0), KNOWN).regression(effects, unknowns(effects))
     first = regression.rows(0, np.array([1.25, 0.02, 0.0, 0.0]))
     scaled = regression.rows(0, np.array([1.25 * 0.9, 1.02 / 0.9 - 1.0, 0.9 - 1.0, 0.0]))
     assert np.allclose(first.residual, scaled.residual, rtol=1e-9, atol=1e-9)
@@ -83,14 +84,14 @@ def test_the_door_finds_the_same() -> None:
     """Over the same windows: the diagnosis looks through short ones, in which a clock's offset shows."""
     hidden = Hidden("clock_offset", 0.03)
     effects = (hidden.effect,)
-    settings = {"torque_zero": 1.0, "force_zero": 10.0, "window": f"{step.WATCHED} s"}
-    spec = step.InertiaSpec.model_validate({"test": "inertia", "settings": settings})
-    found = solve(step.regression(spec, data(hidden, 1.0), KNOWN, effects, unknowns(effects)))
-    extended = step.estimate(spec, data(hidden, 1.0), KNOWN, effects, unknowns(effects))
-    published = extended.extra["effects"]["clock_offset"]
+    settings = {"torque_zero": 1.0, "force_zero": 10.0, "window": f"{DIAGNOSED_WINDOW} s"}
+    spec = InertiaSpec.model_validate({"test": "inertia", "settings": settings})
+    problem = prepare(spec, data(hidden, 1.0), KNOWN)
+    found = solve(problem.regression(effects, unknowns(effects)))
+    published = problem.publish(effects, unknowns(effects)).extra["effects"]["clock_offset"]
     assert found.values["clock_offset"] == pytest.approx(published["value"], abs=0.1 * published["std"])
 
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
-    model = step.model(SPEC, data(HIDDEN[0], 1.0), KNOWN)
+    model = prepare(SPEC, data(HIDDEN[0], 1.0), KNOWN).model
     assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates("inertia"))}

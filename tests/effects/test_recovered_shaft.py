@@ -15,7 +15,8 @@ from vdyn_cli.engine.offer import offered
 from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.shaft import step as step
+from vdyn_cli.steps.shaft.problem import prepare
+from vdyn_cli.steps.shaft.spec import ShaftSpec
 
 SEED = 2
 VEHICLE = random_vehicle(SEED)
@@ -24,7 +25,7 @@ NAMES = ("shaft_torque", "motor_speed", "wheel_speed", "twist")
 HIDDEN = (Hidden("series_compliance", 2e-5), Hidden("backlash", 2e-3), Hidden("backlash", 1e-2))
 
 
-def spec(drawn: bool) -> step.ShaftSpec:
+def spec(drawn: bool) -> ShaftSpec:
     """A tip-in of the left shaft, with its drawing where that is needed."""
     sections = [
         {"outer_diameter": s.outer_diameter, "length": s.length}
@@ -34,7 +35,7 @@ def spec(drawn: bool) -> step.ShaftSpec:
     modulus = f"{VEHICLE.shear_modulus} +- {0.003 * VEHICLE.shear_modulus} Pa"
     runs = [{"log": "tip_in.csv", "side": "left"}]
     entries = {"test": "shaft", "runs": runs, "shear_modulus": modulus}
-    return step.ShaftSpec.model_validate(entries | ({"sections": {"left": sections}} if drawn else {}))
+    return ShaftSpec.model_validate(entries | ({"sections": {"left": sections}} if drawn else {}))
 
 
 @cache
@@ -50,7 +51,7 @@ def log(hidden: Hidden, noise: float) -> Log:
 def fitted(hidden: Hidden, noise: float) -> Result:
     effects = (hidden.effect,)
     how = spec(drawn=hidden.plant == "series_compliance")
-    return step.estimate(how, (log(hidden, noise),), KNOWN, effects, unknowns(effects))
+    return prepare(how, (log(hidden, noise),), KNOWN).publish(effects, unknowns(effects))
 
 
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
@@ -75,7 +76,7 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
 def test_the_door_finds_the_same(hidden: Hidden) -> None:
     effects = (hidden.effect,)
     how = spec(drawn=hidden.plant == "series_compliance")
-    regression = step.regression(how, (log(hidden, 1.0),), KNOWN, effects, unknowns(effects))
+    regression = prepare(how, (log(hidden, 1.0),), KNOWN).regression(effects, unknowns(effects))
     found = solve(regression, tolerance=1e-3)
     name = next(iter(hidden.effect.unknowns))
     published = fitted(hidden, 1.0).extra["effects"][name]
@@ -87,13 +88,13 @@ def test_both_sides_share_the_causes_and_have_a_bar_each() -> None:
     hidden = HIDDEN[1]
     logs = (log(hidden, 1.0), log(hidden, 1.0))
     runs = [{"log": "tip_in.csv", "side": side} for side in ("left", "right")]
-    how = step.ShaftSpec.model_validate({"test": "shaft", "runs": runs})
-    regression = step.regression(how, logs, KNOWN, (hidden.effect,), unknowns((hidden.effect,)))
+    how = ShaftSpec.model_validate({"test": "shaft", "runs": runs})
+    regression = prepare(how, logs, KNOWN).regression((hidden.effect,), unknowns((hidden.effect,)))
     found = solve(regression, tolerance=1e-3).values
     assert found["shaft_stiffness_left"] == pytest.approx(found["shaft_stiffness_right"], rel=1e-6)
     assert found["backlash"] == pytest.approx(hidden.size, rel=0.05)
 
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
-    model = step.model(spec(False), (log(HIDDEN[0], 1.0),), KNOWN)
+    model = prepare(spec(False), (log(HIDDEN[0], 1.0),), KNOWN).model
     assert {h.plant for h in HIDDEN} == {e.name for e in offered(model, candidates("shaft"))}

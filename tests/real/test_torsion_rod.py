@@ -11,9 +11,10 @@ import pytest
 
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
-from vdyn_cli.steps.pendulum.pendulum_fit import Recording, fit_swings
+from vdyn_cli.steps.pendulum.pendulum_fit import Recording, free_swing
 from vdyn_cli.steps.shaft.sections import compliance
-from vdyn_cli.steps.shaft.step import STEP, ShaftSpec
+from vdyn_cli.steps.shaft.spec import ShaftSpec
+from vdyn_cli.steps.shaft.step import STEP
 
 
 def measured(folder: Path, file: str) -> dict[str, float]:
@@ -37,9 +38,8 @@ def test_the_wheel_swinging_on_the_rod_agrees(shared_data: Path) -> None:
     name = "bicycle-wheel-radial-inertia-rate-gyro-measurement.csv"
     path = shared_data / "pendulum_bicycle" / name
     time, rate = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
-    period = fit_swings(Recording.of(Log(name, time, {"angular_rate": rate}), "torsional", {})).solution.values[
-        "period"
-    ]
+    recording = Recording.of(Log(name, time, {"angular_rate": rate}), "torsional", {})
+    period = free_swing(recording).fit().solution.values["period"]
     assert period == pytest.approx(table["TtF1"], rel=1e-3)
     inertia = measured(shared_data, "RigidBenchmark.txt")["IFxx"]
     assert inertia * (2 * math.pi / period) ** 2 == pytest.approx(11.67, abs=0.02)

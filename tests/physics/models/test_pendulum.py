@@ -1,4 +1,4 @@
-"""Pendulums: closed forms, the plant's energies, and periods out of recordings with friction, knocks and noise."""
+"""Pendulums: closed forms, the plant's energies, and periods from recordings with friction, disturbances and noise."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.physics.models import pendulum
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.pendulum.pendulum_fit import Recording, fit_swings
-from vdyn_cli.steps.pendulum.pendulum_inertia import inertia_budget, rod_stiffness
+from vdyn_cli.steps.pendulum.pendulum_fit import Recording, free_swing
+from vdyn_cli.steps.pendulum.pendulum_inertia import MeasuredPeriod, inertia_budget, rod_stiffness
 
 Array = NDArray[np.float64]
 G = plant.GRAVITY
@@ -86,12 +86,12 @@ def test_the_model_swings_as_energy_demands(kind: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_period_of_a_noisy_recording_gives_the_inertia(kind: str) -> None:
     gyro, hung, inertia = recording(kind)
-    swings = fit_swings(gyro)
-    period, std = swings.solution.values["period"], swings.solution.std["period"]
+    swing = free_swing(gyro).fit()
+    period, std = swing.solution.values["period"], swing.solution.std["period"]
     slope = (inertia_from(hung, period + std) - inertia_from(hung, period - std)) / 2
     assert abs(inertia_from(hung, period) - inertia) < 4 * slope
     assert slope < 3e-4 * inertia
-    assert swings.knocks == ()
+    assert swing.disturbances == ()
 
 
 def test_a_recording_of_the_angle_serves_as_well() -> None:
@@ -100,21 +100,21 @@ def test_a_recording_of_the_angle_serves_as_well() -> None:
     rate = plant.noise_free(hung, inertia, swung)
     angle = 0.2 + np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 1000)])
     noisy = angle + 0.03 + math.radians(0.02) * rng.standard_normal(angle.size)
-    swings = fit_swings(Recording("angle.csv", "angle", swung.times, noisy, "compound"))
-    assert inertia_from(hung, swings.solution.values["period"]) == pytest.approx(inertia, rel=2e-4)
-    assert swings.solution.values["angle_zero"] == pytest.approx(0.03, abs=1e-3)
+    swing = free_swing(Recording("angle.csv", "angle", swung.times, noisy, "compound")).fit()
+    assert inertia_from(hung, swing.solution.values["period"]) == pytest.approx(inertia, rel=2e-4)
+    assert swing.solution.values["angle_zero"] == pytest.approx(0.03, abs=1e-3)
 
 
-def test_a_knock_is_noticed_and_does_not_shift_the_period() -> None:
+def test_a_disturbance_is_noticed_and_does_not_shift_the_period() -> None:
     # as if it slipped by 4 ms of its swing
     hung, inertia, rng = plant.rig(random_vehicle(5)), 1.2, np.random.default_rng(5)
     swung = plant.Swing(np.arange(4000) / 500, 0.2, 0.0)
     clean = plant.noise_free(hung, inertia, swung)
     late = plant.noise_free(hung, inertia, plant.Swing(swung.times + 0.004, 0.2, 0.0))
-    knocked = np.where(swung.times < 4.3, clean, late) + NOISE * rng.standard_normal(swung.times.size)
-    swings = fit_swings(Recording("gyro.csv", "angular_rate", swung.times, knocked, "compound"))
-    assert swings.knocks == pytest.approx((4.3,), abs=0.15)
-    assert inertia_from(hung, swings.solution.values["period"]) == pytest.approx(inertia, rel=5e-4)
+    disturbed = np.where(swung.times < 4.3, clean, late) + NOISE * rng.standard_normal(swung.times.size)
+    swing = free_swing(Recording("gyro.csv", "angular_rate", swung.times, disturbed, "compound")).fit()
+    assert swing.disturbances == pytest.approx((4.3,), abs=0.15)
+    assert inertia_from(hung, swing.solution.values["period"]) == pytest.approx(inertia, rel=5e-4)
 
 
 @pytest.mark.parametrize(("dry", "viscous", "air"), [(0.02, 0.0, 0.0), (0.0, 0.005, 0.05), (0.06, 0.01, 0.0)])
@@ -125,27 +125,25 @@ def test_any_friction_leaves_the_period_alone(dry: float, viscous: float, air: f
     time = np.arange(0.0, 20.0, 0.004)
     clean = solve_ivp(law, (0.0, 20.0), [0.25, 0.0], t_eval=time, rtol=1e-8, atol=1e-10, method="LSODA").y[1]
     noisy = clean + NOISE * np.random.default_rng(1).standard_normal(time.size)
-    swings = fit_swings(Recording("gyro.csv", "angular_rate", time, noisy, "compound"))
-    assert swings.solution.values["period"] == pytest.approx(2 * math.pi / math.sqrt(19.2), rel=3e-5)
-    assert swings.knocks == ()
+    swing = free_swing(Recording("gyro.csv", "angular_rate", time, noisy, "compound")).fit()
+    assert swing.solution.values["period"] == pytest.approx(2 * math.pi / math.sqrt(19.2), rel=3e-5)
+    assert swing.disturbances == ()
 
 
 def test_what_is_no_swing_is_refused() -> None:
     time = np.arange(3000) / 500
     noise = np.random.default_rng(2).standard_normal(time.size)
     with pytest.raises(ResultError, match="free swing"):
-        fit_swings(Recording("gyro.csv", "angular_rate", time, noise, "compound"))
+        free_swing(Recording("gyro.csv", "angular_rate", time, noise, "compound"))
     with pytest.raises(ResultError, match="too short"):
-        fit_swings(Recording("gyro.csv", "angular_rate", time[:30], noise[:30], "compound"))
+        free_swing(Recording("gyro.csv", "angular_rate", time[:30], noise[:30], "compound"))
     with pytest.raises(ResultError, match="too short for a period"):
-        fit_swings(Recording("gyro.csv", "angular_rate", time[:900], np.sin(5.0 * time[:900]), "compound"))
+        free_swing(Recording("gyro.csv", "angular_rate", time[:900], np.sin(5.0 * time[:900]), "compound"))
     with pytest.raises(ResultError, match="too wide"):
-        fit_swings(Recording("gyro.csv", "angular_rate", time, 573 * np.sin(5.0 * time), "torsional"))
+        free_swing(Recording("gyro.csv", "angular_rate", time, 573 * np.sin(5.0 * time), "torsional"))
 
 
 def test_a_period_that_leaves_no_inertia_is_refused() -> None:
-    from vdyn_cli.steps.pendulum.pendulum_inertia import Period
-
     hung = {"mass": Given(20.0), "pivot_distance": Given(0.3), "gravity": Given(G)}
-    with pytest.raises(ResultError, match=r"swings slower than 1\.099 s"):
-        inertia_budget("compound", hung, Period(Given(1.05)))
+    with pytest.raises(ResultError, match=r"the period is below 1\.099 s"):
+        inertia_budget("compound", hung, MeasuredPeriod(Given(1.05)))

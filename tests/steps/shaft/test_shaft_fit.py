@@ -12,19 +12,19 @@ from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.effects import effect
 from vdyn_cli.engine.maths import dead_zone
 from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.inference import Unknown, solve
+from vdyn_cli.inference import Solution, Unknown
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given, Quantity
-from vdyn_cli.steps.shaft.fit import ShaftFit, Twisting
 from vdyn_cli.steps.shaft.sections import (
-    SOLID,
-    Section,
     compliance,
     drawing_budget,
     polar_moment,
     shared_modulus_correlation,
     shares,
 )
+from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
+from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
+from vdyn_cli.steps.shaft.spec import SectionSpec
 
 G = 79.3e9
 CHANNELS = ("shaft_torque", "motor_speed", "wheel_speed", "twist")
@@ -37,8 +37,13 @@ def log(vehicle: Vehicle, seed: int, names: tuple[str, ...] = CHANNELS, **effect
     return Log("tip_in.csv", time, {name: channels[name] for name in names})
 
 
-def piece(outer: float, length: float, inner: float = 0.0, std: float = 0.0) -> Section:
-    return Section(Given(outer, std), Given(inner), Given(length))
+def piece(outer: float, length: float, inner: float = 0.0, std: float = 0.0) -> SectionSpec:
+    return SectionSpec(outer_diameter=Given(outer, std), inner_diameter=Given(inner), length=Given(length))
+
+
+def fitted(data: Log) -> tuple[Solution, np.ndarray]:
+    runs = (ShaftReadings.of(data, 1.0),)
+    return ShaftFit(runs).solve(linear_solution(runs))
 
 
 def test_a_solid_bar() -> None:
@@ -83,15 +88,13 @@ def test_two_sides_share_the_error_of_the_modulus() -> None:
 def test_the_drawing_of_the_plant_has_its_stiffness() -> None:
     vehicle = random_vehicle(2)
     for side in plant.PATTERN:
-        drawn = [
-            Section(*map(Given, (s.outer_diameter, s.inner_diameter, s.length))) for s in plant.drawing(vehicle, side)
-        ]
+        drawn = [piece(s.outer_diameter, s.length, s.inner_diameter) for s in plant.drawing(vehicle, side)]
         stiffness = drawing_budget(drawn, Given(vehicle.shear_modulus)).value
         assert stiffness == pytest.approx(plant.truth(vehicle)[f"shaft_stiffness_{side}"], rel=1e-9)
 
 
 def test_the_gradient_is_that_of_the_cost() -> None:
-    fit = ShaftFit([Twisting.of(log(random_vehicle(3), 3), 1.0)]).regression()
+    fit = ShaftFit((ShaftReadings.of(log(random_vehicle(3), 3), 1.0),)).regression
     theta = np.array([1.05 * fit.unknowns[0].start, 60.0, -5.0, 0.01])
     rows = fit.rows(0, theta)
     gradient = rows.jacobian.T @ rows.residual
@@ -107,7 +110,7 @@ def test_stiffness_and_damping_from_whatever_was_logged(names: tuple[str, ...]) 
     for seed in (1, 2):
         vehicle = random_vehicle(seed)
         truth = plant.truth(vehicle)
-        solution, covariance = ShaftFit([Twisting.of(log(vehicle, seed, names), 1.0)]).solve()
+        solution, covariance = fitted(log(vehicle, seed, names))
         std = np.sqrt(np.diag(covariance))
         assert abs(solution.values["shaft_stiffness"] - truth["shaft_stiffness_left"]) < 4 * std[0]
         assert abs(solution.values["shaft_damping"] - truth["shaft_damping_left"]) < 4 * std[1]
@@ -127,7 +130,7 @@ def test_plain_least_squares_loses_damping_to_the_noise_of_the_rate() -> None:
         basis = np.column_stack([data["twist"], rate, np.ones_like(rate)])
         plain = np.linalg.lstsq(basis, data["shaft_torque"], rcond=None)[0]
         lost.append(plain[1] / vehicle.shaft_damping_left - 1)
-        solution = solve(ShaftFit([Twisting.of(data, 1.0)]).regression())
+        solution = linear_solution([ShaftReadings.of(data, 1.0)])
         kept.append(solution.values["shaft_damping"] / vehicle.shaft_damping_left - 1)
     assert np.mean(lost) < -0.05
     assert abs(np.mean(kept)) < 0.01
@@ -138,7 +141,7 @@ def test_a_gap_in_the_log_does_no_harm() -> None:
     data = log(vehicle, 4)
     torque = data["shaft_torque"].copy()
     torque[900:1100] = np.nan
-    solution, covariance = ShaftFit([Twisting.of(data.with_channels(shaft_torque=torque), 1.0)]).solve()
+    solution, covariance = fitted(data.with_channels(shaft_torque=torque))
     truth = plant.truth(vehicle)["shaft_stiffness_left"]
     assert abs(solution.values["shaft_stiffness"] - truth) < 4 * np.sqrt(covariance[0, 0])
 
@@ -152,12 +155,13 @@ def test_an_effect_on_the_shaft_can_be_added_and_is_found() -> None:
         """Free play to either side."""
         return shaft(s.but(twist=dead_zone(s.twist, q.backlash, 1e-4)))
 
-    run = Twisting.of(log(vehicle, 5, backlash=gap), 1.0)
+    runs = (ShaftReadings.of(log(vehicle, 5, backlash=gap), 1.0),)
     # The law damps also where the flanks are apart and nothing resists: hence a few per cent.
-    found = ShaftFit([run], [Unknown("backlash", 0.003, 0.0, 0.2)], [backlash]).solve()[0].values
+    fit = ShaftFit(runs, (backlash,), (Unknown("backlash", 0.003, 0.0, 0.2),))
+    found = fit.solve(linear_solution(runs))[0].values
     assert found["backlash"] == pytest.approx(gap, rel=0.05)
     assert found["shaft_stiffness"] == pytest.approx(plant.truth(vehicle)["shaft_stiffness_left"], rel=0.03)
 
 
 def test_solid_is_no_bore() -> None:
-    assert Section(Given(0.03), SOLID, Given(0.1)).inner_diameter.value == 0.0
+    assert SectionSpec(outer_diameter=Given(0.03), length=Given(0.1)).inner_diameter.value == 0.0

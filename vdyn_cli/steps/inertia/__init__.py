@@ -6,25 +6,25 @@ On the road the wheel's moment balance is integrated over short windows::
 
 with hub torque T, hub forces Fx and Fz, specific force a, and mass mw and radius r of what turns outside the sensor.
 The wheel's speed is never differentiated: the noise of a differentiated speed biases Jw low, by 4 % at 200 Hz and by
-half at 1 kHz on the sample drives, and smoothing moves the bias without removing it. Each run has a zero of the torque
-of its own, within the sensors' data sheets.
+half at 1 kHz on the sample drives, and smoothing changes the bias without removing it. Each run has its own zero of the
+torque, within the sensors' data sheets.
 
 Two traps. Since a is nearly r om', only Jw + mw r^2 is observable: 2 kg of error in mw is 0.19 kg m^2. And Jw is the
 small difference of two large torques: 1 mm of r, or 0.5 % between the gains of torque and force, moves it by a sixth
 or more. Stated standard deviations of mw, r and frr ("20.0 +- 0.1 kg") are carried into the interval.
 
-Hung up, the wheel tells its inertia by the period T of small swings::
+The period T of small swings of the hung wheel gives its inertia::
 
     compound    J = m g d T^2 / (4 pi^2) - m d^2       a pivot at distance d from the axis
     bifilar     J = m g (s/2)^2 T^2 / (4 pi^2 l)       two cords of length l, s apart
     torsional   J = kt T^2 / (4 pi^2)                  a rod, its stiffness given or found with a bar
 
 T is given, timed, or fitted to a recording of angle or rate; wide swings are corrected (T = T0 (1 + phi^2/16 + ...)),
-and a knock during the recording is noticed. Uncertainty is propagated from everything measured.
+and a disturbance during the recording is detected. Uncertainty is propagated from everything measured.
 
 With both, agreement is judged in standard deviations. Where they agree the published value is their mean weighted by
 inverse variance; where they do not, it is the pendulum's, since nothing but lengths, mass and time enters it. The
-pendulum weighs the wheel alone; a sensor's rotating part and brake disc that turn on the road belong to the road's.
+pendulum measures the wheel alone; the road's value includes a sensor's rotating part and the brake disc.
 
 Sources: SAE 2017-01-1574, equations (19) to (22); JCGM 100:2008 for the propagation of uncertainty.
 """

@@ -1,1 +1,1 @@
-"""A body that swings freely, recorded: its period, and what that says of inertia or stiffness. Shared by two steps."""
+"""A body that swings freely: its period from a recording, and inertia or stiffness from that. Shared by two steps."""

@@ -1,4 +1,4 @@
-"""The period of small swings out of a recording: decaying amplitude, sensor zero, and a knock on the way."""
+"""The period of small swings from a recording: decaying amplitude, sensor zero, and a disturbance on the way."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 ZEROS = {"angular_rate": "rate_zero", "angle": "angle_zero"}  # channels that can be fitted, the better one first
 STARTS = ("start.angle", "start.angular_rate")
-FEWEST_SAMPLES = 50
-FEWEST_SWINGS = 2.5
+FEWEST_SAMPLES = 50  # twenty in each of the fewest swings
+FEWEST_SWINGS = 2.5  # fewer leave period, damping and zero nearly collinear
 LARGEST_SWING = 1.2  # rad; beyond it a knife edge lifts and cords go slack
-# Friction beyond the viscous one, with expected sizes: where swings are few they can't be told from damping.
-FINER = (
+# Friction beyond the viscous one, with priors: in few swings it is collinear with damping.
+FRICTION = (
     Unknown("drag", 0.0, -1.0, 1.0, "1/rad", prior=(0.0, 0.05), nuisance=True),
     Unknown("friction", 0.0, -1.0, 1.0, "rad/s^2", prior=(0.0, 0.05), nuisance=True),
 )
-FADED = 0.25  # of the first swing's size; what is smaller is left to friction
-KNOCK = 30.0  # gain in effective chi-square, two unknowns anywhere: by chance less than once in 1 000 recordings
+FADED = 0.25  # of the first swing's amplitude; below it the swing shows dry friction rather than the period
+JUMP = 30.0  # gain in effective chi-square, two unknowns anywhere: by chance less than once in 1 000 recordings
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Recording:
     ----------
     name : of the log. channel : "angle" (rad) or "angular_rate" (rad/s).
     time, values : (n,), without gaps in the values.
-    kind, geometry : the way of hanging, and what its model asks for.
+    kind, geometry : of the pendulum: a key of ``MODELS``, and further parameters of that model, by name.
     """
 
     name: str
@@ -53,6 +53,7 @@ class Recording:
 
     @classmethod
     def of(cls, log: Log, kind: str, geometry: Mapping[str, float]) -> Recording:
+        """The better channel of a log; ``kind`` and ``geometry`` as above."""
         channel = next(name for name in ZEROS if name in log)
         good = np.isfinite(log[channel])
         return cls(log.name, channel, log.time[good], log[channel][good], kind, geometry)
@@ -63,135 +64,132 @@ class Recording:
         return replace(self, time=self.time[early], values=self.values[early])
 
     def simulator(self, period: float, unknowns: Sequence[str], effects: Sequence[Correction] = ()) -> Simulator:
+        """The swing's simulator about a period (s), without friction and zeros but those among the unknowns."""
         nothing = dict.fromkeys(("damping", "drag", "friction", "angle_zero", "rate_zero"), 0.0)
         values = {"period": period, **nothing, **self.geometry}
         return Simulator(MODELS[self.kind], values, unknowns, effects)
 
 
 @dataclass(frozen=True)
-class Swings:
-    """What a recording tells.
+class FittedSwing:
+    """The fit to a recording.
 
     Parameters
     ----------
+    recording : the part of it in which the wheel swings well.
     solution : of period (s) and damping (1/s), shared by all parts.
-    simulated : (n,) at the recording's times. noise : level of the channel's white noise.
-    amplitude : rad, at the start. swings : how many the recording holds.
-    knocks : s, where the swing was disturbed and the recording was taken apart.
+    simulated : (n,) at the recording's times. noise : standard deviation of the channel's white noise.
+    disturbances : s, where the swing jumped and the recording was split.
     """
 
     recording: Recording
     solution: Solution
     simulated: Array
     noise: float
-    amplitude: float
-    swings: float
-    knocks: tuple[float, ...]
+    disturbances: tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Prepared:
-    """A recording ready for its fit: the part that swings, a first guess, the residuals' scale, the knock if any."""
+class FreeSwing:
+    """A recording ready for its fit.
+
+    Parameters
+    ----------
+    recording : the part in which the wheel swings well. guess : a first one.
+    scale : standard deviation of the residuals, noise and what viscous friction leaves.
+    jump : the sample at which the swing was disturbed, if it was.
+    """
 
     recording: Recording
-    guess: Guess
-    noise: float
-    knock: int | None
+    guess: DecayingSine
+    scale: float
+    jump: int | None = None
 
     @property
     def parts(self) -> tuple[slice, ...]:
-        return (slice(None),) if self.knock is None else (slice(0, self.knock), slice(self.knock, None))
+        """The samples of each undisturbed swing."""
+        return (slice(None),) if self.jump is None else (slice(0, self.jump), slice(self.jump, None))
 
-    def regression(self, effects: Sequence[Correction] = (), extra: Sequence[Unknown] = ()) -> Regression:
-        """Friction of all kinds, ``effects`` and their unknowns in it."""
-        return regression(self.recording, self.parts, self.guess, self.noise, (*FINER, *extra), effects)
+    def regression(
+        self,
+        effects: Sequence[Correction] = (),
+        extra: Sequence[Unknown] = (),
+        friction: Sequence[Unknown] = FRICTION,
+    ) -> Regression:
+        """Period, damping and the sensor's zero shared, each part with a start of its own.
+
+        Parameters
+        ----------
+        effects, extra : corrections of the swing's laws, and their unknowns.
+        friction : unknowns of the friction beyond the viscous one.
+        """
+        recording, guess, parts = self.recording, self.guess, self.parts
+        time, channel, period = recording.time, recording.channel, guess.period
+        unknowns = (
+            Unknown("period", period, 0.5 * period, 2 * period, "s"),
+            Unknown("damping", guess.damping, -10 / period, 10 / period, "1/s", nuisance=True),
+            Unknown(ZEROS[channel], guess.zero, nuisance=True),
+            *friction,
+            *extra,
+            Unknown("start.angle", 0.0, -np.pi, np.pi, "rad", per_run=True, nuisance=True),
+            Unknown("start.angular_rate", 0.0, -1e3, 1e3, "rad/s", per_run=True, nuisance=True),
+        )
+        simulator = recording.simulator(period, [u.name for u in unknowns], effects)
+        drives = [Drive(time[part], {}) for part in parts]
+
+        def rows(part: int, theta: Array) -> Rows:
+            try:
+                simulated = simulator(drives[part], theta)
+            except ResultError as error:  # friction that drives the swing: the fit steps back
+                raise ArithmeticError from error
+            residual = simulated.outputs[channel] - recording.values[parts[part]]
+            return Rows(residual / self.scale, simulated.sensitivities[channel] / self.scale, time=time[parts[part]])
+
+        starts = np.array([guess.state(time[part][0]) for part in parts])
+        names = tuple(f"{recording.name}, part {k + 1}" for k in range(len(parts)))
+        return Regression(unknowns, names, rows, dict(zip(STARTS, starts.T, strict=True)))
+
+    def fit(self) -> FittedSwing:
+        """Fit period and friction.
+
+        Raises
+        ------
+        ResultError : the fit's own.
+        """
+        recording, solution = self.recording, solve(self.regression())
+        simulator = recording.simulator(solution.values["period"], (*solution.names, *STARTS))
+        simulated = []
+        for k, part in enumerate(self.parts):
+            theta = [*solution.values.values(), *(solution.per_run[name][k] for name in STARTS)]
+            drive = Drive(recording.time[part], {})
+            simulated.append(simulator(drive, theta, sensitivities=False).outputs[recording.channel])
+        return FittedSwing(
+            recording,
+            solution,
+            np.concatenate(simulated),
+            white_level(recording.values, recording.time),
+            () if self.jump is None else (float(recording.time[self.jump]),),
+        )
 
 
-def prepare(recording: Recording) -> Prepared:
-    """Look for the swing, for the noise that viscous friction leaves of it, and for a knock.
+def free_swing(recording: Recording) -> FreeSwing:
+    """Look for the swing, for the noise that viscous friction leaves of it, and for a disturbance.
 
     Raises
     ------
     ResultError : no swing to be seen, too short, or too wide.
     """
-    recording, guess = first_guess(recording)
-    whole: tuple[slice, ...] = (slice(None),)
+    recording, guess = _first_guess(recording)
     noise = white_level(recording.values, recording.time)
-    # With viscous friction alone first: what that leaves is the scale against which finer friction is judged.
-    plain = solve(regression(recording, whole, guess, noise, ()))
-    noise = max(noise, noise * float(np.sqrt(np.mean(plain.residuals[0] ** 2))))
-    finer = regression(recording, whole, guess, noise)
-    return Prepared(recording, guess, noise, _knock(finer, solve(finer), recording.time))
-
-
-def fit_swings(recording: Recording) -> Swings:
-    """Fit a free swing to a recording.
-
-    Raises
-    ------
-    ResultError : no swing to be seen, too short, or too wide.
-    """
-    ready = prepare(recording)
-    recording, parts, knock = ready.recording, ready.parts, ready.knock
-    time, solution = recording.time, solve(ready.regression())
-    period = solution.values["period"]
-    angle, rate = (float(solution.per_run[name][0]) for name in STARTS)
-    amplitude = float(np.hypot(angle, rate * period / (2 * np.pi)))
-    simulator = recording.simulator(period, (*solution.names, *STARTS))
-    simulated = []
-    for k, part in enumerate(parts):
-        theta = [*solution.values.values(), *(solution.per_run[name][k] for name in STARTS)]
-        simulated.append(simulator(Drive(time[part], {}), theta, sensitivities=False).outputs[recording.channel])
-    return Swings(
-        recording,
-        solution,
-        np.concatenate(simulated),
-        white_level(recording.values, time),
-        amplitude,
-        float((time[-1] - time[0]) / period),
-        () if knock is None else (float(time[knock]),),
-    )
-
-
-def regression(
-    recording: Recording,
-    parts: Sequence[slice],
-    guess: Guess,
-    noise: float,
-    finer: Sequence[Unknown] = FINER,
-    effects: Sequence[Correction] = (),
-) -> Regression:
-    """Period, damping and the sensor's zero shared, each part with a start of its own.
-
-    ``noise`` is the scale of the residuals; ``finer`` are further unknowns of the model or of ``effects``.
-    """
-    time, channel, period = recording.time, recording.channel, guess.period
-    unknowns = (
-        Unknown("period", period, 0.5 * period, 2 * period, "s"),
-        Unknown("damping", guess.damping, -10 / period, 10 / period, "1/s", nuisance=True),
-        Unknown(ZEROS[channel], guess.zero, nuisance=True),
-        *finer,
-        Unknown("start.angle", 0.0, -np.pi, np.pi, "rad", per_run=True, nuisance=True),
-        Unknown("start.angular_rate", 0.0, -1e3, 1e3, "rad/s", per_run=True, nuisance=True),
-    )
-    simulator = recording.simulator(period, [u.name for u in unknowns], effects)
-    drives = [Drive(time[part], {}) for part in parts]
-
-    def rows(part: int, theta: Array) -> Rows:
-        try:
-            simulated = simulator(drives[part], theta)
-        except ResultError as error:  # friction that drives the swing: the fit steps back
-            raise ArithmeticError from error
-        residual = simulated.outputs[channel] - recording.values[parts[part]]
-        return Rows(residual / noise, simulated.sensitivities[channel] / noise, time=time[parts[part]])
-
-    starts = np.array([guess.state(time[part][0]) for part in parts])
-    names = tuple(f"{recording.name}, part {k + 1}" for k in range(len(parts)))
-    return Regression(unknowns, names, rows, dict(zip(STARTS, starts.T, strict=True)))
+    # What viscous friction alone leaves is the scale against which the other kinds of friction are judged.
+    viscous = FreeSwing(recording, guess, noise)
+    left = solve(viscous.regression(friction=())).residuals[0]
+    swing = replace(viscous, scale=max(noise, noise * float(np.sqrt(np.mean(left**2)))))
+    return replace(swing, jump=_jump(swing.regression(), recording.time))
 
 
 @dataclass(frozen=True)
-class Guess:
+class DecayingSine:
     """A decaying sine: angle(t) = exp(-damping t') (cosine cos + sine sin)(2 pi t' / period), t' since the start."""
 
     period: float
@@ -209,7 +207,7 @@ class Guess:
         return float(fade * angle), float(fade * rate)
 
 
-def first_guess(recording: Recording) -> tuple[Recording, Guess]:
+def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
     """The part of the recording in which the wheel swings well, and the sine that fits it best.
 
     Raises
@@ -225,7 +223,7 @@ def first_guess(recording: Recording) -> tuple[Recording, Guess]:
     frequency = _strongest(recording)
     (zero, cosine, sine), rest = _sine_fit(frequency, recording.time - recording.time[0], recording.values)
     if rest > 0.5 * float(np.var(recording.values)):
-        raise ResultError(Finding(name, "the recording does not show a free swing", "no clear period", remedy))
+        raise ResultError(Finding(name, "the recording shows no free swing", "no clear period", remedy))
     swings = float(recording.time[-1] - recording.time[0]) * frequency
     if swings < FEWEST_SWINGS:
         got = f"{swings:.1f} swings of {1 / frequency:.3g} s"
@@ -236,9 +234,9 @@ def first_guess(recording: Recording) -> tuple[Recording, Guess]:
     if np.hypot(cosine, sine) > LARGEST_SWING:
         got, remedy = f"{np.degrees(np.hypot(cosine, sine)):.0f} deg", "check the unit of the channel, or let go lower"
         raise ResultError(Finding(name, "the swing is too wide for a pendulum", got, remedy))
-    _, sizes = _sizes(recording, 1 / frequency)
+    _, sizes = _amplitudes(recording, 1 / frequency)
     damping = -np.polyfit(np.arange(sizes.size) / frequency, np.log(np.maximum(sizes, 1e-12)), 1)[0]
-    return recording, Guess(1 / frequency, float(damping), zero, float(recording.time[0]), cosine, sine)
+    return recording, DecayingSine(1 / frequency, float(damping), zero, float(recording.time[0]), cosine, sine)
 
 
 def _strongest(recording: Recording) -> float:
@@ -267,8 +265,8 @@ def _sine_fit(frequency: float, t: Array, values: Array) -> tuple[tuple[float, f
     return (zero, cosine, sine), float(np.mean(np.square(left)))
 
 
-def _sizes(recording: Recording, period: float) -> tuple[Array, Array]:
-    """Start (s) and size (standard deviation) of each whole swing."""
+def _amplitudes(recording: Recording, period: float) -> tuple[Array, Array]:
+    """Start (s) and standard deviation of each whole swing."""
     turn = ((recording.time - recording.time[0]) / period).astype(int)
     swings = range(max(int(turn[-1]), 1))
     sizes = np.array([np.std(recording.values[turn == k]) for k in swings])
@@ -276,19 +274,20 @@ def _sizes(recording: Recording, period: float) -> tuple[Array, Array]:
 
 
 def _faded(recording: Recording, period: float) -> float:
-    """When the swing has become too small to tell more than friction does."""
-    starts, sizes = _sizes(recording, period)
+    """When the swing has become so small that it shows friction rather than the period."""
+    starts, sizes = _amplitudes(recording, period)
     small = np.flatnonzero(sizes[3:] < FADED * sizes[0])
     return float(starts[3 + small[0]] if small.size else recording.time[-1])
 
 
-def _knock(whole: Regression, solution: Solution, time: Array) -> int | None:
+def _jump(whole: Regression, time: Array) -> int | None:
     """The sample at which the swing jumped, if it clearly did.
 
-    A knock at time tk adds a free swing exp(-D t) (c cos w t + s sin w t) from there on. Each tk's gain in the sum of
-    squares, after refitting all else linearly, is set against the residual that is left and against how many samples
-    are worth one (residuals of a real swing are correlated).
+    A disturbance at time tk adds a free swing exp(-D t) (c cos w t + s sin w t) from there on. Each tk's gain in the
+    sum of squares, after refitting all else linearly, is compared with the residual that is left and with how many
+    samples make one independent one (residuals of a real swing are correlated).
     """
+    solution = solve(whole)
     theta = np.concatenate([list(solution.values.values()), [v[0] for v in solution.per_run.values()]])
     rows = whole.rows(0, theta)
     basis = np.linalg.qr(rows.jacobian)[0]
@@ -299,16 +298,16 @@ def _knock(whole: Regression, solution: Solution, time: Array) -> int | None:
 
     square = _from_here_on(swing[:, :, None] * swing[:, None, :])
     across = _from_here_on(swing[:, :, None] * basis[:, None, :])
-    told = _from_here_on(swing * left[:, None])
+    shown = _from_here_on(swing * left[:, None])
     inside = np.flatnonzero((t > period / 2) & (t < t[-1] - period / 2))
     free = square[inside] - across[inside] @ across[inside].transpose(0, 2, 1)
-    change = np.linalg.solve(free, told[inside][:, :, None])[:, :, 0]
-    gain = np.sum(change * told[inside], axis=1)
+    change = np.linalg.solve(free, shown[inside][:, :, None])[:, :, 0]
+    gain = np.sum(change * shown[inside], axis=1)
     best = int(np.argmax(gain))
     jump = np.where(np.arange(t.size) >= inside[best], swing @ change[best], 0.0)
     rest = left - (jump - basis @ (basis.T @ jump))
     chi_square = float(gain[best]) / (float(np.mean(rest**2)) * _samples_per_independent_one(rest))
-    return int(inside[best]) if chi_square > KNOCK else None
+    return int(inside[best]) if chi_square > JUMP else None
 
 
 def _from_here_on(products: Array) -> Array:
@@ -318,8 +317,8 @@ def _from_here_on(products: Array) -> Array:
 
 def _samples_per_independent_one(residual: Array) -> float:
     """1 + 2 sum of the autocorrelation up to its first zero."""
-    centred = residual - residual.mean()
-    spectrum = np.abs(np.fft.rfft(centred, 2 * centred.size)) ** 2
-    correlation = np.fft.irfft(spectrum)[: centred.size]
+    centered = residual - residual.mean()
+    spectrum = np.abs(np.fft.rfft(centered, 2 * centered.size)) ** 2
+    correlation = np.fft.irfft(spectrum)[: centered.size]
     first = int(np.argmax(correlation < 0)) or correlation.size
     return float(1 + 2 * np.sum(correlation[1:first]) / correlation[0])

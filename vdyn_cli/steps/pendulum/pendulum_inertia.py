@@ -31,17 +31,14 @@ UNITS = {
     "bar_diameter": "m",
     "bar_period": "s",
 }
-
-
 STILL = Given(0.0)
 
 
 @dataclass(frozen=True)
-class Period:
-    """A period with where it came from.
+class MeasuredPeriod:
+    """A period, s, with the degrees of freedom of its standard deviation.
 
-    ``amplitude`` (rad) is that of the swings that were timed: 0 where the period is already that of small swings.
-    ``degrees`` of freedom stand behind the standard deviation.
+    ``amplitude`` (rad) is that of the timed swings: 0 where the period is already that of small swings.
     """
 
     value: Given
@@ -49,14 +46,14 @@ class Period:
     amplitude: Given = STILL
 
 
-def inertia_budget(kind: str, hung: Mapping[str, Given], period: Period) -> Budget:
+def inertia_budget(kind: str, hung: Mapping[str, Given], period: MeasuredPeriod) -> Budget:
     """Moment of inertia, kg m^2, of a hung wheel.
 
     Parameters
     ----------
     kind : compound, bifilar or torsional.
-    hung : what was measured of the rig, by the names of ``UNITS``; a torsion rod is given by its stiffness, or by the
-        mass, length, diameter and period of a bar that was hung on it.
+    hung : what was measured of the rig, by the names of ``UNITS``; a torsion rod has its stiffness, or mass, length,
+        diameter and period of a bar that was hung on it.
 
     Raises
     ------
@@ -77,7 +74,7 @@ def inertia_budget(kind: str, hung: Mapping[str, Given], period: Period) -> Budg
     if budget.value <= 0:
         shortest = 2 * math.pi * (hung["pivot_distance"].value / hung["gravity"].value) ** 0.5
         got = f"{period.value.value:.4g} s"
-        what = f"a wheel of any inertia at this pivot distance swings slower than {shortest:.4g} s"
+        what = f"the period is below {shortest:.4g} s, the shortest of any wheel at this pivot distance"
         raise ResultError(Finding("pendulum", what, got, "check pivot_distance (pivot to axle) and the period"))
     return budget
 
@@ -89,7 +86,13 @@ def rod_stiffness(
     bar_diameter: float = 0.0,
     bar_period: float = 1.0,
 ) -> float:
-    """Stiffness of a torsion rod, N m/rad, as given or from a bar hung on it: kt = 4 pi^2 J / T^2."""
+    """Stiffness of a torsion rod, N m/rad, as given or from a bar hung on it: kt = 4 pi^2 J / T^2.
+
+    Parameters
+    ----------
+    torsional_stiffness : N m/rad, or None. bar_mass, bar_length, bar_diameter : kg, m, m, of a round bar.
+    bar_period : s, of its swing across the rod's axis.
+    """
     if torsional_stiffness is not None:
         return torsional_stiffness
     return bar_inertia(bar_mass, bar_length, bar_diameter) * (2 * math.pi / bar_period) ** 2

@@ -1,4 +1,4 @@
-"""How a wheel was hung and timed, as the user describes it."""
+"""The description of a pendulum: how a wheel hangs, and how its swings were timed."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from vdyn_cli.description.test_description import Channel, Reading, Si, Strict
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.pendulum.pendulum_inertia import STILL, Period
+from vdyn_cli.steps.pendulum.pendulum_inertia import STILL, MeasuredPeriod
 
 Mass = Annotated[Given, Si("kg", 0.01, 500)]
 Length = Annotated[Given, Si("m", 1e-3, 20)]
 Time = Annotated[Given, Si("s", 0.01, 1000)]
 
-HAND = 0.2  # s, a stopwatch in a hand, start and stop together
-STANDARD_GRAVITY = Given(9.80665, 0.01)  # anywhere between equator and pole, sea and mountain
+HAND = 0.2  # s, standard deviation of a stopwatch in a hand, start and stop together (a reaction time)
+EARTH = Given(GRAVITY, 0.01)  # m/s^2, anywhere between equator and pole, sea and mountain
 NEEDS = {
     "compound": ("mass", "pivot_distance"),
     "bifilar": ("mass", "separation", "length"),
@@ -30,40 +31,48 @@ NEEDS = {
 class Bar(Strict):
     """A round bar of known inertia that was hung on the torsion rod across its axis, and its period."""
 
-    mass: Mass
-    length: Length
-    diameter: Length
-    period: Time
+    mass: Mass = Field(description="mass of the bar, kg")
+    length: Length = Field(description="length of the bar, m")
+    diameter: Length = Field(description="diameter of the bar, m")
+    period: Time = Field(description="period of its swing on the rod, s")
+
+    def measured(self) -> dict[str, Given]:
+        """What was measured of the bar, by the argument names of :func:`rod_stiffness`."""
+        return {f"bar_{name}": getattr(self, name) for name in ("mass", "length", "diameter", "period")}
 
 
 class Timing(Strict):
-    """A stopwatch's readings, each over ``count`` whole swings."""
+    """A stopwatch's readings."""
 
-    count: int = Field(ge=1, le=100_000)
-    durations: list[Time] = Field(min_length=1)
+    count: int = Field(ge=1, le=100_000, description="whole swings in each reading")
+    durations: list[Time] = Field(min_length=1, description="the readings, s")
 
 
 class Rig(Strict):
-    """The pendulum: ``kind`` and its lengths, and a period, timed swings, or a recording.
+    """A pendulum: how the wheel hangs, and a period, timed swings, or a recording."""
 
-    ``pivot_distance`` is pivot to axle; ``separation`` that of the two cords, ``length`` theirs; ``amplitude`` that of
-    the timed swings.
-    """
-
-    kind: Literal["compound", "bifilar", "torsional"]
-    mass: Mass | None = None
-    pivot_distance: Length | None = None
-    separation: Length | None = None
-    length: Length | None = None
-    torsional_stiffness: Annotated[Given, Si("N m/rad", 1e-3, 1e6)] | None = None
-    calibration: Bar | None = None
-    gravity: Annotated[Given, Si("m/s^2", 9.7, 9.9)] = STANDARD_GRAVITY
-    period: Time | None = None
-    timing: Timing | None = None
-    amplitude: Annotated[Given, Si("rad", 0, 1.2)] | None = None
-    log: str | None = None
-    channels: dict[Literal["time", "angle", "angular_rate"], Channel] = Field(default_factory=dict)
-    reading: Reading = Reading()
+    kind: Literal["compound", "bifilar", "torsional"] = Field(
+        description="compound: on a pivot; bifilar: on two cords; torsional: on a rod"
+    )
+    mass: Mass | None = Field(None, description="mass of the hung wheel, kg")
+    pivot_distance: Length | None = Field(None, description="compound: from pivot to axle, m")
+    separation: Length | None = Field(None, description="bifilar: between the two cords, m")
+    length: Length | None = Field(None, description="bifilar: of the cords, m")
+    torsional_stiffness: Annotated[Given, Si("N m/rad", 1e-3, 1e6)] | None = Field(
+        None, description="torsional: of the rod, N m/rad"
+    )
+    calibration: Bar | None = Field(
+        None, description="torsional: a bar that swung on the rod, in place of its stiffness"
+    )
+    gravity: Annotated[Given, Si("m/s^2", 9.7, 9.9)] = Field(EARTH, description="local gravity, m/s^2")
+    period: Time | None = Field(None, description="period of a swing, s")
+    timing: Timing | None = Field(None, description="swings timed with a stopwatch")
+    amplitude: Annotated[Given, Si("rad", 0, 1.2)] | None = Field(None, description="of the timed swings, rad")
+    log: str | None = Field(None, description="a recording of angle or angular rate")
+    channels: dict[Literal["time", "angle", "angular_rate"], Channel] = Field(
+        default_factory=dict, description="column and unit of each channel of the recording"
+    )
+    reading: Reading = Field(Reading(), description="how the recording is written")
 
     @model_validator(mode="after")
     def _complete(self) -> Rig:
@@ -84,38 +93,37 @@ class Rig(Strict):
         """What was measured of the rig, by the names that the inertia's formula uses."""
         if self.kind == "torsional":
             if self.calibration is not None:
-                bar = self.calibration
-                return {f"bar_{name}": getattr(bar, name) for name in ("mass", "length", "diameter", "period")}
+                return self.calibration.measured()
             names: tuple[str, ...] = ("torsional_stiffness",)
         else:
             names = (*NEEDS[self.kind], "gravity")
         return {name: getattr(self, name) for name in names}
 
     def geometry(self) -> dict[str, float]:
-        """What the swing's model asks for."""
+        """The further parameters of the swing's model: none but for a bifilar pendulum."""
         if self.kind != "bifilar" or self.separation is None or self.length is None:
             return {}
         half = self.separation.value / 2
         return {"half_spacing": half, "cord_length": self.length.value, "gravity": self.gravity.value}
 
-    def stated_period(self) -> tuple[Period, list[Finding]]:
-        """The period that was given or timed, with what is doubtful about it."""
+    def stated_period(self) -> tuple[MeasuredPeriod, list[Finding]]:
+        """The period that was given or timed, and findings about it. Assumes that there is no recording."""
         findings = []
         amplitude = self.amplitude or STILL
         if self.amplitude is None and self.kind != "torsional":
-            what = "the amplitude of the timed swings is not given, so the period is taken for that of small swings"
+            what = "the amplitude of the timed swings is not given: the period is taken as that of small swings"
             remedy = "add 'amplitude: 5 deg'; at 10 deg the period is 0.2 % long"
             findings.append(Finding("pendulum", what, "", remedy))
         if self.timing is None:
             assert self.period is not None
             if self.period.std == 0:
-                findings.append(Finding("pendulum.period", "is given without a standard deviation and taken as exact"))
-            return Period(self.period, math.inf, amplitude), findings
+                findings.append(Finding("pendulum.period", "has no standard deviation and is taken as exact"))
+            return MeasuredPeriod(self.period, math.inf, amplitude), findings
         period, degrees, assumed = _timed(self.timing)
         if assumed:
-            what = f"one reading without a standard deviation: {HAND} s is assumed, as of a stopwatch in a hand"
+            what = f"one reading without a standard deviation: {HAND} s of a stopwatch in a hand is assumed"
             findings.append(Finding("pendulum.timing", what, "", "time the swings several times"))
-        return Period(period, degrees, amplitude), findings
+        return MeasuredPeriod(period, degrees, amplitude), findings
 
 
 def _timed(timing: Timing) -> tuple[Given, float, bool]:

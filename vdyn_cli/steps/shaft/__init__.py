@@ -5,14 +5,14 @@ A torsion bar's stiffness is k = G J / L with J = pi (do^4 - di^4) / 32; section
     1/k = sum(Li / (G Ji))          solid, hollow or tapered sections
 
 Hung up by one end with a bar of known inertia across the other, the shaft swings with T = 2 pi sqrt(J / k). In a log of
-torque and twist (or of the speeds of both ends, whose difference is the twist's rate) it follows::
+torque and twist (or of the speeds of both ends, whose difference is the twist's rate) it obeys::
 
     T = k phi + c phi' + zero
 
-Noise is in every channel; the readings are adjusted, each by its own noise, until this law and the twist being the
-integral of its rate both hold. Plain least squares would lose some per cent of c.
+Noise is in every channel; the readings are adjusted, each by its own noise, until this law holds and the twist is the
+integral of its rate. Plain least squares would lose some per cent of c.
 
-The log's stiffness is that of everything between its two sensors, joints and splines included, and that is what the car
+The log's stiffness is that of everything between its two sensors, joints and splines included, which is what the car
 feels: where there is a log its value is published. If it is softer than the drawing, the compliance in series is given.
 A plain half-shaft of 24 to 28 mm is 2 900 to 8 000 N m/rad; the paper's values are three to five times that.
 

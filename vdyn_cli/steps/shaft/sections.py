@@ -4,49 +4,45 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+
+import numpy as np
 
 from vdyn_cli.inference.uncertainty_budget import Budget, propagate
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.shaft.spec import SOLID, SectionSpec
 
-# Gauss-Legendre, five points on (0, 1): good to 1e-5 for a taper of 1 to 2.
-_POINTS = (0.046910077030668, 0.230765344947158, 0.5, 0.769234655052842, 0.953089922969332)
-_WEIGHTS = (0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683, 0.118463442528095)
-
-
-SOLID = Given(0.0)
-
-
-@dataclass(frozen=True)
-class Section:
-    """A piece between two steps of the diameter, m; ``end_diameter`` where the outside tapers."""
-
-    outer_diameter: Given
-    inner_diameter: Given
-    length: Given
-    end_diameter: Given | None = None
+GAUSS_POINTS = 5  # good to 1e-5 for a taper of 1 to 2
 
 
 def compliance(outer: float, inner: float, length: float, shear_modulus: float, end: float | None = None) -> float:
     """Twist per torque of one section, rad/(N m).
 
     L / (G J), J = pi (do^4 - di^4) / 32; for a taper the integral of dx / (G J(x)) with do(x) linear.
+
+    Parameters
+    ----------
+    outer, inner, end : diameters, m; ``end`` is the outside one at the other end of a taper.
+    length : m. shear_modulus : Pa.
     """
     if end is None:
         return length / (shear_modulus * polar_moment(outer, inner))
-    across = (w / polar_moment(outer + (end - outer) * x, inner) for x, w in zip(_POINTS, _WEIGHTS, strict=True))
-    return length / shear_modulus * sum(across)
+    points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    along = (float(x + 1) / 2 for x in points)
+    mean = sum(
+        float(w) / 2 / polar_moment(outer + (end - outer) * x, inner) for x, w in zip(along, weights, strict=True)
+    )
+    return length / shear_modulus * mean
 
 
 def polar_moment(outer: float, inner: float = 0.0) -> float:
-    """Polar second moment of area of a round tube, m^4: pi (do^4 - di^4) / 32."""
+    """Polar second moment of area, m^4, of a round tube of these diameters (m): pi (do^4 - di^4) / 32."""
     return math.pi * (outer**4 - inner**4) / 32
 
 
-def drawing_budget(sections: Sequence[Section], shear_modulus: Given) -> Budget:
+def drawing_budget(sections: Sequence[SectionSpec], shear_modulus: Given) -> Budget:
     """Stiffness of the whole, N m/rad, 1/k = sum of the sections' compliances, with its uncertainty.
 
-    Every diameter and length counts as measured for itself.
+    Assumes that the errors of all diameters and lengths are independent. ``shear_modulus`` in Pa.
     """
     inputs: dict[str, Given] = {"shear_modulus": shear_modulus}
     units: dict[str, str] = {"shear_modulus": "Pa"}
@@ -71,7 +67,7 @@ def drawing_budget(sections: Sequence[Section], shear_modulus: Given) -> Budget:
     return propagate(formula, inputs, units)
 
 
-def shares(sections: Sequence[Section]) -> list[float]:
+def shares(sections: Sequence[SectionSpec]) -> list[float]:
     """Each section's share of the whole compliance."""
     parts = []
     for s in sections:
@@ -81,7 +77,7 @@ def shares(sections: Sequence[Section]) -> list[float]:
 
 
 def shared_modulus_correlation(budgets: Mapping[str, Budget]) -> dict[str, dict[str, float]]:
-    """Correlation of stiffnesses that were computed with one shear modulus."""
+    """Correlation of the stiffnesses of drawings, by name, that were computed with one shear modulus."""
     modulus = {
         name: next((c.slope * c.std for c in b.contributions if c.name == "shear_modulus"), 0.0)
         for name, b in budgets.items()

@@ -1,0 +1,238 @@
+"""A wheel's moment balance over short windows: its inertia times the speed gained is the impulse of the net torque.
+
+    Jw (om(t2) - om(t1)) = integral of the net torque from t1 to t2
+
+The wheel's speed is never differentiated: noise of the derivative biases Jw low, by half at 1 kHz, and a smoothing
+filter removes the steps that carry the information. Over a quarter of a second the speed gained is a hundred times the
+noise of its two readings. Where something else moves much as the wheel does (its mass with the car), what separates
+them may be no larger than that noise: the gains of speed are adjusted within it (total least squares).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.model_builder import Correction
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.inference import Regression, Rows, Solution, Unknown, white_level
+from vdyn_cli.inference.banded import weighed, whitened
+from vdyn_cli.physics.models.wheel_spin import INPUTS, LEVER, READINGS, WHEEL_SPIN
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.inertia.noise import WindowNoise
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+STANDSTILL = 1.0  # rad/s, below which friction takes any value
+GAP = 5.0  # of the median time step; longer ones are not integrated over
+
+
+@dataclass(frozen=True)
+class DriveWindows:
+    """One run cut into windows.
+
+    Parameters
+    ----------
+    log : with INPUTS, without gaps in them (those filled lie in no window).
+    first, last : (w,), index of each window's edges.
+    gained : (w,), rad/s, speed gained in each, as measured.
+    noise : of the windows.
+    """
+
+    log: Log
+    first: Index
+    last: Index
+    gained: Array
+    noise: WindowNoise
+
+    @property
+    def duration(self) -> Array:
+        """Length of each window, (w,), s."""
+        return np.asarray(self.log.time[self.last] - self.log.time[self.first])
+
+    @property
+    def middle(self) -> Array:
+        """Time of the middle of each window, (w,), s."""
+        return np.asarray((self.log.time[self.last] + self.log.time[self.first]) / 2)
+
+
+def drive_windows(log: Log, width: float, wheel: Mapping[str, float]) -> DriveWindows:
+    """Cut a run into windows of about ``width`` s, leaving out gaps, missing values and standstill.
+
+    Parameters
+    ----------
+    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance.
+    """
+    time, speed = log.time, log["wheel_speed"]
+    good = np.all([np.isfinite(log[name]) for name in INPUTS], axis=0) & (np.abs(speed) > STANDSTILL)
+    step = float(np.median(np.diff(time))) if time.size > 1 else 1.0
+    whole = good[1:] & good[:-1] & (np.diff(time) < GAP * step)  # intervals that may be integrated
+    first, last = _edges(whole, max(round(width / step), 2))
+    filled = {n: np.interp(time, time[good], log[n][good]) if good.any() else np.zeros(time.size) for n in INPUTS}
+    log = log.with_channels(**filled)
+    if first.size == 0:
+        nothing = np.zeros(0)
+        return DriveWindows(log, first, last, nothing, WindowNoise(1.0, 1.0, nothing, nothing.astype(bool)))
+    squares = np.concatenate([[0.0], np.cumsum(np.convolve(np.diff(time), [0.5, 0.5]) ** 2)])
+    noise = WindowNoise(
+        white_level(_net_torque(log, wheel)[good], time[good]),
+        white_level(speed[good], time[good]),
+        np.sqrt(squares[last] - squares[first]),
+        last[:-1] == first[1:],
+    )
+    return DriveWindows(log, first, last, np.asarray(log["wheel_speed"][last] - log["wheel_speed"][first]), noise)
+
+
+def _edges(whole: NDArray[np.bool_], count: int) -> tuple[Index, Index]:
+    """First and last samples of windows of ``count`` intervals inside every segment of whole intervals."""
+    change = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]])))
+    first: list[int] = []
+    last: list[int] = []
+    for begin, end in zip(change[::2], change[1::2], strict=True):  # intervals begin .. end - 1
+        edges = np.arange(begin, end + 1, count)
+        first += edges[:-1].tolist()
+        last += edges[1:].tolist()
+    return np.array(first, dtype=np.intp), np.array(last, dtype=np.intp)
+
+
+def _net_torque(log: Log, wheel: Mapping[str, float]) -> Array:
+    """The torque that speeds the wheel up, roughly: for the level of its noise and a start value."""
+    force = log["hub_force_x"] + wheel["wheel_mass"] * log["acceleration"]
+    return log["hub_torque"] - wheel["wheel_radius"] * (force + wheel["rolling_resistance"] * log["hub_force_z"])
+
+
+@dataclass(frozen=True)
+class MomentBalance:
+    """The balance of one wheel over all runs.
+
+    Parameters
+    ----------
+    runs : cut into windows.
+    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance.
+    torque_zero : N m, standard deviation of each run's zero of the balance.
+    """
+
+    runs: tuple[DriveWindows, ...]
+    wheel: Mapping[str, float]
+    torque_zero: float
+
+    @cached_property
+    def plain_inertia(self) -> float:
+        """Inertia, kg m^2, by plain least squares on window means, each run's zero removed.
+
+        Raises
+        ------
+        ResultError : it is not positive.
+        """
+        above = below = 0.0
+        for run in self.runs:
+            torque = _net_torque(run.log, self.wheel)
+            impulse = np.concatenate([[0.0], np.cumsum((torque[1:] + torque[:-1]) / 2 * np.diff(run.log.time))])
+            mean = (impulse[run.last] - impulse[run.first]) / run.duration
+            rate = run.gained / run.duration
+            above += float(np.sum((rate - rate.mean()) * mean))
+            below += float(np.sum((rate - rate.mean()) ** 2))
+        inertia = above / below
+        if inertia > 0:
+            return inertia
+        slope = self._slopes(("wheel_radius",), [inertia], np.zeros(len(self.runs)))["wheel_radius"]
+        got = f"{inertia:.3g} kg m^2; 1 mm of wheel_radius moves it by {abs(slope) * 1e-3:.2g}"
+        remedy = "check wheel_radius (loaded, not unloaded) and the gains of torque and force"
+        raise ResultError(Finding("wheel_inertia", "the moment balance leaves a negative inertia", got, remedy))
+
+    def regression(
+        self, inertia: float, effects: Sequence[Correction] = (), unknowns: Sequence[Unknown] = ()
+    ) -> Regression:
+        """The wheel's inertia, shared, and each run's zero of the torque.
+
+        Rows are the windows' impulses Jw (simulated less measured gain of speed), whitened by their covariance there::
+
+            r = L^-1 R,    R = J (simulated - measured),    L L' = S_T + J^2 S_w,    J = (r0 / r) Jw
+
+        with S_T and S_w those of the torque's impulses and of the gains of speed: total least squares. dr/dJ is taken
+        with the gains adjusted within their noise, measured + J S_w S^-1 R, which gives the cost's own gradient and
+        does not count noise as information. r0 is the stated radius, r the model's: scaling torque, radius and inertia
+        alike changes nothing that was measured, and must not seem to make the residual smaller.
+
+        Parameters
+        ----------
+        inertia : kg m^2, where the search begins.
+        effects, unknowns : corrections of the balance, and further shared unknowns, theirs or the wheel's.
+
+        Source: Fuller, Measurement Error Models (Wiley 1987), 1.3.
+        """
+        zero = self.torque_zero
+        every = (
+            Unknown("wheel_inertia", inertia, 0.01 * inertia, 100 * inertia, "kg m^2"),
+            *unknowns,
+            Unknown("hub_torque_zero", 0.0, -50 * zero, 50 * zero, "N m", (0.0, zero), per_run=True, nuisance=True),
+        )
+        values = {**self.wheel, "wheel_inertia": inertia, "hub_torque_zero": 0.0}
+        simulator = Simulator(WHEEL_SPIN, values, [u.name for u in every], effects)
+        drives = [Drive(run.log.time, {name: run.log[name] for name in INPUTS}) for run in self.runs]
+
+        def rows(index: int, theta: Array) -> Rows:
+            run, simulated = self.runs[index], simulator(drives[index], theta)
+            speed = np.sum([simulated.outputs[name] for name in READINGS], axis=0)
+            tangents = np.sum([simulated.sensitivities[name] for name in READINGS], axis=0)
+            excess = speed[run.last] - speed[run.first] - run.gained
+            slopes = theta[0] * (tangents[run.last] - tangents[run.first])
+            slopes[:, 0] += excess
+            lever = float(simulated.outputs[LEVER][0])
+            longer = simulated.sensitivities[LEVER][0] / lever
+            slopes -= np.outer(theta[0] * excess, longer)
+            scale = self.wheel["wheel_radius"] / lever
+            apparent = theta[0] * self.wheel["wheel_radius"] / lever
+            factor = run.noise.factor(apparent)
+            residual = whitened(factor, theta[0] * excess * scale)
+            larger = -apparent * longer  # d J / d unknown
+            larger[0] += scale
+            noise = run.noise.speed_covariance(weighed(factor, residual))
+            return Rows(
+                residual, whitened(factor, slopes * scale - np.outer(apparent * noise, larger)), time=run.middle
+            )
+
+        return Regression(every, tuple(run.log.name for run in self.runs), rows)
+
+    def slopes(
+        self, names: Sequence[str], solution: Solution, effects: Sequence[Correction], unknowns: Sequence[Unknown]
+    ) -> dict[str, float]:
+        """How the estimated inertia moves with what was taken as known: d Jw / d known, by name.
+
+        Parameters
+        ----------
+        names : parameters of the model.
+        solution : of the regression with these effects and unknowns.
+        """
+        shared, zeros = list(solution.values.values()), solution.per_run["hub_torque_zero"]
+        return self._slopes(names, shared, zeros, effects, unknowns)
+
+    def _slopes(
+        self,
+        names: Sequence[str],
+        shared: Sequence[float],
+        zeros: Array,
+        effects: Sequence[Correction] = (),
+        unknowns: Sequence[Unknown] = (),
+    ) -> dict[str, float]:
+        """The minimum follows a known p as d theta / dp = -(J'J)^-1 J' dr/dp, J with the priors' rows."""
+        known = [Unknown(name, self.wheel[name]) for name in names]
+        extended = self.regression(shared[0], effects, (*unknowns, *known))
+        s, size = len(shared), len(shared) + len(self.runs)
+        normal, right = np.zeros((size, size)), np.zeros((size, len(names)))
+        for k in range(len(self.runs)):
+            theta = np.array([*shared, *(self.wheel[n] for n in names), zeros[k]])
+            jacobian = extended.rows(k, theta).jacobian
+            own = np.zeros((len(jacobian), size))
+            own[:, :s], own[:, s + k] = jacobian[:, :s], jacobian[:, -1]
+            normal += own.T @ own
+            normal[s + k, s + k] += self.torque_zero**-2.0
+            right += own.T @ jacobian[:, s:-1]
+        scale = 1.0 / np.sqrt(np.diag(normal))
+        moved = -scale[:, None] * np.linalg.solve(normal * np.outer(scale, scale), scale[:, None] * right)
+        return dict(zip(names, moved[0].tolist(), strict=True))

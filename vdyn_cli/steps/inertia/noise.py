@@ -1,0 +1,47 @@
+"""Noise of the windows of a drive: white noise of torque and wheel speed in the impulses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.banded import factored
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WindowNoise:
+    """White noise of one run's windows.
+
+    Parameters
+    ----------
+    torque, speed : standard deviations of the net torque (N m) and the wheel's speed (rad/s).
+    spread : (w,), s, root of the sum of squares of the samples' weights in each window's integral.
+    adjoining : (w - 1,), whether a window's last sample is the next one's first.
+    """
+
+    torque: float
+    speed: float
+    spread: Array
+    adjoining: NDArray[np.bool_]
+
+    def factor(self, inertia: float) -> Array:
+        """Banded Cholesky factor, (2, w), of the covariance of the windows' impulses, (N m s)^2.
+
+        Adjoining windows share one reading of the speed, whose error enters them with opposite signs.
+        """
+        shared = (inertia * self.speed) ** 2
+        band = np.zeros((2, self.spread.size))
+        band[0] = (self.torque * self.spread) ** 2 + 2 * shared
+        band[1, :-1] = np.where(self.adjoining, -shared, 0.0)
+        return factored(band)
+
+    def speed_covariance(self, vector: Array) -> Array:
+        """Covariance of the speeds gained, (rad/s)^2, times a vector, both (w,)."""
+        total = 2 * vector
+        total[:-1] -= self.adjoining * vector[1:]
+        total[1:] -= self.adjoining * vector[:-1]
+        return np.asarray(self.speed**2 * total)

@@ -1,0 +1,215 @@
+"""A wheel-inertia test, prepared once: drives cut into windows, the pendulum's recording and its fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.inference import Regression, Unknown, solve
+from vdyn_cli.io.csv.csv_reader import Column, ReadOptions, read_csv
+from vdyn_cli.physics.models.pendulum import MODELS
+from vdyn_cli.physics.models.wheel_spin import WHEEL_SPIN
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.quantities.vocabulary import CHANNELS
+from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.free_profiles import profile, span_of
+from vdyn_cli.steps.inertia.drive_checks import radius_doubts, sign_doubts, too_little
+from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
+from vdyn_cli.steps.inertia.result import inertia_result
+from vdyn_cli.steps.inertia.road_inertia import KNOWN, RoadInertia, road_inertia
+from vdyn_cli.steps.inertia.spec import InertiaSpec
+from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, pendulum_inertia
+from vdyn_cli.steps.manoeuvre import Manoeuvre
+from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing, Recording, free_swing
+
+FREE_TORQUE = 20.0  # N m, plausible size of a free profile
+ANY_TIRE = Given(0.010, 0.003)  # rolling resistance of car tires
+# s of integration in the diagnosis: a clock offset shows where torque and speed change fast. The speed gained in so
+# short a time loses a share of a per cent of inertia to noise, which does not matter there.
+DIAGNOSED_WINDOW = 0.125
+
+
+@dataclass(frozen=True)
+class InertiaData:
+    """The runs on the road, and the pendulum's recording if there is one."""
+
+    runs: tuple[Log, ...]
+    recording: Log | None = None
+
+
+def load(spec: InertiaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[InertiaData, tuple[Path, ...]]:
+    """Read the pendulum's recording beside the runs.
+
+    Raises
+    ------
+    InputError : it cannot be read.
+    """
+    rig = spec.pendulum
+    if rig is None or rig.log is None:
+        return InertiaData(logs), ()
+    columns: dict[str, Column] = {
+        name: Column(c.column, c.unit, CHANNELS[name].unit, c.sign, where=f"pendulum.channels.{name}")
+        for name, c in rig.channels.items()
+    }
+    path = folder / rig.log
+    recording = read_csv(path, columns, ReadOptions(**rig.reading.model_dump()))
+    return InertiaData(logs, replace(recording, name=rig.log)), (path,)
+
+
+@dataclass(frozen=True)
+class InertiaProblem:
+    """One wheel on the road, as a pendulum, or both.
+
+    Parameters
+    ----------
+    known : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty without runs.
+    balance : of the runs, None without them.
+    findings : of the runs' logs and of what is known.
+    """
+
+    spec: InertiaSpec
+    data: InertiaData
+    known: Mapping[str, Given]
+    balance: MomentBalance | None
+    findings: tuple[Finding, ...]
+
+    @property
+    def model(self) -> Model:
+        """The wheel on the road; where there are no runs, the pendulum."""
+        return WHEEL_SPIN if self.spec.pendulum is None or self.data.runs else MODELS[self.spec.pendulum.kind]
+
+    @property
+    def profiles(self) -> tuple[Effect, ...]:
+        """Torques that are free over the wheel's speed and over the torque itself; a pendulum alone has none."""
+        if not self.data.runs:
+            return ()
+        turn = span_of([log["wheel_speed"] for log in self.data.runs], 1.0)
+        torque = span_of([log["hub_torque"] for log in self.data.runs], 1.0)
+        return (
+            profile("torque_over_speed", "bearing", "wheel_speed", turn, FREE_TORQUE, "N m"),
+            profile("torque_over_torque", "hub_torque", "value", torque, FREE_TORQUE, "N m"),
+        )
+
+    @property
+    def duration(self) -> float:
+        """Length of the longest log, s; 0 without one."""
+        logs = (*self.data.runs, *((self.data.recording,) if self.data.recording else ()))
+        return max((log.duration for log in logs), default=0.0)
+
+    @cached_property
+    def swing(self) -> FreeSwing | None:
+        """The recording, ready for its fit. Raises ResultError: no swing to be seen, too short, or too wide."""
+        rig, recording = self.spec.pendulum, self.data.recording
+        return (
+            None if rig is None or recording is None else free_swing(Recording.of(recording, rig.kind, rig.geometry()))
+        )
+
+    @cached_property
+    def pendulum(self) -> PendulumInertia | None:
+        """The inertia of the hung wheel. Raises ResultError: no free swing, or a period that leaves no inertia."""
+        if self.spec.pendulum is None:
+            return None
+        return pendulum_inertia(self.spec.pendulum, self.swing.fit() if self.swing else None)
+
+    @cached_property
+    def _diagnosed(self) -> tuple[MomentBalance, float]:
+        """The balance over short windows, and the inertia that it gives without effects."""
+        assert self.balance is not None
+        window = min(self.spec.settings.window.value, DIAGNOSED_WINDOW)
+        balance = _balance(self.data.runs, window, self.balance.wheel, self.balance.torque_zero)
+        return balance, solve(balance.regression(balance.plain_inertia)).values["wheel_inertia"]
+
+    def regression(
+        self,
+        effects: Sequence[Effect] = (),
+        unknowns: Sequence[Unknown] = (),
+        start: Mapping[str, float] = NO_VALUES,
+    ) -> Regression:
+        """The runs on the road with effects in the wheel's balance; where there are none, the pendulum's recording.
+
+        Raises
+        ------
+        InputError : neither runs nor a recording. ResultError : the data leave no inertia, or no swing.
+        """
+        if self.balance is not None:
+            balance, inertia = self._diagnosed
+            return balance.regression(start.get("wheel_inertia", inertia), effects, unknowns)
+        if self.swing is None:
+            raise InputError(Finding("inertia", "a period alone leaves nothing to compare", "", "add 'runs' or a log"))
+        return self.swing.regression(effects, unknowns)
+
+    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+        """The wheel's inertia from whatever was measured; effects enter the balance on the road.
+
+        Raises
+        ------
+        ResultError : no method gives an inertia, the pendulum fails, or the interval holds zero.
+        """
+        pendulum = self.pendulum
+        road: RoadInertia | None = None
+        failed: tuple[Finding, ...] = ()
+        if self.balance is not None:
+            try:
+                road = road_inertia(self.balance, self.known, self.spec.settings.gain_std.value, effects, unknowns)
+            except ResultError as error:
+                if pendulum is None:
+                    raise
+                failed = error.findings
+        recording = self.data.recording
+        of_pendulum = (*(recording.findings if recording else ()), *(pendulum.findings if pendulum else ()))
+        return inertia_result(road, pendulum, (*self.findings, *failed, *of_pendulum), unknowns)
+
+    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
+        """None: no nondifferentiable effect acts on the wheel."""
+        return None
+
+    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
+        """None yet."""
+        return ()
+
+
+def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaProblem:
+    """The problem of a wheel-inertia test.
+
+    Parameters
+    ----------
+    known : wheel_mass (kg) and wheel_radius (m), where there are runs. Without rolling_resistance, which is nearly
+        collinear with the torque's zero, that of any car tire is assumed.
+
+    Raises
+    ------
+    InputError : neither runs nor a pendulum; an unknown mass or radius; logs that cannot serve, or a wrong sign.
+    """
+    if not data.runs and spec.pendulum is None:
+        raise InputError(Finding("runs", "neither a drive nor a pendulum is given", "", "add 'runs' or 'pendulum'"))
+    if not data.runs:
+        return InertiaProblem(spec, data, {}, None, ())
+    known.require("wheel_mass", "wheel_radius", where="inertia")
+    given = {"rolling_resistance": ANY_TIRE} | {n: Given(known[n].value, known[n].std) for n in KNOWN if n in known}
+    raise_all(dict.fromkeys(f for log in data.runs for f in sign_doubts(log)))
+    zero = float(
+        np.hypot(spec.settings.torque_zero.value, given["wheel_radius"].value * spec.settings.force_zero.value)
+    )
+    values = {name: one.value for name, one in given.items()}
+    balance = _balance(data.runs, spec.settings.window.value, values, zero)
+    raise_all(f for run in balance.runs for f in too_little(run))
+    findings = [f for log in data.runs for f in log.findings]
+    if "rolling_resistance" not in known:
+        what = f"is not known: {ANY_TIRE.value} +- {ANY_TIRE.std} of any car tire is assumed"
+        findings.append(Finding("rolling_resistance", what, "", "pass the coast-down's result with --known"))
+    findings += [f for log in data.runs for f in radius_doubts(log, values["wheel_radius"])]
+    return InertiaProblem(spec, data, given, balance, tuple(findings))
+
+
+def _balance(logs: Sequence[Log], window: float, wheel: Mapping[str, float], zero: float) -> MomentBalance:
+    return MomentBalance(tuple(drive_windows(log, window, wheel) for log in logs), wheel, zero)

@@ -1,0 +1,101 @@
+"""The result of a wheel-inertia test: one inertia from road, pendulum, or both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps.inertia import figures, text
+from vdyn_cli.steps.inertia.road_inertia import RoadInertia
+from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, published_inertia, standard_distance
+
+Array = NDArray[np.float64]
+
+DISAGREE = 3.5  # standard deviations between road and pendulum: by chance once in 2 000 tests
+
+
+def inertia_result(
+    road: RoadInertia | None,
+    pendulum: PendulumInertia | None,
+    findings: Sequence[Finding],
+    unknowns: Sequence[Unknown] = (),
+) -> Result:
+    """What is published of one or both methods, of which at least one is given.
+
+    Parameters
+    ----------
+    findings : of description and logs. unknowns : of effects in the road's balance.
+
+    Raises
+    ------
+    ResultError : the interval of the inertia holds zero.
+    """
+    answer, choice = published_inertia(road, pendulum)
+    if answer.interval95[0] <= 0:
+        got, remedy = text.not_determined(answer)
+        raise ResultError(Finding("wheel_inertia", "is not determined: its interval holds zero", got, remedy))
+    estimate = Estimate.of("wheel_inertia", answer.value, answer.std, answer.interval95, "inertia")
+    swing = pendulum.swing if pendulum else None
+    return Result(
+        "inertia",
+        text.sentence(answer, choice, road, pendulum),
+        Parameters({"wheel_inertia": estimate}),
+        _summary(road, pendulum),
+        text.METHODS,
+        figures.comparisons(road, swing),
+        figures.figures(road, swing),
+        text.tables(road, pendulum),
+        tuple(dict.fromkeys(findings)),
+        {**_both_methods(road, pendulum), **(sizes_found(road.solution, unknowns) if road else {})},
+    )
+
+
+def _summary(road: RoadInertia | None, pendulum: PendulumInertia | None) -> FitSummary:
+    """The road's fit where there is one, else the recording's, else what a stated period allows."""
+    swing = pendulum.swing if pendulum else None
+    solutions = [fit.solution for fit in (road, swing) if fit is not None]
+    warnings = [w for s in solutions for w in s.warnings]
+    if road and pendulum and abs(standard_distance(road, pendulum)) > DISAGREE:
+        apart = abs(standard_distance(road, pendulum))
+        warnings.append(f"road and pendulum disagree by {apart:.0f} standard deviations: one of them is wrong")
+    if road is not None:
+        off = np.concatenate([measured - simulated for measured, simulated in road.torque])
+        floor = np.concatenate([r.noise.torque * r.noise.spread / r.duration for r in road.runs])
+        numbers, unit = (_rms(off), _rms(floor)), "N m"
+    elif swing is not None:
+        off = swing.recording.values - swing.simulated
+        numbers, unit = (_rms(off), swing.noise), figures.SWING_UNITS[swing.recording.channel]
+    else:
+        return FitSummary(("pendulum",), 0.0, 0.0, "s", ())
+    runs = (*(run.log.name for run in (road.runs if road else ())), *((swing.recording.name,) if swing else ()))
+    unknowns = tuple(dict.fromkeys(n for s in solutions for n in (*s.names, *s.per_run)))
+    first = solutions[0]
+    return FitSummary(runs, *numbers, unit, unknowns, first.unit, first.n_units, warnings=tuple(warnings))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _both_methods(road: RoadInertia | None, pendulum: PendulumInertia | None) -> dict[str, Any]:
+    """The inertia by each method in numbers, for scripts."""
+    extra: dict[str, Any] = {}
+    budgets = {"road": road.budget if road else None, "pendulum": pendulum.budget if pendulum else None}
+    for name, budget in budgets.items():
+        if budget is not None:
+            parts = {c.name: {"slope": c.slope, "std": c.std} for c in budget.contributions}
+            interval = list(budget.interval95)
+            extra[name] = {"wheel_inertia": budget.value, "std": budget.std, "interval95": interval, "inputs": parts}
+    if pendulum is not None:
+        extra["pendulum"]["period"] = pendulum.period.value.value
+    if road is not None and pendulum is not None:
+        extra["road_less_pendulum_in_std"] = standard_distance(road, pendulum)
+    return extra

@@ -1,0 +1,85 @@
+"""A wheel's inertia from drives on the road, with the uncertainty of what was taken as known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.model_builder import Correction
+from vdyn_cli.inference import Solution, Unknown, solve
+from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.inertia.moment_balance import DriveWindows, MomentBalance
+
+Array = NDArray[np.float64]
+
+KNOWN = {"wheel_mass": "kg", "wheel_radius": "m", "rolling_resistance": ""}
+
+
+@dataclass(frozen=True)
+class RoadInertia:
+    """The inertia, kg m^2, from the drives.
+
+    Parameters
+    ----------
+    runs, solution : the windows, and the fit to them.
+    torque : of each run, the mean torque in its windows, (w,) N m, twice: from the wheel's speed (Jw times the speed
+        gained over the time), and from torque and forces at the hub.
+    budget : scatter of the data, what was taken as known, the gain of torque against force.
+    """
+
+    runs: tuple[DriveWindows, ...]
+    solution: Solution
+    torque: tuple[tuple[Array, Array], ...]
+    budget: Budget
+
+    @property
+    def slope(self) -> Mapping[str, float]:
+        """d inertia / d what was taken as known."""
+        return {c.name: c.slope for c in self.budget.contributions}
+
+
+def road_inertia(
+    balance: MomentBalance,
+    known: Mapping[str, Given],
+    gain_std: float,
+    effects: Sequence[Correction] = (),
+    unknowns: Sequence[Unknown] = (),
+) -> RoadInertia:
+    """Estimate the wheel's inertia from its hub's torque, forces and speed.
+
+    Parameters
+    ----------
+    known : the balance's wheel_mass (kg), wheel_radius (m), rolling_resistance, with their standard deviations.
+    gain_std : standard deviation of the torque channel's gain against the force channels'.
+    effects, unknowns : corrections of the balance, and their unknowns.
+
+    Raises
+    ------
+    ResultError : the logs leave no plausible inertia, and the fit's own.
+    """
+    solution = solve(balance.regression(balance.plain_inertia, effects, unknowns))
+    torque = tuple(_torque(run, solution, white) for run, white in zip(balance.runs, solution.residuals, strict=True))
+    slopes = balance.slopes(tuple(KNOWN), solution, effects, unknowns)
+    return RoadInertia(balance.runs, solution, torque, _budget(solution, known, slopes, gain_std))
+
+
+def _torque(run: DriveWindows, solution: Solution, white: Array) -> tuple[Array, Array]:
+    """Mean torque in each window from the wheel's speed, and from the hub's torque and forces."""
+    factor = run.noise.factor(solution.values["wheel_inertia"])
+    excess = factor[0] * white
+    excess[1:] += factor[1, :-1] * white[:-1]
+    measured = solution.values["wheel_inertia"] * run.gained / run.duration
+    return measured, measured + excess / run.duration
+
+
+def _budget(solution: Solution, known: Mapping[str, Given], slopes: Mapping[str, float], gain_std: float) -> Budget:
+    """Reading torque as (1 + g) T is the same as dividing radius and inertia by (1 + g): d Jw/dg = Jw - r d Jw/dr."""
+    name, inertia = "wheel_inertia", solution.values["wheel_inertia"]
+    gain = inertia - known["wheel_radius"].value * slopes["wheel_radius"]
+    scatter = Contribution("scatter_of_the_data", inertia, solution.std[name], "kg m^2", 1.0, solution.degrees[name])
+    taken = [Contribution(n, known[n].value, known[n].std, unit, slopes[n]) for n, unit in KNOWN.items()]
+    return Budget(inertia, (scatter, *taken, Contribution("torque_over_force_gain", 1.0, gain_std, "", gain)))

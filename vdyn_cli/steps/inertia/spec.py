@@ -1,0 +1,33 @@
+"""The description of a wheel-inertia test."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from vdyn_cli.description.test_description import Si, Strict, TestSpec
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.pendulum.pendulum_rig import Rig
+
+
+class InertiaSettings(Strict):
+    """Integration, and standard deviations of the sensors' zeros (0.1 % of full scale) and gains."""
+
+    window: Annotated[Given, Si("s", 0.02, 5)] = Field(Given(0.25), description="length of an integration window, s")
+    torque_zero: Annotated[Given, Si("N m", 1e-3, 500)] = Field(
+        Given(4.0), description="standard deviation of the hub torque's zero, N m"
+    )
+    force_zero: Annotated[Given, Si("N", 1e-3, 5_000)] = Field(
+        Given(24.0), description="standard deviation of the hub force's zero, N"
+    )
+    gain_std: Annotated[Given, Si("", 0, 0.1)] = Field(
+        Given(0.0), description="standard deviation of the torque's gain against the force's, 0.001 for 0.1 %"
+    )
+
+
+class InertiaSpec(TestSpec):
+    """The description of a wheel-inertia test: runs on the road, a pendulum, or both."""
+
+    settings: InertiaSettings = Field(InertiaSettings(), description="integration and accuracy of the sensors")
+    pendulum: Rig | None = Field(None, description="how the wheel was hung up and timed")

@@ -1,0 +1,128 @@
+"""Sentences and tables of a wheel-inertia test."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vdyn_cli.inference.uncertainty_budget import Budget
+from vdyn_cli.quantities.number_text import number, two_digits
+from vdyn_cli.quantities.result import Table
+from vdyn_cli.steps.inertia.road_inertia import RoadInertia
+from vdyn_cli.steps.inertia.wheel_inertia import UNIT, Choice, PendulumInertia, standard_distance
+
+METHODS = (
+    "Road: the wheel's moment balance integrated over windows of a quarter of a second (setting window), so that the "
+    "wheel's speed is never differentiated; least squares on the impulses, whitened by the noise of torque, forces and "
+    "speed, adjoining windows sharing one reading of the speed; each run's torque zero a nuisance parameter within the "
+    "sensors' data sheets; intervals from the scatter of blocks of equal information (Bell and McCaffrey 2002); "
+    "standard deviations of wheel mass, radius, rolling resistance and gain propagated. Pendulum: the swing's equation "
+    "of motion with its sine, viscous, dry and air friction and the sensor's zero fitted to the recording; a "
+    "disturbance splits it; period and rig propagated to first order."
+)
+NOTHING = 1e-6  # kg m^2
+ALL = 0.995  # of the weight, beyond which it rounds to 100 %
+
+
+def sentence(answer: Budget, choice: Choice, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
+    """The published inertia, and where it comes from."""
+    low, high = answer.interval95
+    value = f"{number(answer.value, answer.std)} (95 %: {number(low, answer.std)} to {number(high, answer.std)})"
+    return f"One wheel's moment of inertia is {value} {UNIT}. {_origin(answer, choice, road, pendulum)}"
+
+
+def _origin(answer: Budget, choice: Choice, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
+    if road is None:
+        main = f" {_label(answer)} contributes most to its uncertainty." if answer.main else ""
+        return f"It comes from the pendulum.{main}"
+    if pendulum is None:
+        return _leverage(road)
+    both = f"road {_plus_minus(road.budget)}, pendulum {_plus_minus(pendulum.budget)} {UNIT}"
+    apart = abs(standard_distance(road, pendulum))
+    if choice is Choice.ROAD_UNSTATED:
+        return f"It is the pendulum's ({both}): the road's wheel mass or radius has no standard deviation."
+    if choice is Choice.DISAGREE:
+        gap = closing_the_gap(road, pendulum)
+        return f"It is the pendulum's; the road disagrees by {apart:.1f} standard deviations ({both}). {gap}"
+    weight = answer.contributions[1].slope
+    share = "nearly all" if weight > ALL else f"{weight:.0%}"
+    agree = f"Road and pendulum agree within {apart:.1f} standard deviations ({both})"
+    return f"{agree}; the pendulum has {share} of the weight."
+
+
+def _plus_minus(budget: Budget) -> str:
+    return f"{number(budget.value, budget.std)} +- {two_digits(budget.std)}"
+
+
+def _label(budget: Budget) -> str:
+    return budget.main.name.replace("_", " ").capitalize() if budget.main else ""
+
+
+def not_determined(answer: Budget) -> tuple[str, str]:
+    """What was found, and the remedy, where the interval holds zero."""
+    low, high = answer.interval95
+    remedy = f"{_label(answer)} contributes most to the uncertainty: measure it more accurately" if answer.main else ""
+    return f"{answer.value:.3g} {UNIT}, 95 %: {low:.3g} to {high:.3g}", remedy
+
+
+def closing_the_gap(road: RoadInertia, pendulum: PendulumInertia) -> str:
+    """What would make the road's value the pendulum's, one at a time."""
+    gap, slope = road.budget.value - pendulum.budget.value, road.slope
+    return (
+        f"{abs(1000 * gap / slope['wheel_radius']):.2g} mm of wheel radius, "
+        f"{abs(100 * gap / slope['torque_over_force_gain']):.2g} % between the gains of torque and force, or "
+        f"{abs(gap / slope['wheel_mass']):.2g} kg of wheel mass would close the gap."
+    )
+
+
+def _leverage(road: RoadInertia) -> str:
+    doubts = (
+        ("2 kg of wheel mass", "wheel_mass", 2.0),
+        ("1 mm of radius", "wheel_radius", 1e-3),
+        ("0.5 % between the gains of torque and force", "torque_over_force_gain", 5e-3),
+    )
+    # An extension may have freed one of them: then it moves nothing any more.
+    moved = [(what, abs(size * road.slope[name])) for what, name, size in doubts]
+    parts = [f"{what} is {value:.2g}" for what, value in moved if value > NOTHING]
+    return f"On the road only Jw + mw r^2 is observable: {', '.join(parts)} {UNIT}." if parts else ""
+
+
+def tables(road: RoadInertia | None, pendulum: PendulumInertia | None) -> tuple[Table, ...]:
+    """Both methods compared, and the uncertainty of each."""
+    found = []
+    if road is not None and pendulum is not None:
+        found.append(_comparison(road, pendulum))
+    if road is not None:
+        caption = "What has no standard deviation counts as exact, although it is not free of error."
+        found += [road.budget.table("road_budget", "The road's uncertainty", UNIT, caption), _leverage_table(road)]
+    if pendulum is not None:
+        caption = "Slope: how the inertia moves when the input grows by one unit."
+        found.append(pendulum.budget.table("pendulum_budget", "The pendulum's uncertainty", UNIT, caption))
+    return tuple(found)
+
+
+def _comparison(road: RoadInertia, pendulum: PendulumInertia) -> Table:
+    gap, std = road.budget.value - pendulum.budget.value, np.hypot(road.budget.std, pendulum.budget.std)
+    rows = (
+        ("road", f"{road.budget.value:.4f}", f"{road.budget.std:.2g}"),
+        ("pendulum", f"{pendulum.budget.value:.4f}", f"{pendulum.budget.std:.2g}"),
+        ("road less pendulum", f"{gap:+.4f}", f"{std:.2g}"),
+        ("in standard deviations", f"{standard_distance(road, pendulum):+.1f}", ""),
+    )
+    columns = ("from", f"inertia [{UNIT}]", "standard deviation")
+    return Table("two_ways", "Road against pendulum", columns, rows, closing_the_gap(road, pendulum))
+
+
+def _leverage_table(road: RoadInertia) -> Table:
+    slope = road.slope
+    rows = (
+        ("1 kg of wheel mass", f"{slope['wheel_mass']:+.3f}"),
+        ("1 mm of wheel radius", f"{1e-3 * slope['wheel_radius']:+.3f}"),
+        ("0.001 of rolling resistance", f"{1e-3 * slope['rolling_resistance']:+.3f}"),
+        ("0.1 % of torque gain against force gain", f"{1e-3 * slope['torque_over_force_gain']:+.3f}"),
+    )
+    caption = (
+        "The inertia is the small difference of two large torques, T and Fx r: small errors of either move it much. A "
+        "pendulum's value does not depend on them."
+    )
+    columns = ("if this were larger by", f"the inertia moves by [{UNIT}]")
+    return Table("leverage", "Effect of small errors", columns, rows, caption)

@@ -1,0 +1,95 @@
+"""One regression over the logs of both half-shafts: a bar on each side, the unknowns of effects in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.effect_estimates import unbounded
+from vdyn_cli.steps.shaft.shaft_fit import ARRIVED, ShaftFit, next_place
+
+Array = NDArray[np.float64]
+
+CLEARLY = 10.0  # of the cost, by which a probe must fit better than no effect
+PROBED = 2  # every second probe
+ROUNDS, SETTLED = 5, 0.3  # of adjusting the readings anew, until no unknown moves by more standard deviations
+BAR = 2  # unknowns of a side's bar, stiffness and damping, which come first
+
+
+def combined_regression(sides: Mapping[str, Regression]) -> Regression:
+    """The rows of every side's runs over [bar of each side | what the sides share | the run's own].
+
+    Parameters
+    ----------
+    sides : the regression of each, all with the same effects.
+    """
+    common = next(iter(sides.values()))
+    bars = [replace(u, name=f"{u.name}_{side}") for side, regression in sides.items() for u in regression.shared[:BAR]]
+    shared = common.shared[BAR:]
+    runs = [(at, side, k) for at, side in enumerate(sides) for k in range(len(sides[side].runs))]
+
+    def rows(index: int, theta: Array) -> Rows:
+        at, side, run = runs[index]
+        own = np.r_[BAR * at : BAR * (at + 1), len(bars) : theta.size]
+        found = sides[side].rows(run, theta[own])
+        jacobian = np.zeros((found.residual.size, theta.size))
+        jacobian[:, own] = found.jacobian
+        return replace(found, jacobian=jacobian)
+
+    names = tuple(sides[side].runs[run] for _, side, run in runs)
+    starts = [regression.run_starts for regression in sides.values()]
+    own = {name: np.concatenate([s[name] for s in starts]) for name in starts[0]}
+    return Regression((*bars, *shared, *common.own), names, rows, own)
+
+
+def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
+    """One side with effects, its readings adjusted as for the fit with all of them, if the runs determine that.
+
+    With priors on the effects' unknowns they mostly do; else the readings stay as for the last fit that they determine.
+
+    Parameters
+    ----------
+    linear : the solution without effects.
+    """
+    start = fit.place(linear)
+    begun = _probed(fit, linear)
+    whole = replace(fit, extra=unbounded(begun))
+
+    def step(at: Array) -> tuple[Array, float]:
+        try:
+            solution = solve(whole.frozen_regression(at), tolerance=ARRIVED)
+        except ResultError:
+            return at, 0.0
+        return next_place(whole, at, solution)
+
+    first = start if begun == fit.extra else whole.begun(linear)[0]
+    return fit.frozen_regression(until_settled(step, first, ROUNDS, SETTLED).state, start)
+
+
+def _probed(fit: ShaftFit, linear: Solution) -> tuple[Unknown, ...]:
+    """The unknowns begun at the probe that fits best, where one fits clearly better than no effect."""
+    begun = list(fit.extra)
+    effects: Sequence[Effect] = [effect for effect in fit.effects if isinstance(effect, Effect) and effect.probes]
+    for effect in effects:
+        size = next(iter(effect.unknowns))
+        at = next((i for i, u in enumerate(fit.extra) if u.name == size), None)
+        if at is None:
+            continue
+        least = ShaftFit(fit.runs, (effect,)).begun(linear)[1] - CLEARLY
+        most = max(float(np.ptp(run.twist)) for run in fit.runs) / 2
+        for probe in (p for p in effect.probes[::PROBED] if p < most):
+            tried = replace(fit.extra[at], start=probe)
+            try:
+                cost = ShaftFit(fit.runs, (effect,), (tried,)).begun(linear)[1]
+            except ResultError:
+                continue
+            if cost < least:
+                least, begun[at] = cost, tried
+    return tuple(begun)

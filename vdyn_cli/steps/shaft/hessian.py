@@ -1,0 +1,46 @@
+"""The second derivative of a regression's cost, where J'J counts noise of adjusted readings as information."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import Regression, Solution
+
+Array = NDArray[np.float64]
+
+STEP = 0.3  # standard deviations, of the central differences
+
+
+def curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array]:
+    """J'J and the cost's second derivative at a solution, the runs' own unknowns eliminated, (s, s) each."""
+    s, m, runs = len(regression.shared), len(regression.own), len(regression.runs)
+    x = np.concatenate([list(solution.values.values()), *(zip(*solution.per_run.values(), strict=True))])
+    prior = np.array([u.prior[1] ** -2.0 if u.prior else 0.0 for u in (*regression.shared, *regression.own)])
+    size = np.sqrt(np.diag(solution.classical_covariance))
+    steps = np.concatenate([size, np.array([solution.per_run_std[u.name] for u in regression.own]).T.ravel()])
+    found = []
+    for exact in (False, True):
+        total = np.zeros((s, s))
+        for run in range(runs):
+            local, step = regression.local(x, run), regression.local(steps, run)
+            curvature = _hessian(regression, run, local, STEP * step) if exact else _gauss(regression, run, local)
+            curvature[range(s, s + m), range(s, s + m)] += prior[s:]
+            total += curvature[:s, :s] - curvature[:s, s:] @ np.linalg.solve(curvature[s:, s:], curvature[s:, :s])
+        found.append(total + np.diag(prior[:s]))
+    return found[0], found[1]
+
+
+def _gauss(regression: Regression, run: int, local: Array) -> Array:
+    jacobian = regression.rows(run, local).jacobian
+    return np.asarray(jacobian.T @ jacobian)
+
+
+def _hessian(regression: Regression, run: int, local: Array, steps: Array) -> Array:
+    """The derivative of J'r by central differences."""
+    columns = []
+    for shift in np.diag(steps):
+        above, below = regression.rows(run, local + shift), regression.rows(run, local - shift)
+        columns.append(above.jacobian.T @ above.residual - below.jacobian.T @ below.residual)
+    curvature = np.array(columns).T / (2 * steps)
+    return np.asarray((curvature + curvature.T) / 2)

@@ -1,0 +1,144 @@
+"""A half-shaft test, prepared once: both sides' readings, drawings and hung bars."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.inference.uncertainty_budget import propagate
+from vdyn_cli.physics.models.half_shaft import HALF_SHAFT
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.free_profiles import profile
+from vdyn_cli.steps.manoeuvre import Manoeuvre
+from vdyn_cli.steps.pendulum.pendulum_inertia import UNITS, rod_stiffness
+from vdyn_cli.steps.shaft.combined_regression import combined_regression
+from vdyn_cli.steps.shaft.result import shaft_result
+from vdyn_cli.steps.shaft.sections import drawing_budget
+from vdyn_cli.steps.shaft.shaft_readings import readings_of
+from vdyn_cli.steps.shaft.shaft_side import ShaftSide
+from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec
+from vdyn_cli.steps.shaft.stiffness_comparison import compared_stiffness
+
+FREE_TORQUE = 50.0  # N m, plausible size of a free profile
+TWIST, TWIST_RATE = 0.05, 1.0  # rad, rad/s: what a tip-in twists a half-shaft by
+STEEL = Given(79.3e9, 0.8e9)  # Pa, shear modulus of the steels of half-shafts
+
+
+@dataclass(frozen=True)
+class ShaftProblem:
+    """Half-shafts of a car: drawn, swung with a bar, logged, or several of them.
+
+    Parameters
+    ----------
+    sides : those of which anything was given.
+    findings : of the shear modulus. log_findings : of the logs.
+    duration : length of the longest log, s; 0 without one.
+    """
+
+    sides: tuple[ShaftSide, ...]
+    findings: tuple[Finding, ...]
+    log_findings: tuple[Finding, ...]
+    duration: float
+
+    @property
+    def model(self) -> Model:
+        """The half-shaft between its two ends."""
+        return HALF_SHAFT
+
+    @property
+    def profiles(self) -> tuple[Effect, ...]:
+        """Torques that are free over the twist and over its rate."""
+        return (
+            profile("torque_over_twist", "shaft", "twist", (-TWIST, TWIST), FREE_TORQUE, "N m"),
+            profile("torque_over_twist_rate", "shaft", "twist_rate", (-TWIST_RATE, TWIST_RATE), FREE_TORQUE, "N m"),
+        )
+
+    def regression(
+        self,
+        effects: Sequence[Effect] = (),
+        unknowns: Sequence[Unknown] = (),
+        start: Mapping[str, float] = NO_VALUES,
+    ) -> Regression:
+        """The logs of both sides with effects in the shafts' law; a drawing is a prior of the bar's stiffness.
+
+        Raises
+        ------
+        InputError : no log.
+        """
+        logged = [side for side in self.sides if side.runs]
+        if not logged:
+            raise InputError(Finding("shaft", "without a log there is nothing to compare", "", "add 'runs'"))
+        return combined_regression({side.name: side.regression(effects, unknowns) for side in logged})
+
+    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+        """Stiffness of each side that was drawn or tested, damping where it was logged.
+
+        With effects in the law each side is fitted for itself. Where one in series with the bar is among them, the
+        bar's stiffness is published, with the drawing as its prior.
+
+        Raises
+        ------
+        ResultError : a log does not determine a stiffness.
+        """
+        sides = []
+        for side in self.sides:
+            logged = side.logged(effects, unknowns) if side.runs else None
+            sides.append(compared_stiffness(side, logged, bool(logged and side.drawn_bar(effects))))
+        return shaft_result(sides, (*self.findings, *(f for side in sides for f in side.findings), *self.log_findings))
+
+    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
+        """None: the regression finds nondifferentiable effects from their probes."""
+        return None
+
+    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
+        """None yet."""
+        return ()
+
+
+def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftProblem:
+    """The problem of a half-shaft test.
+
+    Parameters
+    ----------
+    logs : shaft_torque (N m), and twist (rad) or motor_speed and wheel_speed (rad/s), one for each run.
+    known : shear_modulus (Pa), where the description has none.
+
+    Raises
+    ------
+    InputError : neither drawing, bar nor log; or as :func:`readings_of`.
+    """
+    readings = readings_of(spec, logs)
+    modulus, findings = _shear_modulus(spec, known)
+    sides = []
+    for name in SIDES:
+        sections = tuple(spec.sections.get(name, ()))
+        drawing = drawing_budget(sections, modulus) if sections else None
+        bar = propagate(rod_stiffness, spec.pendulum[name].measured(), UNITS) if name in spec.pendulum else None
+        if readings[name] or drawing or bar:
+            gain = spec.settings.torque_gain.value
+            sides.append(ShaftSide(name, readings[name], sections, drawing, bar, gain))
+    if not sides:
+        remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
+        raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))
+    log_findings = tuple(f for log in logs for f in log.findings)
+    return ShaftProblem(tuple(sides), findings, log_findings, max((log.duration for log in logs), default=0.0))
+
+
+def _shear_modulus(spec: ShaftSpec, known: Parameters) -> tuple[Given, tuple[Finding, ...]]:
+    """Pa, from the description, the vehicle, or steel's."""
+    if spec.shear_modulus is not None:
+        return spec.shear_modulus, ()
+    if "shear_modulus" in known:
+        return Given(known["shear_modulus"].value, known["shear_modulus"].std), ()
+    if not spec.sections:
+        return STEEL, ()
+    what = f"is not given: {STEEL.value / 1e9:g} +- {STEEL.std / 1e9:g} GPa of steel is assumed"
+    return STEEL, (Finding("shear_modulus", what, "", "add 'shear_modulus: 79.3 +- 0.5 GPa'"),)

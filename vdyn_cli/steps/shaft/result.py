@@ -1,0 +1,104 @@
+"""The result of a half-shaft test: stiffness and damping of each side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.shaft import figures, text
+from vdyn_cli.steps.shaft.sections import shared_modulus_correlation
+from vdyn_cli.steps.shaft.shaft_side import LoggedShaft
+from vdyn_cli.steps.shaft.stiffness_comparison import ComparedStiffness
+
+EXCESS = 1.3  # times the sensors' noise, beyond which the law is doubted: noise levels are known to a tenth
+
+
+def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]) -> Result:
+    """What is published of all sides.
+
+    Parameters
+    ----------
+    findings : of the description and the logs.
+    """
+    estimates, doubts = _estimates(sides)
+    by_method = {s.side.name: {name: {"value": b.value, "std": b.std} for name, b in s.methods.items()} for s in sides}
+    return Result(
+        "shaft",
+        text.sentence(sides, estimates),
+        Parameters(estimates, _correlation(sides)),
+        _summary(sides),
+        text.METHODS,
+        figures.comparisons(sides),
+        figures.figures(sides),
+        text.tables(sides),
+        tuple(dict.fromkeys([*findings, *doubts])),
+        {"stiffness_by": by_method, **_amplitudes(sides)},
+    )
+
+
+def _logged(sides: Sequence[ComparedStiffness]) -> list[LoggedShaft]:
+    return [side.logged for side in sides if side.logged is not None]
+
+
+def _amplitudes(sides: Sequence[ComparedStiffness]) -> dict[str, Any]:
+    """Estimates of the effects' unknowns, both sides' weighted by inverse variance."""
+    logged = [shaft.amplitudes for shaft in _logged(sides)]
+    found = {}
+    for name in logged[0] if logged else ():
+        weight = np.array([a[name].std ** -2.0 for a in logged])
+        value = float(weight @ np.array([a[name].value for a in logged]) / weight.sum())
+        std = float(weight.sum() ** -0.5)
+        found[name] = {"value": value, "std": std, "interval95": [value - 2 * std, value + 2 * std]}
+    return {"effects": found} if found else {}
+
+
+def _estimates(sides: Sequence[ComparedStiffness]) -> tuple[dict[str, Estimate], list[Finding]]:
+    """Stiffnesses, and the dampings that the logs determine."""
+    estimates, doubts = {}, []
+    for side in sides:
+        budgets = {f"shaft_stiffness_{side.side.name}": side.published}
+        if side.logged is not None:
+            damping, name = side.logged.damping, f"shaft_damping_{side.side.name}"
+            if damping.interval95[0] > 0:
+                budgets[name] = damping
+            else:
+                doubts.append(text.no_damping(name, damping, side.logged.stiffness))
+        for name, budget in budgets.items():
+            estimates[name] = Estimate.of(name, budget.value, budget.std, budget.interval95, "shaft")
+    return estimates, doubts
+
+
+def _correlation(sides: Sequence[ComparedStiffness]) -> dict[str, dict[str, float]]:
+    """Between drawings through the shear modulus; between stiffness and damping of one log."""
+    drawn = {f"shaft_stiffness_{s.side.name}": s.published for s in sides if list(s.methods) == ["drawing"]}
+    found: dict[str, dict[str, float]] = dict(shared_modulus_correlation(drawn)) if len(drawn) > 1 else {}
+    for side in sides:
+        if side.logged is not None and list(side.methods) == ["log"]:
+            k, c = f"shaft_stiffness_{side.side.name}", f"shaft_damping_{side.side.name}"
+            found |= {k: {k: 1.0, c: side.logged.correlation}, c: {k: side.logged.correlation, c: 1.0}}
+    return found
+
+
+def _summary(sides: Sequence[ComparedStiffness]) -> FitSummary:
+    logged = _logged(sides)
+    if not logged:
+        return FitSummary(tuple(f"drawing, {s.side.name}" for s in sides), 0.0, 0.0, "N m", ())
+    off = np.concatenate([run.torque - torque for s in logged for run, torque in zip(s.runs, s.torque, strict=True)])
+    squares = sum(float(np.sum(r**2)) for s in logged for r in s.solution.residuals)
+    conditions = sum(run.conditions_per_sample * run.time.size for s in logged for run in s.runs)
+    excess = float(np.sqrt(squares / conditions))  # 1 where the sensors' noise explains the residuals
+    warnings = [w for s in logged for w in s.solution.warnings]
+    if excess > EXCESS:
+        what = f"the residuals are {excess:.1f} times the sensors' noise"
+        warnings.append(f"{what}: backlash, a joint that stiffens, or a clock offset")
+    rms, solution = float(np.sqrt(np.mean(off**2))), logged[0].solution
+    names = tuple(run.name for s in logged for run in s.runs)
+    unknowns = (*solution.names, *solution.per_run)
+    return FitSummary(
+        names, rms, rms / excess, "N m", unknowns, solution.unit, solution.n_units, warnings=tuple(warnings)
+    )

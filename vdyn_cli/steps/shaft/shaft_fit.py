@@ -1,0 +1,284 @@
+"""A half-shaft's stiffness and damping from a log of its torque and twist, with noise in every channel.
+
+The true twist phi and its rate are unknown; torque, twist and rate are read with noise, and obey
+
+    T = k phi + c phi' + zero,      phi(i+1) - phi(i) = h (phi'(i) + phi'(i+1)) / 2
+
+Least squares of the torque alone would take the noise of the rate for rate and lose a sixth of c. Here the readings are
+adjusted, each by its own noise, until both hold (functional maximum likelihood; Gauss-Helmert model): with A the
+derivative of the conditions g to the readings and S the readings' covariance, g'(A S A')^-1 g is minimized. Its
+gradient is exact with dg/d(k, c) taken at the adjusted readings. J'J counts their noise as information, so the
+intervals use the cost's own second derivative. A channel that is not logged takes part with a variance so large that it
+has no weight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.model_builder import Correction
+from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
+from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.inference.banded import whitened
+from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.inference.restrict import restricted
+from vdyn_cli.physics.models.half_shaft import HALF_SHAFT
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.steps.shaft.hessian import curvatures
+from vdyn_cli.steps.shaft.noise import ReadingConditions
+from vdyn_cli.steps.shaft.shaft_readings import UNREAD_TWIST, ShaftReadings
+
+Array = NDArray[np.float64]
+
+RATE_ZERO = 0.05  # rad/s, standard deviation of the difference of the two speeds' zeros
+TORQUE_ZERO = 10.0  # N m, standard deviation of the torque's zero where it can be separated from the twist's
+TWIST_ZERO = 2e-3  # rad, standard deviation of the twist's zero, a tenth of a degree
+ARRIVED = 1e-3  # of one residual's variance that a further step may still gain, where the law is nonlinear
+FIRST_ROUNDS = 2
+ROUNDS, SETTLED = 12, 0.02  # of adjusting the readings anew, until no unknown moves by more standard deviations
+CORNERED = 0.5  # standard deviations by which one may still move then: at a corner two solutions can alternate
+ADJUSTMENTS = 4  # of the readings about the last adjusted ones, where the law is nonlinear
+
+
+@dataclass(frozen=True)
+class _FrozenRun:
+    """One run with its readings adjusted, and weighted, as at some values of the unknowns.
+
+    ``drive`` are the adjusted readings, ``torque`` (n,) what the law makes of them, ``rate_zero`` that of those values.
+    """
+
+    drive: Drive
+    torque: Array
+    rate_zero: float
+    conditions: ReadingConditions
+
+
+@dataclass(frozen=True)
+class ShaftFit:
+    """Runs of one half-shaft, the conditions on their readings, and the regression.
+
+    Parameters
+    ----------
+    runs : all of the same shaft.
+    effects, extra : corrections of the shaft's law, and their unknowns, shared by all runs.
+    bar : stiffness of the bar and its standard deviation, N m/rad, where it is known from elsewhere.
+    """
+
+    runs: tuple[ShaftReadings, ...]
+    effects: Sequence[Correction] = ()
+    extra: tuple[Unknown, ...] = ()
+    bar: tuple[float, float] | None = None
+
+    @cached_property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """Stiffness, damping, those of the effects, and each run's zeros.
+
+        The zeros of torque and twist can be separated only where effects make the law nonlinear.
+        """
+        stiffness = _plain_stiffness(self.runs)
+        twist = TWIST_ZERO if all(run.noise[1] < UNREAD_TWIST for run in self.runs) else UNREAD_TWIST
+        torque = (0.0, TORQUE_ZERO) if self.effects else None
+        zeros = (
+            Unknown("torque_zero", 0.0, unit="N m", prior=torque, per_run=True, nuisance=True),
+            Unknown("rate_zero", 0.0, unit="rad/s", prior=(0.0, RATE_ZERO), per_run=True, nuisance=True),
+            Unknown("twist_zero", 0.0, unit="rad", prior=(0.0, twist), per_run=True, nuisance=True),
+        )
+        return (
+            Unknown("shaft_stiffness", stiffness, 0.02 * stiffness, 50 * stiffness, "N m/rad", self.bar),
+            Unknown("shaft_damping", 1e-3 * stiffness, -stiffness, stiffness, "N m s/rad"),
+            *self.extra,
+            *(zeros if self.effects else zeros[:2]),
+        )
+
+    @cached_property
+    def regression(self) -> Regression:
+        """The regression over all runs; each evaluation adjusts the readings anew, as suits a linear law."""
+        return Regression(self.unknowns, tuple(run.name for run in self.runs), self._rows)
+
+    def frozen_regression(self, at: Array, start: Array | None = None) -> Regression:
+        """The regression with readings adjusted, and weighted, as at some values of the unknowns.
+
+        A nonlinear law (backlash) has its readings adjusted once and is compared at those, as often as its fit needs to
+        settle::
+
+            r(theta) = L^-1 (g(at; read) + g(theta; adjusted) - g(at; adjusted))
+
+        Parameters
+        ----------
+        at : (s + runs m,), all unknowns. start : where the fit begins, else at ``at``.
+        """
+        frozen = [self._frozen(index, self.regression.local(at, index)) for index in range(len(self.runs))]
+
+        def rows(index: int, theta: Array) -> Rows:
+            here, step = frozen[index], np.diff(self.runs[index].time)
+            simulated = self._simulated(here.drive, theta)
+            values, slopes = here.conditions.values.copy(), np.zeros((here.conditions.values.size, theta.size))
+            values[::2] += simulated.outputs["shaft_torque"] - here.torque
+            values[1::2] += step * (theta[self._at("rate_zero")] - here.rate_zero)
+            slopes[::2] = simulated.sensitivities["shaft_torque"][:, : theta.size]
+            slopes[1::2, self._at("rate_zero")] = step
+            return _white_rows(here.conditions, values, slopes)
+
+        begin = at if start is None else start
+        s, m = len(self.regression.shared), len(self.regression.own)
+        shared = iter(begin[:s].tolist())
+        begun = tuple(u if u.per_run else replace(u, start=next(shared)) for u in self.unknowns)
+        own = {u.name: begin[s + i :: m] for i, u in enumerate(self.regression.own)}
+        return replace(self.regression, unknowns=begun, rows=rows, run_starts=own)
+
+    def place(self, solution: Solution) -> Array:
+        """All unknowns, (s + runs m,), at a solution of this fit, or of the linear one: effects are at their starts.
+
+        A linear law shows one zero only. In a nonlinear one it is the twist's, since torques are zeroed well.
+        """
+        shared = [solution.values.get(u.name, u.start) for u in self.regression.shared]
+        zeros = dict(solution.per_run)
+        if "twist_zero" not in zeros:
+            zeros["twist_zero"] = -zeros["torque_zero"] / solution.values["shaft_stiffness"]
+            zeros["torque_zero"] = np.zeros(len(self.runs)) if self.effects else zeros["torque_zero"]
+        own = np.array([zeros[u.name] for u in self.regression.own])
+        return np.concatenate([shared, own.T.ravel()])
+
+    def adjusted(self, index: int, theta: Array) -> tuple[Array, Array, Array]:
+        """Adjusted twist (rad), rate (rad/s) and their torque (N m), (n,) each, of a run at its local unknowns."""
+        twist, rate = self._conditions(index, theta).adjusted()
+        torque = self._simulated(self.runs[index].drive(twist, rate), theta).outputs["shaft_torque"]
+        return twist, rate, np.asarray(torque)
+
+    def solve(self, linear: Solution) -> tuple[Solution, Array]:
+        """The solution, and the covariance of the shared unknowns.
+
+        The score contributions of blocks give (J'J)^-1 g_b; with the noise of the adjusted readings in J they are too
+        small, and multiplied by H^-1 (J'J), H the cost's second derivative, they are right.
+
+        Parameters
+        ----------
+        linear : the solution without effects.
+
+        Raises
+        ------
+        ResultError : the fit's own, or the adjusted readings do not converge.
+        """
+        solution = self._settled(linear) if self.effects else linear
+        gauss, hessian = curvatures(self.regression, solution)
+        scale = np.linalg.solve(hessian, gauss)
+        return solution, scale @ solution.covariance @ scale.T
+
+    def begun(self, linear: Solution) -> tuple[Array, float]:
+        """All unknowns, and the cost, where a search may begin: all else fitted to the effects as they start.
+
+        A corner that is looked for in the wrong place draws a fit away from it.
+        """
+        at = self.place(linear)
+        held, cost = {u.name: u.start for u in self.extra}, np.inf
+        for _ in range(FIRST_ROUNDS):
+            solution = solve(restricted(self.frozen_regression(at), held), tolerance=ARRIVED)
+            at, cost = self.place(solution), solution.cost
+        return at, cost
+
+    def _settled(self, linear: Solution) -> Solution:
+        """The solution at which readings adjusted for it lead to it again, or nearly."""
+
+        def step(last: tuple[Array, Solution | None, float]) -> tuple[tuple[Array, Solution | None, float], float]:
+            at, best, least = last
+            solution = solve(self.frozen_regression(at), tolerance=ARRIVED)
+            at, moved = next_place(self, at, solution)
+            return (at, solution, moved) if moved < least else (at, best, least), moved
+
+        start: tuple[Array, Solution | None, float] = (self.begun(linear)[0], None, CORNERED)
+        _, best, _ = until_settled(step, start, ROUNDS, SETTLED).state
+        if best is None:
+            raise ResultError(
+                Finding("fit", "the adjusted readings have not converged", "", "check units and the loggers' clocks")
+            )
+        return best
+
+    def _frozen(self, index: int, theta: Array) -> _FrozenRun:
+        run = self.runs[index]
+        about = run.twist, run.rate
+        for _ in range(ADJUSTMENTS):
+            conditions = self._conditions(index, theta, about)
+            about = conditions.adjusted()
+        drive = run.drive(*about)
+        torque = self._simulated(drive, theta).outputs["shaft_torque"]
+        return _FrozenRun(drive, torque, float(theta[self._at("rate_zero")]), conditions)
+
+    def _rows(self, index: int, theta: Array) -> Rows:
+        run, conditions = self.runs[index], self._conditions(index, theta)
+        simulated = self._simulated(run.drive(*conditions.adjusted()), theta)
+        slopes = np.zeros((conditions.values.size, theta.size))
+        slopes[::2] = simulated.sensitivities["shaft_torque"][:, : theta.size]
+        slopes[1::2, self._at("rate_zero")] = np.diff(run.time)
+        return _white_rows(conditions, conditions.values, slopes)
+
+    def _conditions(self, index: int, theta: Array, about: tuple[Array, Array] | None = None) -> ReadingConditions:
+        """The conditions at a run's local unknowns, the law linearized about twist and rate, else about the readings.
+
+        A law that is nonlinear within the readings' noise is linear about the true twist and rate, not about their
+        readings: at a corner those would be off by k times the noise.
+        """
+        run = self.runs[index]
+        twist, rate = (run.twist, run.rate) if about is None else about
+        simulated = self._simulated(run.drive(twist, rate), theta)
+        tangents = simulated.sensitivities["shaft_torque"]
+        # The slope of the torque to the twist itself is minus that to its zero.
+        to_twist, to_rate = -tangents[:, self._names.index("twist_zero")], -tangents[:, self._at("rate_zero")]
+        true_rate = run.rate - theta[self._at("rate_zero")]
+        values = np.empty(2 * run.time.size - 1)
+        values[::2] = simulated.outputs["shaft_torque"] - run.torque
+        if about is not None:
+            values[::2] += to_twist * (run.twist - twist) + to_rate * (run.rate - rate)
+        values[1::2] = np.diff(run.twist) - np.diff(run.time) * (true_rate[1:] + true_rate[:-1]) / 2
+        return ReadingConditions(run, values, to_twist, to_rate)
+
+    def _at(self, name: str) -> int:
+        return self._names.index(name)
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys([*(u.name for u in self.unknowns), "twist_zero"]))
+
+    @cached_property
+    def _simulator(self) -> Simulator:
+        zeros = dict.fromkeys(("shaft_damping", "twist_zero", "rate_zero", "torque_zero"), 0.0)
+        values = {"shaft_stiffness": self.unknowns[0].start, **zeros}
+        return Simulator(HALF_SHAFT, values, self._names, self.effects)
+
+    def _simulated(self, drive: Drive, theta: Array) -> Simulated:
+        """With the twist's zero at 0 where it is not among the unknowns."""
+        return self._simulator(drive, np.append(theta, np.zeros(len(self._names) - theta.size)))
+
+
+def linear_solution(runs: Sequence[ShaftReadings]) -> Solution:
+    """Stiffness and damping of one shaft without effects.
+
+    Raises
+    ------
+    ResultError : the fit's own.
+    """
+    return solve(ShaftFit(tuple(runs)).regression)
+
+
+def next_place(fit: ShaftFit, at: Array, solution: Solution) -> tuple[Array, float]:
+    """All unknowns at a solution, and by how many standard deviations a shared one moved from ``at`` at most."""
+    later = fit.place(solution)
+    std = np.array([solution.std[n] for n in solution.names])
+    return later, float(np.max(np.abs(later - at)[: std.size] / std))
+
+
+def _white_rows(conditions: ReadingConditions, values: Array, slopes: Array) -> Rows:
+    """Torque and chain, in turn, were read at the same times."""
+    white = whitened(conditions.factor, np.column_stack([slopes, values]))
+    return Rows(white[:, -1], white[:, :-1], time=np.repeat(conditions.run.time, 2)[:-1])
+
+
+def _plain_stiffness(runs: Sequence[ShaftReadings]) -> float:
+    """Least squares of torque on twist, each run about its mean."""
+    above = sum(float(np.sum((r.twist - r.twist.mean()) * (r.torque - r.torque.mean()))) for r in runs)
+    below = sum(float(np.sum((r.twist - r.twist.mean()) ** 2)) for r in runs)
+    return abs(above / below)

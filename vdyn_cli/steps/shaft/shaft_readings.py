@@ -1,0 +1,160 @@
+"""The readings of a half-shaft's log: torque, twist and its rate, their noise, and checks of the channels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.simulate import Drive
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.errors import Finding, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec, SideName
+from vdyn_cli.steps.sign_conventions import REMEDY, cosine, wrong_sign
+
+Array = NDArray[np.float64]
+
+UNREAD_TWIST = 0.3  # rad, standard deviation of a twist that was not logged: ten times that of a hard tip-in
+UNREAD_RATE = 30.0  # rad/s, of its rate
+LEAST_TORQUE = 10.0  # noise levels of the torque that a tip-in has to move it by
+FEWEST_SAMPLES = 200  # a second at 200 Hz: two or three swings of a driveline
+MOST_TWIST = 3.0  # rad: no half-shaft twists so far while a brake holds the wheel
+DEAD = 0.02  # of the other speed, below which one did not measure
+SAME_RATIO = 0.02  # relative, between the ratio of the speeds and gear_ratio
+TURNING = 1.0  # rad/s of the wheel, above which the ratio of the speeds means something
+
+
+@dataclass(frozen=True)
+class ShaftReadings:
+    """One run's readings, without gaps in the values.
+
+    Parameters
+    ----------
+    name : of the log. time, torque, twist, rate : (n,), SI; twist or rate from the other where not logged.
+    noise : standard deviations of torque (N m), twist (rad), rate (rad/s).
+    """
+
+    name: str
+    time: Array
+    torque: Array
+    twist: Array
+    rate: Array
+    noise: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, log: Log, gear_ratio: float) -> ShaftReadings:
+        """From a log of shaft_torque and of twist, or motor_speed and wheel_speed, or all of them.
+
+        ``gear_ratio`` is turns of the motor_speed channel per turn of the wheel.
+        """
+        used = _used(log)
+        good = np.all([np.isfinite(log[name]) for name in used], axis=0)
+        time, values = log.time[good], {name: log[name][good] for name in used}
+        level = {name: white_level(v, time) for name, v in values.items()}
+        if "motor_speed" in used:
+            rate = values["motor_speed"] / gear_ratio - values["wheel_speed"]
+            rate_noise = float(np.hypot(level["motor_speed"] / gear_ratio, level["wheel_speed"]))
+        else:
+            rate, rate_noise = np.gradient(values["twist"], time), UNREAD_RATE
+        if "twist" in used:
+            twist, twist_noise = values["twist"], level["twist"]
+        else:
+            twist_noise = UNREAD_TWIST
+            twist = np.concatenate([[0.0], np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2)])
+        return cls(
+            log.name, time, values["shaft_torque"], twist, rate, (level["shaft_torque"], twist_noise, rate_noise)
+        )
+
+    @property
+    def conditions_per_sample(self) -> int:
+        """How many of the two conditions on each sample can be violated: not that of a channel that was not read."""
+        return 2 - (self.noise[1] == UNREAD_TWIST) - (self.noise[2] == UNREAD_RATE)
+
+    def drive(self, twist: Array, rate: Array) -> Drive:
+        """The shaft's inputs at the run's times: twist (rad) and its rate (rad/s), (n,) each."""
+        return Drive(self.time, {"twist": twist, "twist_rate": rate})
+
+
+def _used(log: Log) -> list[str]:
+    """The channels of the log that are read: one speed alone tells no twist."""
+    speeds = [n for n in ("motor_speed", "wheel_speed") if n in log]
+    return ["shaft_torque", *(["twist"] if "twist" in log else []), *(speeds if len(speeds) == 2 else [])]
+
+
+def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[ShaftReadings, ...]]:
+    """The runs of each side.
+
+    Raises
+    ------
+    InputError : no twist and no speeds, a wrong sign or gear ratio, too short or too gentle.
+    """
+    ratio = spec.settings.gear_ratio.value
+    found: dict[SideName, list[ShaftReadings]] = {name: [] for name in SIDES}
+    findings: list[Finding] = []
+    for run, log in zip(spec.runs, logs, strict=True):
+        used = _used(log)
+        if len(used) == 1:
+            remedy = "map 'twist', or 'motor_speed' and 'wheel_speed'"
+            findings.append(Finding("channels", "the twist of the shaft cannot be computed", "", remedy))
+            break
+        samples = np.count_nonzero(np.all([np.isfinite(log[name]) for name in used], axis=0))
+        if samples < FEWEST_SAMPLES:
+            got = f"{samples} samples with every channel written"
+            findings.append(Finding(log.name, "the log is too short", got, f"at least {FEWEST_SAMPLES}"))
+            continue
+        readings = ShaftReadings.of(log, ratio)
+        findings += [*speed_ratio_doubts(log, ratio), *_too_gentle(readings), *_wrong_sign(readings, "twist" in log)][
+            :1
+        ]
+        found[run.side].append(readings)
+    raise_all(dict.fromkeys(findings))
+    return {side: tuple(runs) for side, runs in found.items()}
+
+
+def speed_ratio_doubts(log: Log, ratio: float) -> list[Finding]:
+    """A speed that did not measure, or speeds whose ratio is not the gear ratio."""
+    if not ("motor_speed" in log and "wheel_speed" in log):
+        return []
+    motor, wheel = log["motor_speed"], log["wheel_speed"]
+    for dead, alive, still, turns in (
+        ("motor_speed", "wheel_speed", motor / ratio, wheel),
+        ("wheel_speed", "motor_speed", wheel, motor / ratio),
+    ):
+        if np.nanmax(np.abs(still)) < DEAD * np.nanmax(np.abs(turns)) and _turned(log.time, turns) > MOST_TWIST:
+            what = f"stays below {DEAD:.0%} of {alive}: it did not measure"
+            return [Finding(f"{log.name}, channel '{dead}'", what, "", "map 'twist' instead, or leave the run out")]
+    turning = np.isfinite(motor) & np.isfinite(wheel) & (np.abs(wheel) > TURNING)
+    if not turning.any():
+        return []
+    seen = float(np.median(motor[turning] / wheel[turning]))
+    if abs(seen / ratio - 1) < SAME_RATIO:
+        return []
+    remedy = f"write 'gear_ratio: {seen:.4g}' under settings" if seen > 0 else "add 'sign: -1' to one of the speeds"
+    what = "motor_speed over wheel_speed is not the gear ratio"
+    return [Finding(log.name, what, f"{seen:.4g} against {ratio:g}", remedy)]
+
+
+def _turned(time: Array, speed: Array) -> float:
+    """rad, how far it turned to either side."""
+    there = np.isfinite(speed)
+    return float(np.ptp(np.cumsum(np.diff(time[there]) * speed[there][1:])))
+
+
+def _too_gentle(run: ShaftReadings) -> list[Finding]:
+    move, noise = float(np.std(run.torque)), run.noise[0]
+    if move > max(LEAST_TORQUE * noise, 1e-9):
+        return []
+    got = f"standard deviation {move:.3g} N m, noise {noise:.3g} N m"
+    return [Finding(run.name, "the torque of the shaft hardly moves", got, "tip in and out hard in a low gear")]
+
+
+def _wrong_sign(run: ShaftReadings, twist_read: bool) -> list[Finding]:
+    if np.ptp(run.twist) == 0 or cosine(run.torque - run.torque.mean(), run.twist - run.twist.mean()) > 0:
+        return []
+    channel = "twist" if twist_read else "motor_speed and wheel_speed"
+    return [
+        wrong_sign(run.name, channel, "the twist falls where the torque rises", "", f"{REMEDY}, or to shaft_torque")
+    ]

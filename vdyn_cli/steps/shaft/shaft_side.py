@@ -1,0 +1,124 @@
+"""One side's half-shaft, prepared once: its logs, its drawing, a bar hung on it; and the fit to its logs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.inference import Regression, Solution, Unknown
+from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.shaft.combined_regression import regression_with_effects
+from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
+from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
+from vdyn_cli.steps.shaft.spec import SectionSpec, SideName
+
+Array = NDArray[np.float64]
+
+UNIT = "N m/rad"
+IN_SERIES = "series_compliance"
+EXACT = 1e-3  # relative: a drawing's stiffness is not known better
+
+
+@dataclass(frozen=True)
+class LoggedShaft:
+    """What the logs of one half-shaft tell.
+
+    Parameters
+    ----------
+    runs : the readings.
+    twist, rate, torque : of each run, adjusted: (n,), rad, rad/s, and N m that the law makes of them.
+    solution : the fit.
+    stiffness, damping, correlation : N m/rad, N m s/rad, and the correlation of their errors.
+    amplitudes : of the effects in the law, by unknown.
+    """
+
+    runs: tuple[ShaftReadings, ...]
+    twist: tuple[Array, ...]
+    rate: tuple[Array, ...]
+    torque: tuple[Array, ...]
+    solution: Solution
+    stiffness: Budget
+    damping: Budget
+    correlation: float
+    amplitudes: Mapping[str, Given]
+
+
+@dataclass(frozen=True)
+class ShaftSide:
+    """What was given of one side's half-shaft.
+
+    Parameters
+    ----------
+    runs : readings of its logs.
+    sections : of its drawing. drawing, bar : stiffness, N m/rad, by drawing and by a bar that swung on it, or None.
+    torque_gain : standard deviation of the gain of the torque sensor.
+    """
+
+    name: SideName
+    runs: tuple[ShaftReadings, ...]
+    sections: tuple[SectionSpec, ...]
+    drawing: Budget | None
+    bar: Budget | None
+    torque_gain: float
+
+    @cached_property
+    def linear(self) -> Solution:
+        """The fit to the logs without effects."""
+        return linear_solution(self.runs)
+
+    def drawn_bar(self, effects: Sequence[Effect]) -> tuple[float, float] | None:
+        """Prior of the bar's stiffness, N m/rad, from the drawing, where an effect in series with it is in the law."""
+        if self.drawing is None or not any(effect.name == IN_SERIES for effect in effects):
+            return None
+        return self.drawing.value, max(self.drawing.std, EXACT * self.drawing.value)
+
+    def regression(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Regression:
+        """The logs of this side, with effects in the law."""
+        fit = ShaftFit(self.runs, effects, tuple(unknowns), self.drawn_bar(effects))
+        return regression_with_effects(fit, self.linear) if effects else fit.regression
+
+    def logged(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoggedShaft:
+        """Fit the logs of this side; an error of the torque's gain moves stiffness and damping alike.
+
+        Raises
+        ------
+        ResultError : the logs do not determine a stiffness.
+        """
+        fit = ShaftFit(self.runs, effects, tuple(unknowns), self.drawn_bar(effects))
+        solution, covariance = fit.solve(self.linear)
+        std = np.sqrt(np.diag(covariance)).tolist()
+        stiffness, damping = (
+            self._budget(solution, name, unit, error)
+            for name, unit, error in zip(("shaft_stiffness", "shaft_damping"), (UNIT, "N m s/rad"), std, strict=False)
+        )
+        if stiffness.interval95[0] <= 0:
+            got = f"{stiffness.value:.4g} +- {stiffness.std:.2g} {UNIT}"
+            raise ResultError(Finding("shaft_stiffness", "the log does not determine it", got, "log a harder tip-in"))
+        together = covariance[0, 1] + stiffness.value * damping.value * self.torque_gain**2
+        adjusted = [fit.adjusted(k, _local(fit, solution, k)) for k in range(len(self.runs))]
+        twist, rate, torque = zip(*adjusted, strict=True)
+        # The standard deviation is at least that of the noise, whatever the scatter of the blocks.
+        least = np.sqrt(np.diag(solution.classical_covariance)).tolist()
+        amplitudes = {
+            u.name: Given(solution.values[u.name], max(a, b))
+            for u, a, b in zip(unknowns, std[2:], least[2:], strict=True)
+        }
+        correlation = float(together / (stiffness.std * damping.std))
+        return LoggedShaft(self.runs, twist, rate, torque, solution, stiffness, damping, correlation, amplitudes)
+
+    def _budget(self, solution: Solution, name: str, unit: str, std: float) -> Budget:
+        value = solution.values[name]
+        scatter = Contribution("scatter_of_the_data", value, std, unit, 1.0, solution.degrees[name])
+        return Budget(value, (scatter, Contribution("torque_gain", 1.0, self.torque_gain, "", value)))
+
+
+def _local(fit: ShaftFit, solution: Solution, run: int) -> Array:
+    own = [solution.per_run[u.name][run] for u in fit.regression.own]
+    return np.array([*solution.values.values(), *own])

@@ -1,0 +1,84 @@
+"""One side's stiffness by log, hung bar and drawing: what is published, and where they disagree."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.inference.uncertainty_budget import Budget
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.inverse_variance import weighted_mean
+from vdyn_cli.steps.shaft.shaft_side import UNIT, LoggedShaft, ShaftSide
+
+AGREE = 2.0  # standard deviations of the difference: two that agree differ by more in one case of twenty
+PLAIN = (2_900.0, 8_000.0)  # N m/rad: plain steel half-shafts of 24 to 28 mm, 600 to 900 mm long
+
+
+@dataclass(frozen=True)
+class ComparedStiffness:
+    """A side's stiffness, N m/rad, by method ("log", "bar", "drawing"), best first, and what is published of them."""
+
+    side: ShaftSide
+    methods: Mapping[str, Budget]
+    logged: LoggedShaft | None
+    published: Budget
+    findings: tuple[Finding, ...]
+
+
+def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None, drawing_used: bool) -> ComparedStiffness:
+    """Publish the log's stiffness (what the car feels), else the bar's, else the drawing's.
+
+    Methods that agree with it and state their uncertainty are averaged with it, weighted by inverse variance. A log
+    that is softer than its drawing has further compliance in series.
+
+    Parameters
+    ----------
+    drawing_used : the log's fit has the drawing as a prior: the drawing is not compared again.
+    """
+    given = {
+        "log": logged.stiffness if logged else None,
+        "bar": side.bar,
+        "drawing": None if drawing_used else side.drawing,
+    }
+    methods = {name: budget for name, budget in given.items() if budget is not None}
+    first, best = next(iter(methods.items()))
+    joined, findings = {first: best}, []
+    for other, budget in list(methods.items())[1:]:
+        apart = (best.value - budget.value) / float(np.hypot(best.std, budget.std) or np.inf)
+        if abs(apart) > AGREE:
+            got = f"{best.value:.5g} against {budget.value:.5g} {UNIT}, {abs(apart):.1f} standard deviations"
+            what, remedy = _disagreement(best, other, budget)
+            findings.append(Finding(f"{side.name}, {first} and {other}", what, got, remedy))
+        elif budget.std > 0 and best.std > 0:
+            joined[other] = budget
+    findings += _implausible(side.name, best)
+    published = best if len(joined) == 1 else weighted_mean(joined, UNIT)
+    return ComparedStiffness(side, methods, logged, published, tuple(findings))
+
+
+def _disagreement(best: Budget, other: str, budget: Budget) -> tuple[str, str]:
+    """What the difference means, and what to do."""
+    if best.value < budget.value and other == "drawing":
+        series = 1 / best.value - 1 / budget.value
+        return (
+            f"the shaft is {1 - best.value / budget.value:.0%} softer than its drawing: joints and splines with "
+            f"{series:.2g} rad/(N m) in series would explain it (20 to 60 % is usual)"
+        ), "none needed where the joints belong to the model's shaft"
+    what = "they disagree" + ("; joints cannot make a shaft stiffer than its bar" if other == "drawing" else "")
+    return what, "check units and gains of torque and twist, diameters, shear modulus"
+
+
+def _implausible(name: str, best: Budget) -> list[Finding]:
+    if PLAIN[0] <= best.value <= PLAIN[1]:
+        return []
+    if best.value > PLAIN[1]:
+        what = f"{best.value / PLAIN[1]:.1f} times the stiffest plain half-shaft of 24 to 28 mm (2 900 to 8 000 {UNIT})"
+        remedy = (
+            "check diameters (fourth power) and lengths; the paper's 16 576 and 29 292 are two to four times it too"
+        )
+    else:
+        what = f"softer than a plain half-shaft of 24 to 28 mm (2 900 to 8 000 {UNIT})"
+        remedy = "check diameters (not radii), units and gear_ratio, unless it is no car's half-shaft"
+    return [Finding(f"shaft_stiffness_{name}", what, f"{best.value:.5g} {UNIT}", remedy)]

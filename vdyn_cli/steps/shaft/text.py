@@ -1,0 +1,85 @@
+"""Sentences and tables of a half-shaft test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from vdyn_cli.inference.uncertainty_budget import Budget
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.number_text import two_digits
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Table
+from vdyn_cli.steps.shaft.sections import shares
+from vdyn_cli.steps.shaft.shaft_side import UNIT
+from vdyn_cli.steps.shaft.stiffness_comparison import ComparedStiffness
+
+METHODS = (
+    "Drawing: compliances of the sections in series, with the uncertainty of shear modulus, diameters and lengths "
+    "propagated. Bar: torsional pendulum. Log: torque, twist and its rate adjusted within their noise until torque = "
+    "k twist + c rate + zero and the twist is the integral of its rate (functional maximum likelihood); noise of each "
+    "channel from its third differences; zeros of torque and rate free in each run; intervals from the scatter of "
+    "blocks of equal information (Bell and McCaffrey 2002), with the cost's own second derivative. Methods that agree "
+    "within two standard deviations are weighted by inverse variance; otherwise the log is published."
+)
+
+
+def sentence(sides: Sequence[ComparedStiffness], estimates: Mapping[str, Estimate]) -> str:
+    """Stiffness and damping of each side, and what the methods gave."""
+    parts = []
+    for compared in sides:
+        (low, high), name = compared.published.interval95, compared.side.name
+        text = f"the {name} half-shaft has {compared.published.value:,.5g} {UNIT} (95 %: {low:,.5g} to {high:,.5g})"
+        damping = estimates.get(f"shaft_damping_{name}")
+        if damping is not None:
+            low, high = damping.interval95
+            text += f" and {damping.value:.3g} N m s/rad of damping (95 %: {low:.3g} to {high:.3g})"
+        first, *others = compared.methods
+        text += f", from the {first}"
+        for other in others:
+            text += f", the {other} gives {compared.methods[other].value:,.5g}"
+        parts.append(text)
+    text = "; ".join(parts)
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
+    """Why a damping is not published: its interval holds zero, or lies below it."""
+    got = f"{damping.value:.3g} +- {damping.std:.2g} N m s/rad"
+    if damping.interval95[1] >= 0:
+        what, remedy = "is not determined by the log and not published", "log a sharper tip-in, so that the shaft rings"
+        return Finding(name, what, got, remedy)
+    late = -1e3 * damping.value / stiffness.value  # T(t) = k phi(t - d) reads as k phi - k d phi'
+    remedy = f"the torque seems to be logged {late:.1f} ms after the twist: check the loggers' clocks"
+    return Finding(name, "is significantly negative, which no shaft's is, and not published", got, remedy)
+
+
+def tables(sides: Sequence[ComparedStiffness]) -> tuple[Table, ...]:
+    """Sections of the drawings, stiffness by each method, and the uncertainty of each."""
+    found = [table for table in (_sections(sides), _methods(sides)) if table.rows]
+    for compared in sides:
+        for method, budget in compared.methods.items():
+            title = f"Uncertainty of the {method}, {compared.side.name}"
+            found.append(budget.table(f"{method}_budget_{compared.side.name}", title, UNIT))
+    return tuple(found)
+
+
+def _sections(sides: Sequence[ComparedStiffness]) -> Table:
+    rows = []
+    for side in (compared.side for compared in sides):
+        for i, (s, share) in enumerate(zip(side.sections, shares(side.sections), strict=True)):
+            end = "" if s.end_diameter is None else f" to {1000 * s.end_diameter.value:.2f}"
+            cells = (f"{1000 * s.outer_diameter.value:.2f}{end}", f"{1000 * s.inner_diameter.value:.2f}",
+                     f"{1000 * s.length.value:.1f}", f"{share:.1%}")  # fmt: skip
+            rows.append((side.name, str(i + 1), *cells))
+    columns = ("side", "section", "outer diameter [mm]", "inner diameter [mm]", "length [mm]", "share of the twist")
+    return Table("sections", "The drawing", columns, tuple(rows))
+
+
+def _methods(sides: Sequence[ComparedStiffness]) -> Table:
+    rows = [
+        (c.side.name, method, f"{b.value:.5g}", two_digits(b.std), f"{b.interval95[0]:.5g} to {b.interval95[1]:.5g}")
+        for c in sides
+        for method, b in c.methods.items()
+    ]
+    columns = ("side", "from", f"stiffness [{UNIT}]", "standard deviation", "95 %")
+    return Table("ways", "Stiffness by each method", columns, tuple(rows))
