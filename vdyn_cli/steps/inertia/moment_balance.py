@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.inference import Regression, Rows, Solution, Unknown, white_level
+from vdyn_cli.inference import Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
 from vdyn_cli.physics.models.wheel_spin import INPUTS, LEVER, READINGS, WHEEL_SPIN
 from vdyn_cli.quantities.errors import Finding, ResultError
@@ -140,7 +140,7 @@ class MomentBalance:
         inertia = above / below
         if inertia > 0:
             return inertia
-        slope = self._slopes(("wheel_radius",), [inertia], np.zeros(len(self.runs)))["wheel_radius"]
+        slope = self.slopes(("wheel_radius",), [inertia], np.zeros(len(self.runs)))["wheel_radius"]
         got = f"{inertia:.3g} kg m^2; 1 mm of wheel_radius moves it by {abs(slope) * 1e-3:.2g}"
         remedy = "check wheel_radius (loaded, not unloaded) and the gains of torque and force"
         raise ResultError(Finding("wheel_inertia", "the moment balance leaves a negative inertia", got, remedy))
@@ -200,19 +200,6 @@ class MomentBalance:
         return Regression(every, tuple(run.log.name for run in self.runs), rows)
 
     def slopes(
-        self, names: Sequence[str], solution: Solution, effects: Sequence[Correction], unknowns: Sequence[Unknown]
-    ) -> dict[str, float]:
-        """How the estimated inertia moves with what was taken as known: d Jw / d known, by name.
-
-        Parameters
-        ----------
-        names : parameters of the model.
-        solution : of the regression with these effects and unknowns.
-        """
-        shared, zeros = list(solution.values.values()), solution.per_run["hub_torque_zero"]
-        return self._slopes(names, shared, zeros, effects, unknowns)
-
-    def _slopes(
         self,
         names: Sequence[str],
         shared: Sequence[float],
@@ -220,7 +207,15 @@ class MomentBalance:
         effects: Sequence[Correction] = (),
         unknowns: Sequence[Unknown] = (),
     ) -> dict[str, float]:
-        """The minimum follows a known p as d theta / dp = -(J'J)^-1 J' dr/dp, J with the priors' rows."""
+        """How the estimated inertia moves with what was taken as known: d Jw / d known, by name.
+
+        The minimum follows a known p as d theta / dp = -(J'J)^-1 J' dr/dp, J with the priors' rows.
+
+        Parameters
+        ----------
+        names : parameters of the model.
+        shared, zeros : a solution with these effects and unknowns: its shared unknowns, and each run's zero (N m).
+        """
         known = [Unknown(name, self.wheel[name]) for name in names]
         extended = self.regression(shared[0], effects, (*unknowns, *known))
         s, size = len(shared), len(shared) + len(self.runs)

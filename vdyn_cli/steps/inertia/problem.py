@@ -130,10 +130,7 @@ class InertiaProblem:
         return balance, solve(balance.regression(balance.plain_inertia)).values["wheel_inertia"]
 
     def regression(
-        self,
-        effects: Sequence[Effect] = (),
-        unknowns: Sequence[Unknown] = (),
-        start: Mapping[str, float] = NO_VALUES,
+        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
         """The runs on the road with effects in the wheel's balance; where there are none, the pendulum's recording.
 

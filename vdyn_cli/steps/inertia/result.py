@@ -38,7 +38,7 @@ def inertia_result(
     ------
     ResultError : the interval of the inertia holds zero.
     """
-    answer, choice = published_inertia(road, pendulum)
+    answer = published_inertia(road, pendulum)
     if answer.interval95[0] <= 0:
         got, remedy = text.not_determined(answer)
         raise ResultError(Finding("wheel_inertia", "is not determined: its interval holds zero", got, remedy))
@@ -46,7 +46,7 @@ def inertia_result(
     swing = pendulum.swing if pendulum else None
     return Result(
         "inertia",
-        text.sentence(answer, choice, road, pendulum),
+        text.sentence(answer, road, pendulum),
         Parameters({"wheel_inertia": estimate}),
         _summary(road, pendulum),
         text.METHODS,

@@ -63,7 +63,8 @@ def road_inertia(
     """
     solution = solve(balance.regression(balance.plain_inertia, effects, unknowns))
     torque = tuple(_torque(run, solution, white) for run, white in zip(balance.runs, solution.residuals, strict=True))
-    slopes = balance.slopes(tuple(KNOWN), solution, effects, unknowns)
+    shared, zeros = list(solution.values.values()), solution.per_run["hub_torque_zero"]
+    slopes = balance.slopes(tuple(KNOWN), shared, zeros, effects, unknowns)
     return RoadInertia(balance.runs, solution, torque, _budget(solution, known, slopes, gain_std))
 
 

@@ -8,7 +8,7 @@ from vdyn_cli.inference.uncertainty_budget import Budget
 from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
-from vdyn_cli.steps.inertia.wheel_inertia import UNIT, Choice, PendulumInertia, standard_distance
+from vdyn_cli.steps.inertia.wheel_inertia import UNIT, PendulumInertia, radius_or_mass_exact, standard_distance
 
 METHODS = (
     "Road: the wheel's moment balance integrated over windows of a quarter of a second (setting window), so that the "
@@ -23,14 +23,14 @@ NOTHING = 1e-6  # kg m^2
 ALL = 0.995  # of the weight, beyond which it rounds to 100 %
 
 
-def sentence(answer: Budget, choice: Choice, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
+def sentence(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
     """The published inertia, and where it comes from."""
     low, high = answer.interval95
     value = f"{number(answer.value, answer.std)} (95 %: {number(low, answer.std)} to {number(high, answer.std)})"
-    return f"One wheel's moment of inertia is {value} {UNIT}. {_origin(answer, choice, road, pendulum)}"
+    return f"One wheel's moment of inertia is {value} {UNIT}. {_origin(answer, road, pendulum)}"
 
 
-def _origin(answer: Budget, choice: Choice, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
+def _origin(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
     if road is None:
         main = f" {_label(answer)} contributes most to its uncertainty." if answer.main else ""
         return f"It comes from the pendulum.{main}"
@@ -38,9 +38,9 @@ def _origin(answer: Budget, choice: Choice, road: RoadInertia | None, pendulum: 
         return _leverage(road)
     both = f"road {_plus_minus(road.budget)}, pendulum {_plus_minus(pendulum.budget)} {UNIT}"
     apart = abs(standard_distance(road, pendulum))
-    if choice is Choice.ROAD_UNSTATED:
+    if radius_or_mass_exact(road):
         return f"It is the pendulum's ({both}): the road's wheel mass or radius has no standard deviation."
-    if choice is Choice.DISAGREE:
+    if answer is pendulum.budget:
         gap = closing_the_gap(road, pendulum)
         return f"It is the pendulum's; the road disagrees by {apart:.1f} standard deviations ({both}). {gap}"
     weight = answer.contributions[1].slope

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
@@ -59,31 +58,25 @@ def pendulum_inertia(rig: Rig, swing: FittedSwing | None) -> PendulumInertia:
     return PendulumInertia(inertia_budget(rig.kind, hung, period), period, swing, tuple(findings))
 
 
-class Choice(Enum):
-    """Which inertia is published."""
-
-    ROAD = "the road's, which is the only one"
-    PENDULUM = "the pendulum's, which is the only one"
-    ROAD_UNSTATED = "the pendulum's: the road's wheel mass or radius has no standard deviation"
-    DISAGREE = "the pendulum's: they disagree, and nothing but lengths, mass and time enters it"
-    MEAN = "the mean of both, weighted by inverse variance"
-
-
 def standard_distance(road: RoadInertia, pendulum: PendulumInertia) -> float:
     """Road less pendulum, in standard deviations of the difference."""
     return (road.budget.value - pendulum.budget.value) / float(np.hypot(road.budget.std, pendulum.budget.std))
 
 
-def published_inertia(road: RoadInertia | None, pendulum: PendulumInertia | None) -> tuple[Budget, Choice]:
-    """What is published of one or both methods, of which at least one is given."""
+def radius_or_mass_exact(road: RoadInertia) -> bool:
+    """Whether the road's wheel mass or radius has no standard deviation, so that the road's is too small."""
+    return any(c.std == 0 for c in road.budget.contributions if c.name in ("wheel_mass", "wheel_radius"))
+
+
+def published_inertia(road: RoadInertia | None, pendulum: PendulumInertia | None) -> Budget:
+    """What is published of one or both methods, of which at least one is given.
+
+    Where both agree and the road's uncertainty is complete, their mean weighted by inverse variance. Else the
+    pendulum's: nothing but lengths, mass and time enters it.
+    """
     if pendulum is None:
         assert road is not None
-        return road.budget, Choice.ROAD
-    if road is None:
-        return pendulum.budget, Choice.PENDULUM
-    std = {c.name: c.std for c in road.budget.contributions}
-    if std["wheel_mass"] == 0 or std["wheel_radius"] == 0:
-        return pendulum.budget, Choice.ROAD_UNSTATED
-    if abs(standard_distance(road, pendulum)) > AGREE:
-        return pendulum.budget, Choice.DISAGREE
-    return weighted_mean({"road": road.budget, "pendulum": pendulum.budget}, UNIT), Choice.MEAN
+        return road.budget
+    if road is None or radius_or_mass_exact(road) or abs(standard_distance(road, pendulum)) > AGREE:
+        return pendulum.budget
+    return weighted_mean({"road": road.budget, "pendulum": pendulum.budget}, UNIT)

@@ -244,14 +244,14 @@ def _strongest(recording: Recording) -> float:
     t, values = recording.time - recording.time[0], recording.values
     count = min(t.size, 4096)
     grid = np.linspace(t[0], t[-1], count)
-    trace = np.interp(grid, t, values)
-    spectrum = np.abs(np.fft.rfft((trace - trace.mean()) * np.hanning(count), 4 * count))
+    resampled = np.interp(grid, t, values)
+    spectrum = np.abs(np.fft.rfft((resampled - resampled.mean()) * np.hanning(count), 4 * count))
     width: float = (count - 1) / (4 * count * float(t[-1]))
     peak = (1 + int(np.argmax(spectrum[1:]))) * width
     for _ in range(3):
         comb = peak + width * np.linspace(-2, 2, 17)
         comb = comb[comb > 0]
-        peak = float(comb[int(np.argmin([_sine_fit(f, grid, trace)[1] for f in comb]))])
+        peak = float(comb[int(np.argmin([_sine_fit(f, grid, resampled)[1] for f in comb]))])
         width /= 5
     return peak
 

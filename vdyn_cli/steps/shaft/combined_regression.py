@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.quantities.errors import ResultError
@@ -59,8 +58,8 @@ def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
     linear : the solution without effects.
     """
     start = fit.place(linear)
-    begun = _probed(fit, linear)
-    whole = replace(fit, extra=unbounded(begun))
+    probed = _probed(fit, linear)
+    whole = replace(fit, extra=unbounded(probed))
 
     def step(at: Array) -> tuple[Array, float]:
         try:
@@ -69,27 +68,27 @@ def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
             return at, 0.0
         return next_place(whole, at, solution)
 
-    first = start if begun == fit.extra else whole.begun(linear)[0]
+    first = start if probed == fit.extra else whole.fit_holding_effects(linear)[0]
     return fit.frozen_regression(until_settled(step, first, ROUNDS, SETTLED).state, start)
 
 
 def _probed(fit: ShaftFit, linear: Solution) -> tuple[Unknown, ...]:
-    """The unknowns begun at the probe that fits best, where one fits clearly better than no effect."""
-    begun = list(fit.extra)
-    effects: Sequence[Effect] = [effect for effect in fit.effects if isinstance(effect, Effect) and effect.probes]
-    for effect in effects:
-        size = next(iter(effect.unknowns))
-        at = next((i for i, u in enumerate(fit.extra) if u.name == size), None)
-        if at is None:
+    """The unknowns with the probe that fits best as start, where one fits clearly better than no effect."""
+    found = list(fit.extra)
+    names = [u.name for u in found]
+    for effect in fit.effects:
+        amplitude = next(iter(effect.unknowns))
+        if not effect.probes or amplitude not in names:
             continue
-        least = ShaftFit(fit.runs, (effect,)).begun(linear)[1] - CLEARLY
+        at = names.index(amplitude)
+        least = ShaftFit(fit.runs, (effect,)).fit_holding_effects(linear)[1] - CLEARLY
         most = max(float(np.ptp(run.twist)) for run in fit.runs) / 2
         for probe in (p for p in effect.probes[::PROBED] if p < most):
             tried = replace(fit.extra[at], start=probe)
             try:
-                cost = ShaftFit(fit.runs, (effect,), (tried,)).begun(linear)[1]
+                cost = ShaftFit(fit.runs, (effect,), (tried,)).fit_holding_effects(linear)[1]
             except ResultError:
                 continue
             if cost < least:
-                least, begun[at] = cost, tried
-    return tuple(begun)
+                least, found[at] = cost, tried
+    return tuple(found)

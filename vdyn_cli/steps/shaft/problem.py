@@ -62,10 +62,7 @@ class ShaftProblem:
         )
 
     def regression(
-        self,
-        effects: Sequence[Effect] = (),
-        unknowns: Sequence[Unknown] = (),
-        start: Mapping[str, float] = NO_VALUES,
+        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
         """The logs of both sides with effects in the shafts' law; a drawing is a prior of the bar's stiffness.
 

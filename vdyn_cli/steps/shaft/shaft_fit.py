@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.model_builder import Correction
+from vdyn_cli.effects import Effect
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.banded import whitened
@@ -70,7 +70,7 @@ class ShaftFit:
     """
 
     runs: tuple[ShaftReadings, ...]
-    effects: Sequence[Correction] = ()
+    effects: Sequence[Effect] = ()
     extra: tuple[Unknown, ...] = ()
     bar: tuple[float, float] | None = None
 
@@ -127,9 +127,9 @@ class ShaftFit:
         begin = at if start is None else start
         s, m = len(self.regression.shared), len(self.regression.own)
         shared = iter(begin[:s].tolist())
-        begun = tuple(u if u.per_run else replace(u, start=next(shared)) for u in self.unknowns)
+        started = tuple(u if u.per_run else replace(u, start=next(shared)) for u in self.unknowns)
         own = {u.name: begin[s + i :: m] for i, u in enumerate(self.regression.own)}
-        return replace(self.regression, unknowns=begun, rows=rows, run_starts=own)
+        return replace(self.regression, unknowns=started, rows=rows, run_starts=own)
 
     def place(self, solution: Solution) -> Array:
         """All unknowns, (s + runs m,), at a solution of this fit, or of the linear one: effects are at their starts.
@@ -169,10 +169,10 @@ class ShaftFit:
         scale = np.linalg.solve(hessian, gauss)
         return solution, scale @ solution.covariance @ scale.T
 
-    def begun(self, linear: Solution) -> tuple[Array, float]:
-        """All unknowns, and the cost, where a search may begin: all else fitted to the effects as they start.
+    def fit_holding_effects(self, linear: Solution) -> tuple[Array, float]:
+        """All unknowns, and the cost, with the effects held at their starts and all else fitted.
 
-        A corner that is looked for in the wrong place draws a fit away from it.
+        A search begins there: from elsewhere a corner in the wrong place draws the fit away from it.
         """
         at = self.place(linear)
         held, cost = {u.name: u.start for u in self.extra}, np.inf
@@ -190,7 +190,7 @@ class ShaftFit:
             at, moved = next_place(self, at, solution)
             return (at, solution, moved) if moved < least else (at, best, least), moved
 
-        start: tuple[Array, Solution | None, float] = (self.begun(linear)[0], None, CORNERED)
+        start: tuple[Array, Solution | None, float] = (self.fit_holding_effects(linear)[0], None, CORNERED)
         _, best, _ = until_settled(step, start, ROUNDS, SETTLED).state
         if best is None:
             raise ResultError(

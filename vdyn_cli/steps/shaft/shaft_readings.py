@@ -79,7 +79,7 @@ class ShaftReadings:
 
 
 def _used(log: Log) -> list[str]:
-    """The channels of the log that are read: one speed alone tells no twist."""
+    """The channels of the log that are read: one speed alone gives no twist."""
     speeds = [n for n in ("motor_speed", "wheel_speed") if n in log]
     return ["shaft_torque", *(["twist"] if "twist" in log else []), *(speeds if len(speeds) == 2 else [])]
 

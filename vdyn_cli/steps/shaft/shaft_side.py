@@ -28,7 +28,7 @@ EXACT = 1e-3  # relative: a drawing's stiffness is not known better
 
 @dataclass(frozen=True)
 class LoggedShaft:
-    """What the logs of one half-shaft tell.
+    """The fit to the logs of one half-shaft.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class ShaftSide:
 
     def regression(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Regression:
         """The logs of this side, with effects in the law."""
-        fit = ShaftFit(self.runs, effects, tuple(unknowns), self.drawn_bar(effects))
+        fit = self._fit(effects, unknowns)
         return regression_with_effects(fit, self.linear) if effects else fit.regression
 
     def logged(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoggedShaft:
@@ -91,7 +91,7 @@ class ShaftSide:
         ------
         ResultError : the logs do not determine a stiffness.
         """
-        fit = ShaftFit(self.runs, effects, tuple(unknowns), self.drawn_bar(effects))
+        fit = self._fit(effects, unknowns)
         solution, covariance = fit.solve(self.linear)
         std = np.sqrt(np.diag(covariance)).tolist()
         stiffness, damping = (
@@ -102,7 +102,8 @@ class ShaftSide:
             got = f"{stiffness.value:.4g} +- {stiffness.std:.2g} {UNIT}"
             raise ResultError(Finding("shaft_stiffness", "the log does not determine it", got, "log a harder tip-in"))
         together = covariance[0, 1] + stiffness.value * damping.value * self.torque_gain**2
-        adjusted = [fit.adjusted(k, _local(fit, solution, k)) for k in range(len(self.runs))]
+        place = fit.place(solution)
+        adjusted = [fit.adjusted(k, fit.regression.local(place, k)) for k in range(len(self.runs))]
         twist, rate, torque = zip(*adjusted, strict=True)
         # The standard deviation is at least that of the noise, whatever the scatter of the blocks.
         least = np.sqrt(np.diag(solution.classical_covariance)).tolist()
@@ -113,12 +114,10 @@ class ShaftSide:
         correlation = float(together / (stiffness.std * damping.std))
         return LoggedShaft(self.runs, twist, rate, torque, solution, stiffness, damping, correlation, amplitudes)
 
+    def _fit(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> ShaftFit:
+        return ShaftFit(self.runs, effects, tuple(unknowns), self.drawn_bar(effects))
+
     def _budget(self, solution: Solution, name: str, unit: str, std: float) -> Budget:
         value = solution.values[name]
         scatter = Contribution("scatter_of_the_data", value, std, unit, 1.0, solution.degrees[name])
         return Budget(value, (scatter, Contribution("torque_gain", 1.0, self.torque_gain, "", value)))
-
-
-def _local(fit: ShaftFit, solution: Solution, run: int) -> Array:
-    own = [solution.per_run[u.name][run] for u in fit.regression.own]
-    return np.array([*solution.values.values(), *own])

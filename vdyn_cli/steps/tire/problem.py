@@ -70,10 +70,7 @@ class TireProblem:
         return fitted_curve(self.sweeps, self.radius_std)
 
     def regression(
-        self,
-        effects: Sequence[Effect] = (),
-        unknowns: Sequence[Unknown] = (),
-        start: Mapping[str, float] = NO_VALUES,
+        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
         """All bins of all sweeps, with effects on the curve.
 
