@@ -9,6 +9,7 @@ from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
 from vdyn_cli.steps.inertia.wheel_inertia import UNIT, PendulumInertia, radius_or_mass_exact, standard_distance
+from vdyn_cli.steps.interval_text import with_interval
 
 METHODS = (
     "Road: the wheel's moment balance integrated over windows of a quarter of a second (setting window), so that the "
@@ -25,9 +26,7 @@ ALL = 0.995  # of the weight, beyond which it rounds to 100 %
 
 def sentence(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
     """The published inertia, and where it comes from."""
-    low, high = answer.interval95
-    value = f"{number(answer.value, answer.std)} (95 %: {number(low, answer.std)} to {number(high, answer.std)})"
-    return f"One wheel's moment of inertia is {value} {UNIT}. {_origin(answer, road, pendulum)}"
+    return f"One wheel's moment of inertia is {with_interval(answer, UNIT)}. {_origin(answer, road, pendulum)}"
 
 
 def _origin(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:

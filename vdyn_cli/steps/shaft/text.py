@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from vdyn_cli.inference.uncertainty_budget import Budget
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.number_text import two_digits
+from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
+from vdyn_cli.steps.interval_text import with_interval
 from vdyn_cli.steps.shaft.sections import shares
 from vdyn_cli.steps.shaft.shaft_side import UNIT
 from vdyn_cli.steps.shaft.stiffness_comparison import ComparedStiffness
@@ -27,16 +28,14 @@ def sentence(sides: Sequence[ComparedStiffness], estimates: Mapping[str, Estimat
     """Stiffness and damping of each side, and what the methods gave."""
     parts = []
     for compared in sides:
-        (low, high), name = compared.published.interval95, compared.side.name
-        text = f"the {name} half-shaft has {compared.published.value:,.5g} {UNIT} (95 %: {low:,.5g} to {high:,.5g})"
-        damping = estimates.get(f"shaft_damping_{name}")
+        name, first, *others = compared.side.name, *compared.methods
+        stiffness, damping = estimates[f"shaft_stiffness_{name}"], estimates.get(f"shaft_damping_{name}")
+        text = f"the {name} half-shaft has {with_interval(stiffness, UNIT)}"
         if damping is not None:
-            low, high = damping.interval95
-            text += f" and {damping.value:.3g} N m s/rad of damping (95 %: {low:.3g} to {high:.3g})"
-        first, *others = compared.methods
+            text += f" and {with_interval(damping, 'N m s/rad of damping')}"
         text += f", from the {first}"
-        for other in others:
-            text += f", the {other} gives {compared.methods[other].value:,.5g}"
+        for budget, other in ((compared.methods[other], other) for other in others):
+            text += f", the {other} gives {number(budget.value, budget.std)}"
         parts.append(text)
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}."

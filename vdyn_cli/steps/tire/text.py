@@ -8,6 +8,7 @@ import numpy as np
 
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
+from vdyn_cli.steps.interval_text import with_interval
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 
 METHODS = (
@@ -21,19 +22,11 @@ METHODS = (
 def sentence(estimates: Mapping[str, Estimate], peak: float | None) -> str:
     """The answer: peak friction and slope at zero slip, or the slope alone; ``peak`` is the slip of the peak."""
     slope = estimates["tire_longitudinal_stiffness"]
-    at_zero = f"{slope.value:.2f} per unit of slip (95 %: {_interval(slope, 2)})"
+    at_zero = with_interval(slope, "per unit of slip")
     if peak is None:
         return f"The tire's slope at zero slip is {at_zero}; the sweeps do not reach its peak."
-    grip = estimates["tire_D"]
-    return (
-        f"The tire's peak friction is {grip.value:.3f} (95 %: {_interval(grip, 3)}) at {peak:.1%} of slip, and its "
-        f"slope at zero slip is {at_zero}."
-    )
-
-
-def _interval(estimate: Estimate, digits: int) -> str:
-    low, high = estimate.interval95
-    return f"{low:.{digits}f} to {high:.{digits}f}"
+    friction = with_interval(estimates["tire_D"])
+    return f"The tire's peak friction is {friction} at {peak:.1%} of slip, and its slope at zero slip is {at_zero}."
 
 
 def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
