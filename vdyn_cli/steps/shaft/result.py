@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -53,7 +54,7 @@ def _amplitudes(sides: Sequence[ComparedStiffness]) -> dict[str, Any]:
         weight = np.array([a[name].std ** -2.0 for a in logged])
         value = float(weight @ np.array([a[name].value for a in logged]) / weight.sum())
         std = float(weight.sum() ** -0.5)
-        found[name] = {"value": value, "std": std, "interval95": [value - 2 * std, value + 2 * std]}
+        found[name] = {"value": value, "std": std, "interval95": [value - NORMAL95 * std, value + NORMAL95 * std]}
     return {"effects": found} if found else {}
 
 
