@@ -22,6 +22,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given, Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.inertia import problem
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.problem import InertiaData
 from vdyn_cli.steps.inertia.spec import InertiaSpec
@@ -307,3 +308,16 @@ def test_a_noisy_wheel_speed_is_not_taken_for_a_heavier_wheel(seed: int) -> None
     quiet, noisy = found
     for name, value in noisy.values.items():
         assert value == pytest.approx(quiet.values[name], abs=2.5 * noisy.std[name])
+
+
+def test_each_drive_is_cut_once_for_the_result_and_once_for_the_diagnosis(
+    car: tuple[Vehicle, tuple[Log, ...]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    vehicle, data = car
+    cuts: list[str] = []
+    monkeypatch.setattr(problem, "drive_windows", lambda log, *rest: cuts.append(log.name) or drive_windows(log, *rest))
+    prepared = STEP.prepare(SPEC, InertiaData(data), known(vehicle))
+    assert prepared.publish().parameters == prepared.publish().parameters
+    for _ in range(2):
+        prepared.regression()
+    assert sorted(cuts) == sorted(2 * [log.name for log in data])

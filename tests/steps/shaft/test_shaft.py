@@ -7,15 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.effects.recovered import unknowns
 from tests.plant import shaft as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from tests.steps.shaft.test_shaft_fit import log
+from vdyn_cli.effects import candidates
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.shaft import shaft_side
+from vdyn_cli.steps.shaft.shaft_fit import linear_solution
 from vdyn_cli.steps.shaft.shaft_readings import speed_ratio_doubts
 from vdyn_cli.steps.shaft.spec import ShaftSpec
 from vdyn_cli.steps.shaft.step import STEP
@@ -225,3 +229,14 @@ def test_a_drawing_alone_is_not_diagnosed(tmp_path: Path) -> None:
     document = execute("shaft", tmp_path / "shaft.yaml").document
     assert document["diagnosis"] is None
     assert "shaft_stiffness_left" in document["parameters"]
+
+
+def test_the_fit_without_effects_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    vehicle, fits = random_vehicle(2), []
+    monkeypatch.setattr(shaft_side, "linear_solution", lambda runs: fits.append(runs) or linear_solution(runs))
+    problem = STEP.prepare(spec(vehicle, runs=RUN), (log(vehicle, 2),), Parameters())
+    (backlash,) = (e for e in candidates("shaft") if e.name == "backlash")
+    for effects in ((), (backlash,)):
+        problem.regression(effects, unknowns(effects))
+    problem.publish()
+    assert len(fits) == 1

@@ -14,8 +14,10 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.tire import problem
 from vdyn_cli.steps.tire.spec import TireSpec
 from vdyn_cli.steps.tire.step import STEP
+from vdyn_cli.steps.tire.tire_regression import fitted_curve
 
 SPEC = TireSpec(test="tire")
 
@@ -138,3 +140,13 @@ def test_a_sweep_over_a_wet_patch_is_pointed_at() -> None:
         STEP.estimate(SPEC, tuple(data), known(vehicle))
     assert refused.value.findings[0].where == data[1].name
     assert "contradicts the other sweeps" in refused.value.findings[0].what
+
+
+def test_the_curve_without_effects_is_fitted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    vehicle, fits = random_vehicle(1), []
+    monkeypatch.setattr(problem, "fitted_curve", lambda *args: fits.append(args) or fitted_curve(*args))
+    prepared = STEP.prepare(SPEC, logs(vehicle, 1), known(vehicle))
+    for _ in range(2):
+        prepared.publish()
+        prepared.regression()
+    assert len(fits) == 1
