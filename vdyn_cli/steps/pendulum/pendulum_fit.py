@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,11 +58,6 @@ class Recording:
         channel = next(name for name in ZEROS if name in log)
         good = np.isfinite(log[channel])
         return cls(log.name, channel, log.time[good], log[channel][good], kind, geometry)
-
-    def until(self, time: float) -> Recording:
-        """The recording up to a time."""
-        early = self.time <= time
-        return replace(self, time=self.time[early], values=self.values[early])
 
     def simulator(self, period: float, unknowns: Sequence[str], effects: Sequence[Correction] = ()) -> Simulator:
         """The swing's simulator about a period (s), without friction and zeros but those among the unknowns."""
@@ -149,27 +145,18 @@ class FreeSwing:
         names = tuple(f"{recording.name}, part {k + 1}" for k in range(len(parts)))
         return Regression(unknowns, names, rows, dict(zip(STARTS, starts.T, strict=True)))
 
-    def fit(self) -> FittedSwing:
-        """Fit period and friction.
+    @cached_property
+    def solution(self) -> Solution:
+        """The fit without effects. Raises ResultError: the fit's own."""
+        return solve(self.regression())
 
-        Raises
-        ------
-        ResultError : the fit's own.
-        """
-        recording, solution = self.recording, solve(self.regression())
-        simulator = recording.simulator(solution.values["period"], (*solution.names, *STARTS))
-        simulated = []
-        for k, part in enumerate(self.parts):
-            theta = [*solution.values.values(), *(solution.per_run[name][k] for name in STARTS)]
-            drive = Drive(recording.time[part], {})
-            simulated.append(simulator(drive, theta, sensitivities=False).outputs[recording.channel])
-        return FittedSwing(
-            recording,
-            solution,
-            np.concatenate(simulated),
-            white_level(recording.values, recording.time),
-            () if self.jump is None else (float(recording.time[self.jump]),),
-        )
+    def fit(self) -> FittedSwing:
+        """Period and friction, with what they leave. Raises ResultError: the fit's own."""
+        recording, solution = self.recording, self.solution
+        simulated = recording.values + self.scale * np.concatenate(solution.residuals)
+        noise = white_level(recording.values, recording.time)
+        disturbances = () if self.jump is None else (float(recording.time[self.jump]),)
+        return FittedSwing(recording, solution, simulated, noise, disturbances)
 
 
 def free_swing(recording: Recording) -> FreeSwing:
@@ -185,7 +172,8 @@ def free_swing(recording: Recording) -> FreeSwing:
     viscous = FreeSwing(recording, guess, noise)
     left = solve(viscous.regression(friction=())).residuals[0]
     swing = replace(viscous, scale=max(noise, noise * float(np.sqrt(np.mean(left**2)))))
-    return replace(swing, jump=_jump(swing.regression(), recording.time))
+    jump = _jump(swing.regression(), swing.solution, recording.time)
+    return swing if jump is None else replace(swing, jump=jump)
 
 
 @dataclass(frozen=True)
@@ -219,7 +207,8 @@ def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
         got = f"{recording.time.size} samples"
         raise ResultError(Finding(name, "the recording is too short for a swing", got, remedy))
     frequency = _strongest(recording)
-    recording = recording.until(_faded(recording, 1 / frequency))
+    early = recording.time <= _faded(recording, 1 / frequency)
+    recording = replace(recording, time=recording.time[early], values=recording.values[early])
     frequency = _strongest(recording)
     (zero, cosine, sine), rest = _sine_fit(frequency, recording.time - recording.time[0], recording.values)
     if rest > 0.5 * float(np.var(recording.values)):
@@ -280,14 +269,13 @@ def _faded(recording: Recording, period: float) -> float:
     return float(starts[3 + small[0]] if small.size else recording.time[-1])
 
 
-def _jump(whole: Regression, time: Array) -> int | None:
+def _jump(whole: Regression, solution: Solution, time: Array) -> int | None:
     """The sample at which the swing jumped, if it clearly did.
 
     A disturbance at time tk adds a free swing exp(-D t) (c cos w t + s sin w t) from there on. Each tk's gain in the
     sum of squares, after refitting all else linearly, is compared with the residual that is left and with how many
     samples make one independent one (residuals of a real swing are correlated).
     """
-    solution = solve(whole)
     theta = np.concatenate([list(solution.values.values()), [v[0] for v in solution.per_run.values()]])
     rows = whole.rows(0, theta)
     basis = np.linalg.qr(rows.jacobian)[0]
