@@ -19,21 +19,15 @@ def curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array
     prior = np.array([u.prior[1] ** -2.0 if u.prior else 0.0 for u in (*regression.shared, *regression.own)])
     size = np.sqrt(np.diag(solution.classical_covariance))
     steps = np.concatenate([size, np.array([solution.per_run_std[u.name] for u in regression.own]).T.ravel()])
-    found = []
-    for exact in (False, True):
-        total = np.zeros((s, s))
-        for run in range(runs):
-            local, step = regression.local(x, run), regression.local(steps, run)
-            curvature = _hessian(regression, run, local, STEP * step) if exact else _gauss(regression, run, local)
+    gauss, hessian = np.zeros((s, s)), np.zeros((s, s))
+    for run in range(runs):
+        local = regression.local(x, run)
+        jacobian = regression.rows(run, local).jacobian
+        exact = _hessian(regression, run, local, STEP * regression.local(steps, run))
+        for total, curvature in ((gauss, jacobian.T @ jacobian), (hessian, exact)):
             curvature[range(s, s + m), range(s, s + m)] += prior[s:]
             total += curvature[:s, :s] - curvature[:s, s:] @ np.linalg.solve(curvature[s:, s:], curvature[s:, :s])
-        found.append(total + np.diag(prior[:s]))
-    return found[0], found[1]
-
-
-def _gauss(regression: Regression, run: int, local: Array) -> Array:
-    jacobian = regression.rows(run, local).jacobian
-    return np.asarray(jacobian.T @ jacobian)
+    return gauss + np.diag(prior[:s]), hessian + np.diag(prior[:s])
 
 
 def _hessian(regression: Regression, run: int, local: Array, steps: Array) -> Array:
