@@ -210,7 +210,8 @@ class FunctionProblem:
 
     @property
     def duration(self) -> float:
-        return max((float(log.time[-1] - log.time[0]) for log in self.data), default=0.0)
+        logs = getattr(self.data, "runs", self.data)  # of a step that reads more than its runs' logs
+        return max((log.duration for log in logs), default=0.0)
 
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
