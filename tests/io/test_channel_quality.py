@@ -118,7 +118,7 @@ def test_a_frozen_sensor_is_named(seed: int, decimals: int) -> None:
     values = np.round(load(seed), decimals)
     values[1500:1650] = values[1500]
     text = said(values)
-    assert "for 150 samples in lines 1502 to 1651 as nowhere else: frozen" in text
+    assert "for 150 samples in lines 1502 to 1651: sensor frozen" in text
 
 
 def test_a_speed_frozen_while_the_car_moves_is_named() -> None:

@@ -72,7 +72,7 @@ def test_wheels_of_an_axle_that_turn_alike_say_nothing() -> None:
 @pytest.mark.parametrize(
     ("reading", "says"),
     [
-        (1.02 * SPEED / 0.31, "wheel_speed_rl reads 0.980 times what wheel_speed_rr reads"),
+        (1.02 * SPEED / 0.31, "wheel_speed_rl is 0.980 times wheel_speed_rr"),
         (np.where(TIME < 20, SPEED / 0.31, 70.0), "wheel_speed_rl and wheel_speed_rr differ by more than 20%"),
     ],
 )
@@ -115,7 +115,7 @@ def test_a_shaft_torque_that_reads_nothing_beside_one_that_does_did_not_measure(
     found = log().with_channels(shaft_torque_left=nothing, shaft_torque_right=torque)
     (finding,) = with_cross_checks(found).findings
     assert finding.fault
-    assert finding.what.startswith("shaft_torque_left reads 0 all through, and shaft_torque_right does not")
+    assert finding.what.startswith("shaft_torque_left is 0 throughout and shaft_torque_right is not")
     for left in (torque, nothing):  # both measure, or neither
         assert not with_cross_checks(log().with_channels(shaft_torque_left=left, shaft_torque_right=left)).findings
 

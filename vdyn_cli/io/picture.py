@@ -1,4 +1,4 @@
-"""Pictures as grey levels. The one door to Pillow."""
+"""Pictures as gray levels. The one door to Pillow."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def read_grey(path: Path, where: str = "") -> NDArray[np.float64]:
     except FileNotFoundError:
         raise InputError(Finding(place, f"{path} does not exist", remedy="check the path of the picture")) from None
     except UnidentifiedImageError:
-        raise InputError(Finding(place, f"{path.name} is no PNG or JPEG picture")) from None
+        raise InputError(Finding(place, f"{path.name} is not a PNG or JPEG picture")) from None
     except Image.DecompressionBombError:
         raise InputError(Finding(place, f"{path.name} is too large to be a photo")) from None
     except (OSError, SyntaxError, ValueError, EOFError) as error:

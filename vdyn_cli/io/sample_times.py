@@ -1,4 +1,4 @@
-"""Is a log's clock one? Rows that do not rise, gaps, jitter, a wrong unit: found, never mended in silence."""
+"""Checks of a log's clock: rows that do not rise, gaps, jitter, a wrong unit; nothing is corrected silently."""
 
 from __future__ import annotations
 

@@ -94,8 +94,10 @@ def _overruled(stated: Parameters, known: Parameters, source: YamlSource) -> Ite
         apart, spread = abs(given.value - used.value), float(np.hypot(given.std, used.std))
         if apart > max(CONTRADICTS * spread, SAME * abs(given.value)):
             what = f"{name} = {given.value:.5g} is not used: a parameter file says {used.value:.5g}"
-            told = f", {apart / spread:.0f} standard deviations off" if spread > 0 else ""
-            yield Finding(source.where(("vehicle", name)), what + told, "", "take it out of one of them", doubt=True)
+            distance = f", {apart / spread:.0f} standard deviations off" if spread > 0 else ""
+            yield Finding(
+                source.where(("vehicle", name)), what + distance, "", "remove it from one of them", doubt=True
+            )
 
 
 def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R | None:
@@ -220,7 +222,7 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int) -> Log
 
 
 def _cut_out(fault: Finding, cut: Log, headers: Mapping[str, str]) -> bool:
-    """Is it of a channel that stands still no longer, now that the run is cut?"""
+    """Whether the fault is of a channel that no longer stands still, since the run is cut."""
     named = [n for n, column in headers.items() if n in cut and fault.where.endswith(f"column '{column}'")]
     return bool(named) and all(_longest_rest(cut[n]) < STUCK for n in named)
 

@@ -1,4 +1,4 @@
-"""Free profiles: a force or torque of any shape over one signal, for what no named cause explains."""
+"""Free profiles: a force or torque of any shape over one signal, for what no candidate effect explains."""
 
 from __future__ import annotations
 
@@ -25,6 +25,11 @@ def profile(name: str, on: str, signal: str, span: tuple[float, float], size: fl
     on, signal : the law, and the signal that it is called with.
     span : of the signal, first and last knot.
     size : plausible size of the coefficients, in ``unit``.
+    knots : number of coefficients.
+
+    Returns
+    -------
+    The effect. A law that acts on a part of the vehicle states ``share``, the part's share of the addition.
     """
     at = np.linspace(*span, KNOTS)
     width = float(at[1] - at[0])

@@ -15,11 +15,11 @@ class Manoeuvre:
     Parameters
     ----------
     words : the manoeuvre with that many runs in all, as a noun phrase: "4 coasts from 130 to 7 km/h, two each way".
-    regression : of ``each`` simulated runs: the step's own, with the same unknowns, causes and noise sizes. It may
-        raise ArithmeticError or ResultError where the car cannot be driven so. Made only when asked for.
+    regression : of ``each`` simulated runs: the step's own, with the same unknowns, effects and noise levels. It may
+        raise ArithmeticError or ResultError where the car cannot be driven so. Made only when requested.
     each : runs that belong together and are repeated together.
-    most : how often anybody would repeat them.
-    anew : unknowns that will be others when these runs are driven, such as the wind of another day.
+    most : how often they may be repeated.
+    anew : unknowns with another value when these runs are driven, such as the wind of another day.
     """
 
     words: Callable[[int], str]

@@ -125,4 +125,4 @@ def _remedy(channel: str, text: str, header: str, layout: Layout) -> str:
     if _EITHER_MARK.fullmatch(text):
         mark = "," if (layout.decimal or ".") == "." else "."
         return f"if all numbers are written so, add 'reading: {{decimal: \"{mark}\"}}'"
-    return "mend or remove these cells; an empty cell means no value"
+    return "correct or remove these cells; an empty cell means no value"

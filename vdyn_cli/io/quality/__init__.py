@@ -1,1 +1,1 @@
-"""Whether a log measured: checks of one channel and of channels that physics ties."""
+"""Quality checks of a log: of one channel, and of channels that physics relates."""

@@ -1,4 +1,4 @@
-"""Is a channel a measurement? Missing, held, clipped and frozen values, told from rest, plateaus and quantisation."""
+"""Faults of one channel: missing, held, clipped and frozen values, as opposed to rest, plateaus and quantization."""
 
 from __future__ import annotations
 
@@ -84,8 +84,8 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
         return line_of(int(index if rows is None else rows[index]))
 
     if values.size >= _STUCK and values[0] != 0.0 and channel in TREMBLING and np.all(values == values[0]):
-        what = "holds one value all through: it did not measure"
-        remedy = "take the channel out, or repair it and repeat the test"
+        what = "is constant throughout: the sensor did not measure"
+        remedy = "remove the channel, or repair the sensor and repeat the test"
         return Quality(
             (*findings, Finding(where, what, f"{values[0]:g} {unit}".strip(), remedy, fault=True, doubt=True))
         )
@@ -105,7 +105,7 @@ def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, line_of: LineOf
     """The finding about missing values, and whether they make the channel useless."""
     n = missing.size
     if rows.size == 0:
-        return Finding(where, "is empty", remedy="map another column, or take the channel out"), True
+        return Finding(where, "is empty", remedy="map another column, or remove the channel"), True
     steps = np.diff(rows)
     usual = float(np.median(steps)) if steps.size else 1.0
     near = np.abs(steps - usual) <= max(1.0, 0.25 * usual)
@@ -158,7 +158,7 @@ def _interpolated(values: Array, where: str) -> list[Finding]:
     if own is None:
         return []
     what = f"bends only once in {own[1] - own[0]} rows: a slower sensor whose values were joined by straight lines"
-    return [Finding(where, what, remedy="map it as it was measured: the rows between are no measurements")]
+    return [Finding(where, what, remedy="map it as measured: the rows between are not measurements")]
 
 
 def _clipped(
@@ -187,7 +187,7 @@ def _clipped(
         f"stands at its {word} value, {extreme:.6g} {unit}, {_times(cut.size)}, {int(length.sum())} samples in all,"
         f" the longest in {_span((int(runs.start[worst]), int(runs.length[worst])), line)}: {why}"
     )
-    remedy = "the true values lie beyond: check the sensor's range, or leave those runs out"
+    remedy = "the true values lie beyond it: check the sensor's range, or remove these runs"
     return [Finding(where, what, remedy=remedy)]
 
 
@@ -233,8 +233,8 @@ def _frozen(values: Array, runs: _Runs, held: int, unit: str, where: str, line: 
         rest = value[i] in (0.0, values.max(), values.min()) or np.count_nonzero(value[long] == value[i]) > 1
         if rest or len(found) == _MOST or not _broken_off(values, *span):
             continue
-        what = f"holds {value[i]:.6g} {unit} for {span[1]} samples in {_span(span, line)} as nowhere else: frozen"
-        remedy = "the sensor or its signal stood still: leave that part out"
+        what = f"is constant at {value[i]:.6g} {unit} for {span[1]} samples in {_span(span, line)}: sensor frozen"
+        remedy = "cut this part with from_time or to_time, or remove the run"
         found.append(Finding(where, what, remedy=remedy, fault=True, doubt=True))
     return found
 

@@ -1,4 +1,4 @@
-"""Redundant channels held against each other: a wrong unit or scale shows where two of them measure the same motion."""
+"""Redundant channels compared: a wrong unit or scale shows where two of them measure the same motion."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def with_cross_checks(log: Log) -> Log:
         off = abs(ratio - 1.0)
         if off <= NOTICED:
             continue
-        what = f"{first} and {second} contradict each other: by {second} it would be {ratio:.3g} times as large"
+        what = f"{first} and {second} contradict each other: {second} says that {first} is {ratio:.3g} times as large"
         turned = f"add 'sign: -1' to the channel {first}"
         finding = Finding(
             log.name, what, "", turned if ratio < 0 else "check units and scale of both channels", doubt=True
@@ -53,12 +53,12 @@ def with_cross_checks(log: Log) -> Log:
 
 
 def _dead(log: Log, left: str, right: str) -> list[Finding]:
-    """A side that reads nothing all through, while the other does."""
+    """A side that is zero throughout while the other is not."""
     still = [n for n in (left, right) if not np.any(np.nan_to_num(log[n]))]
     if len(still) != 1:
         return []
-    what = f"{still[0]} reads 0 all through, and {right if still[0] == left else left} does not: it did not measure"
-    remedy = "take the channel out, or repair it and repeat the test"
+    what = f"{still[0]} is 0 throughout and {right if still[0] == left else left} is not: its sensor did not measure"
+    remedy = "remove the channel, or repair the sensor and repeat the test"
     return [Finding(log.name, what, "", remedy, fault=True, doubt=True)]
 
 
@@ -75,15 +75,15 @@ def _apart(log: Log, left: str, right: str) -> list[Finding]:
         first, share = log.time[moving][np.argmax(differ)], differ.mean()
         what = f"{left} and {right} differ by more than {BEND:.0%} for {share:.0%} of the time, from {first:.1f} s on"
     elif abs(ratio - 1.0) > UNEQUAL:
-        what = f"{left} reads {ratio:.3f} times what {right} reads, all through"
+        what = f"{left} is {ratio:.3f} times {right} throughout"
     else:
         return []
-    remedy = "check scale and sensor of both, or leave the one that is wrong unmapped"
+    remedy = "check scale and sensor of both, or remove the wrong channel"
     return [Finding(log.name, what, remedy=remedy, fault=True, doubt=True)]
 
 
 def _ratios(log: Log) -> list[tuple[str, str, float]]:
-    """(channel, the one it is held against, size by the second over size by the first)."""
+    """(channel, the one that it is compared with, size by the second over size by the first)."""
     name = "speed" if "speed" in log else "vehicle_speed"
     if name not in log:
         return []
