@@ -120,7 +120,7 @@ class _Walker:
             raise InputError(Finding(self.place(node), "expands to too many values (aliases of aliases)"))
         self.lines[location] = self.place(node)
         if node.tag.rsplit(":", 1)[0] != "tag:yaml.org,2002":
-            raise InputError(Finding(self.place(node), "holds a tag, which a description has no use for", node.tag))
+            raise InputError(Finding(self.place(node), "is a YAML tag, which descriptions do not support", node.tag))
         if isinstance(node, yaml.MappingNode):
             return self.mapping(node, location)
         if isinstance(node, yaml.SequenceNode):
@@ -133,7 +133,7 @@ class _Walker:
         result: dict[str, Any] = {}
         for key_node, child in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
-                self.findings.append(Finding(self.place(key_node), "a key must be plain text"))
+                self.findings.append(Finding(self.place(key_node), "is not a plain text key"))
                 continue
             key = str(key_node.value)
             result[key] = self.value(child, (*location, key))

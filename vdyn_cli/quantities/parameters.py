@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
@@ -16,7 +17,7 @@ FORMAT = "vdyn/parameters/1"
 
 
 class MissingParameterError(InputError):
-    """A step needs a parameter that neither the vehicle's description nor another step gave."""
+    """A step needs a parameter that is neither under ``vehicle`` nor in a ``--known`` file."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Estimate:
     """One parameter's value with what is known of its error, in SI units.
 
     ``source`` is ``given``, ``measured`` or the step that estimated it; ``baseline`` is the value
-    before the model was extended by a named cause. ``std`` 0 means: given as exact.
+    before the model was extended by a named effect. ``std`` 0 means: given as exact.
     """
 
     value: float
@@ -38,7 +39,7 @@ class Estimate:
     @classmethod
     def given(cls, quantity: Quantity, value: float, std: float = 0.0, source: str = "given") -> Estimate:
         """A number stated by the user; its interval is the normal one of its standard deviation."""
-        half = 1.959963984540054 * std
+        half = NORMAL95 * std
         return cls(value, std, (value - half, value + half), quantity.unit, quantity.meaning, source)
 
     @classmethod
@@ -58,7 +59,7 @@ Extensions = Mapping[str, Mapping[str, Estimate]]
 class Parameters(Mapping[str, Estimate]):
     """Named estimates, with the correlation of those estimated together.
 
-    ``extensions`` are the causes that were accepted and belong to the vehicle: effect, its unknowns, their estimates.
+    ``extensions`` are the accepted effects that belong to the vehicle: effect, its unknowns, their estimates.
     """
 
     estimates: Mapping[str, Estimate] = field(default_factory=dict)
@@ -88,11 +89,11 @@ class Parameters(Mapping[str, Estimate]):
         return Parameters({**self.estimates, **later.estimates}, correlation, extensions)
 
     def require(self, *names: str, where: str) -> None:
-        """Refuse with every missing parameter at once, each with who could give it.
+        """Raise if a parameter is missing, with all missing ones and the steps that estimate them.
 
         Raises
         ------
-        MissingParameterError : when a name is not known.
+        MissingParameterError : a name is missing.
         """
         missing = [n for n in names if n not in self.estimates]
         if missing:
@@ -118,7 +119,7 @@ GIVERS: Mapping[str, str] = {name: step for step, names in _BY_STEP.items() for 
 
 
 def _missing(names: Sequence[str], where: str) -> Finding:
-    """What is missing, all that one step gives together."""
+    """The message for missing parameters that one step estimates together."""
     giver = GIVERS.get(names[0])
     lines = "', '".join(f"{n}: <number> {PARAMETERS[n].unit}".rstrip() for n in names)
     remedy = f"add '{lines}' under vehicle"

@@ -106,7 +106,7 @@ _MEASURED = re.compile(rf"^\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMBER}))?\s
 
 @dataclass(frozen=True)
 class Given:
-    """A number that the user gave, in SI, with the standard deviation he trusts it to (0: exact)."""
+    """A number that the user gave, in SI, with its standard deviation (0: exact)."""
 
     value: float
     std: float = 0.0

@@ -1,4 +1,4 @@
-"""What a step gives: parameters, how well the simulation follows the data, and what to show of it.
+"""The result of a step: parameters, fit summary, and the figures and tables of its report.
 
 Figures are described here as data, so that no step knows how they are drawn.
 """
@@ -57,7 +57,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture as data; the caption says what to see and how good and bad look."""
+    """A figure as data; the caption states what it shows and how good and bad results look."""
 
     key: str
     title: str
@@ -80,7 +80,7 @@ class Table:
     caption: str = ""
 
 
-MISFIT = 2.5  # residual over what noise explains, beyond which the law itself is in doubt
+MISFIT = 2.5  # rms over noise floor above which the model is in doubt
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class FitSummary:
 
     @property
     def misfit(self) -> str:
-        """That data are missed by far more than noise explains, in words; empty where they are not."""
+        """The message for a residual far above the noise floor; empty where it is not."""
         if not self.rms > MISFIT * self.noise_floor > 0:
             return ""
         return f"the simulation misses the data by {self.rms / self.noise_floor:.0f} times what noise explains"

@@ -1,4 +1,4 @@
-"""The words of the field: every parameter and channel with its unit, meaning, symbol and physical range."""
+"""Vocabulary: every parameter and channel with its unit, meaning, symbol and physical range."""
 
 from __future__ import annotations
 
@@ -128,8 +128,8 @@ CHANNELS = _named(
     ]
 )
 
-# Channels that may stand at one value all through: what is commanded, and what the place and the weather give. A
-# sensor of anything else trembles as long as it measures.
+# Channels that may be constant over a whole log: commands, properties of place and weather. The reading of any other
+# sensor varies as long as it measures.
 STEADY = (
     "time",
     "drive_torque",
