@@ -39,7 +39,7 @@ def run_step(
         tell(f"  {key:<30} {estimate_text(estimate)}")
     tell(result.sentence)
     if result.diagnosis:
-        tell(str(result.diagnosis["sentence"]))
+        tell(result.diagnosis.sentence)
 
 
 def write_step(name: str, path: Path, known_files: tuple[Path, ...], folder: Path, level: float | None) -> Outcome:

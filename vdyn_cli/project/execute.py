@@ -1,4 +1,4 @@
-"""One step from files to documents: read, estimate, describe. Writes nothing."""
+"""One step from files to documents: read, estimate, diagnose, describe. Writes nothing."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from vdyn_cli.diagnosis.asked import refuse_unknown
-from vdyn_cli.diagnosis.extend import diagnosed
-from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.diagnosis.diagnose import diagnosed
+from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, refuse_unknown
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import step_command, step_document
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, alike
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps import Failure, load_step, published
+from vdyn_cli.steps import Failure, Step, load_step, published
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,9 @@ class Outcome:
     document: Mapping[str, Any]
 
 
-def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level: float | None = LEVEL) -> Outcome:
+def execute(
+    step_name: str, path: Path, known_files: Sequence[Path] = (), level: float | None = POLICY.level
+) -> Outcome:
     """Run one step on one description, and diagnose what its simulation gets wrong.
 
     Parameters
@@ -40,26 +42,32 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
     step = load_step(step_name)
     inputs = gather(step, path, known_files)
     try:
-        problem = step.prepare(inputs.spec, inputs.data, inputs.known)
-        if level is not None:
-            refuse_unknown(step, inputs.spec, problem, inputs.known)
-        result = published(problem)
+        result = _estimated(step, inputs, level)
         if isinstance(result, Failure):
             raise result.error()
-        if level is not None:
-            told = tuple(f for f in inputs.findings if f.doubt)
-            faults = _faults(inputs, result.fit.runs)
-            result = diagnosed(step, inputs.spec, problem, inputs.known, result, level, faults, told)
     except (InputError, ResultError) as error:
         raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
-    result = _doubted(replace(result, findings=(*inputs.findings, *result.findings)))
+    result = _warned(replace(result, findings=(*inputs.findings, *result.findings)))
     return Outcome(
         result, step_document(result, inputs, step_command(step_name, path, known_files, level), known_files)
     )
 
 
+def _estimated(step: Step, inputs: Inputs, level: float | None) -> Result | Failure:
+    """The diagnosed result; or the failure of the baseline, which is not diagnosed."""
+    prepared = PreparedStep(step, inputs.spec, inputs.known, step.prepare(inputs.spec, inputs.data, inputs.known))
+    if level is None:
+        return published(prepared.problem)
+    refuse_unknown(prepared)
+    result = published(prepared.problem)
+    if isinstance(result, Failure):
+        return result
+    doubts = tuple(f for f in inputs.findings if f.doubt)
+    return diagnosed(prepared, result, level, _faults(inputs, result.fit.runs), doubts)
+
+
 def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
-    """Sensors that did not measure, in the runs that were used; of all runs where nobody says which were."""
+    """Sensors that did not measure, in the used runs; in all runs where none are given."""
     logs = [log for log in inputs.logs if log.name in used] or inputs.logs
     return tuple(f for log in logs for f in log.findings if f.fault)
 
@@ -74,14 +82,11 @@ def _placed(finding: Finding, inputs: Inputs) -> Finding:
     return replace(finding, where=inputs.source.where(location), what=f"'{finding.where}': {finding.what}")
 
 
-def _doubted(result: Result) -> Result:
-    """The result, with a warning of what its findings doubt, and of data missed by far more than noise explains."""
+def _warned(result: Result) -> Result:
+    """The result, with a warning for each doubt, and for data missed by far more than noise explains."""
     fit = result.fit
     doubts = [f"{f.where}: {f.what}" for f in alike(result.findings) if f.doubt]
     warnings = [*doubts, *fit.warnings]
     if fit.misfit:
-        warnings.append(
-            f"{fit.misfit}: something that it does not know of is in the logs, and the values may be off by more than "
-            "their intervals say"
-        )
+        warnings.append(f"{fit.misfit}. Unmodeled effect present; values may be off by more than their intervals state")
     return replace(result, fit=replace(fit, warnings=tuple(warnings)))

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from vdyn_cli.description.test_description import Strict, Vehicle, load_spec
 from vdyn_cli.description.yaml_source import Source, load_yaml
-from vdyn_cli.diagnosis.level import LEVEL, shared
+from vdyn_cli.diagnosis.policy import POLICY, shared_level
 from vdyn_cli.io.files import sha256
 from vdyn_cli.project.inputs import given_parameters
 from vdyn_cli.project.result_document import versions
@@ -60,7 +60,7 @@ class Task:
     name: str
     path: Path
     after: tuple[str, ...]
-    level: float = LEVEL
+    level: float = POLICY.level
 
 
 def load_plan(path: Path) -> tuple[PipelineSpec, Source, tuple[Task, ...]]:
@@ -88,7 +88,7 @@ def load_plan(path: Path) -> tuple[PipelineSpec, Source, tuple[Task, ...]]:
     raise_all(findings)
     steps = {test: load_step(test) for test in found}
     order = in_order(steps)
-    level = shared(sum(s.diagnosable is not None for s in steps.values()))
+    level = shared_level(sum(s.diagnosable is not None for s in steps.values()))
     return spec, source, tuple(Task(n, found[n], _givers(steps[n], steps, order), level) for n in order)
 
 

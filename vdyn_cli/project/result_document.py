@@ -12,7 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.io.files import sha256
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.quantities.parameters import FORMAT, to_document
@@ -40,7 +40,8 @@ def step_document(result: Result, inputs: Inputs, command: str, known_files: Seq
         },
         "findings": [asdict(f) for f in result.findings],
         **result.extra,
-        "diagnosis": result.diagnosis,
+        **_effects(result),
+        "diagnosis": result.diagnosis and result.diagnosis.model_dump(),
         "provenance": {
             "inputs": fingerprints(inputs.files, inputs.source.path.parent, known_files),
             "settings": inputs.spec.model_dump(mode="json", exclude_none=True),
@@ -50,16 +51,24 @@ def step_document(result: Result, inputs: Inputs, command: str, known_files: Seq
     }
 
 
+def _effects(result: Result) -> dict[str, Any]:
+    """Amplitudes of the effects that the model was extended by, under ``effects``; nothing where there are none."""
+    found = {
+        n: {"value": e.value, "std": e.std, "interval95": list(e.interval95)} for n, e in result.amplitudes.items()
+    }
+    return {"effects": found} if found else {}
+
+
 def fingerprints(files: Sequence[Path], folder: Path, known_files: Sequence[Path]) -> dict[str, str]:
     """sha256 of every input, under its path from the description's folder; parameter files under their bare name."""
     known = set(known_files)
     return {file.name if file in known else os.path.relpath(file, folder): sha256(file) for file in files}
 
 
-def step_command(step: str, path: Path, known_files: Sequence[Path], level: float | None = LEVEL) -> str:
+def step_command(step: str, path: Path, known_files: Sequence[Path], level: float | None = POLICY.level) -> str:
     """The command that makes this result, with bare file names."""
     known = [f"--known {file.name}" for file in known_files]
-    how = [] if level == LEVEL else ["--no-diagnose"] if level is None else [f"--level {level:.4g}"]
+    how = [] if level == POLICY.level else ["--no-diagnose"] if level is None else [f"--level {level:.4g}"]
     return " ".join(["vdyn", step, path.name, *known, *how])
 
 

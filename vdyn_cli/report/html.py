@@ -63,7 +63,8 @@ def _step(result: Result, document: Mapping[str, Any]) -> dict[str, Any]:
     rows = views.parameter_rows(result.parameters)
     findings = alike(result.findings)
     to_read = sum(not (f.minor or f.doubt) for f in findings)
-    told = diagnosis(document.get("diagnosis") or result.diagnosis, result.parameters)
+    found = document.get("diagnosis") or (None if result.diagnosis is None else result.diagnosis.model_dump())
+    told = diagnosis(found, result.parameters)
     return {
         "slug": name,
         "step": words.clean(result.step),

@@ -1,4 +1,4 @@
-"""Sizes of the effects that a fit has in its model: free for a look at all of them, and for the result's document."""
+"""Amplitudes of the effects that a fit has in its model."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ from typing import Any
 import numpy as np
 
 from vdyn_cli.inference import Solution, Unknown
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Result
 
-NORMAL95 = 1.96
+NORMAL95 = 1.96  # the rounded value with which the intervals of amplitudes are published
+
+NO_STD: Mapping[str, float] = MappingProxyType({})
 
 
 def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
@@ -19,23 +23,47 @@ def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
     return tuple(replace(u, lower=-np.inf, upper=np.inf) for u in extra)
 
 
-def sizes_found(
-    solution: Solution, extra: Sequence[Unknown], spreads: Mapping[str, float] = MappingProxyType({})
-) -> Mapping[str, Any]:
-    """``{"effects": {unknown: value, std, interval95}}``, or nothing where the model was not extended.
+def effect_amplitudes(
+    solution: Solution, unknowns: Sequence[Unknown], least_std: Mapping[str, float] = NO_STD
+) -> dict[str, Estimate]:
+    """The estimates of the unknowns of effects in the model, for ``Result.amplitudes``.
 
-    What two dozen blocks say of a spread scatters by a sixth and more; what falls below the noise's own share is luck,
-    and that share takes its place. So do ``spreads``, by unknown, that a step knows to be larger.
+    std = max(std by the scatter across blocks, std by the noise model, least_std). The scatter of two dozen blocks is
+    itself known to a sixth only: where it falls below the noise's own part, that is chance.
+
+    Parameters
+    ----------
+    unknowns : of the effects.
+    least_std : by unknown, a standard deviation that the step knows to be larger.
     """
-    least = dict(zip(solution.names, np.sqrt(np.diag(solution.classical_covariance)).tolist(), strict=True))
-    least = {n: max(s, spreads.get(n, 0.0)) for n, s in least.items()}
+    noise = dict(zip(solution.names, np.sqrt(np.diag(solution.classical_covariance)).tolist(), strict=True))
     found = {}
-    for u in extra:
-        value, std, (low, high) = solution.values[u.name], solution.std[u.name], solution.interval95[u.name]
-        half = NORMAL95 * least[u.name]
-        found[u.name] = {
-            "value": value,
-            "std": max(std, least[u.name]),
-            "interval95": [min(low, value - half), max(high, value + half)],
-        }
+    for u in unknowns:
+        value, (low, high) = solution.values[u.name], solution.interval95[u.name]
+        least = max(noise[u.name], least_std.get(u.name, 0.0))
+        half = NORMAL95 * least
+        interval = min(low, value - half), max(high, value + half)
+        found[u.name] = Estimate(value, max(solution.std[u.name], least), interval, u.unit, "", "")
+    return found
+
+
+def sizes_found(
+    solution: Solution, extra: Sequence[Unknown], spreads: Mapping[str, float] = NO_STD
+) -> Mapping[str, Any]:
+    """``{"effects": {unknown: value, std, interval95}}``, for steps that do not yet fill ``Result.amplitudes``."""
+    found = {
+        n: {"value": e.value, "std": e.std, "interval95": list(e.interval95)}
+        for n, e in effect_amplitudes(solution, extra, spreads).items()
+    }
     return {"effects": found} if found else {}
+
+
+def published_amplitudes(result: Result) -> Mapping[str, Estimate]:
+    """``Result.amplitudes``, also of steps that do not yet fill it."""
+    if result.amplitudes:
+        return result.amplitudes
+    entries: Mapping[str, Any] = result.extra.get("effects", {})
+    return {
+        n: Estimate(e["value"], e["std"], (e["interval95"][0], e["interval95"][1]), "", "", "")
+        for n, e in entries.items()
+    }

@@ -1,6 +1,6 @@
-"""A regression linearised at one point and cut into independent units: all that the tests of causes need.
+"""A regression linearized at one point and cut into independent units: all that the score tests need.
 
-Sign: the residual here is measured less simulated, so that y = J d + noise, and a positive score asks for more.
+Sign: the residual here is measured less simulated, so that y = J d + noise; a positive score raises the unknown.
 """
 
 from __future__ import annotations
@@ -14,25 +14,24 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference import Regression, Rows
 from vdyn_cli.inference.intervals import effective_number
 from vdyn_cli.inference.linearized_regression import BLOCKS, blocks_of, blocks_within
 from vdyn_cli.inference.qr_factors import Array, fold
 from vdyn_cli.inference.regression import prior_rows
 
-SLOPELESS = 0.05  # of a secant's trace: a slope that is less leads nowhere
-DEPENDENT = 1e-7  # of a column's length left: it says nothing that the others do not
-RUNS_AS_UNITS = 16  # from so many on the run is the unit of evidence
+DEPENDENT = 1e-7  # of the largest singular value of unit columns: rounding of a QR factor of 1e5 rows is below 1e-10
 
 
 @dataclass(frozen=True)
-class Linear:
-    """The rows of every run at one point.
+class LinearizedRuns:
+    """Residuals and sensitivities of every run at one point.
 
     Parameters
     ----------
     regression : whose shared unknowns are the baseline's and, behind them, those of all candidates.
-    shared : (s,), where it is linearised; own : (g, m).
+    shared, own : (s,) and (runs, m), the point.
     rows : one for each run.
     """
 
@@ -42,17 +41,19 @@ class Linear:
     rows: tuple[Rows, ...]
 
 
-def linearise(
+def linearize(
     regression: Regression,
     shared: Mapping[str, float],
     own: Mapping[str, Array],
     secants: Mapping[str, float] = MappingProxyType({}),
-) -> Linear:
-    """Rows and derivatives of all unknowns at a fitted point; what is not named is where it starts.
+) -> LinearizedRuns:
+    """Residuals and their derivatives to all unknowns at one point.
 
     Parameters
     ----------
-    secants : for unknowns that may have no slope at zero, the size over which their trace is then taken instead.
+    shared : values of shared unknowns; the others are where they start.
+    own : (runs,) of each of the runs' own unknowns.
+    secants : for unknowns that may have no slope at zero, the amplitude over which a secant is then taken instead.
 
     Raises
     ------
@@ -67,11 +68,11 @@ def linearise(
     names = [u.name for u in regression.shared]
     for name, size in secants.items():
         rows = _with_secant(regression, values, each, rows, names.index(name), size)
-    return Linear(regression, values, each, rows)
+    return LinearizedRuns(regression, values, each, rows)
 
 
-def as_measured(regression: Regression) -> dict[str, Array]:
-    """(runs,) of each run's own unknowns, without a fit: what is believed of them, else where they begin."""
+def initial_values(regression: Regression) -> dict[str, Array]:
+    """(runs,) of each of the runs' own unknowns without a fit: the prior's mean, else where they start."""
     runs = len(regression.runs)
     return {
         u.name: np.full(runs, u.prior[0])
@@ -84,7 +85,7 @@ def as_measured(regression: Regression) -> dict[str, Array]:
 def _with_secant(
     regression: Regression, values: Array, own: Array, rows: tuple[Rows, ...], place: int, size: float
 ) -> tuple[Rows, ...]:
-    """The rows with one column taken over a finite size, where its slope tells next to nothing of that."""
+    """The rows with one column a secant, where its slope is next to nothing of that."""
     moved = values.copy()
     moved[place] += size
     simulate = regression.rows
@@ -95,27 +96,28 @@ def _with_secant(
         there = tuple(simulate(k, np.concatenate([moved, own[k]])) for k in range(len(rows)))
     except ArithmeticError:
         return rows
-    traces = [(a.residual - b.residual) / size for a, b in zip(there, rows, strict=True)]
+    secant = [(a.residual - b.residual) / size for a, b in zip(there, rows, strict=True)]
     slope = sum(float(np.sum(r.jacobian[:, place] ** 2)) for r in rows)
-    if not slope < SLOPELESS**2 * sum(float(t @ t) for t in traces):
+    if not slope < POLICY.secant_ratio**2 * sum(float(t @ t) for t in secant):
         return rows
     changed = []
-    for one, trace in zip(rows, traces, strict=True):
+    for one, column in zip(rows, secant, strict=True):
         jacobian = one.jacobian.copy()
-        jacobian[:, place] = trace
+        jacobian[:, place] = column
         changed.append(replace(one, jacobian=jacobian))
     return tuple(changed)
 
 
 @dataclass(frozen=True)
-class Sheet:
-    """The compressed rows of all units.
+class LinearizedSystem:
+    """The whitened linear system y = J d + noise, J's and y's rows compressed to QR factors unit by unit.
 
     Parameters
     ----------
-    names : of the columns: the shared unknowns, then (where blocks are the units) every run's own.
-    columns : (n, p); y : (n,).
-    label : (n,), the unit of each row; run : (units,), the run of each unit, -1 for what is known beforehand.
+    names : of the columns: the shared unknowns, then (where blocks are the units) every run's own as ``name#run``.
+    columns : (n, p), J; y : (n,).
+    label : (n,), the unit of each row, ascending.
+    run : (units,), the run of each unit, -1 for a prior.
     counts : (units,), rows of each before they were compressed.
     kind : what a unit is.
     """
@@ -130,15 +132,16 @@ class Sheet:
 
     @property
     def stated(self) -> int:
-        """How many units are what is known beforehand."""
+        """How many units are priors."""
         return int(np.count_nonzero(self.run < 0))
 
     @property
     def units(self) -> int:
+        """Blocks or runs, and priors."""
         return len(self.run)
 
     @cached_property
-    def index(self) -> dict[str, int]:
+    def _index(self) -> dict[str, int]:
         return {name: i for i, name in enumerate(self.names)}
 
     @cached_property
@@ -148,15 +151,20 @@ class Sheet:
 
     def of(self, names: Sequence[str]) -> Array:
         """The columns of these unknowns, (n, k)."""
-        return self.columns[:, [self.index[n] for n in names]]
+        return self.columns[:, [self._index[n] for n in names]]
 
-    def evidence(self) -> float:
-        """How many equal units all of them are worth, by what they tell about all unknowns together."""
+    @cached_property
+    def own(self) -> list[str]:
+        """Names of the columns of the runs' own unknowns."""
+        return [n for n in self.names if "#" in n]
+
+    def effective_units(self) -> float:
+        """Effective number of units, priors left out, by their information about all unknowns together."""
         told = np.add.reduceat(np.sum(orthonormal(self.columns) ** 2, axis=1), self.starts)
         return float(effective_number(told[self.run >= 0][:, None])[0]) if np.any(self.run >= 0) else 0.0
 
-    def by_run(self) -> Sheet:
-        """The same rows with whole runs as units, for causes that differ between runs."""
+    def by_run(self) -> LinearizedSystem:
+        """The same rows with whole runs as units, for effects that vary between runs."""
         if self.kind == "run":
             return self
         of_row = self.run[self.label]
@@ -169,29 +177,33 @@ class Sheet:
         units = np.concatenate([runs, -np.ones(priors.size, dtype=np.int64)])
         counts = np.array([self.counts[self.run == k].sum() for k in runs], dtype=np.int64)
         counts = np.concatenate([counts, np.ones(len(units) - len(runs), dtype=np.int64)])
-        return Sheet(self.names, self.columns[order], self.y[order], label[order], units, counts, "run")
+        return LinearizedSystem(self.names, self.columns[order], self.y[order], label[order], units, counts, "run")
 
 
-def sheet(linear: Linear, kind: Literal["auto", "run", "block"] = "auto") -> Sheet:
-    """Cut the rows into units and compress each to a triangle; priors are units of their own."""
+def linearized_system(linear: LinearizedRuns, kind: Literal["auto", "run", "block"] = "auto") -> LinearizedSystem:
+    """Cut the rows into units and compress each to its QR factor; every prior is a unit of its own.
+
+    Parameters
+    ----------
+    kind : the unit; "auto" takes runs where they are many. With runs, their own unknowns are eliminated.
+    """
     regression = linear.regression
     runs = len(regression.runs)
     if kind == "auto":
-        kind = "run" if runs >= RUNS_AS_UNITS else "block"
+        kind = "run" if runs >= POLICY.runs_as_units else "block"
     s, m = len(regression.shared), len(regression.own)
     names = [u.name for u in regression.shared]
     if kind == "block":
         names += [f"{u.name}#{k}" for k in range(runs) for u in regression.own]
     parts: list[Array] = []
     owner: list[tuple[int, int]] = []
-    counts = _counts(linear) if kind == "block" else np.ones(runs, dtype=np.int64)
+    counts = _blocks_by_run(linear) if kind == "block" else np.ones(runs, dtype=np.int64)
     for k, rows in enumerate(linear.rows):
         matrix = np.column_stack([rows.jacobian[:, s:], rows.jacobian[:, :s], -rows.residual])
         known = prior_rows(regression.own, linear.own[k])
         known = np.column_stack([known[:, :m], np.zeros((len(known), s)), -known[:, -1]])
         if kind == "run":
-            triangle = fold(np.vstack([matrix, known]))[m:, m:]
-            parts.append(triangle)
+            parts.append(fold(np.vstack([matrix, known]))[m:, m:])
             owner.append((k, len(matrix) if rows.folded is None else int(rows.folded.sum())))
             continue
         for i, block in enumerate(blocks_of(rows, matrix, int(counts[k]))):
@@ -206,7 +218,7 @@ def sheet(linear: Linear, kind: Literal["auto", "run", "block"] = "auto") -> She
     stacked = np.vstack(parts)
     label = np.repeat(np.arange(len(parts), dtype=np.int64), [len(p) for p in parts])
     run, count = np.array(owner, dtype=np.int64).T
-    return Sheet(tuple(names), stacked[:, :-1], stacked[:, -1], label, run, count, kind)
+    return LinearizedSystem(tuple(names), stacked[:, :-1], stacked[:, -1], label, run, count, kind)
 
 
 def _spread(rows: Array, s: int, m: int, run: int, runs: int) -> Array:
@@ -217,8 +229,8 @@ def _spread(rows: Array, s: int, m: int, run: int, runs: int) -> Array:
     return wide
 
 
-def _counts(linear: Linear) -> NDArray[np.int64]:
-    """Blocks of each run: alike, for an equal share of all."""
+def _blocks_by_run(linear: LinearizedRuns) -> NDArray[np.int64]:
+    """Blocks of each run: an equal share of all."""
     runs = len(linear.rows)
     each = -(-BLOCKS // runs)
     return np.array([blocks_within(r, each) for r in linear.rows], dtype=np.int64)
