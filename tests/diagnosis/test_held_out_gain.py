@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import BASE, Campaign, cause
-from vdyn_cli.diagnosis.gain import CHOSEN, Gain, gain, rms_of
+from vdyn_cli.diagnosis.full_model import FittedModel
+from vdyn_cli.diagnosis.held_out_gain import HeldOutGain, Selection, held_out_gain, rms_of
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import equivalent
-from vdyn_cli.diagnosis.workbench import Fitted, Workbench, open_workbench
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
 from vdyn_cli.inference import Regression, Rows, Unknown
 
 NAMES = ("slope", "wind", "wave")
@@ -19,18 +22,18 @@ CAUSES = tuple(cause(n) for n in NAMES)
 START = 5.0  # standard deviation of what is known of a run's start
 
 
-def opened(campaign: Campaign) -> tuple[Workbench, Fitted]:
-    bench = open_workbench(campaign.case(*CAUSES))
-    base = bench.fitted(())
+def opened(campaign: Campaign) -> tuple[Strategy, FittedModel]:
+    strategy = open_strategy(campaign.setup(*CAUSES))
+    base = strategy.fitted(())
     assert base is not None
-    return bench, base
+    return strategy, base
 
 
-def gained(campaign: Campaign, causes: Sequence[str] = ("slope",)) -> Gain:
-    bench, base = opened(campaign)
-    extended = bench.fitted(causes)
+def gained(campaign: Campaign, causes: Sequence[str] = ("slope",)) -> HeldOutGain:
+    strategy, base = opened(campaign)
+    extended = strategy.fitted(causes)
     assert extended is not None
-    found = gain(bench, base, extended, NAMES, base)
+    found = held_out_gain(strategy, base, extended, Selection(NAMES, base))
     assert found is not None
     return found
 
@@ -75,7 +78,7 @@ def by_hand(campaign: Campaign, most: int = 1) -> tuple[float, float, list[tuple
         for _ in range(most):
             tried = {n: left - fitted(campaign, [*names, n], rest)[1] for n in NAMES if n not in names}
             best = max(tried, key=lambda n: tried[n])
-            if equivalent(tried[best], 1) < CHOSEN:
+            if equivalent(tried[best], 1) < POLICY.fold_evidence:
                 break
             names.append(best)
             left -= tried[best]
@@ -160,10 +163,10 @@ def test_few_runs_are_cut_into_blocks() -> None:
 
 
 def test_too_little_to_leave_out_gives_no_gain() -> None:
-    bench, base = opened(Campaign(5, runs=2, rows=18, hidden={"slope": 2.0}))
-    extended = bench.fitted(("slope",))
+    strategy, base = opened(Campaign(5, runs=2, rows=18, hidden={"slope": 2.0}))
+    extended = strategy.fitted(("slope",))
     assert extended is not None
-    assert gain(bench, base, extended, NAMES, base) is None
+    assert held_out_gain(strategy, base, extended, Selection(NAMES, base)) is None
 
 
 def test_nothing_hidden_gains_nothing() -> None:
@@ -184,10 +187,10 @@ def test_the_interval_holds_on_new_logs_of_the_same_car() -> None:
     inside, seen = 0, 30
     for seed in range(seen):
         campaign = Campaign(500 + seed, runs=8, rows=48, hidden={"slope": 0.5})
-        bench, base = opened(campaign)
-        extended = bench.fitted(("slope",))
+        strategy, base = opened(campaign)
+        extended = strategy.fitted(("slope",))
         assert extended is not None
-        found = gain(bench, base, extended, NAMES, base)
+        found = held_out_gain(strategy, base, extended, Selection(NAMES, base))
         assert found is not None
         fresh = replace(campaign, seed=5000 + seed)
         errors = []
@@ -200,12 +203,12 @@ def test_the_interval_holds_on_new_logs_of_the_same_car() -> None:
 
 
 def test_the_error_of_runs_as_they_are() -> None:
-    """What the bench asks for new logs: every run's own start fitted to it, nothing else."""
+    """What the strategy asks for new logs: every run's own start fitted to it, nothing else."""
     campaign = Campaign(7, runs=4, plain=True)
     _, base = opened(campaign)
     values = np.array([base.values[n] for n in BASE])
     left = sum(missed(campaign, list(BASE), values, run) for run in range(4))
-    assert rms_of(base.linear) == pytest.approx((left / (4 * campaign.rows)) ** 0.5, rel=1e-6)
+    assert rms_of(base.runs) == pytest.approx((left / (4 * campaign.rows)) ** 0.5, rel=1e-6)
 
 
 @dataclass(frozen=True)
@@ -224,15 +227,15 @@ class Modelled(Campaign):
 STATED = {"level": (3.0, 0.1), "bend": (-2.0, 0.1)}
 
 
-def stated_gain(campaign: Campaign) -> tuple[Gain, float]:
+def stated_gain(campaign: Campaign) -> tuple[HeldOutGain, float]:
     """Of drives that are simulated with parameters as stated, and the size that the cause was found to have."""
-    bench = open_workbench(campaign.case(*CAUSES, straight=True, fewest_runs=3))
-    base, extended = bench.fitted(()), bench.fitted(("slope",))
+    strategy = open_strategy(campaign.setup(*CAUSES, linearized=True, fewest_runs=3))
+    base, extended = strategy.fitted(()), strategy.fitted(("slope",))
     assert base is not None
     assert extended is not None
-    found = gain(bench, base, extended, NAMES, base)
+    found = held_out_gain(strategy, base, extended, Selection(NAMES, base))
     assert found is not None
-    return found, bench.near(extended).values["slope"]
+    return found, strategy.relinearized(extended).values["slope"]
 
 
 def fresh_fall(campaign: Campaign, size: float) -> float:

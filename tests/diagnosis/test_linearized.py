@@ -1,4 +1,4 @@
-"""Through which cause straight lines are laid, where large ones bend them."""
+"""About which effect a linearization is repeated, where large ones make it inexact."""
 
 from __future__ import annotations
 
@@ -7,22 +7,25 @@ from typing import Any
 
 import pytest
 
-from vdyn_cli.diagnosis.nearer import NEARER, _likeliest
+from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.detection import detect
+from vdyn_cli.diagnosis.linearized import strongest_relinearized
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
 
 
-class Bench:
-    """A workbench that knows what each cause costs on its own lines, and keeps what was asked of it."""
+class Fits:
+    """A strategy that knows the cost of each effect on its own linearization, and keeps what was requested of it."""
 
-    def __init__(self, costs: dict[str, float], straight: bool = True) -> None:
-        self.case = Made(straight=straight)
-        self.costs, self.asked = costs, list[str]()
+    def __init__(self, costs: dict[str, float]) -> None:
+        self.costs, self.requested = costs, list[str]()
 
-    def fitted(self, causes: tuple[str, ...]) -> Any:
-        return Made(causes=causes) if causes[0] in self.costs else None
+    def fitted(self, effects: tuple[str, ...]) -> Any:
+        return Made(effects=effects) if effects[0] in self.costs else None
 
-    def near(self, fitted: Any) -> Any:
-        self.asked.append(fitted.causes[0])
-        return Made(solution=Made(cost=self.costs[fitted.causes[0]]))
+    def relinearized(self, fitted: Any) -> Any:
+        self.requested.append(fitted.effects[0])
+        return Made(solution=Made(cost=self.costs[fitted.effects[0]]))
 
 
 def found(evidence: dict[str, float]) -> Any:
@@ -32,35 +35,44 @@ def found(evidence: dict[str, float]) -> Any:
     return Made(testable=tuple(evidence), scores=Made(evidence=evidence, strongest=strongest))
 
 
-def likeliest(bench: Bench, evidence: dict[str, float]) -> str | None:
-    return _likeliest(bench, found(evidence))  # type: ignore[arg-type]
+def strongest(fits: Fits, evidence: dict[str, float]) -> str | None:
+    return strongest_relinearized(fits, found(evidence))  # type: ignore[arg-type]
 
 
-def test_what_shows_several_times_less_from_afar_may_explain_most_on_its_own_lines() -> None:
-    bench = Bench({"damping": 3880.0, "motors": 2579.0, "wheels": 4041.0})
-    assert likeliest(bench, {"damping": 58.7, "motors": 14.3, "wheels": 11.4}) == "motors"
+def test_an_effect_of_less_evidence_may_explain_most_on_its_own_linearization() -> None:
+    fits = Fits({"damping": 3880.0, "motors": 2579.0, "wheels": 4041.0})
+    assert strongest(fits, {"damping": 58.7, "motors": 14.3, "wheels": 11.4}) == "motors"
 
 
-def test_small_causes_do_not_bend_lines() -> None:
-    bench = Bench({"damping": 1.0, "motors": 2.0, "wheels": 0.0})
-    assert likeliest(bench, {"damping": 8.0, "motors": 7.0, "wheels": 5.9}) == "damping"
-    assert bench.asked == ["damping", "motors"]
+def test_small_effects_are_not_relinearized() -> None:
+    fits = Fits({"damping": 1.0, "motors": 2.0, "wheels": 0.0})
+    assert strongest(fits, {"damping": 8.0, "motors": 7.0, "wheels": 5.9}) == "damping"
+    assert fits.requested == ["damping", "motors"]
 
 
-@pytest.mark.parametrize(("straight", "evidence"), [(False, 50.0), (True, 1.0)])
-def test_nothing_is_laid_anew_where_fits_simulate_or_nothing_is_large(straight: bool, evidence: float) -> None:
-    bench = Bench({"a": 1.0, "b": 0.0}, straight)
-    assert likeliest(bench, {"a": 2 * evidence, "b": evidence}) == "a"
-    assert not bench.asked
+def test_nothing_is_relinearized_where_nothing_is_large() -> None:
+    fits = Fits({"a": 1.0, "b": 0.0})
+    assert strongest(fits, {"a": 2.0, "b": 1.0}) == "a"
+    assert not fits.requested
 
 
-def test_the_strongest_of_many_are_looked_at_and_those_that_cannot_be_fitted_are_not() -> None:
-    evidence = {f"c{k}": 50.0 - k for k in range(NEARER + 2)}
-    bench = Bench({n: 10.0 - k for k, n in enumerate(evidence) if k != 1})
-    assert likeliest(bench, evidence) == f"c{NEARER - 1}"
-    assert bench.asked == [f"c{k}" for k in range(NEARER) if k != 1]
+def test_refits_need_no_relinearization() -> None:
+    strategy = open_strategy(Campaign(1, hidden={"slope": 20.0, "wave": 20.0}).setup(cause("slope"), cause("wave")))
+    base = strategy.fitted(())
+    assert base is not None
+    seen = detect(strategy, base)
+    assert min(seen.scores.evidence[n] for n in ("slope", "wave")) > POLICY.large_t
+    assert strategy.focused(seen) == (strategy, seen)
 
 
-def test_where_nothing_can_be_fitted_it_is_what_shows_most() -> None:
-    assert likeliest(Bench({}), {"a": 50.0, "b": 60.0}) == "b"
-    assert likeliest(Bench({}), {}) is None
+def test_the_strongest_of_many_are_compared_and_those_that_cannot_be_fitted_are_not() -> None:
+    most = POLICY.most_relinearized
+    evidence = {f"c{k}": 50.0 - k for k in range(most + 2)}
+    fits = Fits({n: 10.0 - k for k, n in enumerate(evidence) if k != 1})
+    assert strongest(fits, evidence) == f"c{most - 1}"
+    assert fits.requested == [f"c{k}" for k in range(most) if k != 1]
+
+
+@pytest.mark.parametrize(("evidence", "name"), [({"a": 50.0, "b": 60.0}, "b"), ({}, None)])
+def test_where_nothing_can_be_fitted_it_is_what_shows_most(evidence: dict[str, float], name: str | None) -> None:
+    assert strongest(Fits({}), evidence) == name

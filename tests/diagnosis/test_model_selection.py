@@ -7,27 +7,28 @@ from types import SimpleNamespace
 from typing import Any
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.choice import nothing, simplest
-from vdyn_cli.diagnosis.naming import Trial
-from vdyn_cli.diagnosis.verdict import judge
-from vdyn_cli.diagnosis.words import sentence
-from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
+from vdyn_cli.diagnosis.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.full_model import FullModel
+from vdyn_cli.diagnosis.judgment import judge
+from vdyn_cli.diagnosis.model_selection import may_be_zero, simplest
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.verdict_text import verdict_sentence
 
 HILLS = cause("hills", tuple(f"shape_{k}" for k in range(2, 7)))  # not all: all would be a level, too
 WAVE, WIND = cause("wave"), cause("wind")
 
 
-def bench() -> Workbench:
-    return open_workbench(Campaign(1).case(WAVE, WIND, HILLS, profiles=()))
+def model() -> FullModel:
+    return open_strategy(Campaign(1).setup(WAVE, WIND, HILLS, profiles=())).model
 
 
-def trial(causes: Sequence[str], cost: float, rest: float) -> Trial:
+def trial(causes: Sequence[str], cost: float, rest: float) -> CandidateModel:
     fitted: Any = SimpleNamespace(solution=SimpleNamespace(cost=cost))
-    return Trial(tuple(causes), fitted, rest, None, 1.0)
+    return CandidateModel(tuple(causes), fitted, rest, None, 1.0)
 
 
-def chosen(*tried: Trial) -> list[tuple[str, ...]]:
-    return [t.causes for t in simplest(bench(), tuple(t for t in tried if t.sufficient), tried)]
+def chosen(*tried: CandidateModel) -> list[tuple[str, ...]]:
+    return [t.effects for t in simplest(model(), tuple(t for t in tried if t.sufficient), tried)]
 
 
 def test_what_is_simple_and_suffices_goes_first():
@@ -51,20 +52,20 @@ def test_a_free_force_that_does_as_well_makes_it_unknown():
     """What no cause explains is not taken for hills because hills can take any shape over the road, too."""
     force = cause("hat")
     campaign = Campaign(5, hidden={"hat": 4.0})
-    assert judge(open_workbench(campaign.case(WAVE, HILLS, profiles=()))).name == "named"
-    free = campaign.case(WAVE, HILLS, profiles=(force,))
-    verdict = judge(open_workbench(free))
-    assert verdict.name == "unknown"
-    assert "a hills comes closest, but a free force of fewer unknowns does as well" in sentence(
-        verdict, free.causes, {}
+    assert judge(open_strategy(campaign.setup(WAVE, HILLS, profiles=()))).verdict == "named"
+    free = campaign.setup(WAVE, HILLS, profiles=(force,))
+    verdict = judge(open_strategy(free))
+    assert verdict.verdict == "unknown"
+    assert "A hills comes closest, but a free profile of fewer unknowns does as well" in verdict_sentence(
+        verdict, free.candidates, {}
     )
 
 
 def test_a_cause_that_could_as_well_be_of_no_size_is_not_certain_enough():
     def fitted(cause: str, value: float, std: float) -> Any:
         solution = SimpleNamespace(values={cause: value}, std={cause: std})
-        return SimpleNamespace(causes=(cause,), solution=solution)
+        return SimpleNamespace(effects=(cause,), solution=solution)
 
-    assert nothing(bench(), fitted("wind", -1.0, 0.6))
-    assert not nothing(bench(), fitted("wind", -1.3, 0.6))
-    assert not nothing(bench(), fitted("hills", 0.0, 1.0))  # of many unknowns no one speaks for all
+    assert may_be_zero(model(), fitted("wind", -1.0, 0.6))
+    assert not may_be_zero(model(), fitted("wind", -1.3, 0.6))
+    assert not may_be_zero(model(), fitted("hills", 0.0, 1.0))  # of many unknowns no one speaks for all

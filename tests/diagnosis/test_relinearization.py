@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
+from vdyn_cli.diagnosis.linearized import LinearizedStrategy, open_linearized
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Rows, Unknown
 
@@ -44,18 +44,20 @@ class Knocking(Campaign):
         return replace(straight, rows=rows)
 
 
-def bench(knocks: bool) -> Workbench:
+def bench(knocks: bool) -> LinearizedStrategy:
     play = replace(cause("step"), probes=(0.5, 1.0) if knocks else (), alike=("wave",))
     campaign = Knocking(3, runs=8)
-    case = campaign.case(play, cause("wave"), cause("hat"))
-    return open_workbench(replace(case, straight=True, likely=lambda effect, start: (start(LIKELY)[0].start, RISE)))
+    case = campaign.setup(play, cause("wave"), cause("hat"))
+    return open_linearized(
+        replace(case, linearized=True, likely_size=lambda effect, start: (start(LIKELY)[0].start, RISE))
+    )
 
 
 def test_lines_through_a_likely_size_find_the_true_one() -> None:
     opened = bench(knocks=True)
     fitted = opened.fitted(("step",))
     assert fitted is not None
-    near = opened.near(fitted)
+    near = opened.relinearized(fitted)
     assert abs(near.values["step"] - SIZE) < 3 * near.solution.std["step"]
     assert abs(fitted.values["step"] - SIZE) > 30 * near.solution.std["step"]
 
@@ -64,13 +66,13 @@ def test_what_does_not_knock_has_lines_laid_once() -> None:
     opened = bench(knocks=False)
     fitted = opened.fitted(("step",))
     assert fitted is not None
-    once, settled = opened.near(fitted), bench(knocks=True).near(fitted)
+    once, settled = opened.relinearized(fitted), bench(knocks=True).relinearized(fitted)
     assert once.solution.cost > settled.solution.cost + 1.0
 
 
 @pytest.mark.parametrize(("bent", "passes"), [(False, 1), (True, 3)])
 def test_lines_of_a_model_that_knocks_are_laid_until_they_hold(bent: bool, passes: int) -> None:
-    case = replace(Knocking(3, runs=8).case(cause("wave")), straight=True, bent=bent)
+    case = replace(Knocking(3, runs=8).setup(cause("wave")), linearized=True, nondifferentiable=bent)
     laid: list[dict[str, float]] = []
 
     def regression(effects: Sequence[Effect], extra: Sequence[Unknown], start: Mapping[str, float]) -> Regression:
@@ -87,7 +89,7 @@ def test_lines_of_a_model_that_knocks_are_laid_until_they_hold(bent: bool, passe
 
         return replace(found, rows=rows)
 
-    open_workbench(replace(case, regression=regression))
+    open_linearized(replace(case, regression=regression))
     assert len(laid) == passes
     assert not laid[0]
     assert all(laid[1:])
@@ -95,14 +97,14 @@ def test_lines_of_a_model_that_knocks_are_laid_until_they_hold(bent: bool, passe
 
 def test_lines_go_through_the_likely_size_where_it_explains_more_than_what_it_looks_like() -> None:
     opened = bench(knocks=True)
-    there = opened.beyond("wave", opened)
+    there = opened.about_likely("wave", opened)
     assert there is not opened
     fitted = there.fitted(("step",))
     assert fitted is not None
     assert fitted.values["step"] == pytest.approx(SIZE, abs=0.1)
-    assert there.near(fitted) is opened.near(fitted)
+    assert there.relinearized(fitted) is opened.relinearized(fitted)
 
 
 def test_of_what_it_does_not_look_like_nothing_is_tried() -> None:
     opened = bench(knocks=True)
-    assert opened.beyond("hat", opened) is opened
+    assert opened.about_likely("hat", opened) is opened

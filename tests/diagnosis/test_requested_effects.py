@@ -38,7 +38,7 @@ def test_a_cause_that_the_model_cannot_take_is_told_with_its_line(tmp_path: Path
         execute("coastdown", path)
     (finding,) = refused.value.findings
     assert finding.where == line_of(path, "diagnose:")
-    assert finding.what == "'diagnose.effects': is no effect that this model can take"
+    assert finding.what == "'diagnose.effects': is not a candidate effect for this model"
     assert finding.got == "torque_gain"
 
 

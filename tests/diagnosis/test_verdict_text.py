@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vdyn_cli.diagnosis.words import size_of
+from vdyn_cli.diagnosis.verdict_text import amplitude_text
 from vdyn_cli.effects import catalogue
 from vdyn_cli.quantities.parameters import Estimate
 
@@ -23,4 +23,4 @@ def test_the_size_follows_the_label(effect: str, value: float, half: float, says
     (found,) = [e for e in catalogue() if e.name == effect]
     (name, quantity), *_ = found.unknowns.items()
     size = Estimate(value, half / 2, (value - half, value + half), quantity.unit, quantity.meaning, effect)
-    assert f"{found.label}{size_of(found, {name: size})}" == says
+    assert f"{found.label}{amplitude_text(found, {name: size})}" == says
