@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from vdyn_cli import steps
-from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.quantities.errors import InputError, VdynError, merge_similar
 
 app = typer.Typer(
@@ -66,7 +66,7 @@ def _add_step(name: str) -> None:
         known: Known = None,
         output: Output = "out",
         diagnose: Diagnose = True,
-        level: Level = LEVEL,
+        level: Level = POLICY.level,
         quiet: Quiet = False,
         verbose: Verbose = False,
     ) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import gzip
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -127,16 +127,15 @@ def _shifted(a: Array, b: Array, by: int) -> float:
 def section(season: str, result: Result) -> str:
     """One season in words, with the sizes of its causes and the gain."""
     d, road = result.diagnosis, result.extra["validation"]["road"]
-    lines = [f"## {season.capitalize()} ({len(result.fit.runs)} trips)", "", d["sentence"], ""]
-    lines += [f"Verdict: {d['verdict']}" + _or(d["ambiguous"]) + f" (p = {d['p_value']:.1g}).", ""]
+    assert d is not None
+    lines = [f"## {season.capitalize()} ({len(result.fit.runs)} trips)", "", d.sentence, ""]
+    lines += [f"Verdict: {d.verdict}" + _or(d.ambiguous) + f" (p = {d.p_value:.1g}).", ""]
     lines += ["| finding | size | 95 % |", "|---|---|---|"]
-    for cause in d["causes"]:
-        for unknown in cause["unknowns"].values():
-            low, high = unknown["interval95"]
+    for cause in d.causes:
+        for unknown in cause.unknowns.values():
+            low, high = unknown.interval95
             entry = f"{low:.3g} to {high:.3g}"
-            lines.append(
-                f"| {cause['label']} ({cause['effect']}) | {unknown['value']:.3g} {unknown['unit']} | {entry} |"
-            )
+            lines.append(f"| {cause.label} ({cause.effect}) | {unknown.value:.3g} {unknown.unit} | {entry} |")
     lines.append(row("accelerometer's zero [m/s^2]", road["accelerometer_zero"], ".3f"))
     lines += [
         row(f"drive force that holds {f['speed_kmh']:.0f} km/h [N]", f, ".0f")
@@ -159,7 +158,7 @@ def section(season: str, result: Result) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _or(sets: list[list[str]]) -> str:
+def _or(sets: Sequence[Sequence[str]]) -> str:
     return "".join(f"; not to be told apart: {', '.join(one)}" for one in sets if len(one) > 1)
 
 

@@ -17,7 +17,6 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command itself does
 
@@ -26,7 +25,8 @@ import yaml
 from tests.bench import cases
 from tests.plant import coast
 from tests.plant.vehicle import random_vehicle
-from vdyn_cli.diagnosis.extend import diagnosed
+from vdyn_cli.diagnosis.diagnose import diagnosed
+from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.project.pipeline import Task, load_plan
@@ -68,9 +68,10 @@ def once(step_name: str, description: Path, known: Sequence[Path]) -> Timed:
     problem = step.prepare(inputs.spec, inputs.data, inputs.known)
     base = problem.publish()
     processor, clock = time.process_time(), time.perf_counter()
-    told: Any = diagnosed(step, inputs.spec, problem, inputs.known, base).diagnosis
+    found = diagnosed(PreparedStep(step, inputs.spec, inputs.known, problem), base).diagnosis
     seconds = time.process_time() - processor, time.perf_counter() - clock
-    return Timed(*seconds, told["verdict"], len(told["ranking"]) + len(told["not_testable"]))
+    assert found is not None
+    return Timed(*seconds, found.verdict, len(found.ranking) + len(found.not_testable))
 
 
 def campaign(folder: Path, runs: int, effects: list[str] | None = None) -> Path:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,17 +11,19 @@ import pytest
 
 from tests.diagnosis.linear import BASE, SHAPE, Campaign, cause
 from vdyn_cli.description.test_description import TestSpec
-from vdyn_cli.diagnosis import asked, extend, extension
-from vdyn_cli.diagnosis.case import Case
-from vdyn_cli.diagnosis.sizes import sizes_of
+from vdyn_cli.diagnosis import diagnose, diagnosis_setup, extension
+from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, FitSummary, Result
-from vdyn_cli.steps.contract import Diagnosable, Step, from_functions
-from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps.contract import NO_VALUES, Diagnosable, Step
+from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.manoeuvre import Manoeuvre
 
+NOTHING_KNOWN = Parameters()
 SLOPE, WIND, WAVE = (
     cause("slope"),
     cause("wind", lasts=False),
@@ -29,16 +31,8 @@ SLOPE, WIND, WAVE = (
 )
 
 
-def regression(
-    spec: Any, data: Campaign, known: Parameters, effects: Sequence[Any] = (), extra: Sequence[Unknown] = ()
-) -> Regression:
-    return data.regression(extra)
-
-
-def estimate(
-    spec: Any, data: Campaign, known: Parameters, effects: Sequence[Effect] = (), extra: Sequence[Unknown] = ()
-) -> Result:
-    solution = solve(data.regression(extra))
+def estimate(data: Campaign, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    solution = solve(data.regression(unknowns))
     found = {
         n: Estimate(solution.values[n], solution.std[n], solution.interval95[n], "m", n, "line", solution.values[n])
         for n in BASE
@@ -52,9 +46,40 @@ def estimate(
         comparisons.append(
             Comparison(f"run {k + 1}", "height", "m", 10 * data.x(), "time, s", data.measured(k), simulated)
         )
+    amplitudes = effect_amplitudes(solution, unknowns)
     fit = FitSummary(tuple(c.run for c in comparisons), 1.0, 1.0, "m", tuple(BASE))
-    extra_keys = sizes_found(solution, extra)
-    return Result("line", "A line.", Parameters(found), fit, "Least squares.", tuple(comparisons), extra=extra_keys)
+    return Result(
+        "line", "A line.", Parameters(found), fit, "Least squares.", tuple(comparisons), amplitudes=amplitudes
+    )
+
+
+@dataclass(frozen=True)
+class LineProblem:
+    """Straight lines, prepared from a campaign; ``estimated`` makes its result."""
+
+    data: Campaign
+    estimated: Callable[[Campaign, Sequence[Effect], Sequence[Unknown]], Result] = estimate
+    model: Model = field(default_factory=lambda: Model("line", lambda e, u: None, (), ()))
+    profiles: tuple[Effect, ...] = (SHAPE,)
+
+    @property
+    def duration(self) -> float:
+        logs: Any = self.data
+        return max(float(log.time[-1] - log.time[0]) for log in logs)
+
+    def regression(
+        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
+    ) -> Regression:
+        return self.data.regression(unknowns)
+
+    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+        return self.estimated(self.data, effects, unknowns)
+
+    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> None:
+        return None
+
+    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
+        return ()
 
 
 STEP = Step(
@@ -64,17 +89,18 @@ STEP = Step(
     optional=(),
     needs=(),
     gives=tuple(BASE),
-    prepare=from_functions(
-        estimate=estimate,
-        regression=regression,
-        model=lambda *_: Model("line", lambda e, u: None, (), ()),
-        profiles=lambda *_: (SHAPE,),
-    ),
-    diagnosable=Diagnosable(
-        ("height", "m"),
-        two_way=lambda spec: True,
-    ),
+    prepare=lambda spec, data, known: LineProblem(data),
+    diagnosable=Diagnosable(("height", "m"), two_way=lambda spec: True),
 )
+
+
+def publishing(estimated: Callable[[Campaign, Sequence[Effect], Sequence[Unknown]], Result]) -> Step:
+    """The step whose problems publish what ``estimated`` makes."""
+    return replace(STEP, prepare=lambda spec, data, known: LineProblem(data, estimated))
+
+
+def prepared(spec: TestSpec, campaign: Campaign, step: Step = STEP, known: Parameters = NOTHING_KNOWN) -> PreparedStep:
+    return PreparedStep(step, spec, known, step.prepare(spec, campaign, known))
 
 
 def spec_of(campaign: Campaign, **diagnose: Any) -> TestSpec:
@@ -83,17 +109,16 @@ def spec_of(campaign: Campaign, **diagnose: Any) -> TestSpec:
     return TestSpec.model_validate({"test": "line", "runs": runs, "diagnose": diagnose})
 
 
-def diagnosed(campaign: Campaign, step: Step = STEP, level: float = 0.05, **diagnose: Any) -> tuple[Result, Result]:
+def diagnosed(campaign: Campaign, step: Step = STEP, level: float = 0.05, **requested: Any) -> tuple[Result, Result]:
     """The baseline, and the diagnosed result."""
-    spec, known = spec_of(campaign, **diagnose), Parameters()
-    problem = step.prepare(spec, campaign, known)
-    base = problem.publish()
-    return base, extend.diagnosed(step, spec, problem, known, base, level)
+    made = prepared(spec_of(campaign, **requested), campaign, step)
+    base = made.problem.publish()
+    return base, diagnose.diagnosed(made, base, level)
 
 
-def unsure_sizes(answer: Any, case: Case) -> dict[str, Estimate]:
+def unsure_sizes(answer: Any, case: DiagnosisSetup) -> dict[str, Estimate]:
     """As the diagnosis would have them if they were hardly known."""
-    return {n: replace(e, interval95=(-0.1, 1.3)) for n, e in sizes_of(answer, case).items()}
+    return {n: replace(e, interval95=(-0.1, 1.3)) for n, e in fitted_amplitudes(answer, case).items()}
 
 
 HIDDEN_SLOPE = Campaign(1, hidden={"slope": 0.6, "bend": -2.0})
@@ -102,10 +127,12 @@ HIDDEN_WIND = Campaign(1, hidden={"wind": 2.0})
 
 def offer(monkeypatch: pytest.MonkeyPatch, *effects: Effect) -> None:
     """Let these be all the causes that there are."""
-    monkeypatch.setattr(asked, "applicable", lambda model, effects_: effects)
+    monkeypatch.setattr(diagnosis_setup, "applicable", lambda model, effects_: effects)
 
 
-def size(monkeypatch: pytest.MonkeyPatch, sizes_of: Callable[[Any, Case], dict[str, Estimate]]) -> None:
+def size(
+    monkeypatch: pytest.MonkeyPatch, fitted_amplitudes: Callable[[Any, DiagnosisSetup], dict[str, Estimate]]
+) -> None:
     """Let the diagnosis have these sizes of its causes."""
-    for module in (extend, extension):
-        monkeypatch.setattr(module, "sizes_of", sizes_of)
+    for module in (diagnose, extension):
+        monkeypatch.setattr(module, "fitted_amplitudes", fitted_amplitudes)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.diagnosis.case import Case
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Regression, Rows, Unknown
@@ -136,9 +136,8 @@ class Campaign:
 
         return Regression((*base, *extra, *own), tuple(f"run {k + 1}" for k in range(self.runs)), rows)
 
-    def case(self, *causes: Effect, profiles: Sequence[Effect] = (SHAPE,), **more: Any) -> Case:
-        return Case(
-            step="line",
+    def setup(self, *causes: Effect, profiles: Sequence[Effect] = (SHAPE,), **more: Any) -> DiagnosisSetup:
+        return DiagnosisSetup(
             regression=lambda effects, extra, **begun: self.regression(extra),
             effects=causes,
             profiles=tuple(profiles),

@@ -18,13 +18,16 @@ from tests.plant import coast
 from tests.plant.coast_information import information
 from tests.plant.information import total
 from tests.plant.vehicle import Vehicle, random_vehicle
-from vdyn_cli.diagnosis.asked import case_of
-from vdyn_cli.diagnosis.design import SAFE, Asked, Designer, Plan
-from vdyn_cli.diagnosis.next_test import NextTest, next_tests
-from vdyn_cli.diagnosis.verdict import Verdict, judge
-from vdyn_cli.diagnosis.workbench import Workbench, open_workbench
+from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
+from vdyn_cli.diagnosis.experiment_design import Contrast, ExperimentDesigner, PlannedTest
+from vdyn_cli.diagnosis.judgment import Judgment, judge
+from vdyn_cli.diagnosis.next_test import next_tests
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
 from vdyn_cli.inference import Regression, Rows
 from vdyn_cli.project.inputs import gather
+from vdyn_cli.quantities.diagnosis import NextTest
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
@@ -35,7 +38,7 @@ SHORT = coast.DAY.but(rate=5.0)
 SEEDS = (1, 2, 3)
 
 
-def bench(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], folder: Path, fixed: bool = False) -> Workbench:
+def bench(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], folder: Path, fixed: bool = False) -> Strategy:
     """The workbench of logs on disk, one day's runs after the other's."""
     runs: list[coast.Run] = []
     for seed, day in days:
@@ -47,13 +50,12 @@ def bench(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], folder: P
     path = cases.write(folder, "coastdown", known, CHANNELS, [r.record for r in runs], notes, settings=settings)
     step = load_step("coastdown")
     inputs = gather(step, path)
-    return open_workbench(
-        case_of(step, inputs.spec, inputs.known, step.prepare(inputs.spec, inputs.data, inputs.known))
-    )
+    problem = step.prepare(inputs.spec, inputs.data, inputs.known)
+    return open_strategy(setup_of(PreparedStep(step, inputs.spec, inputs.known, problem)))
 
 
-def beside(of: Workbench, hidden: Mapping[str, float], rival: str) -> tuple[Asked, ...]:
-    return (Asked(hidden, (*of.base, *of.unknowns(rival))),)
+def beside(of: Strategy, hidden: Mapping[str, float], rival: str) -> tuple[Contrast, ...]:
+    return (Contrast(hidden, (*of.model.base, *of.model.amplitudes(rival))),)
 
 
 def least(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], *names: str) -> dict[str, float]:
@@ -66,18 +68,18 @@ HIDDEN = {"headwind": 1.0, "speed_dependent_rolling": 2e-4}
 
 
 @cache
-def promised(seed: int, name: str, rival: str) -> Plan:
+def promised(seed: int, name: str, rival: str) -> PlannedTest:
     """What is designed to tell a hidden cause from a rival, after a short day's coasts."""
     with TemporaryDirectory() as folder:
         made = bench(random_vehicle(seed), [(seed, SHORT)], {name: HIDDEN[name]}, Path(folder))
-    plan = Designer(made).best(beside(made, {name: HIDDEN[name]}, rival))
+    plan = ExperimentDesigner(made).best(beside(made, {name: HIDDEN[name]}, rival))
     assert plan is not None
-    assert plan.t >= SAFE
-    assert "to 7 km/h" in plan.manoeuvre.words(plan.runs)
+    assert plan.t >= POLICY.separated_t
+    assert "to 7 km/h" in plan.text
     return plan
 
 
-def with_it(seed: int, plan: Plan) -> Driven:
+def with_it(seed: int, plan: PlannedTest) -> Driven:
     """The short day, and the manoeuvre really driven."""
     wide = SHORT.but(start_speed=1.3 * SHORT.start_speed, end_speed=2.0, runs=plan.runs)
     return [(seed, SHORT), (seed + 500, wide)]
@@ -107,11 +109,11 @@ def test_the_logs_of_the_manoeuvre_tell_as_much(tmp_path: Path) -> None:
     for seed in SEEDS:
         plan, hidden = promised(seed, "headwind", "road_grade"), {"headwind": HIDDEN["headwind"]}
         later = bench(random_vehicle(seed), with_it(seed, plan), hidden, tmp_path)
-        ratios.append(plan.t / Designer(later).now(beside(later, hidden, "road_grade")))
+        ratios.append(plan.t / ExperimentDesigner(later).now(beside(later, hidden, "road_grade")))
     assert median(ratios) == pytest.approx(1.0, abs=0.25)
 
 
-def told(of: Workbench) -> tuple[Verdict, tuple[NextTest, ...]]:
+def told(of: Strategy) -> tuple[Judgment, tuple[NextTest, ...]]:
     verdict = judge(of)
     return verdict, next_tests(of, verdict)
 
@@ -121,46 +123,46 @@ def test_rivals_are_told_apart_once_it_is_driven(tmp_path: Path) -> None:
     vehicle, hidden = random_vehicle(1), {"headwind": 2.0}
     narrow = SHORT.but(runs=6, start_speed=24.0, end_speed=15.0)
     verdict, (first, *others) = told(bench(vehicle, [(1, narrow)], hidden, tmp_path))
-    assert verdict.name == "ambiguous"
+    assert verdict.verdict == "ambiguous"
     assert set(first.separates) == {"headwind", "road_grade"}
     assert "113 to 7 km/h" in first.manoeuvre
     assert first.runs is not None
     assert first.expected_t is not None
-    assert first.expected_t >= SAFE
+    assert first.expected_t >= POLICY.separated_t
     assert [t.expected_t for t in others] == [None, None]  # what confirms the one, and the other
     wide = narrow.but(start_speed=1.3 * 24.0, end_speed=2.0, runs=first.runs)
     settled = judge(bench(vehicle, [(1, narrow), (501, wide)], hidden, tmp_path))
-    assert settled.name == "named"
+    assert settled.verdict == "named"
     assert settled.answer is not None
-    assert settled.answer.causes == ("headwind",)
+    assert settled.answer.effects == ("headwind",)
 
 
 def test_drag_that_the_baseline_calls_its_own_is_promised_to_nobody(tmp_path: Path) -> None:
     made = bench(random_vehicle(1), [(1, SHORT)], {}, tmp_path)
     verdict, tests = told(made)
-    assert "extra_drag_area" in {i.effect for i in verdict.invisible}
-    base = [Asked({"extra_drag_area": 0.3}, made.base)]
-    plan = Designer(made).best(base)
+    assert "extra_drag_area" in {i.effect for i in verdict.untestable}
+    base = [Contrast({"extra_drag_area": 0.3}, made.model.base)]
+    plan = ExperimentDesigner(made).best(base)
     assert plan is not None
     assert plan.t < 0.1
-    hopeless = [t for t in tests if "No coast tells" in t.manoeuvre]
+    hopeless = [t for t in tests if "No coast shows it" in t.manoeuvre]
     assert hopeless
     assert all(t.expected_t is None and "t would be 0.0 after" in t.manoeuvre for t in hopeless)
 
 
 def test_with_the_drag_known_it_is_promised(tmp_path: Path) -> None:
     made = bench(random_vehicle(1), [(1, SHORT)], {}, tmp_path, fixed=True)
-    assert "drag_area" not in made.base
-    plan = Designer(made).best([Asked({"extra_drag_area": 0.1}, made.base)])
+    assert "drag_area" not in made.model.base
+    plan = ExperimentDesigner(made).best([Contrast({"extra_drag_area": 0.1}, made.model.base)])
     assert plan is not None
-    assert plan.t >= SAFE
+    assert plan.t >= POLICY.separated_t
 
 
 @pytest.mark.slow
 def test_runs_one_way_are_told_what_two_coasts_would_give(tmp_path: Path) -> None:
     vehicle, day = random_vehicle(1), SHORT.but(one_way=True)
     verdict, (first, second) = told(bench(vehicle, [(1, day)], {}, tmp_path))
-    assert verdict.name == "not_testable"
+    assert verdict.verdict == "not_testable"
     assert first.expected_t is None
     assert second.runs == 2
     assert second.expected_t is not None
@@ -178,8 +180,8 @@ def lines(traces: Mapping[str, float], each: int = 2, most: int = 10) -> Manoeuv
     """Runs of one row each, in which every unknown shows by so much."""
 
     def regression() -> Regression:
-        whole = Campaign(2, runs=4).case(SLOPE, WIND)
-        full = open_workbench(whole).full
+        whole = Campaign(2, runs=4).setup(SLOPE, WIND)
+        full = open_strategy(whole).model.regression
         row = np.array([[traces.get(u.name, 0.0) for u in (*full.shared, *full.own)]])
         runs = tuple(f"run {k}" for k in range(each))
         return replace(full, runs=runs, rows=lambda run, theta: Rows(np.zeros(1), row))
@@ -187,14 +189,14 @@ def lines(traces: Mapping[str, float], each: int = 2, most: int = 10) -> Manoeuv
     return Manoeuvre(lambda runs: f"{runs} lines showing {'+'.join(traces)}", regression, each, most)
 
 
-def designed(*manoeuvres: Manoeuvre) -> Designer:
-    case = Campaign(2, runs=4, hidden={"slope": 0.2}).case(SLOPE, WIND)
-    return Designer(open_workbench(replace(case, manoeuvres=lambda full, values: manoeuvres)))
+def designed(*manoeuvres: Manoeuvre) -> ExperimentDesigner:
+    case = Campaign(2, runs=4, hidden={"slope": 0.2}).setup(SLOPE, WIND)
+    return ExperimentDesigner(open_strategy(replace(case, manoeuvres=lambda full, values: manoeuvres)))
 
 
 def test_information_adds_up_over_runs() -> None:
     designer = designed(lines({"slope": 3.0}))
-    asked = [Asked({"slope": 0.2}, (*designer.bench.base, "wind"))]
+    asked = [Contrast({"slope": 0.2}, (*designer.strategy.model.base, "wind"))]
     now, plan = designer.now(asked), designer.best(asked)
     assert plan is not None
     assert plan.t == pytest.approx(np.sqrt(now**2 + plan.runs * (3.0 * 0.2) ** 2), rel=1e-6)
@@ -202,7 +204,7 @@ def test_information_adds_up_over_runs() -> None:
 
 def test_the_fewest_runs_win_and_then_the_least_effort() -> None:
     slow, fast, dear = lines({"slope": 8.0}), lines({"slope": 30.0}), lines({"slope": 40.0})
-    asked = [Asked({"slope": 0.2}, ("level", "bend", "wind"))]
+    asked = [Contrast({"slope": 0.2}, ("level", "bend", "wind"))]
     plan = designed(slow, fast, dear).best(asked)
     assert plan is not None
     assert plan.manoeuvre is fast
@@ -210,32 +212,32 @@ def test_the_fewest_runs_win_and_then_the_least_effort() -> None:
 
 
 def test_where_nothing_will_do_the_most_is_told() -> None:
-    asked = [Asked({"slope": 0.2}, ("level", "bend", "wind"))]
+    asked = [Contrast({"slope": 0.2}, ("level", "bend", "wind"))]
     poor, better = lines({"slope": 0.1}), lines({"slope": 5.0}, most=1)
     plan = designed(poor, better).best(asked)
     assert plan is not None
     assert plan.manoeuvre is better
-    assert plan.t < SAFE
+    assert plan.t < POLICY.separated_t
 
 
 def test_what_is_another_on_another_day_tells_nothing_of_this_one() -> None:
     same, other = lines({"slope": 8.0}), replace(lines({"slope": 8.0}), anew=frozenset({"slope"}))
     designer = designed(other)
-    asked = [Asked({"slope": 0.2}, ("level", "bend", "wind"))]
+    asked = [Contrast({"slope": 0.2}, ("level", "bend", "wind"))]
     plan = designer.best(asked)
     assert plan is not None
     assert plan.t == pytest.approx(designer.now(asked))
     settled = designed(same).best(asked)
     assert settled is not None
-    assert settled.t >= SAFE
+    assert settled.t >= POLICY.separated_t
 
 
 def test_nothing_is_simulated_for_a_question_that_is_not_asked() -> None:
     def never() -> Regression:
         raise AssertionError("simulated in vain")
 
-    case = Campaign(7, runs=2, hidden={"wind": 5.0}).case(SLOPE, WIND, fewest_runs=4)
-    made = open_workbench(replace(case, manoeuvres=lambda full, values: (Manoeuvre(str, never),)))
+    case = Campaign(7, runs=2, hidden={"wind": 5.0}).setup(SLOPE, WIND, fewest_runs=4)
+    made = open_strategy(replace(case, manoeuvres=lambda full, values: (Manoeuvre(str, never),)))
     verdict, tests = told(made)
-    assert verdict.name == "not_testable"
+    assert verdict.verdict == "not_testable"
     assert [t.expected_t for t in tests] == [None]

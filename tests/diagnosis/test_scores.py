@@ -9,25 +9,26 @@ import pytest
 from scipy import stats
 
 from tests.diagnosis.linear import BASE, PROFILE, Campaign
-from vdyn_cli.diagnosis.scores import DRAWS, ENUMERATED, Scores, absorbed, equivalent, scores, signs
-from vdyn_cli.diagnosis.sheet import Sheet, linearise, sheet
+from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, linearize, linearized_system
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.scores import Scores, absorbed, equivalent, scores, signs
 from vdyn_cli.inference import Unknown
 
 SHAPE = [f"shape_{k + 1}" for k in range(PROFILE)]
 CAUSES: Mapping[str, Sequence[str]] = {"slope": ["slope"], "wave": ["wave"], "step": ["step"], "shape": SHAPE}
 
 
-def sheet_of(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES, kind: str = "auto") -> Sheet:
+def system_of(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES, kind: str = "auto") -> LinearizedSystem:
     extra = [Unknown(n, 0.0) for names in causes.values() for n in names]
     own = {"start": np.zeros(campaign.runs)} if campaign.own else {}
-    return sheet(linearise(campaign.regression(extra), {}, own), kind)  # type: ignore[arg-type]
+    return linearized_system(linearize(campaign.regression(extra), {}, own), kind)  # type: ignore[arg-type]
 
 
 def seen(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES, kind: str = "auto") -> Scores:
-    return scores(sheet_of(campaign, causes, kind), list(BASE), causes)
+    return scores(system_of(campaign, causes, kind), list(BASE), causes)
 
 
-def left_over(made: Sheet, names: Sequence[str]) -> float:
+def left_over(made: LinearizedSystem, names: Sequence[str]) -> float:
     """Sum of squares that a fit of these unknowns, and of the runs' own, leaves."""
     columns = made.of([*names, *(n for n in made.names if "#" in n)])
     return float(np.sum((made.y - columns @ np.linalg.lstsq(columns, made.y, rcond=1e-10)[0]) ** 2))
@@ -38,7 +39,7 @@ def left_over(made: Sheet, names: Sequence[str]) -> float:
 
 @pytest.mark.parametrize(("runs", "kind"), [(4, "block"), (20, "run")])
 def test_the_statistic_is_the_classical_one(runs: int, kind: str) -> None:
-    made = sheet_of(Campaign(1, runs=runs, hidden={"slope": 0.3, "wave": 0.2}), kind=kind)
+    made = system_of(Campaign(1, runs=runs, hidden={"slope": 0.3, "wave": 0.2}), kind=kind)
     found = scores(made, list(BASE), CAUSES)
     base = left_over(made, list(BASE))
     for name, unknowns in CAUSES.items():
@@ -46,7 +47,7 @@ def test_the_statistic_is_the_classical_one(runs: int, kind: str) -> None:
 
 
 def test_the_estimate_is_that_of_the_fit_with_the_candidate_in() -> None:
-    made = sheet_of(Campaign(2, hidden={"slope": 0.8}))
+    made = system_of(Campaign(2, hidden={"slope": 0.8}))
     found = scores(made, list(BASE), CAUSES)
     columns = made.of([*BASE, "slope", *(n for n in made.names if "#" in n)])
     information = columns.T @ columns
@@ -57,7 +58,7 @@ def test_the_estimate_is_that_of_the_fit_with_the_candidate_in() -> None:
 
 
 def test_visibility_is_the_share_that_refitting_cannot_absorb() -> None:
-    made = sheet_of(Campaign(3, runs=6))
+    made = system_of(Campaign(3, runs=6))
     found = scores(made, list(BASE), CAUSES)
     basis = made.of([*BASE, *(n for n in made.names if "#" in n)])
     wave = made.of(["wave"])[:, 0]
@@ -67,7 +68,7 @@ def test_visibility_is_the_share_that_refitting_cannot_absorb() -> None:
 
 
 def test_what_is_fitted_already_has_nothing_to_add() -> None:
-    made = sheet_of(Campaign(4, hidden={"slope": 5.0, "wave": 1.0}))
+    made = system_of(Campaign(4, hidden={"slope": 5.0, "wave": 1.0}))
     alone, beside = scores(made, list(BASE), CAUSES), scores(made, [*BASE, "slope"], CAUSES)
     assert alone.strongest() == "slope"
     assert beside.rank["slope"] == 0
@@ -102,7 +103,7 @@ def test_unknowns_that_the_baseline_imitates_together_cost_a_rank() -> None:
 
 
 def test_a_cause_is_absorbed_by_what_is_fitted() -> None:
-    made = sheet_of(Campaign(8), {"copy_of_bend": ["copy_of_bend"]})
+    made = system_of(Campaign(8), {"copy_of_bend": ["copy_of_bend"]})
     trace = made.of(["copy_of_bend"])[:, 0]
     np.testing.assert_allclose(absorbed(made, list(BASE), trace), [0.0, 3.0], atol=1e-9)
 
@@ -125,22 +126,22 @@ def test_of_a_strong_cause_and_a_free_shape_that_imitates_it_the_one_with_fewer_
 
 
 def test_every_pattern_of_signs_is_tried_where_they_are_few() -> None:
-    few = signs(6, DRAWS)
+    few = signs(6, POLICY.sign_draws)
     assert few.shape == (2**5, 6)
     assert np.all(few[0] == 1)
     both = np.vstack([few, -few])  # a pattern and its mirror image give the same statistic
     assert len(np.unique(both, axis=0)) == 2**6
-    many = signs(ENUMERATED + 1, 99)
-    assert many.shape == (100, ENUMERATED + 1)
+    many = signs(POLICY.enumerated_units + 1, 99)
+    assert many.shape == (100, POLICY.enumerated_units + 1)
     assert np.all(many[0] == 1)
     assert set(np.unique(many)) == {-1.0, 1.0}
-    np.testing.assert_array_equal(many, signs(ENUMERATED + 1, 99))
+    np.testing.assert_array_equal(many, signs(POLICY.enumerated_units + 1, 99))
 
 
 @pytest.mark.parametrize("name", ["slope", "shape"])
 def test_flips_are_those_of_effective_traces_projected_again(name: str) -> None:
     """T(g)^2 is the classical statistic of the trace with its units turned, and the baseline taken out again."""
-    made = sheet_of(Campaign(9, runs=9, own=False, hidden={"slope": 0.15}), kind="run")
+    made = system_of(Campaign(9, runs=9, own=False, hidden={"slope": 0.15}), kind="run")
     found = scores(made, list(BASE), CAUSES)
     basis = np.linalg.qr(made.of(list(BASE)))[0]
 
@@ -149,7 +150,7 @@ def test_flips_are_those_of_effective_traces_projected_again(name: str) -> None:
 
     trace, y = out(made.of(CAUSES[name])), out(made.y)
     reached = []
-    for g in signs(made.units, DRAWS):
+    for g in signs(made.units, POLICY.sign_draws):
         turned = out(trace * g[made.label][:, None])
         u, s, _ = np.linalg.svd(turned / np.linalg.norm(turned, axis=0), full_matrices=False)
         reached.append(float(np.sum((u[:, s > 1e-5].T @ y) ** 2)))
@@ -170,7 +171,7 @@ def test_the_smallest_p_that_signs_can_give() -> None:
     few = seen(Campaign(11, runs=5, own=False, hidden={"wave": 10.0}), kind="run")
     assert few.smallest_p() == 1 / 2**4
     assert few.p_value(["wave"]) == pytest.approx(1 / 2**4)
-    assert seen(Campaign(11, runs=20, hidden={"slope": 10.0})).p_value() == pytest.approx(1 / (DRAWS + 1))
+    assert seen(Campaign(11, runs=20, hidden={"slope": 10.0})).p_value() == pytest.approx(1 / (POLICY.sign_draws + 1))
 
 
 def rejections(count: int, draws: int = 199, **campaign: object) -> int:
@@ -206,7 +207,7 @@ def against_a_drawing(seed: int, hidden: float) -> Scores:
     y = np.append((x * hidden + rng.normal(size=x.shape)).ravel(), rng.normal())
     columns = np.column_stack([slope, np.append(x.ravel(), 0.0)])
     label, run = np.append(np.repeat(np.arange(24), 10), 24), np.append(np.zeros(24, dtype=np.int64), -1)
-    made = Sheet(("slope", "joint"), columns, y, label, run, np.ones(25, dtype=np.int64), "block")
+    made = LinearizedSystem(("slope", "joint"), columns, y, label, run, np.ones(25, dtype=np.int64), "block")
     return scores(made, ["slope"], {"joint": ["joint"]})
 
 
@@ -234,7 +235,9 @@ def beside_a_bent_trace(hidden: float, bent: float, seed: int) -> Scores:
     y[::2] += hidden
     y[1::2] += bent * size * np.where(rng.permutation(units) % 2, 1.0, -0.6)
     label = np.repeat(np.arange(units), 2)
-    made = Sheet(("asked", "bent"), columns, y, label, np.zeros(units, dtype=np.int64), np.full(units, 2), "block")
+    made = LinearizedSystem(
+        ("asked", "bent"), columns, y, label, np.zeros(units, dtype=np.int64), np.full(units, 2), "block"
+    )
     return scores(made, [], {"asked": ["asked"], "bent": ["bent"]})
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from tests.descriptions import described
 from vdyn_cli.commands.run_step import write_step
-from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.project.result_document import to_json
@@ -137,7 +137,7 @@ def test_a_doubt_is_told_before_anything_else(root: Path, tmp_path: Path) -> Non
     assert "unit: yd" in text
     description = tmp_path / "scaled.yaml"
     description.write_text(text)
-    outcome = write_step("coastdown", description, (), tmp_path, LEVEL)
+    outcome = write_step("coastdown", description, (), tmp_path, POLICY.level)
     (warning,) = [w for w in outcome.result.fit.warnings if "contradict" in w]
     assert "coast_1.csv and 7 more" in warning
     assert outcome.document["diagnosis"]["doubt"]

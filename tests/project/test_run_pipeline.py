@@ -12,7 +12,7 @@ import pytest
 
 from vdyn_cli.commands.run_pipeline import run_pipeline
 from vdyn_cli.commands.run_step import write_step
-from vdyn_cli.diagnosis.level import shared
+from vdyn_cli.diagnosis.policy import shared_level
 from vdyn_cli.project.pipeline import load_plan
 from vdyn_cli.quantities.vocabulary import TABLE
 
@@ -64,7 +64,7 @@ def test_side_by_side_step_by_step_and_again_the_bytes_are_the_same(day: Path) -
     run(day, "two", jobs=2)
     alone = day.parent / "alone"
     for name in ("area", "cg", "tire"):
-        write_step(name, day / f"{name}.yaml", (), alone, shared(2))
+        write_step(name, day / f"{name}.yaml", (), alone, shared_level(2))
     files = sorted(p.name for p in (day.parent / "out").iterdir())
     own = [f"{name}.{ending}" for name in ("area", "cg", "tire") for ending in ("html", "json")]
     assert files == sorted(["report.html", "parameters.json", *own])
@@ -127,7 +127,7 @@ def test_a_sensor_that_did_not_measure_is_told_on_the_console_and_in_the_set(day
     document = json.loads((day.parent / "out" / "parameters.json").read_text())
     assert document["steps"]["tire"]["verdict"] == "data_fault"
     assert "is constant throughout" in document["steps"]["tire"]["diagnosis"]
-    assert any("The data are at fault" in line for line in told)
+    assert any("Data fault" in line for line in told)
     assert any("with warnings" in line for line in told)
 
 

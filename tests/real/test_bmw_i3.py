@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from vdyn_cli.project.execute import LEVEL, execute
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.result import Result
 
 EXPECTED = 260.0  # N at 60 km/h: the EPA's coast-down of this model gives 259.8
@@ -42,7 +43,7 @@ def estimated(root: Path, shared_data: Path, tmp_path: Path, season: str, withou
     description["channels"].pop(without, None)
     path = tmp_path / f"{season}.yaml"
     path.write_text(yaml.safe_dump(description), encoding="utf-8")
-    return execute("coastdown", path, level=LEVEL if diagnose else None).result
+    return execute("coastdown", path, level=POLICY.level if diagnose else None).result
 
 
 def at_60(result: Result) -> tuple[float, float, float]:
@@ -71,7 +72,7 @@ def test_winter_s_tires_are_found_still_warming_up(trips: Season) -> None:
     """What only cold tires add is named, and leaves the road load of the warm car less far above summer's."""
     found = trips("winter")
     assert found.diagnosis is not None
-    assert [c["effect"] for c in found.diagnosis["causes"]] == ["tire_warmup"]
+    assert [c.effect for c in found.diagnosis.causes] == ["tire_warmup"]
     assert at_60(found)[0] < at_60(trips("winter", diagnose=False))[0]
 
 

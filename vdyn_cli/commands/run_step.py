@@ -45,8 +45,8 @@ def run_step(
     for key, estimate in result.parameters.items():
         tell(f"  {key:<30} {estimate_text(estimate)}")
     tell(result.sentence)
-    if record.diagnosis:
-        tell(record.diagnosis.sentence)
+    if result.diagnosis:
+        tell(result.diagnosis.sentence)
 
 
 def write_step(name: str, path: Path, known_files: tuple[Path, ...], folder: Path, level: float | None) -> StepRecord:

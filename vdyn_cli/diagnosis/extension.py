@@ -1,164 +1,151 @@
-"""The model with causes taken in: the estimate made again, their sizes, and what the parameters were off by before."""
+"""The model extended by effects: the step's estimate made again, their amplitudes, and the bias without them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
-from typing import Any
 
-from vdyn_cli.diagnosis.case import Case, begun_at, shapes_of, unknowns_of
-from vdyn_cli.diagnosis.sizes import estimate_of, sizes_of
-from vdyn_cli.diagnosis.verdict import Verdict
-from vdyn_cli.diagnosis.workbench import Workbench
+from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes, with_meaning
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.effect_unknowns import shapes_of, started_at, unknowns_of
+from vdyn_cli.diagnosis.full_model import NO_VALUES
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Problem, published
 
-NOTHING: Mapping[str, float] = MappingProxyType({})
+ZERO = "may as well be zero"
 
 
 @dataclass(frozen=True)
 class Extension:
-    """What was taken into the model.
+    """What the model was extended by.
 
     Parameters
     ----------
-    causes : their names; none where nothing was wanted, or it failed.
+    effects : their names; none where nothing was requested, or it failed.
     result : the step's, of the extended model.
-    sizes : of the causes' unknowns, as that model's fit gives them.
-    biased : without less with each cause, by published parameter.
+    amplitudes : of the effects' unknowns, by that model's fit.
+    biased : without less with each effect, by published parameter.
     failed : why the model could not be extended.
     """
 
-    causes: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()
     result: Result | None = None
-    sizes: Mapping[str, Estimate] = field(default_factory=dict)
+    amplitudes: Mapping[str, Estimate] = field(default_factory=dict)
     biased: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     failed: tuple[Finding, ...] = ()
 
 
-def extension(
-    bench: Workbench, verdict: Verdict, extend: str | list[str], problem: Problem, base: Result
-) -> tuple[Verdict, Extension]:
-    """The extension that a verdict and a description ask for, and the verdict, refuted where its cause has no size.
+def extended(
+    strategy: Strategy, judgment: Judgment, extend: str | list[str], problem: Problem, base: Result
+) -> tuple[Judgment, Extension]:
+    """The extension that judgment and description ask for, and the judgment, refuted where its effect may be zero.
 
     Parameters
     ----------
-    extend : the description's: never, named, or the causes to take in.
-    problem : publishes the result with causes in its model.
+    extend : the description's: never, named, or the effects to take in.
+    problem : publishes the result with effects in its model.
     base : the baseline's result.
     """
-    case = bench.case
-    wanted = _wanted(extend, case, verdict)
-    begun = bench.near(verdict.answer.fitted).values if verdict.answer else NOTHING
-    result, failed = _extended(problem, [case.causes[c] for c in wanted], begun)
-    if isinstance(extend, list):  # who asked for a cause has to know that the model is without it
+    setup = strategy.model.setup
+    wanted = _wanted(extend, setup, judgment)
+    start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
+    result, failed = _published(problem, [setup.candidates[e] for e in wanted], start)
+    if isinstance(extend, list):  # who requests an effect needs to know that the model is without it
         failed = tuple(replace(f, doubt=True) for f in failed)
-    if nothing := _of_no_size(verdict, case, wanted, result):
-        verdict = verdict.refuted(f"{nothing} may as well be of no size")
+    if zero := _may_be_zero(judgment, setup, wanted, result):
+        judgment = judgment.unknown(f"{zero} {ZERO}")
         if extend == "named":
             result = None
     if result is None:
-        return verdict, Extension(failed=failed)
-    sizes = _sizes(result, [case.causes[c] for c in wanted])
-    return verdict, Extension(wanted, result, sizes, _biased(problem, base, result, wanted, case), failed)
+        return judgment, Extension(failed=failed)
+    amplitudes = _amplitudes(result, [setup.candidates[e] for e in wanted])
+    return judgment, Extension(wanted, result, amplitudes, _biased(problem, base, result, wanted, setup), failed)
 
 
-def _wanted(extend: str | list[str], case: Case, verdict: Verdict) -> tuple[str, ...]:
-    """The causes to extend the model with: those asked for, or the one that was named."""
+def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment) -> tuple[str, ...]:
+    """The effects to extend the model by: those requested, or the named."""
     if isinstance(extend, list):
-        return tuple(n for n in case.causes if n in extend)
-    if extend == "named" and verdict.answer is not None:
-        return verdict.answer.causes
-    return ()
+        return tuple(n for n in setup.candidates if n in extend)
+    return judgment.answer.effects if extend == "named" and judgment.answer is not None else ()
 
 
-def _extended(
-    problem: Problem, causes: Sequence[Effect], begun: Mapping[str, float] = NOTHING
+def _published(
+    problem: Problem, effects: Sequence[Effect], start: Mapping[str, float] = NO_VALUES
 ) -> tuple[Result | None, tuple[Finding, ...]]:
-    """The step's estimate with causes in its model, or why there is none; what shapes them is free where data allow it.
+    """The step's estimate with effects in its model, or why there is none; shapes are free where the data allow it.
 
-    ``begun``: where to begin, for steps to which that matters.
+    ``start``: values of the effects' unknowns, for steps to which that matters.
     """
-    if not causes:
+    if not effects:
         return None, ()
     failed: tuple[Finding, ...] = ()
-    extra = [begun_at(u, begun) for e in causes for u in unknowns_of(e)]
-    shapes = {n for e in causes for n in shapes_of(e)}
+    extra = [started_at(u, start) for e in effects for u in unknowns_of(e)]
+    shapes = {n for e in effects for n in shapes_of(e)}
     for free in (extra, [u for u in extra if u.name not in shapes]) if shapes else (extra,):
-        result = published(problem, tuple(causes), tuple(free))
+        result = published(problem, tuple(effects), tuple(free))
         if not isinstance(result, Failure):
             return result, ()
-        failed = _not_extended(causes, result.findings[0])
+        why = result.findings[0]
+        where = "" if why.where == "fit" else f"{why.where}: "
+        what = f"the model could not be extended by {', '.join(e.name for e in effects)}: {where}{why.what}"
+        failed = (Finding("diagnosis", what, why.got, why.remedy),)
     return None, failed
 
 
-def _not_extended(causes: Sequence[Effect], why: Finding) -> tuple[Finding, ...]:
-    where = "" if why.where == "fit" else f"{why.where}: "
-    what = f"the model could not be extended by {', '.join(e.name for e in causes)}: {where}{why.what}"
-    return (Finding("diagnosis", what, why.got, why.remedy),)
+def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[str], result: Result | None) -> str:
+    """Which named effect may as well be zero, in words; empty where the judgment stands.
 
-
-def _of_no_size(verdict: Verdict, case: Case, causes: Sequence[str], extended: Result | None) -> str:
-    """What the verdict names and what may as well be of no size, in words; nothing where it stands.
-
-    The sizes are those of the model that is extended by what the verdict names and nothing else, else the diagnosis's.
+    By the model that is extended by the named effects and nothing else; else by the diagnosis's fit.
     """
-    if not verdict.answers:
+    if not judgment.answers:
         return ""
-    if verdict.answer is None:
-        each = (len(a.causes) == 1 and _may_be_nothing(sizes_of(a, case), case, a.causes) for a in verdict.answers)
-        return "it, like what it cannot be told from," if all(each) else ""
-    named = verdict.answer.causes
-    if extended is not None and set(causes) == set(named):
-        return _may_be_nothing(_sizes(extended, [case.causes[c] for c in named]), case, named)
-    return _may_be_nothing(sizes_of(verdict.answer, case), case, named)
+    if judgment.answer is None:
+        each = (
+            len(a.effects) == 1 and _holding_zero(fitted_amplitudes(a, setup), setup, a.effects)
+            for a in judgment.answers
+        )
+        return "it, like what it is confounded with," if all(each) else ""
+    named = judgment.answer.effects
+    if result is not None and set(effects) == set(named):
+        return _holding_zero(_amplitudes(result, [setup.candidates[e] for e in named]), setup, named)
+    return _holding_zero(fitted_amplitudes(judgment.answer, setup), setup, named)
 
 
-def _may_be_nothing(sizes: Mapping[str, Estimate], case: Case, causes: Sequence[str]) -> str:
-    """The cause of one unknown whose interval holds zero; nothing where there is none."""
-    for effect in (case.causes[c] for c in causes):
+def _holding_zero(amplitudes: Mapping[str, Estimate], setup: DiagnosisSetup, effects: Sequence[str]) -> str:
+    """The first effect of one unknown whose interval holds zero, in words; empty where there is none."""
+    for effect in (setup.candidates[e] for e in effects):
         (first, *others) = effect.unknowns
-        if not others and first in sizes and _holds_zero(sizes[first]):
-            return effect.label if len(causes) > 1 else "it"
+        if not others and first in amplitudes:
+            low, high = amplitudes[first].interval95
+            if low <= 0.0 <= high:
+                return effect.label if len(effects) > 1 else "it"
     return ""
 
 
-def _holds_zero(size: Estimate) -> bool:
-    return size.interval95[0] <= 0.0 <= size.interval95[1]
-
-
-def _sizes(extended: Result, causes: Sequence[Effect]) -> dict[str, Estimate]:
-    """As the extended model's fit gives them."""
-    entries: Mapping[str, Any] = extended.extra.get("effects", {})
-    return {
-        n: estimate_of(effect, n, entries[n]["value"], entries[n]["std"], entries[n]["interval95"])
-        for effect in causes
-        for n in effect.unknowns
-        if n in entries
-    }
+def _amplitudes(result: Result, effects: Sequence[Effect]) -> dict[str, Estimate]:
+    """By the extended model's fit."""
+    found = result.amplitudes
+    return {n: with_meaning(found[n], effect, n) for effect in effects for n in effect.unknowns if n in found}
 
 
 def _biased(
-    problem: Problem,
-    base: Result,
-    extended: Result,
-    accepted: Sequence[str],
-    case: Case,
+    problem: Problem, base: Result, result: Result, effects: Sequence[str], setup: DiagnosisSetup
 ) -> dict[str, dict[str, float]]:
-    """By how much the parameters would be off for want of each cause, the others in the model."""
+    """The bias of the parameters without each effect, the others in the model."""
     found = {}
-    for cause in accepted:
-        others = [case.causes[c] for c in accepted if c != cause]
-        without = _extended(problem, others)[0] if others and extended.parameters else base
-        found[cause] = {} if without is None else _moved(without, extended)
+    for effect in effects:
+        others = [setup.candidates[e] for e in effects if e != effect]
+        without = _published(problem, others)[0] if others and result.parameters else base
+        found[effect] = {} if without is None else _difference(without, result)
     return found
 
 
-def _moved(before: Result, after: Result) -> dict[str, float]:
+def _difference(before: Result, after: Result) -> dict[str, float]:
     return {
         n: before.parameters[n].value - e.value
         for n, e in after.parameters.items()

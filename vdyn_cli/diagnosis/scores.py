@@ -1,14 +1,14 @@
-"""How strongly the data ask for each cause once the baseline has had its say, and what chance would have given.
+"""Score tests of candidate effects beside a fitted model, by sign flips of independent units.
 
-With Q an orthonormal basis of what is fitted anyway, the cause's trace s leaves s' = s - Q Q's, and so does y.
-Unit b votes with U_b = s'_b . y'_b. Under the null its sign is a coin: for signs g the statistic
+With Q an orthonormal basis of what is fitted, a candidate's sensitivity s leaves s' = s - Q Q's, and y leaves y'.
+Unit b contributes the score U_b = s'_b . y'_b, whose sign is random under the null hypothesis: for signs g
 
     T(g)^2 = U(g)' [S'S - M(g)'M(g)]^-1 U(g),   U(g) = sum g_b U_b,   M(g) = sum g_b Q_b' s'_b
 
-is standardised by its own re-projected variance, so that it holds for few units and unequal ones. What is known
-beforehand (a sensor's zero, a drawing) has a stated spread: its vote is drawn from that instead of being turned round,
-or no cause could be told that shows against such knowledge alone. Causes with several unknowns are made comparable by
-the normal equivalent of chi-square.
+is standardized by its own re-projected variance, so that it holds for few and for unequal units. A prior (a sensor's
+zero, a drawing) has a stated standard deviation: its contribution is drawn from that and not flipped, or no effect
+could be detected that contradicts priors alone. Candidates with several unknowns are made comparable by the normal
+equivalent of chi-square.
 Source: sign-flipped scores after Hemerik, Goeman and Finos, J. R. Stat. Soc. B 82 (2020) 841, with effective scores.
 """
 
@@ -21,13 +21,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.diagnosis.sheet import Sheet, orthonormal
+from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, orthonormal
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference.qr_factors import Array
 
-ENUMERATED = 13  # units up to which every pattern of signs is tried
-DRAWS = 1999
-SEED = 20170401
-EVENED = 0.1  # of the error, for candidates on an even footing
+SEED = 20170401  # any number: it makes the same data give the same p value
+ROUNDING = 1e-6  # of a sensitivity's length, and of unit eigenvalues: differences of solvers' tolerances leave as much
 
 
 @dataclass(frozen=True)
@@ -37,12 +36,12 @@ class Scores:
     Parameters
     ----------
     groups : columns of each candidate.
-    visibility : share of its trace that refitting the rest would not absorb.
-    stated : share of its information that rests on what is known beforehand.
-    statistic : T^2 of each candidate; rank : unknowns it still shows (0 where it is invisible).
-    estimate : one step's value of each unknown, with its standard deviation, were the candidate alone added.
-    _left : (n, k), traces less what the baseline takes; _votes, _turned : (units, k), (units, p, k), of the units that
-        are turned round; _known : (priors, k), rows of ``_left`` of what is known beforehand.
+    visibility : share of its sensitivity that is not collinear with what is fitted.
+    stated : share of its information that comes from priors.
+    statistic : T^2 of each candidate; rank : of its information matrix (0 where it is collinear).
+    estimate, spread : one step's value of each unknown and its standard deviation, the candidate alone added.
+    _left : (n, k), sensitivities less what is fitted; _contributions, _flippable : (units, k), (units, p, k), of the
+        units that are flipped; _priors : (priors, k), rows of ``_left`` of the priors.
     """
 
     names: tuple[str, ...]
@@ -54,13 +53,13 @@ class Scores:
     estimate: Mapping[str, Array]
     spread: Mapping[str, Array]
     _left: Array
-    _votes: Array
-    _turned: Array
-    _known: Array
+    _contributions: Array
+    _flippable: Array
+    _priors: Array
 
     @cached_property
     def evidence(self) -> dict[str, float]:
-        """The normal equivalent of each statistic: comparable between candidates."""
+        """The normal equivalent of each statistic, comparable between candidates."""
         return {n: float(equivalent(self.statistic[n], self.rank[n])) for n in self.names}
 
     def strongest(self, among: Sequence[str] | None = None) -> str | None:
@@ -68,16 +67,17 @@ class Scores:
         named = [n for n in (self.names if among is None else among) if self.rank[n]]
         return max(named, key=lambda n: self.evidence[n], default=None)
 
-    def p_value(self, among: Sequence[str] | None = None, draws: int = DRAWS, evened: bool = False) -> float:
-        """Chance that the strongest of these candidates would look as strong if none were there.
+    def p_value(
+        self, among: Sequence[str] | None = None, draws: int = POLICY.sign_draws, evened: bool = False
+    ) -> float:
+        """Chance that the strongest of these candidates would be as strong if none were there.
 
         The larger of two: by sign flips of the units, which need no noise model, and by the noise model.
 
         Parameters
         ----------
-        evened : spend a part of the error on candidates whose statistics are first divided by what flips make of each.
-            Where the baseline misses by many times the noise, flips of one candidate's large and bent trace would else
-            hide another for which every unit votes.
+        evened : spend a part of the level on statistics divided by their own mean over flips. Where the baseline misses
+            by many times the noise, flips of one large sensitivity would else hide a candidate that all units support.
         """
         named = [n for n in (self.names if among is None else among) if self.rank[n]]
         if not named:
@@ -90,12 +90,12 @@ class Scores:
             even = self._as_strong(
                 {n: t / scale[n] for n, t in seen.items()}, {n: t / scale[n] for n, t in by_flips.items()}
             )
-            flipped = min(flipped / (1.0 - EVENED), even / EVENED, 1.0)
+            flipped = min(flipped / (1.0 - POLICY.even_share), even / POLICY.even_share, 1.0)
         return max(flipped, self._drawn(named, max(self.evidence[n] for n in named) - 1e-9, draws))
 
     def smallest_p(self) -> float:
         """The smallest that sign flips can give."""
-        return 1.0 / len(signs(self._votes.shape[0], DRAWS))
+        return 1.0 / len(signs(self._contributions.shape[0], POLICY.sign_draws))
 
     def _as_strong(self, seen: Mapping[str, float], by_flips: Mapping[str, Array]) -> float:
         """Share of the flips, the data themselves among them, whose strongest candidate is as strong as that seen."""
@@ -104,18 +104,18 @@ class Scores:
         return float((1 + np.sum(most >= strongest)) / (len(most) + 1))
 
     def _flipped(self, names: Sequence[str], draws: int) -> dict[str, Array]:
-        """(flips,) statistics of each candidate with the units' signs turned."""
-        g = signs(self._votes.shape[0], draws)[1:]
-        votes = g @ self._votes
-        if len(self._known):
-            votes += np.random.default_rng(SEED).standard_normal((len(g), len(self._known))) @ self._known
+        """(flips,) statistics of each candidate with the units' signs flipped."""
+        g = signs(self._contributions.shape[0], draws)[1:]
+        contributions = g @ self._contributions
+        if len(self._priors):
+            contributions += np.random.default_rng(SEED).standard_normal((len(g), len(self._priors))) @ self._priors
         statistics = {}
         for name in names:
             columns = self.groups[self.names.index(name)]
-            turned = np.einsum("fb,bpk->fpk", g, self._turned[:, :, columns])
+            flipped = np.einsum("fb,bpk->fpk", g, self._flippable[:, :, columns])
             least = np.einsum("nk,nl->kl", self._left[:, columns], self._left[:, columns])
-            variance = least[None] - np.einsum("fpk,fpl->fkl", turned, turned)
-            statistics[name] = quadratic(votes[:, columns], variance)
+            variance = least[None] - np.einsum("fpk,fpl->fkl", flipped, flipped)
+            statistics[name] = quadratic(contributions[:, columns], variance)
         return statistics
 
     def _drawn(self, names: Sequence[str], seen: float, draws: int) -> float:
@@ -131,30 +131,29 @@ class Scores:
         return float((1 + np.sum(most >= seen)) / (draws + 1))
 
 
-def scores(sheet: Sheet, fitted: Sequence[str], candidates: Mapping[str, Sequence[str]]) -> Scores:
+def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[str, Sequence[str]]) -> Scores:
     """Scores of candidates beside what is fitted.
 
     Parameters
     ----------
-    fitted : unknowns that are refitted: the baseline's, and those of causes already accepted. Every run's own are too.
-    candidates : each cause's unknowns.
+    fitted : unknowns that are refitted: the baseline's, and those of effects in the model. Every run's own are too.
+    candidates : each candidate's unknowns.
     """
-    own = [n for n in sheet.names if "#" in n]
-    basis = orthonormal(sheet.of([*fitted, *own]))
+    basis = orthonormal(system.of([*fitted, *system.own]))
     names = tuple(candidates)
     wanted = [n for name in names for n in candidates[name]]
-    whole = sheet.of(wanted)
+    whole = system.of(wanted)
     left = whole - basis @ (basis.T @ whole)
-    y = sheet.y - basis @ (basis.T @ sheet.y)
+    y = system.y - basis @ (basis.T @ system.y)
     groups, at = [], 0
     for name in names:
         groups.append(np.arange(at, at + len(candidates[name])))
         at += len(candidates[name])
     left = _visible_only(whole, left)
     visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
-    seen = sheet.run >= 0
-    known = left[~seen[sheet.label]]
-    votes = np.add.reduceat(left * y[:, None], sheet.starts, axis=0)
+    seen = system.run >= 0
+    known = left[~seen[system.label]]
+    contributions = np.add.reduceat(left * y[:, None], system.starts, axis=0)
     for name, columns in zip(names, groups, strict=True):
         size = float(np.sum(whole[:, columns] ** 2))
         visibility[name] = float(np.sqrt(np.sum(left[:, columns] ** 2) / size)) if size else 0.0
@@ -162,50 +161,49 @@ def scores(sheet: Sheet, fitted: Sequence[str], candidates: Mapping[str, Sequenc
         stated[name] = float(np.sum(known[:, columns] ** 2)) / remains if remains else 0.0
         information = left[:, columns].T @ left[:, columns]
         inverse, rank[name] = _inverse(information)
-        total = votes[:, columns].sum(axis=0)
+        total = contributions[:, columns].sum(axis=0)
         estimate[name], spread[name] = inverse @ total, np.sqrt(np.diag(inverse))
         statistic[name] = float(total @ inverse @ total)
-    turned = np.zeros((sheet.units, basis.shape[1], left.shape[1]))
-    for b, (first, last) in enumerate(zip(sheet.starts, [*sheet.starts[1:], len(y)], strict=True)):
-        turned[b] = basis[first:last].T @ left[first:last]
+    flipped = np.zeros((system.units, basis.shape[1], left.shape[1]))
+    for b, (first, last) in enumerate(zip(system.starts, [*system.starts[1:], len(y)], strict=True)):
+        flipped[b] = basis[first:last].T @ left[first:last]
     return Scores(
         names, tuple(groups), visibility, stated, statistic, rank, estimate, spread,
-        left, votes[seen], turned[seen], known,
+        left, contributions[seen], flipped[seen], known,
     )  # fmt: skip
 
 
-def absorbed(sheet: Sheet, fitted: Sequence[str], column: Array) -> Array:
-    """What refitting would make of a trace: the change of each fitted unknown, (fitted,)."""
-    own = [n for n in sheet.names if "#" in n]
-    return np.asarray(np.linalg.lstsq(sheet.of([*fitted, *own]), column, rcond=None)[0][: len(fitted)])
+def absorbed(system: LinearizedSystem, fitted: Sequence[str], column: Array) -> Array:
+    """The bias of each fitted unknown, (fitted,), by an effect of this sensitivity, (n,), that is not in the model."""
+    return np.asarray(np.linalg.lstsq(system.of([*fitted, *system.own]), column, rcond=None)[0][: len(fitted)])
 
 
 def signs(units: int, draws: int) -> Array:
-    """Patterns of signs, (patterns, units): the one as seen first, all of them where they are few."""
-    if units <= ENUMERATED:
+    """Patterns of signs, (patterns, units): the observed one first; all of them where they are few."""
+    if units <= POLICY.enumerated_units:
         bits = (np.arange(2 ** (units - 1))[:, None] >> np.arange(units)[None, :]) & 1
         return np.asarray(1.0 - 2.0 * bits, dtype=np.float64)
     random = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(draws, units))
     return np.asarray(np.vstack([np.ones(units), random]), dtype=np.float64)
 
 
-def quadratic(votes: Array, variance: Array) -> Array:
-    """u' V^+ u for rows of votes, (f, k), and variances (f, k, k) or (1, k, k)."""
+def quadratic(contributions: Array, variance: Array) -> Array:
+    """u' V^+ u for rows of scores u, (f, k), and variances V, (f, k, k) or (1, k, k)."""
     scale = np.sqrt(np.maximum(np.diagonal(variance, axis1=1, axis2=2), 0.0))
     scale = np.where(scale > 0, scale, np.inf)
-    if votes.shape[1] == 1:
-        return np.asarray((votes[:, 0] / scale[:, 0]) ** 2)
+    if contributions.shape[1] == 1:
+        return np.asarray((contributions[:, 0] / scale[:, 0]) ** 2)
     even = variance / (scale[:, :, None] * scale[:, None, :])
     values, axes = np.linalg.eigh(even)
-    along = np.einsum("fkl,fk->fl", np.broadcast_to(axes, (len(votes), *axes.shape[1:])), votes / scale)
-    return np.asarray(np.sum(np.where(values > 1e-6, along**2 / np.maximum(values, 1e-6), 0.0), axis=1))
+    along = np.einsum("fkl,fk->fl", np.broadcast_to(axes, (len(contributions), *axes.shape[1:])), contributions / scale)
+    return np.asarray(np.sum(np.where(values > ROUNDING, along**2 / np.maximum(values, ROUNDING), 0.0), axis=1))
 
 
 def equivalent(statistic: Array | float, degrees: int) -> Array:
     """The normal deviate that is as rare as this chi-square, to 0.02 from the median to the farthest tail.
 
     r* = r + log(u / r) / r with x = chi-square / degrees, r = sign(x - 1) sqrt(degrees (x - 1 - log x)) and
-    u = sqrt(degrees / 2) (x - 1). The cube root of Wilson and Hilferty would favour causes with many unknowns there.
+    u = sqrt(degrees / 2) (x - 1). The cube root of Wilson and Hilferty would favor candidates with many unknowns there.
     Source: Barndorff-Nielsen, Biometrika 73 (1986) 307.
     """
     if degrees == 0:
@@ -218,10 +216,10 @@ def equivalent(statistic: Array | float, degrees: int) -> Array:
 
 
 def _visible_only(whole: Array, left: Array) -> Array:
-    """Traces of which nothing but rounding is left become nothing."""
+    """Sensitivities of which only rounding is left become zero."""
     size = np.sqrt(np.sum(whole**2, axis=0))
     remains = np.sqrt(np.sum(left**2, axis=0))
-    return np.where(remains > 1e-6 * size, left, 0.0)
+    return np.where(remains > ROUNDING * size, left, 0.0)
 
 
 def _inverse(information: Array) -> tuple[Array, int]:
@@ -229,6 +227,6 @@ def _inverse(information: Array) -> tuple[Array, int]:
     scale = np.sqrt(np.diag(information))
     scale = np.where(scale > 0, scale, np.inf)
     values, axes = np.linalg.eigh(information / np.outer(scale, scale))
-    good = values > 1e-6
+    good = values > ROUNDING
     inverse = (axes[:, good] / values[good]) @ axes[:, good].T / np.outer(scale, scale)
     return inverse, int(np.sum(good))

@@ -6,17 +6,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from vdyn_cli.diagnosis.asked import refuse_unknown
-from vdyn_cli.diagnosis.extend import diagnosed
-from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.diagnosis.diagnose import diagnosed
+from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, refuse_unknown
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps import Failure, load_step, published
+from vdyn_cli.steps import Failure, Step, load_step, published
 
 
-def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level: float | None = LEVEL) -> StepRecord:
+def execute(
+    step_name: str, path: Path, known_files: Sequence[Path] = (), level: float | None = POLICY.level
+) -> StepRecord:
     """Run one step on one description, and diagnose the errors of its model.
 
     Parameters
@@ -33,20 +35,26 @@ def execute(step_name: str, path: Path, known_files: Sequence[Path] = (), level:
     step = load_step(step_name)
     inputs = gather(step, path, known_files)
     try:
-        problem = step.prepare(inputs.spec, inputs.data, inputs.known)
-        if level is not None:
-            refuse_unknown(step, inputs.spec, problem, inputs.known)
-        result = published(problem)
+        result = _estimated(step, inputs, level)
         if isinstance(result, Failure):
             raise result.error()
-        if level is not None:
-            doubts = tuple(f for f in inputs.findings if f.doubt)
-            faults = _faults(inputs, result.fit.runs)
-            result = diagnosed(step, inputs.spec, problem, inputs.known, result, level, faults, doubts)
     except (InputError, ResultError) as error:
         raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
-    result = _doubted(replace(result, findings=(*inputs.findings, *result.findings)))
+    result = _warned(replace(result, findings=(*inputs.findings, *result.findings)))
     return StepRecord(result, provenance_of(inputs, step_command(step_name, path, known_files, level), known_files))
+
+
+def _estimated(step: Step, inputs: Inputs, level: float | None) -> Result | Failure:
+    """The diagnosed result; or the failure of the baseline, which is not diagnosed."""
+    prepared = PreparedStep(step, inputs.spec, inputs.known, step.prepare(inputs.spec, inputs.data, inputs.known))
+    if level is None:
+        return published(prepared.problem)
+    refuse_unknown(prepared)
+    result = published(prepared.problem)
+    if isinstance(result, Failure):
+        return result
+    doubts = tuple(f for f in inputs.findings if f.doubt)
+    return diagnosed(prepared, result, level, _faults(inputs, result.fit.runs), doubts)
 
 
 def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
@@ -65,13 +73,11 @@ def _placed(finding: Finding, inputs: Inputs) -> Finding:
     return replace(finding, where=inputs.source.where(location), what=f"'{finding.where}': {finding.what}")
 
 
-def _doubted(result: Result) -> Result:
+def _warned(result: Result) -> Result:
     """The result with a warning for each doubtful finding, and for a residual far above the noise."""
     fit = result.fit
     doubts = [f"{f.where}: {f.what}" for f in merge_similar(result.findings) if f.doubt]
     warnings = [*doubts, *fit.warnings]
     if fit.misfit:
-        warnings.append(
-            f"{fit.misfit}: unmodeled effect present; the errors of the parameters may exceed their intervals"
-        )
+        warnings.append(f"{fit.misfit}. Unmodeled effect present; values may be off by more than their intervals state")
     return replace(result, fit=replace(fit, warnings=tuple(warnings)))

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from vdyn_cli.description.test_description import Strict, Vehicle, load_spec
 from vdyn_cli.description.yaml_source import YamlSource, load_yaml
-from vdyn_cli.diagnosis.level import LEVEL, shared
+from vdyn_cli.diagnosis.policy import POLICY, shared_level
 from vdyn_cli.io.files import sha256
 from vdyn_cli.project.inputs import given_parameters
 from vdyn_cli.project.result_document import Provenance, StepRecord, versions
@@ -69,7 +69,7 @@ class StepOutcome:
     @property
     def diagnosis(self) -> Diagnosis | None:
         """The diagnosis of its result, None where none was made."""
-        return None if self.record is None else self.record.diagnosis
+        return None if self.record is None else self.record.result.diagnosis
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class Task:
     name: str
     path: Path
     after: tuple[str, ...]
-    level: float = LEVEL
+    level: float = POLICY.level
 
 
 def load_plan(path: Path) -> tuple[PipelineSpec, YamlSource, tuple[Task, ...]]:
@@ -156,7 +156,7 @@ def load_plan(path: Path) -> tuple[PipelineSpec, YamlSource, tuple[Task, ...]]:
     raise_all(findings)
     steps = {test: load_step(test) for test in found}
     order = in_order(steps)
-    level = shared(sum(s.diagnosable is not None for s in steps.values()))
+    level = shared_level(sum(s.diagnosable is not None for s in steps.values()))
     return spec, source, tuple(Task(n, found[n], _givers(steps[n], steps, order), level) for n in order)
 
 

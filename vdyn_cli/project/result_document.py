@@ -12,7 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from vdyn_cli.diagnosis.level import LEVEL
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.io.files import sha256
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.quantities.diagnosis import Diagnosis
@@ -60,11 +60,6 @@ class StepRecord:
         return str((self.provenance.settings or {}).get("title", ""))
 
     @property
-    def diagnosis(self) -> Diagnosis | None:
-        """The typed diagnosis, None where none was made."""
-        return diagnosis_of(self.result)
-
-    @property
     def to_read(self) -> tuple[Finding, ...]:
         """The warnings and findings that a reader should see before using the result."""
         warnings = [Finding(self.result.step, text) for text in self.result.fit.warnings]
@@ -92,20 +87,10 @@ class StepRecord:
             },
             "findings": [asdict(f) for f in result.findings],
             **result.extra,
-            "diagnosis": None if self.diagnosis is None else self.diagnosis.model_dump(),
+            **_effects(result),
+            "diagnosis": result.diagnosis and result.diagnosis.model_dump(),
             "provenance": self.provenance.to_json(),
         }
-
-
-def diagnosis_of(result: Result) -> Diagnosis | None:
-    """The diagnosis of a result as a typed object.
-
-    Raises
-    ------
-    ValueError : it does not follow the schema.
-    """
-    # The border: accepts a mapping as well as the typed object, which passes unchanged.
-    return None if result.diagnosis is None else Diagnosis.model_validate(result.diagnosis)
 
 
 def provenance_of(inputs: Inputs, command: str, known_files: Sequence[Path]) -> Provenance:
@@ -159,16 +144,24 @@ def _number(value: float | None) -> float:
     return math.nan if value is None else float(value)
 
 
+def _effects(result: Result) -> dict[str, Any]:
+    """Amplitudes of the effects that the model was extended by, under ``effects``; nothing where there are none."""
+    found = {
+        n: {"value": e.value, "std": e.std, "interval95": list(e.interval95)} for n, e in result.amplitudes.items()
+    }
+    return {"effects": found} if found else {}
+
+
 def fingerprints(files: Sequence[Path], folder: Path, known_files: Sequence[Path]) -> dict[str, str]:
     """sha256 of every input, under its path from the description's folder; parameter files under their bare name."""
     known = set(known_files)
     return {file.name if file in known else os.path.relpath(file, folder): sha256(file) for file in files}
 
 
-def step_command(step: str, path: Path, known_files: Sequence[Path], level: float | None = LEVEL) -> str:
+def step_command(step: str, path: Path, known_files: Sequence[Path], level: float | None = POLICY.level) -> str:
     """The command that makes this result, with bare file names."""
     known = [f"--known {file.name}" for file in known_files]
-    how = [] if level == LEVEL else ["--no-diagnose"] if level is None else [f"--level {level:.4g}"]
+    how = [] if level == POLICY.level else ["--no-diagnose"] if level is None else [f"--level {level:.4g}"]
     return " ".join(["vdyn", step, path.name, *known, *how])
 
 

@@ -10,11 +10,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.parameters import Estimate, Parameters
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from vdyn_cli.quantities.diagnosis import Diagnosis
 
     Array = NDArray[np.float64]
 
@@ -110,7 +112,8 @@ class Result:
     """The outcome of one step.
 
     ``sentence`` is the closing sentence an engineer would say; ``extra`` holds further numbers for the JSON
-    (for example the road load in dynamometer units), keyed by topic.
+    (for example the road load in dynamometer units), keyed by topic. ``amplitudes`` are the estimates of the unknowns
+    of effects that the model was extended by.
     """
 
     step: str
@@ -123,4 +126,5 @@ class Result:
     tables: tuple[Table, ...] = ()
     findings: tuple[Finding, ...] = ()
     extra: Mapping[str, Any] = field(default_factory=dict)
-    diagnosis: Mapping[str, Any] | None = None
+    amplitudes: Mapping[str, Estimate] = field(default_factory=dict)
+    diagnosis: Diagnosis | None = None

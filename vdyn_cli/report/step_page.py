@@ -116,7 +116,7 @@ def step_page(record: StepRecord, link: str = "") -> StepPage:
     name = slug(result.step)
     grouped = channel_traces(result.comparisons, result.fit.noise_floor, result.fit.unit)
     findings = merge_similar(result.findings)
-    section = diagnosis_section(record.diagnosis, result.parameters)
+    section = diagnosis_section(result.diagnosis, result.parameters)
     figures = [
         Plot(typography.prose(f.title), typography.prose(f.caption), markup(figure_svg(f, f"{name}-fig{i}")))
         for i, f in enumerate(result.figures)

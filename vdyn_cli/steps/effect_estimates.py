@@ -1,17 +1,18 @@
-"""Sizes of the effects that a fit has in its model: free for a look at all of them, and for the result's document."""
+"""Amplitudes of the effects that a fit has in its model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from vdyn_cli.inference import Solution, Unknown
+from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.quantities.parameters import Estimate
 
-NORMAL95 = 1.96
+NO_STD: Mapping[str, float] = MappingProxyType({})
 
 
 def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
@@ -19,23 +20,25 @@ def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
     return tuple(replace(u, lower=-np.inf, upper=np.inf) for u in extra)
 
 
-def sizes_found(
-    solution: Solution, extra: Sequence[Unknown], spreads: Mapping[str, float] = MappingProxyType({})
-) -> Mapping[str, Any]:
-    """``{"effects": {unknown: value, std, interval95}}``, or nothing where the model was not extended.
+def effect_amplitudes(
+    solution: Solution, unknowns: Sequence[Unknown], least_std: Mapping[str, float] = NO_STD
+) -> dict[str, Estimate]:
+    """The estimates of the unknowns of effects in the model, for ``Result.amplitudes``.
 
-    What two dozen blocks say of a spread scatters by a sixth and more; what falls below the noise's own share is luck,
-    and that share takes its place. So do ``spreads``, by unknown, that a step knows to be larger.
+    std = max(std by the scatter across blocks, std by the noise model, least_std). The scatter of two dozen blocks is
+    itself known to a sixth only: where it falls below the noise's own part, that is chance.
+
+    Parameters
+    ----------
+    unknowns : of the effects.
+    least_std : by unknown, a standard deviation that the step knows to be larger.
     """
-    least = dict(zip(solution.names, np.sqrt(np.diag(solution.classical_covariance)).tolist(), strict=True))
-    least = {n: max(s, spreads.get(n, 0.0)) for n, s in least.items()}
+    noise = dict(zip(solution.names, np.sqrt(np.diag(solution.classical_covariance)).tolist(), strict=True))
     found = {}
-    for u in extra:
-        value, std, (low, high) = solution.values[u.name], solution.std[u.name], solution.interval95[u.name]
-        half = NORMAL95 * least[u.name]
-        found[u.name] = {
-            "value": value,
-            "std": max(std, least[u.name]),
-            "interval95": [min(low, value - half), max(high, value + half)],
-        }
-    return {"effects": found} if found else {}
+    for u in unknowns:
+        value, (low, high) = solution.values[u.name], solution.interval95[u.name]
+        least = max(noise[u.name], least_std.get(u.name, 0.0))
+        half = NORMAL95 * least
+        interval = min(low, value - half), max(high, value + half)
+        found[u.name] = Estimate(value, max(solution.std[u.name], least), interval, u.unit, "", "")
+    return found

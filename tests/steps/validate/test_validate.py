@@ -12,7 +12,7 @@ import yaml
 
 from tests.steps.validate.validate_cases import described, inputs, known_file, prepared, true_parameters
 from vdyn_cli.commands.run_step import write_step
-from vdyn_cli.diagnosis.asked import case_of
+from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
 from vdyn_cli.effects import catalogue
 from vdyn_cli.inference import Unknown
 from vdyn_cli.project.inputs import Inputs
@@ -173,9 +173,10 @@ def test_what_earlier_steps_found_beside_the_parameters_is_simulated_and_not_sou
     speeds = [t.first[0].values["speed"][-1] for t in (plain, setup)]
     assert speeds[1] < speeds[0] - 0.5
     step = load_step("validate")
-    case = case_of(step, found.spec, extended, step.prepare(found.spec, found.data, extended))
-    assert "extra_drag_area" not in case.causes
-    assert "headwind" in case.causes
+    with_drag = PreparedStep(step, found.spec, extended, step.prepare(found.spec, found.data, extended))
+    candidates = setup_of(with_drag).candidates
+    assert "extra_drag_area" not in candidates
+    assert "headwind" in candidates
 
 
 def test_a_mass_on_a_road_follows_the_drives_too(root: Path, tmp_path: Path) -> None:

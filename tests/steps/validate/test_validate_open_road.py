@@ -36,18 +36,18 @@ def lossy(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, list[Made],
     return found(folder, drives, extend=["felt_slope", "driveline_loss"]), drives, truth
 
 
-def test_hills_and_a_loss_are_found_and_what_looks_like_a_loss_is_reported(
-    lossy: tuple[Result, list[Made], Truth],
-) -> None:
-    reported = lossy[0].diagnosis
-    assert reported["verdict"] == "ambiguous"
-    sets = [set(one) for one in reported["ambiguous"]]
+def test_hills_and_a_loss_are_found_and_what_looks_like_a_loss_is_told(lossy: tuple[Result, list[Made], Truth]) -> None:
+    told = lossy[0].diagnosis
+    assert told is not None
+    assert told.verdict == "ambiguous"
+    sets = [set(one) for one in told.ambiguous]
     (losses,) = [s for s in sets if "driveline_loss" in s]
     assert losses <= LOSSES
     assert len(losses) > 1
-    assert "hills that the accelerometer felt" in reported["sentence"].lower()
-    assert reported["gain"]["after"] < 0.4 * reported["gain"]["before"]
-    assert reported["gain"]["interval95"][0] > 0
+    assert "hills that the accelerometer felt" in told.sentence.lower()
+    assert told.gain is not None
+    assert told.gain.after < 0.4 * told.gain.before
+    assert told.gain.interval95[0] > 0
 
 
 def test_sizes_are_within_their_intervals(lossy: tuple[Result, list[Made], Truth]) -> None:
@@ -92,13 +92,15 @@ def test_drives_left_out_are_predicted_better(lossy: tuple[Result, list[Made], T
 
 
 def test_hills_alone_are_named(tmp_path: Path) -> None:
-    reported = found(tmp_path, made(Truth(loss=0.0), 6)).diagnosis
-    assert reported["verdict"] == "named"
-    assert reported["extended"] == ["felt_slope"]
-    size = reported["causes"][0]["unknowns"]["felt_slope"]
-    assert size["interval95"][0] < 1.0 < size["interval95"][1]
+    told = found(tmp_path, made(Truth(loss=0.0), 6)).diagnosis
+    assert told is not None
+    assert told.verdict == "named"
+    assert told.extended == ("felt_slope",)
+    low, high = told.causes[0].unknowns["felt_slope"].interval95
+    assert low < 1.0 < high
 
 
 def test_nothing_is_found_on_a_level_road_without_losses(tmp_path: Path) -> None:
-    reported = found(tmp_path, made(Truth(hills=0.0, loss=0.0), 4)).diagnosis
-    assert reported["verdict"] == "adequate"
+    told = found(tmp_path, made(Truth(hills=0.0, loss=0.0), 4)).diagnosis
+    assert told is not None
+    assert told.verdict == "adequate"

@@ -19,7 +19,7 @@ from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.half_car_modes import HalfCarMode, half_car_modes
 from vdyn_cli.steps.bump.input_checks import uneven_zeros
 from vdyn_cli.steps.bump.replay import Replay, load_rms, replay
-from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps.effect_estimates import effect_amplitudes
 
 
 def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -> Result:
@@ -63,7 +63,8 @@ def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -
             text.sensitivity_table(sensitivity, fit, solution),
         ),
         tuple(dict.fromkeys([*findings, *uneven_zeros(zeros, fit.known.zeros)])),
-        {**_extra(modes, replays), **sizes_found(solution, fit.effect_unknowns)},
+        _extra(modes, replays),
+        amplitudes=effect_amplitudes(solution, fit.effect_unknowns),
     )
 
 

@@ -16,7 +16,7 @@ from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.cg import figures, text
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
 from vdyn_cli.steps.cg.load_fit import LoadFit
-from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps.effect_estimates import effect_amplitudes
 
 
 def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings: Sequence[Finding]) -> Result:
@@ -52,7 +52,7 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
         figures.figures(runs),
         (text.uncertainty_table(solution, moved),),
         tuple(findings),
-        sizes_found(solution, fit.effect_unknowns),
+        amplitudes=effect_amplitudes(solution, fit.effect_unknowns),
     )
 
 

@@ -40,7 +40,7 @@ from vdyn_cli.steps.coastdown.residuals import held_out_rms, run_forces
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
-from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps.effect_estimates import effect_amplitudes
 
 Array = NDArray[np.float64]
 
@@ -189,7 +189,8 @@ def result_of(
         figures.figures(fit, answer.load, answer.times),
         tuple(tables),
         findings,
-        {**_extra(answer), **sizes_found(fit.solution, unknowns)},
+        _extra(answer),
+        amplitudes=effect_amplitudes(fit.solution, unknowns),
     )
 
 

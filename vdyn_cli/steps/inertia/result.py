@@ -12,7 +12,7 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
-from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.inertia import figures, text
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, published_inertia, standard_distance
@@ -54,7 +54,8 @@ def inertia_result(
         figures.figures(road, swing),
         text.tables(road, pendulum),
         tuple(dict.fromkeys(findings)),
-        {**_both_methods(road, pendulum), **(sizes_found(road.solution, unknowns) if road else {})},
+        _both_methods(road, pendulum),
+        amplitudes=effect_amplitudes(road.solution, unknowns) if road else {},
     )
 
 

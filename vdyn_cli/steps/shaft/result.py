@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -38,7 +37,8 @@ def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]
         figures.figures(sides),
         text.tables(sides),
         tuple(dict.fromkeys([*findings, *doubts])),
-        {"stiffness_by": by_method, **_amplitudes(sides)},
+        {"stiffness_by": by_method},
+        amplitudes=_amplitudes(sides),
     )
 
 
@@ -46,7 +46,7 @@ def _logged(sides: Sequence[ComparedStiffness]) -> list[LoggedShaft]:
     return [side.logged for side in sides if side.logged is not None]
 
 
-def _amplitudes(sides: Sequence[ComparedStiffness]) -> dict[str, Any]:
+def _amplitudes(sides: Sequence[ComparedStiffness]) -> dict[str, Estimate]:
     """Estimates of the effects' unknowns, both sides' weighted by inverse variance."""
     logged = [shaft.amplitudes for shaft in _logged(sides)]
     found = {}
@@ -54,8 +54,9 @@ def _amplitudes(sides: Sequence[ComparedStiffness]) -> dict[str, Any]:
         weight = np.array([a[name].std ** -2.0 for a in logged])
         value = float(weight @ np.array([a[name].value for a in logged]) / weight.sum())
         std = float(weight.sum() ** -0.5)
-        found[name] = {"value": value, "std": std, "interval95": [value - NORMAL95 * std, value + NORMAL95 * std]}
-    return {"effects": found} if found else {}
+        half = NORMAL95 * std
+        found[name] = Estimate(value, std, (value - half, value + half), "", "", "")
+    return found
 
 
 def _estimates(sides: Sequence[ComparedStiffness]) -> tuple[dict[str, Estimate], list[Finding]]:

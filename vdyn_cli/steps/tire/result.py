@@ -11,7 +11,7 @@ from vdyn_cli.physics.models.tire_curve import SHAPE
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
-from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.tire import figures, text
 from vdyn_cli.steps.tire.tire_regression import FittedCurve
 
@@ -56,7 +56,7 @@ def tire_result(curve: FittedCurve, logs: Sequence[Log]) -> Result:
         (figures.friction_over_slip(curve), figures.residual_over_slip(fit.sweeps, residuals)),
         (text.sweeps_table(fit.sweeps),),
         tuple(f for log in logs for f in log.findings),
-        sizes_found(solution, fit.unknowns),
+        amplitudes=effect_amplitudes(solution, fit.unknowns),
     )
 
 

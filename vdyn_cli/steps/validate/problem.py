@@ -19,7 +19,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
-from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted
@@ -195,7 +195,7 @@ class ValidateProblem(SimulatedProblem):
         if unknowns:
             fit = fit_effects(setup, self._whitened, self.reference)
             setup = fit.setup
-            amplitudes = dict(sizes_found(fit.solution, unknowns, fit.spreads))
+            amplitudes = effect_amplitudes(fit.solution, unknowns, fit.spreads)
             findings += fit.doubts
         whitened = shown = whiten_drives(setup)
         if fit is not None and self.roads:

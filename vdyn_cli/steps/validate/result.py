@@ -12,7 +12,7 @@ from vdyn_cli.physics.models.vibration_modes import modes
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Figure, FitSummary, Result, Table
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps.validate import figures, tables, text
@@ -29,13 +29,17 @@ SHARES_WRITTEN = 8  # parameters in the document, for each output
 
 
 def result(
-    spec: ValidateSpec, logs: Sequence[Log], v: Validation, effects: Mapping[str, Any], findings: Sequence[Finding]
+    spec: ValidateSpec,
+    logs: Sequence[Log],
+    v: Validation,
+    amplitudes: Mapping[str, Estimate],
+    findings: Sequence[Finding],
 ) -> Result:
     """Sentence, tables, figures and document of a validation.
 
     Parameters
     ----------
-    spec : the description. logs : its runs'. effects : amplitudes of accepted effects, for the document.
+    spec : the description. logs : its runs'. amplitudes : of accepted effects.
     findings : about logs and fit.
     """
     names, said = tuple(log.name for log in logs), text.sentence(v)
@@ -65,7 +69,8 @@ def result(
         tuple(drawn),
         tuple(shown),
         (*findings, *more, *v.prior.assumptions, *_unrecorded(logs, spec.settings.model), *of_logs),
-        {"validation": numbers, **effects},
+        {"validation": numbers},
+        amplitudes=amplitudes,
     )
 
 

@@ -1,0 +1,266 @@
+"""The held-out gain against every run left out by hand, and its interval against new logs of the same car."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.linear import BASE, Campaign, cause
+from vdyn_cli.diagnosis.full_model import FittedModel
+from vdyn_cli.diagnosis.held_out_gain import HeldOutGain, Selection, held_out_gain, rms_of
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.scores import equivalent
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.inference import Regression, Rows, Unknown
+
+NAMES = ("slope", "wind", "wave")
+CAUSES = tuple(cause(n) for n in NAMES)
+START = 5.0  # standard deviation of what is known of a run's start
+
+
+def opened(campaign: Campaign) -> tuple[Strategy, FittedModel]:
+    strategy = open_strategy(campaign.setup(*CAUSES))
+    base = strategy.fitted(())
+    assert base is not None
+    return strategy, base
+
+
+def gained(campaign: Campaign, causes: Sequence[str] = ("slope",)) -> HeldOutGain:
+    strategy, base = opened(campaign)
+    extended = strategy.fitted(causes)
+    assert extended is not None
+    found = held_out_gain(strategy, base, extended, Selection(NAMES, base))
+    assert found is not None
+    return found
+
+
+# By hand: plain least squares on whole matrices ------------------------------------------------------------------
+
+
+def columns(campaign: Campaign, names: Sequence[str], run: int) -> np.ndarray:
+    return np.column_stack([campaign.trace(n, run) for n in names])
+
+
+def fitted(campaign: Campaign, names: Sequence[str], runs: Sequence[int]) -> tuple[np.ndarray, float]:
+    """Values of the shared unknowns, and what is left, from some runs, each with a start of its own."""
+    s, g = len(names), len(runs)
+    start = np.exp(-8 * campaign.x())
+    matrix, y = np.zeros((0, s + g)), np.zeros(0)
+    for i, run in enumerate(runs):
+        wide = np.zeros((campaign.rows + 1, s + g))
+        wide[:-1, :s], wide[:-1, s + i] = columns(campaign, names, run), start
+        wide[-1, s + i] = 1 / START
+        matrix, y = np.vstack([matrix, wide]), np.concatenate([y, campaign.measured(run), [0.0]])
+    values, *_ = np.linalg.lstsq(matrix, y, rcond=None)
+    return values[:s], float(np.sum((y - matrix @ values) ** 2))
+
+
+def missed(campaign: Campaign, names: Sequence[str], values: np.ndarray, run: int) -> float:
+    """Sum of squares of what these values predict wrongly of a run, its own start fitted to it."""
+    left = campaign.measured(run) - columns(campaign, names, run) @ values
+    start = np.exp(-8 * campaign.x())
+    own = start @ left / (start @ start + 1 / START**2)
+    return float(np.sum((left - own * start) ** 2))
+
+
+def by_hand(campaign: Campaign, most: int = 1) -> tuple[float, float, list[tuple[str, ...]]]:
+    """Root mean squares before and after, and what each fold chose."""
+    before, after, chosen = [], [], []
+    for run in range(campaign.runs):
+        rest = [k for k in range(campaign.runs) if k != run]
+        names = list(BASE)
+        values, left = fitted(campaign, names, rest)
+        before.append(missed(campaign, names, values, run))
+        for _ in range(most):
+            tried = {n: left - fitted(campaign, [*names, n], rest)[1] for n in NAMES if n not in names}
+            best = max(tried, key=lambda n: tried[n])
+            if equivalent(tried[best], 1) < POLICY.fold_evidence:
+                break
+            names.append(best)
+            left -= tried[best]
+        values, _ = fitted(campaign, names, rest)
+        after.append(missed(campaign, names, values, run))
+        chosen.append(tuple(sorted(names[len(BASE) :])))
+    n = campaign.runs * campaign.rows
+    return float(np.sum(before) / n) ** 0.5, float(np.sum(after) / n) ** 0.5, chosen
+
+
+@pytest.mark.parametrize("plain", [False, True])
+@pytest.mark.parametrize("runs", [5, 18])
+def test_every_run_is_left_out_once(runs: int, plain: bool) -> None:
+    campaign = Campaign(1, runs=runs, hidden={"slope": 0.5}, plain=plain)
+    found = gained(campaign)
+    before, after, chosen = by_hand(campaign)
+    assert set(chosen) == {("slope",)}
+    assert found.before == pytest.approx(before, rel=1e-5)
+    assert found.after == pytest.approx(after, rel=1e-5)
+    assert found.folds == runs
+    assert found.plain is plain
+
+
+def test_every_fold_chooses_again() -> None:
+    """A cause that hardly shows is not always chosen, and the gain pays for it."""
+    campaign = Campaign(18, runs=8, hidden={"wind": 0.3})
+    before, after, chosen = by_hand(campaign)
+    assert set(chosen) == {(), ("wind",), ("slope",)}
+    found = gained(campaign, ("wind",))
+    assert found.before == pytest.approx(before, rel=1e-5)
+    assert found.after == pytest.approx(after, rel=1e-5)
+
+
+def test_two_causes_are_chosen_one_after_the_other() -> None:
+    campaign = Campaign(3, runs=6, hidden={"slope": 0.6, "wave": 1.0})
+    before, after, chosen = by_hand(campaign, most=2)
+    assert set(chosen) == {("slope", "wave")}
+    found = gained(campaign, ("slope", "wave"))
+    assert found.before == pytest.approx(before, rel=1e-5)
+    assert found.after == pytest.approx(after, rel=1e-5)
+
+
+@dataclass(frozen=True)
+class Bent(Campaign):
+    """A wave that is shorter once there is a slope: its trace without one tells nothing of it."""
+
+    def regression(self, extra: Sequence[Unknown] = ()) -> Regression:
+        straight = super().regression(extra)
+        names = [u.name for u in straight.shared]
+        slope, wave = (names.index(n) if n in names else None for n in ("slope", "wave"))
+        x = self.x()
+
+        def rows(run: int, theta: np.ndarray) -> Rows:
+            given = straight.rows(run, theta)
+            if slope is None or wave is None:
+                return given
+            phase, jacobian = (7 + 2 * theta[slope]) * x, given.jacobian.copy()
+            moved = given.residual + theta[wave] * (np.sin(phase) - jacobian[:, wave])
+            jacobian[:, wave] = np.sin(phase)
+            jacobian[:, slope] += 2 * theta[wave] * np.cos(phase) * x
+            return replace(given, residual=moved, jacobian=jacobian)
+
+        return replace(straight, rows=rows)
+
+    def measured(self, run: int) -> np.ndarray:
+        slope, wave = self.hidden["slope"], self.hidden["wave"]
+        shorter = np.sin((7 + 2 * slope) * self.x()) - self.trace("wave", run)
+        return np.asarray(super().measured(run) + wave * shorter)
+
+
+def test_a_further_cause_is_chosen_beside_the_first() -> None:
+    found = gained(Bent(9, runs=6, hidden={"slope": 14.0, "wave": 1.0}), ("slope", "wave"))
+    assert found.before > 10
+    assert found.after == pytest.approx(1.0, abs=0.05)
+
+
+def test_few_runs_are_cut_into_blocks() -> None:
+    found = gained(Campaign(4, runs=2, hidden={"slope": 1.0}))
+    assert found.folds >= 20
+    assert found.interval[0] > 0
+    assert found.before > 1.2 > 1.15 > found.after
+
+
+def test_too_little_to_leave_out_gives_no_gain() -> None:
+    strategy, base = opened(Campaign(5, runs=2, rows=18, hidden={"slope": 2.0}))
+    extended = strategy.fitted(("slope",))
+    assert extended is not None
+    assert held_out_gain(strategy, base, extended, Selection(NAMES, base)) is None
+
+
+def test_nothing_hidden_gains_nothing() -> None:
+    for seed in range(10):
+        found = gained(Campaign(100 + seed))
+        assert found.interval[0] < 0.01
+        assert found.before - found.after < 0.01
+
+
+def test_the_share_is_of_what_is_above_the_noise() -> None:
+    whole = gained(Campaign(6, runs=18, hidden={"slope": 1.0}))
+    assert whole.share == pytest.approx(1.0, abs=0.02)
+    part = gained(Campaign(6, runs=18, hidden={"slope": 0.7, "wave": 1.0}))
+    assert 0.2 < part.share < 0.8
+
+
+def test_the_interval_holds_on_new_logs_of_the_same_car() -> None:
+    inside, seen = 0, 30
+    for seed in range(seen):
+        campaign = Campaign(500 + seed, runs=8, rows=48, hidden={"slope": 0.5})
+        strategy, base = opened(campaign)
+        extended = strategy.fitted(("slope",))
+        assert extended is not None
+        found = held_out_gain(strategy, base, extended, Selection(NAMES, base))
+        assert found is not None
+        fresh = replace(campaign, seed=5000 + seed)
+        errors = []
+        for at, names in ((base, [*BASE]), (extended, [*BASE, "slope"])):
+            values = np.array([at.values[n] for n in names])
+            left = sum(missed(fresh, names, values, run) for run in range(fresh.runs))
+            errors.append((left / (fresh.runs * fresh.rows)) ** 0.5)
+        inside += found.interval[0] < errors[0] - errors[1] < found.interval[1]
+    assert inside >= 0.9 * seen
+
+
+def test_the_error_of_runs_as_they_are() -> None:
+    """What the strategy asks for new logs: every run's own start fitted to it, nothing else."""
+    campaign = Campaign(7, runs=4, plain=True)
+    _, base = opened(campaign)
+    values = np.array([base.values[n] for n in BASE])
+    left = sum(missed(campaign, list(BASE), values, run) for run in range(4))
+    assert rms_of(base.runs) == pytest.approx((left / (4 * campaign.rows)) ** 0.5, rel=1e-6)
+
+
+@dataclass(frozen=True)
+class Modelled(Campaign):
+    """Rows that know the noise of what they show."""
+
+    def regression(self, extra: Sequence[Unknown] = ()) -> Regression:
+        whole = super().regression(extra)
+
+        def rows(run: int, theta: np.ndarray) -> Rows:
+            return replace(whole.rows(run, theta), plain_root=np.eye(self.rows))
+
+        return replace(whole, rows=rows)
+
+
+STATED = {"level": (3.0, 0.1), "bend": (-2.0, 0.1)}
+
+
+def stated_gain(campaign: Campaign) -> tuple[HeldOutGain, float]:
+    """Of drives that are simulated with parameters as stated, and the size that the cause was found to have."""
+    strategy = open_strategy(campaign.setup(*CAUSES, linearized=True, fewest_runs=3))
+    base, extended = strategy.fitted(()), strategy.fitted(("slope",))
+    assert base is not None
+    assert extended is not None
+    found = held_out_gain(strategy, base, extended, Selection(NAMES, base))
+    assert found is not None
+    return found, strategy.relinearized(extended).values["slope"]
+
+
+def fresh_fall(campaign: Campaign, size: float) -> float:
+    """Root mean square before less after, nothing fitted."""
+    stated = [STATED[n][0] for n in BASE]
+    squares = np.zeros(2)
+    for run in range(campaign.runs):
+        left = campaign.measured(run) - columns(campaign, list(BASE), run) @ stated
+        squares += left @ left, np.sum((left - size * campaign.trace("slope", run)) ** 2)
+    before, after = np.sqrt(squares / (campaign.runs * campaign.rows))
+    return float(before - after)
+
+
+def test_a_model_of_the_noise_steadies_the_interval_of_few_drives() -> None:
+    """Three drives that happen to be alike do not promise that the next three will be."""
+    inside, widths, seen = 0, {True: [], False: []}, 30
+    for seed in range(seen):
+        settings = {"runs": 3, "rows": 24, "hidden": {"slope": 0.8}, "plain": True, "priors": STATED, "own": False}
+        found, size = stated_gain(Modelled(900 + seed, **settings))
+        low, high = found.interval
+        inside += low < fresh_fall(Modelled(7000 + seed, **settings), size) < high
+        widths[True].append(high - low)
+        low, high = stated_gain(Campaign(900 + seed, **settings))[0].interval
+        widths[False].append(high - low)
+    assert inside >= 0.9 * seen
+    known, unknown = (np.array(widths[k]) for k in (True, False))
+    assert known.min() > 2 * unknown.min()
+    assert np.std(known) / np.mean(known) < 0.7 * np.std(unknown) / np.mean(unknown)

@@ -1,0 +1,326 @@
+"""Six verdicts on campaigns whose truth is known, and the words that go with them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.detection import detect, reachable_t
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.judgment import Judgment, judge
+from vdyn_cli.diagnosis.next_test import next_tests
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.verdict_text import verdict_sentence
+from vdyn_cli.effects import Effect
+from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.quantities.errors import Finding
+
+SLOPE, WIND, WAVE, STEP = cause("slope"), cause("wind"), cause("wave"), cause("step")
+CATALOGUE = (SLOPE, WIND, WAVE, STEP)
+
+
+def judged(campaign: Campaign, *causes: Effect, level: float = 0.05, **case: Any) -> tuple[DiagnosisSetup, Judgment]:
+    made = campaign.setup(*(causes or CATALOGUE), level=level, **case)
+    return made, judge(open_strategy(made))
+
+
+def told(case: DiagnosisSetup, verdict: Judgment) -> str:
+    return verdict_sentence(verdict, case.candidates, {})
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_nothing_hidden_is_adequate(seed: int) -> None:
+    case, verdict = judged(Campaign(200 + seed))
+    assert verdict.verdict == "adequate"
+    assert verdict.answer is None
+    assert "No model error detected" in told(case, verdict)
+    assert f"p = {verdict.detection.p_value:.2g}" in told(case, verdict)
+
+
+@pytest.mark.parametrize("runs", [8, 18])
+@pytest.mark.parametrize("hidden", ["slope", "wind", "wave", "step"])
+def test_a_hidden_cause_is_named_with_its_size(hidden: str, runs: int) -> None:
+    size = {"slope": 0.6, "wind": 2.0, "wave": 1.0, "step": 1.5}[hidden]
+    case, verdict = judged(Campaign(7, runs=runs, hidden={hidden: size}))
+    assert verdict.verdict == "named"
+    assert verdict.answer is not None
+    assert verdict.answer.effects == (hidden,)
+    solution = verdict.answer.fitted.solution
+    assert abs(solution.values[hidden] - size) < 4 * solution.std[hidden]
+    assert verdict.gain is not None
+    assert verdict.gain.interval[0] > 0
+    assert verdict.gain.folds == runs
+    assert told(case, verdict).startswith(f"A {hidden} explains ")
+
+
+def test_a_cause_that_differs_between_runs_is_named() -> None:
+    _, verdict = judged(Campaign(1, hidden={"warming": 1.0}), *CATALOGUE, cause("warming", between=True))
+    assert verdict.verdict == "named"
+    assert verdict.answer is not None
+    assert verdict.answer.effects == ("warming",)
+
+
+def test_a_cause_between_too_few_runs_is_not_certified_by_itself() -> None:
+    warming = cause("warming", between=True)
+    _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), warming, profiles=())
+    assert verdict.verdict == "not_testable"
+    assert [i.effect for i in verdict.untestable] == ["warming"]
+    _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), warming, *CATALOGUE)
+    assert (verdict.name, verdict.answer) == ("adequate", None)
+
+
+def test_two_causes_with_one_trace_are_ambiguous() -> None:
+    case, verdict = judged(Campaign(2, hidden={"wind": 2.0}), *CATALOGUE, cause("wind_twin"))
+    assert verdict.verdict == "ambiguous"
+    assert {t.effects for t in verdict.answers} == {("wind",), ("wind_twin",)}
+    assert verdict.answer is None
+    assert verdict.gain is None
+    assert "a wind" in told(case, verdict)
+    assert "cannot discriminate between them" in told(case, verdict)
+
+
+def test_what_comes_closest_is_what_explains_most_in_whatever_order_answers_were_found() -> None:
+    _, verdict = judged(Campaign(2, hidden={"wind": 2.0}), *CATALOGUE, cause("wind_twin"))
+    most = min(verdict.answers, key=lambda t: t.fitted.solution.cost)
+    for answers in (verdict.answers, verdict.answers[::-1]):
+        refuted = replace(verdict, answers=answers).unknown("it is not")
+        assert (refuted.verdict, refuted.why, refuted.answers) == ("unknown", "it is not", ())
+        assert refuted.closest is most
+
+
+def test_a_shape_outside_the_catalogue_is_unknown() -> None:
+    case, verdict = judged(Campaign(3, hidden={"bump": 2.0}))
+    assert verdict.verdict == "unknown"
+    assert verdict.answers == ()
+    assert "no candidate effect explains the misfit" in told(case, verdict)
+
+
+def test_two_causes_at_once_are_both_named() -> None:
+    case, verdict = judged(Campaign(4, hidden={"slope": 0.8, "wave": 0.8}))
+    assert verdict.verdict == "named"
+    assert verdict.answer is not None
+    assert verdict.answer.effects == ("slope", "wave")
+    assert "A slope and a wave explain " in told(case, verdict)
+
+
+@pytest.mark.parametrize("hidden", [{}, {"wind": 2.0}])
+def test_beside_a_sensor_that_did_not_measure_nothing_is_right_and_nothing_else_wrong(hidden: dict[str, float]) -> None:
+    stuck = Finding("run_2.csv, column 'V'", "holds one value all through", fault=True, doubt=True)
+    case, _ = judged(Campaign(3, hidden=hidden))
+    verdict = judge(open_strategy(case), [stuck])
+    assert verdict.verdict == "data_fault"
+    assert verdict.why == "run_2.csv, column 'V' holds one value all through"
+    assert not verdict.answers
+
+
+def test_a_sensor_is_a_fault_of_the_data() -> None:
+    case, verdict = judged(Campaign(5, hidden={"wind": 2.0}), SLOPE, cause("wind", sensor=True), WAVE, STEP)
+    assert verdict.verdict == "data_fault"
+    assert verdict.answer is not None
+    assert told(case, verdict).startswith("Data fault: a wind")
+
+
+def test_a_cause_that_needs_more_than_is_plausible_is_not_the_cause() -> None:
+    case, verdict = judged(Campaign(6, hidden={"wind": 2.0}), SLOPE, cause("wind", reach=1.0), WAVE, STEP)
+    assert verdict.verdict == "unknown"
+    assert "comes closest, but leaves a significant residual" in told(case, verdict)
+
+
+def test_a_cause_of_the_wrong_sign_is_not_the_cause() -> None:
+    """Beyond zero its range goes only as far as noise may carry it."""
+    friction = cause("wind", least=-2.9)
+    for size, name in ((2.0, "named"), (-2.0, "unknown")):
+        assert judged(Campaign(6, hidden={"wind": size}), SLOPE, friction, WAVE, STEP)[1].verdict == name
+
+
+class Physical(Campaign):
+    """Its bend cannot be negative."""
+
+    def regression(self, extra: Sequence[Unknown] = ()) -> Regression:
+        full = super().regression(extra)
+        ended = tuple(replace(u, lower=0.0, start=1.0) if u.name == "bend" else u for u in full.unknowns)
+        return replace(full, unknowns=ended)
+
+
+@pytest.mark.parametrize("size", [-20.0, 20.0])
+def test_a_baseline_that_leaves_what_is_physical_is_diagnosed(size: float) -> None:
+    """Without the wave the bend would have to be -16 or so: that is what the wave gets wrong, and no reason to stop."""
+    campaign = Physical(6, hidden={"bend": 0.5, "wave": size})
+    bench = open_strategy(campaign.setup(*CATALOGUE))
+    base = bench.fitted(())
+    assert base is not None
+    assert (base.values["bend"] < 0) is (size > 0)
+    verdict = judge(bench)
+    assert verdict.answer is not None
+    assert verdict.answer.effects == ("wave",)
+    assert verdict.answer.fitted.values["bend"] > 0
+
+
+def test_what_two_runs_tell_is_not_taken_for_certain() -> None:
+    """Two runs fit two unknowns: by how they differ, nothing would scatter."""
+    bench = open_strategy(Campaign(21, runs=2, rows=400).setup(SLOPE))
+    fitted = bench.fitted(("slope",))
+    assert fitted is not None
+    assert fitted.solution.std["slope"] == pytest.approx(fitted.solution.classical_std["slope"], rel=0.5)
+
+
+# What can't be told ----------------------------------------------------------------------------------------------
+
+
+def test_too_few_runs_are_never_given_a_name() -> None:
+    case, verdict = judged(Campaign(7, runs=2, hidden={"wind": 5.0}), fewest_runs=4)
+    assert verdict.verdict == "not_testable"
+    assert "2 runs cannot tell" in told(case, verdict)
+
+
+def test_runs_all_one_way_are_never_given_a_name() -> None:
+    case, verdict = judged(Campaign(8, hidden={"wind": 5.0}, one_way=True))
+    assert verdict.verdict == "not_testable"
+    assert "all runs went the same way" in told(case, verdict)
+    (test,) = next_tests(open_strategy(case), verdict)
+    assert "out and back" in test.manoeuvre
+    assert test.runs == 8
+
+
+def test_short_runs_hold_too_little_evidence() -> None:
+    case, verdict = judged(Campaign(9, runs=2, rows=18, hidden={"wind": 20.0}))
+    assert verdict.verdict == "not_testable"
+    assert "too few to certify an effect" in told(case, verdict)
+
+
+def test_stated_values_are_no_pieces_of_evidence() -> None:
+    """Each short run holds two blocks, and a start that is known beforehand."""
+    case, verdict = judged(Campaign(9, runs=5, rows=12, hidden={"wind": 20.0}))
+    assert verdict.detection.units == 15
+    assert verdict.verdict == "not_testable"
+    assert "10 blocks (effective number " in told(case, verdict)
+    (test,) = next_tests(open_strategy(case), verdict)
+    assert test.runs == 10
+
+
+def test_a_cause_that_differs_between_runs_needs_runs_enough_for_the_level() -> None:
+    warming = cause("warming", between=True)
+    for level, runs, name in ((0.05, 8, "named"), (0.005, 8, "adequate"), (0.005, 10, "named")):
+        _, verdict = judged(Campaign(1, runs=runs, hidden={"warming": 3.0}), *CATALOGUE, warming, level=level)
+        assert verdict.verdict == name
+        assert [i.obstacle for i in verdict.untestable if i.effect == "warming"] == ["runs"] * (name == "adequate")
+
+
+def test_a_level_that_the_units_cannot_reach_is_refused() -> None:
+    _, verdict = judged(Campaign(10, hidden={"wind": 5.0}), level=1e-4)
+    assert verdict.verdict == "not_testable"
+    assert "cannot reach the level of 0.0001" in verdict.why
+
+
+def test_causes_that_would_not_show_are_listed_with_what_they_would_bias() -> None:
+    _, verdict = judged(Campaign(11), *CATALOGUE, cause("copy_of_bend"), cause("nothing"))
+    assert verdict.verdict == "adequate"
+    (unseen,) = verdict.untestable  # what has no trace at all biases nothing
+    assert unseen.effect == "copy_of_bend"
+    assert unseen.visibility < 1e-6
+    assert unseen.amplitude == pytest.approx(10.0)  # half of the plausible range
+    assert unseen.would_bias == {"bend": pytest.approx(30.0)}
+
+
+def test_where_no_cause_would_show_nothing_can_be_said() -> None:
+    case, verdict = judged(Campaign(13), cause("copy_of_bend"))
+    assert verdict.verdict == "not_testable"
+    assert "no candidate effect would be visible" in told(case, verdict)
+
+
+def test_runs_that_last_next_to_no_time_give_no_name() -> None:
+    case, verdict = judged(Campaign(7, hidden={"slope": 0.6}), too_short="no run lasts longer than 2 s")
+    assert verdict.verdict == "not_testable"
+    assert "no run lasts longer than 2 s; in so little time effects are confounded" in told(case, verdict)
+
+
+def test_a_cause_too_small_to_matter_at_its_largest_is_not_testable() -> None:
+    bench = open_strategy(Campaign(13).setup(SLOPE, cause("wave", reach=0.05)))
+    base = bench.fitted(())
+    assert base is not None
+    found = detect(bench, base)
+    assert found.testable == ("slope",)
+    assert reachable_t(bench.model, found.scores, "wave") < 3 < reachable_t(bench.model, found.scores, "slope")
+
+
+# What to drive next ----------------------------------------------------------------------------------------------
+
+
+def test_rivals_that_more_runs_would_part_are_promised_so() -> None:
+    case = Campaign(2, runs=4, hidden={"slope": 0.2}).setup(SLOPE, WIND)
+    bench = open_strategy(case)
+    verdict = judge(bench)
+    assert verdict.verdict == "ambiguous"
+    more = [t for t in next_tests(bench, verdict) if t.runs is not None]
+    assert set(more[0].separates) == {"slope", "wind"}
+    expected, runs = more[0].expected_t, more[0].runs
+    assert expected is not None
+    assert runs is not None
+    assert expected == pytest.approx(6.0, abs=0.4)
+    assert str(runs) in more[0].manoeuvre
+    base = Campaign(2, runs=4 + runs, hidden={"slope": 0.2}).setup(SLOPE, WIND)
+    later = judge(open_strategy(base))
+    assert later.verdict == "named"
+
+
+def test_rivals_with_the_same_trace_need_another_manoeuvre() -> None:
+    case = Campaign(2, hidden={"wind": 2.0}).setup(*CATALOGUE, cause("wind_twin"))
+    bench = open_strategy(case)
+    tests = next_tests(bench, judge(bench))
+    assert {t.manoeuvre for t in tests} <= {"Show the wind alone.", "Show the wind_twin alone."}
+    assert all(t.runs is None for t in tests)
+
+
+def test_numbers_are_finite() -> None:
+    _, verdict = judged(Campaign(15, hidden={"wind": 2.0}))
+    found = verdict.detection
+    assert all(math.isfinite(v) for v in found.scores.statistic.values())
+    assert 0 < found.smallest_p < 1e-3
+    assert found.effective_units > 6
+
+
+@pytest.mark.parametrize("runs", [6, 18])
+def test_one_pass_over_the_logs_does_for_straight_lines(runs: int) -> None:
+    """A regression frozen at its start, its runs folded block by block, is the same where the lines are straight."""
+    _, whole = judged(Campaign(16, runs=runs, hidden={"wind": 2.0}))
+    _, folded = judged(Campaign(16, runs=runs, hidden={"wind": 2.0}), linearized=True)
+    assert folded.verdict == whole.verdict == "named"
+    assert folded.answer is not None
+    assert whole.answer is not None
+    assert folded.answer.fitted.values["wind"] == pytest.approx(whole.answer.fitted.values["wind"], rel=0.02)
+    assert folded.gain is not None
+    assert whole.gain is not None
+    assert folded.gain.before == pytest.approx(whole.gain.before, rel=1e-3)
+    assert folded.gain.after == pytest.approx(whole.gain.after, rel=1e-3)
+    assert folded.gain.share == pytest.approx(whole.gain.share, abs=0.02)
+
+
+@pytest.mark.parametrize(("unlisted", "name"), [(1.5, "named"), (30.0, "unknown")])
+def test_a_large_cause_is_named_though_its_law_is_not_exact(unlisted: float, name: str) -> None:
+    large = cause("wave", reach=200.0)
+    case, verdict = judged(Campaign(4, hidden={"wave": 120.0, "bump": unlisted}), SLOPE, WIND, large, STEP)
+    assert verdict.verdict == name
+    if name == "named":
+        assert verdict.answer is not None
+        assert verdict.answer.effects == ("wave",)
+        assert not verdict.answer.sufficient
+        assert told(case, verdict).endswith("of the misfit).")
+
+
+def test_two_errors_that_hid_each_other_are_told() -> None:
+    """A level stated too high hides half of a step: with the step in, predictions with that level are worse."""
+    stated = {"level": (4.0, 0.3), "bend": (-2.0, 0.3)}
+    campaign = Campaign(18, runs=12, hidden={"step": 1.0}, priors=stated)
+    case, verdict = judged(campaign, SLOPE, WIND, STEP, linearized=True)
+    assert verdict.verdict == "named"
+    assert verdict.answer is not None
+    assert verdict.answer.effects == ("step",)
+    assert verdict.gain is not None
+    assert verdict.gain.interval[1] < 0
+    assert not verdict.gain.worse
+    assert told(case, verdict).endswith("it compensated an error in one of them.")

@@ -1,0 +1,110 @@
+"""Lines through a size that a step finds likely, for causes about which every line bends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.linearized import LinearizedStrategy, open_linearized
+from vdyn_cli.effects import Effect
+from vdyn_cli.inference import Regression, Rows, Unknown
+
+SIZE = 2.1
+LIKELY, RISE = 2.0, 1e5  # of which a step says that it fits best, and by so much
+
+
+@dataclass(frozen=True)
+class Knocking(Campaign):
+    """A wave that comes later the larger the play."""
+
+    def late(self, size: float) -> np.ndarray:
+        return np.asarray(6.0 * (np.sin(7 * self.x() - size) - np.sin(7 * self.x())))
+
+    def measured(self, run: int) -> np.ndarray:
+        return np.asarray(super().measured(run) + self.late(SIZE))
+
+    def regression(self, extra: Sequence[Unknown] = ()) -> Regression:
+        straight = super().regression(extra)
+        names = [u.name for u in straight.shared]
+        if "step" not in names:
+            return straight
+        at = names.index("step")
+
+        def rows(run: int, theta: np.ndarray) -> Rows:
+            given = straight.rows(run, theta)
+            jacobian = given.jacobian.copy()
+            residual = given.residual - theta[at] * jacobian[:, at] + self.late(theta[at])
+            jacobian[:, at] = -6.0 * np.cos(7 * self.x() - theta[at])
+            return replace(given, residual=residual, jacobian=jacobian)
+
+        return replace(straight, rows=rows)
+
+
+def bench(knocks: bool) -> LinearizedStrategy:
+    play = replace(cause("step"), probes=(0.5, 1.0) if knocks else (), alike=("wave",))
+    campaign = Knocking(3, runs=8)
+    case = campaign.setup(play, cause("wave"), cause("hat"))
+    return open_linearized(
+        replace(case, linearized=True, likely_size=lambda effect, start: (start(LIKELY)[0].start, RISE))
+    )
+
+
+def test_lines_through_a_likely_size_find_the_true_one() -> None:
+    opened = bench(knocks=True)
+    fitted = opened.fitted(("step",))
+    assert fitted is not None
+    near = opened.relinearized(fitted)
+    assert abs(near.values["step"] - SIZE) < 3 * near.solution.std["step"]
+    assert abs(fitted.values["step"] - SIZE) > 30 * near.solution.std["step"]
+
+
+def test_what_does_not_knock_has_lines_laid_once() -> None:
+    opened = bench(knocks=False)
+    fitted = opened.fitted(("step",))
+    assert fitted is not None
+    once, settled = opened.relinearized(fitted), bench(knocks=True).relinearized(fitted)
+    assert once.solution.cost > settled.solution.cost + 1.0
+
+
+@pytest.mark.parametrize(("bent", "passes"), [(False, 1), (True, 3)])
+def test_lines_of_a_model_that_knocks_are_laid_until_they_hold(bent: bool, passes: int) -> None:
+    case = replace(Knocking(3, runs=8).setup(cause("wave")), linearized=True, nondifferentiable=bent)
+    laid: list[dict[str, float]] = []
+
+    def regression(effects: Sequence[Effect], extra: Sequence[Unknown], start: Mapping[str, float]) -> Regression:
+        """Lines that are far off at first, and right once they are laid through what they gave."""
+        found = case.regression(effects, extra)
+        if extra:
+            return found
+        laid.append(dict(start))
+        off = 0.0 if start else 5.0
+
+        def rows(run: int, theta: np.ndarray) -> Rows:
+            given = found.rows(run, theta)
+            return replace(given, residual=given.residual + off * given.jacobian[:, 0])
+
+        return replace(found, rows=rows)
+
+    open_linearized(replace(case, regression=regression))
+    assert len(laid) == passes
+    assert not laid[0]
+    assert all(laid[1:])
+
+
+def test_lines_go_through_the_likely_size_where_it_explains_more_than_what_it_looks_like() -> None:
+    opened = bench(knocks=True)
+    there = opened.about_likely("wave", opened)
+    assert there is not opened
+    fitted = there.fitted(("step",))
+    assert fitted is not None
+    assert fitted.values["step"] == pytest.approx(SIZE, abs=0.1)
+    assert there.relinearized(fitted) is opened.relinearized(fitted)
+
+
+def test_of_what_it_does_not_look_like_nothing_is_tried() -> None:
+    opened = bench(knocks=True)
+    assert opened.about_likely("hat", opened) is opened

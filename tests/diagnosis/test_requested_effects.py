@@ -1,0 +1,85 @@
+"""What a description asks of the diagnosis, and what it has wrong, is told with file and line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.descriptions import described
+from vdyn_cli.project.execute import _placed, execute
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.steps import load_step
+
+
+def line_of(path: Path, words: str) -> str:
+    lines = path.read_text().splitlines()
+    return f"{path.name}:{next(k for k, line in enumerate(lines, 1) if words in line)}"
+
+
+def test_all_that_is_wrong_with_the_causes_that_are_listed_is_told_at_once(tmp_path: Path, root: Path) -> None:
+    asked = "diagnose:\n  effects:\n    - headwind\n    - headwinds\n    - headwind  # again\n  extend: [road_grade]\n"
+    path = described(tmp_path, root, "coastdown", ("", asked))
+    with pytest.raises(InputError) as refused:
+        execute("coastdown", path)
+    unknown, twice, unsought = refused.value.findings
+    assert (unknown.where, unknown.remedy) == (line_of(path, "headwinds"), "did you mean headwind?")
+    assert (twice.where, twice.what) == (line_of(path, "again"), "'diagnose.effects': is listed twice")
+    assert unsought.where == line_of(path, "extend:")
+    assert unsought.what == "'diagnose.extend': is not in diagnose.effects, so it is not tested"
+    assert unsought.got == "road_grade"
+
+
+def test_a_cause_that_the_model_cannot_take_is_told_with_its_line(tmp_path: Path, root: Path) -> None:
+    """Only the model knows: a car that coasts has no torque to gauge."""
+    path = described(tmp_path, root, "coastdown", ("", "diagnose: {effects: [road_grade, torque_gain]}\n"))
+    with pytest.raises(InputError) as refused:
+        execute("coastdown", path)
+    (finding,) = refused.value.findings
+    assert finding.where == line_of(path, "diagnose:")
+    assert finding.what == "'diagnose.effects': is not a candidate effect for this model"
+    assert finding.got == "torque_gain"
+
+
+def test_logs_that_are_missing_are_told_beside_causes_that_are_wrong(tmp_path: Path, root: Path) -> None:
+    """Of two days each may have a ``coast_1.csv``: logs are called as the description calls them."""
+    path = described(tmp_path, root, "coastdown", ("", "diagnose: {effects: [headwinds]}\n"))
+    text = path.read_text()
+    for k, day in ((1, "monday"), (2, "tuesday")):
+        (tmp_path / day).mkdir()
+        (tmp_path / day / "coast.csv").write_text("Time [s],Nothing\n0,1\n1,2\n")
+        text = text.replace(str(root / "sample_logs" / f"coast_{k}.csv"), f"{day}/coast.csv")
+    path.write_text(text.replace(str(root / "sample_logs" / "coast_3.csv"), "gone.csv"))
+    with pytest.raises(InputError) as refused:
+        execute("coastdown", path)
+    told = [str(f) for f in refused.value.findings]
+    assert any("headwinds" in one for one in told)
+    assert any("gone.csv" in one for one in told)
+    assert any("monday/coast.csv has no such column" in one for one in told)
+    assert any("tuesday/coast.csv has no such column" in one for one in told)
+
+
+def test_a_log_may_be_called_as_a_key_is(tmp_path: Path, root: Path) -> None:
+    """``runs.csv`` is no place in the description."""
+    path = described(tmp_path, root, "coastdown")
+    text = path.read_text()
+    log = root / "sample_logs" / "coast_1.csv"
+    (tmp_path / "runs.csv").write_bytes(log.read_bytes())
+    path.write_text(text.replace(str(log), "runs.csv"))
+    inputs = gather(load_step("coastdown"), path)
+    finding = Finding("runs.csv, acceleration", "falls")
+    assert _placed(finding, inputs) is finding
+    assert _placed(Finding("runs", "there are none"), inputs).where == line_of(path, "runs:")
+    bump = gather(load_step("bump"), described(tmp_path, root, "bump"))
+    finding = Finding("bump", "mass is needed and not given")
+    assert _placed(finding, bump) is finding
+
+
+def test_what_a_step_refuses_of_its_description_is_told_with_its_line(tmp_path: Path, root: Path) -> None:
+    path = described(tmp_path, root, "validate", ("driven: front", "driven: front\n  step: 0.01"))
+    with pytest.raises(InputError) as refused:
+        execute("validate", path)
+    (finding,) = refused.value.findings
+    assert finding.where == line_of(path, "step: 0.01")
+    assert finding.what.startswith("'settings.step': is longer than")

@@ -1,0 +1,26 @@
+"""A cause and its size, as a sentence has them."""
+
+from __future__ import annotations
+
+import pytest
+
+from vdyn_cli.diagnosis.verdict_text import amplitude_text
+from vdyn_cli.effects import catalogue
+from vdyn_cli.quantities.parameters import Estimate
+
+
+@pytest.mark.parametrize(
+    ("effect", "value", "half", "says"),
+    [
+        ("headwind", 2.034, 0.12, "a headwind of 2.03 +- 0.12 m/s along the out direction"),
+        ("torque_gain", 0.0101, 0.0021, "a drive torque with a wrong gain of 1.01 +- 0.21 %"),
+        ("torque_delay", -0.0063, 0.0011, "a drive torque with a wrong delay of -0.0063 +- 0.0011 s"),
+        ("brake_drag", 31.4, 2.8, "brakes that drag (31.4 +- 2.8 N)"),
+        ("shaft_stiffness", -0.23, 0.015, "half-shafts of another stiffness (-23.0 +- 1.5 %)"),
+    ],
+)
+def test_the_size_follows_the_label(effect: str, value: float, half: float, says: str) -> None:
+    (found,) = [e for e in catalogue() if e.name == effect]
+    (name, quantity), *_ = found.unknowns.items()
+    size = Estimate(value, half / 2, (value - half, value + half), quantity.unit, quantity.meaning, effect)
+    assert f"{found.label}{amplitude_text(found, {name: size})}" == says

@@ -1,0 +1,172 @@
+"""Candidate models: the baseline with one effect, two, or a few, refitted and tested for what they leave.
+
+An effect is named by sufficiency, not by ranking: with it in, nothing else of the catalogue adds anything. An effect
+that merely improves the fit is no answer: on a headwind's log a brake drag takes away most of the error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import inf
+
+from vdyn_cli.diagnosis.detection import Detection, is_testable, p_value
+from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.scores import equivalent, scores
+from vdyn_cli.diagnosis.strategy import Strategy
+
+
+@dataclass(frozen=True)
+class CandidateModel:
+    """The baseline with some effects, and what it leaves.
+
+    Parameters
+    ----------
+    rest_p : chance that what is left of the other candidates and of the profiles is noise.
+    rest_mostly : the candidate or profile that shows most in what is left.
+    rest_share : what that would explain further, as a share of the misfit (2 d(log likelihood)) explained so far.
+    """
+
+    effects: tuple[str, ...]
+    fitted: FittedModel
+    rest_p: float
+    rest_mostly: str | None
+    rest_share: float
+
+    @property
+    def cost(self) -> float:
+        """Half the sum of squares of the whitened residuals."""
+        return self.fitted.solution.cost
+
+    @property
+    def sufficient(self) -> bool:
+        """Whether what is left passes for noise."""
+        return self.rest_p > POLICY.rest_level
+
+    @property
+    def nearly_sufficient(self) -> bool:
+        """Whether next to nothing is left, be it noise or not."""
+        return self.rest_share < POLICY.negligible_rest
+
+
+def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
+    """A candidate model for each effect that could be the whole answer."""
+    evidence = found.scores.evidence
+    most = max((evidence[n] for n in found.testable), default=0.0)
+    least = max(POLICY.single_evidence, POLICY.single_share * most)
+    names = sorted((n for n in found.testable if evidence[n] >= least), key=lambda n: -evidence[n])
+    models = [candidate_model(strategy, (n,)) for n in names]
+    return tuple(m for m in models if m is not None)
+
+
+def candidate_model(strategy: Strategy, effects: Sequence[str]) -> CandidateModel | None:
+    """Refit with these effects and test what is left.
+
+    None where the refit fails, or an effect leaves its range or has a significant sign that it cannot have.
+    """
+    model, fitted = strategy.model, strategy.fitted(effects)
+    if fitted is None or any(_wrong_sign(model, fitted, e) for e in effects):
+        return None
+    candidates, families = model.setup.candidates, model.setup.families
+    found = model.scores(fitted, [*candidates, *families])
+    others = [n for n in candidates if n not in effects and is_testable(model, found, n)]
+    strongest = found.strongest([*others, *families])
+    base = strategy.fitted(())
+    explained = 2 * (base.solution.cost - fitted.solution.cost) if base else 0.0
+    share = found.statistic[strongest] / explained if strongest and explained > 0 else inf
+    return CandidateModel(tuple(effects), fitted, p_value(model, fitted, found, others), strongest, share)
+
+
+def _wrong_sign(model: FullModel, fitted: FittedModel, name: str) -> bool:
+    """Whether an effect is significantly beyond zero on the side that its range has for noise alone."""
+    effect = model.setup.candidates.get(name)
+    if effect is None or len(model.amplitudes(name)) > 1:
+        return False
+    unknown = model.amplitudes(name)[0]
+    range_, value = effect.unknowns[unknown], fitted.values[unknown]
+    small, large = sorted((range_.lower, range_.upper), key=abs)
+    one_sided = range_.lower < 0 < range_.upper and abs(small) < POLICY.one_sided_share * abs(large)
+    return one_sided and value * small > 0 and abs(value) > POLICY.needed_t * fitted.solution.std[unknown]
+
+
+def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> tuple[CandidateModel, ...]:
+    """Candidate models of two effects, each of which is needed beside the other."""
+    model = strategy.model
+    evidence = {n: found.scores.evidence[n] for n in found.testable}
+    for one in tried:
+        beside = model.scores(one.fitted, list(model.setup.candidates))
+        for name in (n for n in beside.names if is_testable(model, beside, n)):
+            evidence[name] = max(evidence.get(name, 0.0), beside.evidence[name])
+    names = sorted((n for n in evidence if evidence[n] > POLICY.pair_evidence), key=lambda n: -evidence[n])
+    models = [candidate_model(strategy, p) for p in _best_pairs(strategy, names[: POLICY.pair_pool])]
+    return tuple(m for m in models if m is not None and all(_is_needed(strategy, m, e) for e in m.effects))
+
+
+def _best_pairs(strategy: Strategy, names: Sequence[str]) -> list[tuple[str, str]]:
+    """The pairs that explain most to first order: only they are refitted."""
+    model, base = strategy.model, strategy.fitted(())
+    assert base is not None
+    every = list(combinations(names, 2))
+    explained: dict[tuple[str, str], float] = {}
+    for first in dict.fromkeys(a for a, _ in every):
+        alone = model.scores(base, [first])
+        others = {b: model.amplitudes(b) for a, b in every if a == first}
+        beside = scores(base.system, [*model.base, *model.amplitudes(first)], others)
+        for b in others:
+            both = alone.statistic[first] + beside.statistic[b]
+            explained[first, b] = float(equivalent(both, alone.rank[first] + beside.rank[b]))
+    return sorted(explained, key=lambda pair: -explained[pair])[: POLICY.pairs_refitted]
+
+
+def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | None:
+    """Effects taken in one by one, each time the one that then shows most, until nothing adds any more.
+
+    For logs of real cars, in which more than two things are wrong at once. Each effect must be needed beside all the
+    others; None where the selection does not end within ``POLICY.most_effects``.
+    """
+    model, evidence = strategy.model, found.scores.evidence
+    names = [n for n in found.testable if evidence[n] > POLICY.single_evidence]
+    effects: tuple[str, ...] = tuple(sorted(names, key=lambda n: -evidence[n])[:1])
+    while 0 < len(effects) <= POLICY.most_effects:
+        tried = candidate_model(strategy, effects)
+        if tried is None:
+            return None
+        if tried.sufficient:
+            return tried if len(effects) > 1 and all(_is_needed(strategy, tried, e) for e in effects) else None
+        beside = model.scores(tried.fitted, list(model.setup.candidates))
+        strongest = beside.strongest([n for n in beside.names if is_testable(model, beside, n)])
+        if strongest is None or beside.evidence[strongest] < POLICY.needed_t:
+            return None
+        effects = (*effects, strongest)
+    return None
+
+
+def alternatives(strategy: Strategy, answer: CandidateModel, found: Detection) -> tuple[CandidateModel, ...]:
+    """Candidate models that differ from the answer in one effect, suffice, and are not significantly worse."""
+    result = []
+    for effect in answer.effects:
+        others = tuple(e for e in answer.effects if e != effect)
+        without = strategy.fitted(others)
+        if without is None:
+            continue
+        beside = strategy.model.scores(without, [*found.testable, effect]).statistic
+        for rival in found.testable:
+            if rival in answer.effects or beside[effect] - beside[rival] > POLICY.needed_t**2:
+                continue
+            tried = candidate_model(strategy, (*others, rival))
+            if tried is None or not tried.sufficient or not all(_is_needed(strategy, tried, e) for e in tried.effects):
+                continue
+            if 2 * (tried.cost - answer.cost) <= POLICY.needed_t**2:
+                result.append(tried)
+    return tuple(result)
+
+
+def _is_needed(strategy: Strategy, tried: CandidateModel, effect: str) -> bool:
+    """Whether the effect is significant beside the others of a candidate model."""
+    without = strategy.fitted([e for e in tried.effects if e != effect])
+    if without is None:  # the others would have to exceed their plausible range
+        solution, names = tried.fitted.solution, strategy.model.amplitudes(effect)
+        return any(abs(solution.values[n]) > POLICY.needed_t * solution.std[n] for n in names)
+    return strategy.model.scores(without, [effect]).statistic[effect] > POLICY.needed_t**2

@@ -1,0 +1,123 @@
+"""Whether a model error is detected, with the false-alarm level held over all tests; and which effects are testable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, log2
+from typing import Literal
+
+from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.scores import Scores
+from vdyn_cli.diagnosis.strategy import Strategy
+
+Obstacle = Literal["runs", "collinear", "noise"]
+
+
+@dataclass(frozen=True)
+class Detection:
+    """The tests beside a fitted model.
+
+    Parameters
+    ----------
+    scores : of candidates and profiles.
+    testable : candidates that these data could show.
+    p_value : adjusted over the three families of tests: compare with the level.
+    smallest_p : the smallest p value that the units can give.
+    unit : "block" or "run"; ``units`` counts them and the priors, ``stated`` the priors, ``effective_units`` is their
+        effective number without priors.
+    """
+
+    scores: Scores
+    testable: tuple[str, ...]
+    p_value: float
+    smallest_p: float
+    unit: Literal["run", "block"]
+    units: int
+    stated: int
+    effective_units: float
+
+
+def detect(strategy: Strategy, at: FittedModel) -> Detection:
+    """Test all candidates and profiles beside a fitted model."""
+    model, system = strategy.model, at.system
+    names = [n for n in model.setup.candidates if n not in at.effects]
+    found = model.scores(at, [*names, *model.setup.families])
+    testable = tuple(n for n in names if is_testable(model, found, n))
+    return Detection(
+        scores=found,
+        testable=testable,
+        p_value=p_value(model, at, found, testable, evened=True),
+        smallest_p=found.smallest_p(),
+        unit=system.kind,
+        units=system.units,
+        stated=system.stated,
+        effective_units=system.effective_units(),
+    )
+
+
+def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[str], evened: bool = False) -> float:
+    """Chance that these candidates and the profiles would show as much if none were there, over three families.
+
+    p = min over families of p_family / share, with the shares of the policy scaled to sum to one. Effects that vary
+    between runs are tested with whole runs as units, the others and the profiles with the system's own.
+
+    Parameters
+    ----------
+    at, found : the fitted model, and the scores beside it.
+    evened : see ``Scores.p_value``.
+    """
+    kind = {n: model.setup.candidates[n].kind for n in names}
+    within = [n for n in names if kind[n] == "within_run"]
+    between = [n for n in names if kind[n] == "between_run" and _enough_runs(model)]
+    profiles = [n for n in model.setup.families if found.rank[n]]
+    shares = {"within": POLICY.within_run_share if within else 0.0}
+    shares["between"] = POLICY.between_run_share if between else 0.0
+    shares["profiles"] = POLICY.profile_share if profiles else 0.0
+    parts = []
+    if within:
+        parts.append(found.p_value(within, evened=evened) / shares["within"])
+    if between:
+        parts.append(model.scores(at, between, runs=True).p_value() / shares["between"])
+    if profiles:
+        parts.append(found.p_value(profiles, evened=evened) / shares["profiles"])
+    return min(1.0, sum(shares.values()) * min(parts)) if parts else 1.0
+
+
+def is_testable(model: FullModel, found: Scores, name: str) -> bool:
+    """Whether these data could show the candidate at a plausible amplitude."""
+    return obstacle(model, found, name) is None
+
+
+def obstacle(model: FullModel, found: Scores, name: str) -> Obstacle | None:
+    """Why these data could not show the candidate at a plausible amplitude; None where they could.
+
+    A sensitivity that is nearly collinear with what is fitted is not trusted for its small remainder, unless that
+    contradicts priors: a zero that drifts reads as a force, yet exceeds its data sheet.
+    """
+    if found.rank[name] == 0 or not (
+        found.visibility[name] > POLICY.least_visibility or found.stated[name] > POLICY.prior_information
+    ):
+        return "collinear"
+    if model.setup.candidates[name].kind == "between_run" and not _enough_runs(model):
+        return "runs"
+    return None if reachable_t(model, found, name) > POLICY.reachable_t else "noise"
+
+
+def reachable_t(model: FullModel, found: Scores, name: str) -> float:
+    """Score test of the candidate at the edge of its plausible range, in standard errors."""
+    effect = model.setup.candidates[name]
+    spread: Sequence[float] = found.spread[name].tolist()
+    each = zip(model.amplitudes(name), spread, strict=True)
+    return max((reach(effect, n) / s for n, s in each if s > 0), default=0.0)
+
+
+def fewest_runs(level: float) -> int:
+    """Runs from which an effect that varies between them can be certified: 2^(1 - runs) < its share of the level."""
+    return max(POLICY.fewest_runs_between, 1 + ceil(log2(1 / (POLICY.between_run_share * level))))
+
+
+def _enough_runs(model: FullModel) -> bool:
+    return model.runs >= fewest_runs(model.setup.level)

@@ -1,0 +1,151 @@
+"""From a step's baseline result to its diagnosed and, where an effect was named, extended result."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from vdyn_cli.diagnosis import diagnosis_record as record
+from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
+from vdyn_cli.diagnosis.extension import Extension, extended
+from vdyn_cli.diagnosis.judgment import Judgment, judge
+from vdyn_cli.diagnosis.next_test import next_tests
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.verdict_text import amplitude_text, data_fault, not_possible, p_text, verdict_sentence
+from vdyn_cli.diagnosis.worst_segments import worst_segments
+from vdyn_cli.quantities.diagnosis import Diagnosis
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Comparison, Result
+from vdyn_cli.steps import Failure
+
+
+def diagnosed(
+    prepared: PreparedStep,
+    result: Result,
+    level: float = POLICY.level,
+    faults: Sequence[Finding] = (),
+    doubts: Sequence[Finding] = (),
+) -> Result:
+    """The result with its diagnosis, of the extended model where an effect was named or requested.
+
+    Parameters
+    ----------
+    result : of the baseline.
+    level : chance of a false alarm of this step.
+    faults : sensors that did not measure; while there are any, no effect is named.
+    doubts : reasons to doubt the result that were there before its estimate.
+
+    Raises
+    ------
+    InputError : the description names an effect that is not known, or that this model does not have.
+    """
+    requested = prepared.spec.diagnose
+    if prepared.step.diagnosable is None or requested.effects == "none" or not result.comparisons:
+        return result  # nothing was simulated, as of a drawing alone
+    setup = setup_of(prepared, level)
+    try:
+        strategy = open_strategy(setup)
+        judgment = judge(strategy, faults)
+    except (ResultError, ArithmeticError) as error:
+        return _not_diagnosed(result, Failure.from_error(error).findings[0], faults)
+    judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, result)
+    diagnosis = _described(prepared, strategy, judgment, extension, result)
+    diagnosis = _doubted(diagnosis, extension.result, extension.result or result, doubts)
+    notes = tuple(already_included(prepared, setup))
+    if extension.result is None:
+        return replace(result, diagnosis=diagnosis, findings=(*result.findings, *extension.failed, *notes))
+    whole = replace(extension.result, diagnosis=diagnosis, findings=(*extension.result.findings, *notes))
+    return _beside_baseline(result, whole, extension, setup)
+
+
+def _described(
+    prepared: PreparedStep, strategy: Strategy, judgment: Judgment, extension: Extension, base: Result
+) -> Diagnosis:
+    """The diagnosis without what casts doubt on it."""
+    model, setup, found = strategy.model, strategy.model.setup, judgment.detection
+    assert prepared.step.diagnosable is not None
+    # Beside other effects than the judgment's, what was taken in has another amplitude than the judgment has for it.
+    as_named = any(set(answer.effects) == set(extension.effects) for answer in judgment.answers)
+    amplitudes = _fitted(judgment, setup) | (dict(extension.amplitudes) if as_named else {})
+    narrowed = isinstance(prepared.spec.diagnose.effects, list)
+    return Diagnosis(
+        verdict=judgment.verdict,
+        sentence=verdict_sentence(judgment, setup.candidates, amplitudes, narrowed),
+        p_value=found.p_value,
+        evidence=record.evidence(found),
+        causes=record.causes(model, judgment, extension, {**amplitudes, **extension.amplitudes}),
+        extended=extension.effects,
+        ambiguous=record.ambiguous(judgment),
+        not_testable=record.not_testable(model, judgment.untestable),
+        gain=record.gain(judgment, prepared.step.diagnosable.metric),
+        where=worst_segments(base) if found.p_value <= setup.level else (),
+        ranking=record.ranking(model, judgment),
+        next_test=next_tests(strategy, judgment),
+        not_extended=extension.failed[0].what if extension.failed else "",
+    )
+
+
+def _doubted(
+    diagnosis: Diagnosis, extended_result: Result | None, last: Result, doubts: Sequence[Finding]
+) -> Diagnosis:
+    """The diagnosis with the first reason to doubt the result; an adequate model's sentence says it."""
+    stated = next((f"{f.where} {f.what}" for f in (*doubts, *last.findings) if f.doubt), "")
+    doubt = stated or last.fit.misfit
+    if not doubt and extended_result is not None:
+        doubt = next(iter(extended_result.fit.warnings), "")
+    sentence = diagnosis.sentence
+    if diagnosis.verdict == "adequate" and stated:
+        sentence += f" But {stated}."
+    elif diagnosis.verdict == "adequate" and doubt and diagnosis.p_value is not None:
+        sentence = f"No candidate effect is significant ({p_text(diagnosis.p_value)}), but {doubt}."
+    return diagnosis.model_copy(update={"doubt": doubt, "sentence": sentence})
+
+
+def _fitted(judgment: Judgment, setup: DiagnosisSetup) -> dict[str, Estimate]:
+    """The amplitudes of all answers, as the diagnosis fitted them.
+
+    None of several answers where one has several effects: beside others, an effect has another amplitude in each.
+    """
+    if len(judgment.answers) > 1 and any(len(answer.effects) > 1 for answer in judgment.answers):
+        return {}
+    return {n: e for answer in judgment.answers for n, e in fitted_amplitudes(answer, setup).items()}
+
+
+def _beside_baseline(base: Result, extended_result: Result, extension: Extension, setup: DiagnosisSetup) -> Result:
+    """The extended result with the baseline's values and simulations beside its own, and the effects that last."""
+    effects, amplitudes = [setup.candidates[e] for e in extension.effects], extension.amplitudes
+    lasting = {e.name: {n: amplitudes[n] for n in e.unknowns if n in amplitudes} for e in effects if e.lasts}
+    estimates = {
+        n: replace(e, baseline=base.parameters[n].value) if n in base.parameters else e
+        for n, e in extended_result.parameters.items()
+    }
+    before = {(c.run, c.channel): c for c in base.comparisons}
+    labels = " and ".join(f"{e.label}{amplitude_text(e, amplitudes)}" for e in effects)
+    return replace(
+        extended_result,
+        sentence=f"Extended by {labels}: {extended_result.sentence}",
+        parameters=Parameters(estimates, extended_result.parameters.correlation, lasting),
+        comparisons=tuple(_with_baseline(c, before) for c in extended_result.comparisons),
+    )
+
+
+def _with_baseline(one: Comparison, baselines: Mapping[tuple[str, str], Comparison]) -> Comparison:
+    before = baselines.get((one.run, one.channel))
+    if before is None or before.simulated.shape != one.simulated.shape:
+        return one
+    return replace(one, baseline=before.simulated)
+
+
+def _not_diagnosed(result: Result, why: Finding, faults: Sequence[Finding]) -> Result:
+    """The result where the baseline of the diagnosis cannot be fitted."""
+    reason = why.what if why.where == "fit" else f"{why.where}: {why.what}"
+    if faults:
+        diagnosis = Diagnosis(verdict="data_fault", sentence=data_fault(f"{faults[0].where} {faults[0].what}"))
+    else:
+        diagnosis = Diagnosis(verdict="not_testable", sentence=not_possible(reason))
+    finding = Finding("diagnosis", f"not possible: {reason}", why.got, why.remedy, doubt=True)
+    return replace(result, diagnosis=diagnosis, findings=(*result.findings, finding))

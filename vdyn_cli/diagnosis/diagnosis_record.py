@@ -1,0 +1,150 @@
+"""The parts of the published Diagnosis, from the judgment and the extension."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
+from vdyn_cli.diagnosis.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.detection import Detection, fewest_runs
+from vdyn_cli.diagnosis.extension import Extension
+from vdyn_cli.diagnosis.full_model import FullModel
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.untestable import UntestableEffect
+from vdyn_cli.quantities.diagnosis import Amplitude, Cause, Evidence, Gain, NotTestable, Ranked
+from vdyn_cli.quantities.parameters import Estimate
+
+# These choose words and what is shown, no verdict.
+RANKED = 8  # candidates in the ranking
+COLLINEAR = 1e-3  # visibility below which "exactly" is said
+DISTINCT = 0.9  # visibility above which it is not mentioned
+
+
+def evidence(found: Detection) -> Evidence:
+    """The independent units behind the test."""
+    return Evidence(
+        unit=found.unit,
+        units=found.units,
+        stated=found.stated,
+        worth=found.effective_units,
+        smallest_p=found.smallest_p,
+    )
+
+
+def causes(
+    model: FullModel, judgment: Judgment, extension: Extension, amplitudes: Mapping[str, Estimate]
+) -> tuple[Cause, ...]:
+    """The named effects, and those that the model was extended by.
+
+    Parameters
+    ----------
+    amplitudes : of all of them, as far as they were estimated.
+    """
+    named = judgment.answer.effects if judgment.answer else ()
+    found = []
+    for name in dict.fromkeys([*named, *extension.effects]):
+        effect = model.setup.candidates[name]
+        found.append(
+            Cause(
+                effect=name,
+                label=effect.label,
+                unknowns=_amplitudes({n: amplitudes[n] for n in effect.unknowns if n in amplitudes}),
+                p_value=judgment.detection.p_value if name in named else None,
+                visibility=judgment.detection.scores.visibility[name],
+                sensor=effect.sensor,
+                lasts=effect.lasts,
+                biased=dict(extension.biased.get(name, {})),
+            )
+        )
+    return tuple(found)
+
+
+def ambiguous(judgment: Judgment) -> tuple[tuple[str, ...], ...]:
+    """One effect out of each set makes the answer; a set of one is an effect that every answer has."""
+    if judgment.verdict != "ambiguous":
+        return ()
+    return interchangeable(judgment.answers) or (tuple("+".join(t.effects) for t in judgment.answers),)
+
+
+def interchangeable(answers: Sequence[CandidateModel]) -> tuple[tuple[str, ...], ...]:
+    """For each effect of the first answer, it and those that other answers have in its place.
+
+    Empty where answers differ in more than one effect.
+    """
+    first = answers[0].effects
+    sets = {e: [e] for e in first}
+    for other in answers[1:]:
+        gone, new = [e for e in first if e not in other.effects], [e for e in other.effects if e not in first]
+        if len(gone) != 1 or len(new) != 1:
+            return ()
+        sets[gone[0]].append(new[0])
+    return tuple(map(tuple, sets.values()))
+
+
+def not_testable(model: FullModel, untestable: Sequence[UntestableEffect]) -> tuple[NotTestable, ...]:
+    """The candidates that these data cannot show, each with the reason in words."""
+    return tuple(
+        NotTestable(
+            effect=one.effect,
+            because=_because(model, one),
+            size=one.amplitude,
+            unit=model.setup.candidates[one.effect].unknowns[model.amplitudes(one.effect)[0]].unit,
+            would_bias=one.would_bias,
+        )
+        for one in untestable
+    )
+
+
+def _because(model: FullModel, one: UntestableEffect) -> str:
+    run, share = model.setup.run, f"{100 * one.visibility:.2g} % of its sensitivity"
+    if one.obstacle == "runs":
+        fewest = fewest_runs(model.setup.level)
+        return f"it varies from {run} to {run}: {model.runs} {run}s are too few to certify it (at least {fewest})"
+    if one.obstacle == "collinear":
+        if one.visibility <= COLLINEAR:
+            return "exactly collinear with the fitted parameters"
+        return f"collinear with the fitted parameters: only {share} is not"
+    if one.visibility < DISTINCT:
+        return f"only {share} is not collinear with the fitted parameters, and the noise hides that"
+    return "the noise hides it at any plausible amplitude"
+
+
+def gain(judgment: Judgment, metric: tuple[str, str]) -> Gain | None:
+    """The held-out gain; ``metric`` is the name and unit of the channel in which it is measured."""
+    found = judgment.gain
+    if found is None:
+        return None
+    name, unit = metric if found.plain else ("error over its noise", "")
+    return Gain(
+        metric=f"{name} rms",
+        unit=unit,
+        before=found.before,
+        after=found.after,
+        interval95=found.interval,
+        share_of_explainable=found.share,
+        certain=found.better,
+        held_out=True,
+        folds=found.folds,
+    )
+
+
+def ranking(model: FullModel, judgment: Judgment) -> tuple[Ranked, ...]:
+    """The strongest candidates by their score test alone, and what the fits with them leave."""
+    scores = judgment.detection.scores
+    tried = {t.effects[0]: t for t in judgment.tried if len(t.effects) == 1}
+    names = sorted(judgment.detection.testable, key=lambda n: -scores.evidence[n])[:RANKED]
+    return tuple(
+        Ranked(
+            effect=n,
+            explains_t=max(scores.evidence[n], 0.0),
+            visibility=scores.visibility[n],
+            left_p=tried[n].rest_p if n in tried else None,
+            left_mostly=tried[n].rest_mostly if n in tried else None,
+            unknowns=_amplitudes(fitted_amplitudes(tried[n], model.setup)) if n in tried else {},
+        )
+        for n in names
+    )
+
+
+def _amplitudes(estimates: Mapping[str, Estimate]) -> dict[str, Amplitude]:
+    return {n: Amplitude(value=e.value, std=e.std, interval95=e.interval95, unit=e.unit) for n, e in estimates.items()}

@@ -1,0 +1,175 @@
+"""What is diagnosed: a prepared step, open to the candidate effects that its description allows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from vdyn_cli.description.test_description import Diagnose, TestSpec
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.effects import Effect, candidates
+from vdyn_cli.engine.applicable import applicable
+from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.quantities.errors import Finding, raise_all
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps import Diagnosable, Problem, SimulatedProblem, Step, simulated
+from vdyn_cli.steps.manoeuvre import Manoeuvre
+
+
+@dataclass(frozen=True)
+class PreparedStep:
+    """A step with its description, the known parameters and the problem prepared from them."""
+
+    step: Step
+    spec: TestSpec
+    known: Parameters
+    problem: Problem
+
+    @property
+    def simulated(self) -> SimulatedProblem:
+        """The problem of a diagnosable step, which simulates its runs."""
+        problem = simulated(self.step, self.problem)
+        assert problem is not None
+        return problem
+
+
+@dataclass(frozen=True)
+class DiagnosisSetup:
+    """A step's data and model, open to candidate effects.
+
+    Parameters
+    ----------
+    regression : (effects, unknowns) -> the step's regression with effects in the model; ``start`` are values of the
+        step's own unknowns about which a linearized problem is linearized.
+    effects : the candidates that model and data can take.
+    profiles : free profiles, each over one coordinate (speed, time, position ...).
+    one_way : why effects that turn with the heading are confounded with others, as when all runs went the same way.
+    run : what a run is called (a coast, a drive, a crossing).
+    fewest_runs : below which nothing is diagnosed.
+    too_short : why runs so short cannot discriminate between effects.
+    level : chance of a false alarm.
+    linearized : the model is so expensive that fits are made on a linearization. Its parameters then have priors, at
+        which the step simulates: what a fit moves of them is no gain.
+    nondifferentiable : an effect without a slope at zero is in the model from the start, so that the baseline is
+        relinearized until it settles.
+    likely_size : (effect, start) -> the most likely amplitude of a nondifferentiable effect alone in the model and its
+        gain in log likelihood; ``start(amplitude)`` are its unknowns. None where such effects are not looked for.
+    manoeuvres : (regression with every candidate in, its shared unknowns at the baseline's fit) -> what could be
+        driven next, the least effort first.
+    """
+
+    regression: Callable[..., Regression]
+    effects: tuple[Effect, ...]
+    profiles: tuple[Effect, ...]
+    one_way: str = ""
+    run: str = "run"
+    fewest_runs: int = 1
+    too_short: str = ""
+    level: float = POLICY.level
+    linearized: bool = False
+    nondifferentiable: bool = False
+    likely_size: Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], tuple[float, float] | None] | None = None
+    manoeuvres: Callable[[Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = lambda regression, values: ()
+
+    @cached_property
+    def candidates(self) -> Mapping[str, Effect]:
+        """The candidate effects by name."""
+        return {e.name: e for e in self.effects}
+
+    @cached_property
+    def families(self) -> Mapping[str, Effect]:
+        """The free profiles by name."""
+        return {e.name: e for e in self.profiles}
+
+
+def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSetup:
+    """The setup of a diagnosable step.
+
+    Raises
+    ------
+    InputError : the description names an effect that this model does not have.
+    """
+    diagnosable, spec, problem = prepared.step.diagnosable, prepared.spec, prepared.simulated
+    assert diagnosable is not None
+    effects, carried = _applicable(prepared)
+    _refuse_others(spec.diagnose, effects, carried)
+    if isinstance(spec.diagnose.effects, list):
+        effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
+    linearized = diagnosable.linearized(spec)
+    return DiagnosisSetup(
+        regression=problem.regression,
+        effects=effects,
+        profiles=problem.profiles,
+        one_way=_one_way(spec) if diagnosable.two_way(spec) else "",
+        run=diagnosable.run,
+        fewest_runs=diagnosable.fewest_runs,
+        too_short=_too_short(diagnosable, problem),
+        level=level,
+        linearized=linearized,
+        nondifferentiable=any(e.probes for e in carried),
+        likely_size=problem.likely_size if linearized else None,
+        manoeuvres=problem.plans,
+    )
+
+
+def refuse_unknown(prepared: PreparedStep) -> None:
+    """Refuse, before anything is estimated, a description that names an effect that this model does not have.
+
+    Raises
+    ------
+    InputError : all of them.
+    """
+    if prepared.step.diagnosable is not None and any(_requested(prepared.spec.diagnose)):
+        _refuse_others(prepared.spec.diagnose, *_applicable(prepared))
+
+
+def already_included(prepared: PreparedStep, setup: DiagnosisSetup) -> Iterator[Finding]:
+    """A note for each requested effect that an earlier step put into the model."""
+    for key, name in _requested(prepared.spec.diagnose):
+        if name in prepared.known.extensions and name not in setup.candidates:
+            yield Finding(f"diagnose.{key}", f"{name} is in the model already, from an earlier step", minor=True)
+
+
+def _applicable(prepared: PreparedStep) -> tuple[tuple[Effect, ...], tuple[Effect, ...]]:
+    """The effects that the step's model can take, and those that an earlier step has found, which are in it."""
+    diagnosable = prepared.step.diagnosable
+    assert diagnosable is not None
+    every = applicable(prepared.simulated.model, candidates(prepared.step.situations))
+    carried = tuple(e for e in every if diagnosable.carries and e.name in prepared.known.extensions)
+    return tuple(e for e in every if e not in carried), carried
+
+
+def _too_short(diagnosable: Diagnosable, problem: SimulatedProblem) -> str:
+    """Why no run of the logs is long enough; empty where one is."""
+    if not diagnosable.shortest or problem.duration >= diagnosable.shortest:
+        return ""
+    return f"no {diagnosable.run} lasts longer than {problem.duration:.2g} s"
+
+
+def _one_way(spec: TestSpec) -> str:
+    """Why the runs are not there and back; empty where they are."""
+    ways = {r.direction for r in spec.runs}
+    if {"out", "back"} <= ways:
+        return ""
+    if None in ways:
+        return "no run states its direction" if ways == {None} else "some runs do not state their direction"
+    return "all runs went the same way"
+
+
+def _refuse_others(diagnose: Diagnose, effects: Sequence[Effect], carried: Sequence[Effect]) -> None:
+    """Refuse requested effects that the model cannot take.
+
+    Those of earlier steps are in the model: whether they were found must not decide whether a description is right.
+    """
+    names = [e.name for e in effects]
+    known = {*names, *(e.name for e in carried)}
+    why, remedy = "is not a candidate effect for this model", f"candidates are: {', '.join(names)}"
+    raise_all(Finding(f"diagnose.{key}", why, name, remedy) for key, name in _requested(diagnose) if name not in known)
+
+
+def _requested(diagnose: Diagnose) -> Iterator[tuple[str, str]]:
+    """Each effect that the description names, with the key under which it is."""
+    for key in ("effects", "extend"):
+        named = getattr(diagnose, key)
+        yield from ((key, name) for name in (named if isinstance(named, list) else ()))

@@ -1,0 +1,152 @@
+"""The expected separation of effects after a manoeuvre that nobody has driven yet, from the Cramer-Rao bound.
+
+With the sensitivities to all unknowns in the driven runs stacked on those in the manoeuvre's simulated runs, an effect
+of amplitude q leaves s' of its sensitivity s q beside what is fitted anyway and the rival. Its length is the number of
+standard errors by which the effect would be seen: t^2 = q' (I_cc - I_cb I_bb^-1 I_bc) q, with the information I of all
+runs together. Assumes wind, road and car as they were, but for what the manoeuvre changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import sqrt
+
+import numpy as np
+
+from vdyn_cli.diagnosis.full_model import FittedModel
+from vdyn_cli.diagnosis.linearized_system import linearize, orthonormal
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.inference.qr_factors import Array, qr_factor
+from vdyn_cli.inference.regression import prior_rows
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.manoeuvre import Manoeuvre
+
+ROUNDING = 1e-6  # of a sensitivity's length
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """Whether effects of these amplitudes (by unknown) are visible while the unknowns ``beside`` are fitted."""
+
+    amplitudes: Mapping[str, float]
+    beside: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PlannedTest:
+    """A manoeuvre driven with ``runs`` runs, and the expected separation ``t`` in standard errors."""
+
+    manoeuvre: Manoeuvre
+    runs: int
+    t: float
+
+    @property
+    def text(self) -> str:
+        """The manoeuvre with its number of runs, as a noun phrase."""
+        return self.manoeuvre.words(self.runs)
+
+
+@dataclass
+class ExperimentDesigner:
+    """The information of the driven runs and, simulated when first needed, of the step's manoeuvres."""
+
+    strategy: Strategy
+
+    @cached_property
+    def _base(self) -> FittedModel:
+        base = self.strategy.fitted(())
+        assert base is not None
+        return base
+
+    @cached_property
+    def _names(self) -> list[str]:
+        return [u.name for u in self.strategy.model.regression.shared]
+
+    @cached_property
+    def _driven(self) -> tuple[Array, Array]:
+        """Rows over the shared unknowns: of the runs, their own unknowns eliminated, and of the priors."""
+        system, s = self._base.system, len(self._names)
+        own = system.columns[:, s:]
+        known = (system.run[system.label] < 0) & ~own.any(axis=1)
+        seen = np.column_stack([own[~known], system.columns[~known, :s]])
+        return _eliminated(seen, own.shape[1]), system.columns[known, :s]
+
+    @cached_property
+    def _manoeuvres(self) -> list[tuple[Manoeuvre, Array]]:
+        """Each with the rows over the shared unknowns that its runs would give; those that fail are left out."""
+        made, model = [], self.strategy.model
+        for one in model.setup.manoeuvres(model.regression, self._base.values):
+            try:
+                made.append((one, self._simulated(one)))
+            except (ResultError, ArithmeticError):
+                continue
+        return made
+
+    def _simulated(self, one: Manoeuvre) -> Array:
+        regression = one.regression()
+        own = regression.own
+        starts = {u.name: regression.run_starts.get(u.name, np.full(len(regression.runs), u.start)) for u in own}
+        linear = linearize(regression, self._base.values, starts, self.strategy.secants(()))
+        s, m = len(regression.shared), len(own)
+        parts = []
+        for rows, at in zip(linear.rows, linear.own, strict=True):
+            known = prior_rows(own, at)[:, :m]
+            known = np.column_stack([known, np.zeros((len(known), s))])
+            own_first = np.column_stack([rows.jacobian[:, s:], rows.jacobian[:, :s]])
+            parts.append(_eliminated(np.vstack([own_first, known]), m))
+        whole = np.vstack(parts)
+        anew = np.array([u.name in one.anew for u in regression.shared])
+        left = _eliminated(np.column_stack([whole[:, anew], whole[:, ~anew]]), int(anew.sum()))
+        rows_left = np.zeros((len(left), s))
+        rows_left[:, ~anew] = left
+        return rows_left
+
+    def now(self, contrasts: Sequence[Contrast]) -> float:
+        """The separation by the driven runs, of the least separated contrast."""
+        return self._t(self._driven[0], contrasts)
+
+    def repeated(self, contrasts: Sequence[Contrast], times: float) -> float:
+        """The separation by so many times the driven runs."""
+        return self._t(self._driven[0] * sqrt(times), contrasts)
+
+    def best(self, contrasts: Sequence[Contrast]) -> PlannedTest | None:
+        """The manoeuvre that separates with the fewest runs, the least effort counting next; else the most separating.
+
+        None where the step has no manoeuvres.
+        """
+        found = [self._planned(one, rows, contrasts) for one, rows in self._manoeuvres]
+        enough = [plan for plan in found if plan.t >= POLICY.separated_t]
+        return min(enough, key=lambda p: p.runs) if enough else max(found, key=lambda p: round(p.t, 1), default=None)
+
+    def _planned(self, one: Manoeuvre, rows: Array, contrasts: Sequence[Contrast]) -> PlannedTest:
+        for times in range(1, one.most + 1):
+            t = self._t(np.vstack([self._driven[0], sqrt(times) * rows]), contrasts)
+            if t >= POLICY.separated_t:
+                break
+        return PlannedTest(one, times * one.each, t)
+
+    def _t(self, seen: Array, contrasts: Sequence[Contrast]) -> float:
+        known = self._driven[1]
+        rows = np.vstack([seen, known])
+        return min((self._separation(rows, len(known), one) for one in contrasts), default=0.0)
+
+    def _separation(self, rows: Array, known: int, contrast: Contrast) -> float:
+        """The length that is left of the sensitivity; zero where the detection would not trust so small a remainder."""
+        at = {n: i for i, n in enumerate(self._names)}
+        whole = rows[:, [at[n] for n in contrast.amplitudes]] @ np.array(list(contrast.amplitudes.values()))
+        basis = orthonormal(rows[:, [at[n] for n in contrast.beside]])
+        left = whole - basis @ (basis.T @ whole)
+        length, remains = float(np.linalg.norm(whole)), float(np.linalg.norm(left))
+        if remains <= ROUNDING * length:
+            return 0.0
+        stated = float(left[len(left) - known :] @ left[len(left) - known :]) / remains**2
+        trusted = remains > POLICY.least_visibility * length or stated > POLICY.prior_information
+        return remains if trusted else 0.0
+
+
+def _eliminated(rows: Array, first: int) -> Array:
+    """Rows with the same information about the other columns, the first ones fitted."""
+    return qr_factor(rows)[first:, first:]

@@ -1,0 +1,124 @@
+"""The full model: the baseline's regression with every candidate effect and every free profile in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, shapes_of, started_at, unknowns_of
+from vdyn_cli.diagnosis.linearized_system import LinearizedRuns, LinearizedSystem
+from vdyn_cli.diagnosis.scores import Scores, scores
+from vdyn_cli.effects import Effect
+from vdyn_cli.inference import Regression, Solution, Unknown
+from vdyn_cli.inference.restrict import without_priors
+
+NO_VALUES: Mapping[str, float] = MappingProxyType({})
+LEAST_STEP = 1e-2  # of one residual's variance: a fit ends where a step promises less, a tenth of a standard deviation
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """The baseline with some effects in, fitted, and the linearization of the full model there.
+
+    Parameters
+    ----------
+    effects : in the model, by name.
+    runs, system : sensitivities to all shared unknowns, also of candidates that are not in.
+    """
+
+    effects: tuple[str, ...]
+    solution: Solution
+    runs: LinearizedRuns
+    system: LinearizedSystem
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Every free shared unknown."""
+        return self.solution.values
+
+
+@dataclass(frozen=True)
+class FullModel:
+    """The regression with every candidate in it, its noise estimated from the residual that no candidate explains.
+
+    Parameters
+    ----------
+    regression : baseline, all candidates and all profiles; amplitudes without the priors that the noise needed.
+    base : names of the baseline's shared unknowns; they come first.
+    """
+
+    setup: DiagnosisSetup
+    regression: Regression
+    base: tuple[str, ...]
+
+    @cached_property
+    def _by_name(self) -> Mapping[str, Effect]:
+        return {**self.setup.families, **self.setup.candidates}
+
+    def amplitudes(self, effect: str) -> tuple[str, ...]:
+        """The unknowns of a candidate or a profile that the score test frees."""
+        return amplitudes_of(self._by_name[effect])
+
+    def freed(self, effect: str) -> tuple[str, ...]:
+        """The unknowns of a candidate or a profile that a fit with it in frees: amplitudes and shapes."""
+        return (*self.amplitudes(effect), *shapes_of(self._by_name[effect]))
+
+    def with_base(self, effects: Sequence[str]) -> list[str]:
+        """The unknowns of the baseline and those that these effects free."""
+        return [*self.base, *(n for e in effects for n in self.freed(e))]
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return len(self.regression.runs)
+
+    @property
+    def nuisances(self) -> frozenset[str]:
+        """Shared unknowns of the baseline that are not published."""
+        return frozenset(u.name for u in self.regression.shared if u.nuisance)
+
+    def held(self, effects: Sequence[str]) -> dict[str, float]:
+        """Values of the unknowns that stay where they start in a fit with these effects in."""
+        candidates = self.setup.candidates
+        covered = {n for e in effects if e in candidates for n in candidates[e].covers}
+        free = {n for e in effects for n in self.freed(e)} | set(self.base) - covered
+        return {u.name: u.start for u in self.regression.shared if u.name not in free}
+
+    def scores(self, at: FittedModel, names: Sequence[str], runs: bool = False) -> Scores:
+        """Score tests of candidates and profiles beside the effects of a fitted model.
+
+        ``runs``: with whole runs as units.
+        """
+        wanted = {n: self.amplitudes(n) for n in names if n not in at.effects}
+        return scores(at.system.by_run() if runs else at.system, self.with_base(at.effects), wanted)
+
+
+def full_model(
+    setup: DiagnosisSetup,
+    regression: Callable[[Sequence[Effect], Sequence[Unknown]], Regression],
+    start: Mapping[str, float] = NO_VALUES,
+) -> FullModel:
+    """Build the full model.
+
+    Parameters
+    ----------
+    regression : (effects, unknowns) -> the step's regression, linearized or not.
+    start : amplitudes about which a linearization is made; zero where none is given.
+
+    Raises
+    ------
+    ValueError : the step puts unknowns of effects before the baseline's.
+    """
+    every = (*setup.effects, *setup.profiles)
+    extra = [started_at(u, start) for e in every for u in unknowns_of(e, prior=True)]
+    added = {u.name for u in extra}
+    amplitudes = {n for e in every for n in amplitudes_of(e)}
+    full = without_priors(regression(every, extra), amplitudes)
+    base = tuple(u.name for u in full.shared if u.name not in added)
+    if tuple(u.name for u in full.shared[: len(base)]) != base:
+        raise ValueError("a step's regression must put the baseline's unknowns before those of effects")
+    unknowns = tuple(replace(u, start=0.0) if u.name in amplitudes else u for u in full.unknowns)
+    return FullModel(setup, replace(full, unknowns=unknowns), base)

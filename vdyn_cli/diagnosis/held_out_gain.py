@@ -1,0 +1,285 @@
+"""The gain of the extension on held-out data: cross-validation over runs, the selection repeated in every fold.
+
+Each fold leaves one run out (or one block of time where runs are few), selects effects again by the same rule, refits
+to first order, and predicts what was left out. A run's own unknowns (a start speed) are fitted to the run itself, as in
+every prediction of a run. Where a step simulates at prior values and from the measured start, so do both predictions,
+before and after; of the fit they take the amplitudes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.diagnosis.full_model import FittedModel
+from vdyn_cli.diagnosis.gain_variance import PredictionError, day_to_day_variance, prediction_error
+from vdyn_cli.diagnosis.linearized_system import LinearizedRuns, LinearizedSystem, initial_values
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.scores import scores
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.inference.regression import prior_rows
+
+DEPENDENT = 1e-9  # of the largest singular value of unit columns, below which a direction is rounding
+
+Fold = tuple[int, NDArray[np.bool_]]  # the run that is left out (-1: a block), and its rows
+
+
+@dataclass(frozen=True)
+class HeldOutGain:
+    """Root mean square of held-out errors, before and after.
+
+    Parameters
+    ----------
+    plain : in the unit of the main channel; else in standard deviations of its noise.
+    interval : 95 % of before - after on new logs of the same kind and number.
+    share : of the misfit above the noise (sum of squares of all channels together) that is gone.
+    better : whether the main channel, or all channels together, are predicted better with certainty.
+    worse : whether refitted models predict all channels worse with certainty.
+    """
+
+    before: float
+    after: float
+    plain: bool
+    interval: tuple[float, float]
+    share: float
+    folds: int
+    better: bool
+    worse: bool
+
+
+@dataclass(frozen=True)
+class _HeldOutError:
+    """Sums of squares of held-out errors and their numbers: whitened, and of the main channel where it is known.
+
+    ``prediction`` is the main channel's error where nothing was fitted to the run.
+    """
+
+    squares: float
+    rows: float
+    plain: float = 0.0
+    plain_rows: int = 0
+    prediction: PredictionError | None = None
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What a fold selects from: ``candidates`` beside the effects of ``at``, linearized where the answer was found."""
+
+    candidates: Sequence[str]
+    at: FittedModel
+
+
+def held_out_gain(
+    strategy: Strategy, base: FittedModel, extended: FittedModel, selection: Selection
+) -> HeldOutGain | None:
+    """The held-out gain of an extension.
+
+    Returns
+    -------
+    None where there are too few runs and blocks to leave out.
+    """
+    priors, model = strategy.prior_values, strategy.model
+    fewest = POLICY.fewest_predicted_runs if priors else POLICY.fewest_runs_left_out
+    folds = _folds(base.system, fewest)
+    if folds[0][0] < 0 and len(folds) < POLICY.fewest_blocks_left_out:
+        return None
+
+    def cut_alike(one: FittedModel | None, other: FittedModel) -> FittedModel:
+        return one if one is not None and len(_folds(one.system, fewest)) == len(folds) else other
+
+    near, there = cut_alike(strategy.relinearized(extended), extended), cut_alike(selection.at, base)
+    without = cut_alike(strategy.predicted(extended, (), {}), base)
+    simulated: dict[tuple[str, ...], FittedModel] = {(): without}
+    before, after, fitted = [], [], []
+    for k in range(len(folds)):
+        chosen = extended.effects  # nondifferentiable effects cannot be selected at zero amplitude
+        if set(chosen) <= set(selection.candidates):
+            chosen = _selected(strategy, Selection(selection.candidates, there), k, fewest, extended.effects)
+        at = near if chosen == extended.effects else there
+        first, fold = _folds(without.system, fewest)[k], _folds(at.system, fewest)[k]
+        values = _values(at, fold, model.with_base(chosen))
+        fitted.append((_error(without, first, _values(without, first, model.base)), _error(at, fold, values)))
+        if not priors:
+            continue
+        values |= priors
+        if chosen not in simulated:
+            simulated[chosen] = cut_alike(strategy.predicted(extended, chosen, values), at)
+        drives = simulated[chosen]
+        before.append(_error(without, first, priors, as_measured=True))
+        after.append(_error(drives, _folds(drives.system, fewest)[k], values, as_measured=True))
+    if not priors:
+        before, after = [b for b, _ in fitted], [a for _, a in fitted]
+    return _summary(before, after, _worse(fitted))
+
+
+def rms_of(runs: LinearizedRuns, fitted: bool = True) -> float:
+    """Root mean square error of the main channel at the linearization's point.
+
+    ``fitted``: with the runs' own unknowns fitted to each run; else they stay.
+    """
+    own = None if fitted else np.zeros(len(runs.regression.own))
+    every = [_error_of_run(runs, k, {}, own) for k in range(len(runs.rows))]
+    plain = every[0].plain_rows > 0
+    squares = sum(m.plain if plain else m.squares for m in every)
+    return float(np.sqrt(squares / sum(m.plain_rows if plain else m.rows for m in every)))
+
+
+def _folds(system: LinearizedSystem, fewest: int) -> list[Fold]:
+    """What is left out in turn: every run, or every block where runs are few."""
+    runs = np.unique(system.run[system.run >= 0])
+    of_row = system.run[system.label]
+    if runs.size >= fewest:
+        return [(int(k), of_row == k) for k in runs]
+    return [(-1, system.label == u) for u in np.flatnonzero(system.run >= 0)]
+
+
+def _selected(
+    strategy: Strategy, selection: Selection, fold: int, fewest: int, answer: Sequence[str]
+) -> tuple[str, ...]:
+    """The effects that the fold would have selected: each time the one that then explains most.
+
+    A further one is tested beside the fit with those before it, as it was in the whole: beside a large effect the
+    baseline's sensitivities do not show a small one.
+    """
+    model, at, found = strategy.model, selection.at, list[str]()
+    for _ in answer:
+        rest = _kept(at.system, ~_folds(at.system, fewest)[fold][1])
+        others = {n: model.amplitudes(n) for n in selection.candidates if n not in found}
+        scored = scores(rest, model.with_base(found), others)
+        best = scored.strongest()
+        if best is None or scored.evidence[best] < POLICY.fold_evidence:
+            break
+        found.append(best)
+        again = strategy.rescanned(found) if set(found) < set(answer) else None
+        if again is not None and len(_folds(again.system, fewest)) == len(_folds(at.system, fewest)):
+            at = again
+    return tuple(sorted(found))
+
+
+def _kept(system: LinearizedSystem, kept: NDArray[np.bool_]) -> LinearizedSystem:
+    """The system with some of its rows left."""
+    units, label = np.unique(system.label[kept], return_inverse=True)
+    return LinearizedSystem(
+        system.names,
+        system.columns[kept],
+        system.y[kept],
+        label.astype(np.int64),
+        system.run[units],
+        system.counts[units],
+        system.kind,
+    )
+
+
+def _values(at: FittedModel, fold: Fold, names: Sequence[str]) -> dict[str, float]:
+    """Shared unknowns by a fit to all other rows."""
+    step = _least_squares(at.system.of([*names, *at.system.own]), at.system.y, ~fold[1])
+    point = _point(at.runs)
+    return {n: point[n] + move for n, move in zip(names, step.tolist(), strict=False)}
+
+
+def _point(runs: LinearizedRuns) -> dict[str, float]:
+    return {u.name: x for u, x in zip(runs.regression.shared, runs.shared.tolist(), strict=True)}
+
+
+def _error(at: FittedModel, fold: Fold, values: Mapping[str, float], as_measured: bool = False) -> _HeldOutError:
+    """The error of a run, or of a block, at these values.
+
+    The run's own unknowns are fitted to it, or start ``as_measured``.
+    """
+    system, (run, rows), point = at.system, fold, _point(at.runs)
+    step = {n: value - point[n] for n, value in values.items()}
+    start = _start(at.runs) if as_measured else None
+    if run >= 0:
+        return _error_of_run(at.runs, run, step, None if start is None else start[run])
+    left = system.y - system.of(list(step)) @ np.array(list(step.values()))
+    mine = system.of(system.own)
+    left = left - mine @ (_least_squares(mine, left, ~rows) if start is None else start.ravel())
+    count = float(np.sum(system.counts[np.unique(system.label[rows])]))
+    return _HeldOutError(float(left[rows] @ left[rows]), count)
+
+
+def _start(runs: LinearizedRuns) -> Array:
+    """(runs, m), the step of every run's own unknowns from the linearization's point to where the run starts."""
+    starts = list(initial_values(runs.regression).values())
+    return np.array(starts, dtype=float).reshape(len(starts), len(runs.rows)).T - runs.own
+
+
+def _least_squares(columns: Array, y: Array, kept: NDArray[np.bool_]) -> Array:
+    """Least squares on the kept rows for columns of any scale."""
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    size = np.where(size > 0, size, 1.0)
+    return np.asarray(np.linalg.lstsq(columns[kept] / size, y[kept], rcond=DEPENDENT)[0] / size)
+
+
+def _error_of_run(runs: LinearizedRuns, run: int, moved: Mapping[str, float], own: Array | None) -> _HeldOutError:
+    """The error of a run after a step of the shared unknowns and one of its own, the best where None is given."""
+    rows, s = runs.rows[run], len(runs.regression.shared)
+    step = np.array([moved.get(u.name, 0.0) for u in runs.regression.shared])
+    left = rows.residual + rows.jacobian[:, :s] @ step
+    mine = rows.jacobian[:, s:]
+    measured = own is not None
+    if own is None:
+        known = prior_rows(runs.regression.own, runs.own[run])
+        stacked, right = np.vstack([mine, known[:, :-1]]), np.concatenate([left, known[:, -1]])
+        own = -np.linalg.lstsq(stacked, right, rcond=DEPENDENT)[0] if mine.size else np.zeros(0)
+    left = left + mine @ own
+    plain = np.zeros(0)
+    if rows.plain is not None:
+        plain = rows.plain[0] + rows.plain[1][:, :s] @ step + rows.plain[1][:, s:] @ own
+    count = left.size if rows.folded is None else int(rows.folded.sum())
+    prediction = prediction_error(runs, run, plain) if measured else None
+    return _HeldOutError(float(left @ left), float(count), float(plain @ plain), plain.size, prediction)
+
+
+def _summary(before: Sequence[_HeldOutError], after: Sequence[_HeldOutError], worse: bool) -> HeldOutGain:
+    """Means over folds, the interval from their scatter; it holds for as many new runs, which scatter as well."""
+    plain = all(m.plain_rows for m in (*before, *after))
+    errors = [[m.prediction for m in them if m.prediction is not None] for them in (before, after)]
+    modelled = day_to_day_variance(*errors) if plain and all(len(e) == len(before) for e in errors) else None
+    rms_b, rms_a, half = _reduction(_sums(before, plain), _sums(after, plain), modelled)
+    half = float(np.hypot(half, POLICY.prediction_exactness * rms_b))
+    squares_b, squares_a = sum(m.squares for m in before), sum(m.squares for m in after)
+    explainable = max(squares_b - sum(m.rows for m in before), 1e-12)
+    share = float(np.clip((squares_b - squares_a) / explainable, 0.0, 1.0))
+    interval = rms_b - rms_a - half, rms_b - rms_a + half
+    all_b, all_a, half_all = _reduction(_sums(before, False), _sums(after, False))
+    better = interval[0] > 0.0 or all_b - all_a > half_all
+    return HeldOutGain(rms_b, rms_a, plain, interval, share, len(before), better, worse)
+
+
+def _worse(fitted: Sequence[tuple[_HeldOutError, _HeldOutError]]) -> bool:
+    """Whether refitted models predict all channels together worse with certainty.
+
+    At prior values they may although the effect is true: two errors that compensated each other are one left.
+    """
+    first, then = (_sums([pair[k] for pair in fitted], False) for k in (0, 1))
+    before, after, half = _reduction(first, then)
+    return before - after + half < 0
+
+
+def _sums(errors: Sequence[_HeldOutError], plain: bool) -> Array:
+    """(folds, 2), sums of squares and their numbers."""
+    return np.array([(m.plain, m.plain_rows) if plain else (m.squares, m.rows) for m in errors])
+
+
+def _reduction(before: Array, after: Array, modelled: float | None = None) -> tuple[float, float, float]:
+    """Root mean squares before and after, and half the interval of their difference, of sums and their numbers.
+
+    ``modelled``: variance of the difference from day to day by a model of the noise, pooled with the folds' scatter:
+    the few folds that there are may happen to agree.
+    """
+    b, counts, a = before[:, 0], before[:, 1], after[:, 0]
+    n, mean = len(b), float(counts.mean())
+    rms_b, rms_a = float(np.sqrt(b.sum() / counts.sum())), float(np.sqrt(a.sum() / counts.sum()))
+    # Influence of each fold on the difference of the roots.
+    pull = (b - counts * rms_b**2) / (2 * rms_b * mean) - (a - counts * rms_a**2) / (2 * rms_a * mean)
+    variance, freedom = float(np.var(pull, ddof=1)) / n, n - 1
+    if modelled is not None:
+        extra = POLICY.noise_model_folds
+        variance, freedom = (freedom * variance + extra * modelled) / (freedom + extra), freedom + extra
+    return rms_b, rms_a, t_quantile(freedom) * float(np.sqrt(2.0 * variance))

@@ -1,0 +1,170 @@
+"""From the tests of candidates to one of six verdicts.
+
+adequate      no model error is detected
+named         one effect (or one set) suffices
+ambiguous     several suffice: these data cannot discriminate between them
+unknown       a model error that no candidate effect explains
+not_testable  too few data
+data_fault    the effect is a sensor's, or a sensor did not measure
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from vdyn_cli.diagnosis.candidate_models import CandidateModel, alternatives, forward_selection, pairs, singles
+from vdyn_cli.diagnosis.detection import Detection, detect
+from vdyn_cli.diagnosis.full_model import FittedModel
+from vdyn_cli.diagnosis.held_out_gain import HeldOutGain, Selection, held_out_gain
+from vdyn_cli.diagnosis.model_selection import (
+    is_imitated,
+    may_be_zero,
+    nearly_sufficient,
+    not_significantly_worse,
+    simplest,
+)
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.diagnosis.untestable import UntestableEffect, untestable
+from vdyn_cli.quantities.diagnosis import Verdict
+from vdyn_cli.quantities.errors import Finding
+
+HELD_OUT_WORSE = "the held-out error increases"
+NOT_SIGNIFICANT = "its amplitude is not significantly different from zero across blocks"
+IMITATED = "a free profile of fewer unknowns does as well"
+
+
+@dataclass(frozen=True)
+class Judgment:
+    """The verdict with its grounds.
+
+    Parameters
+    ----------
+    why : for not_testable, what is missing; for a data fault that the reader found, which; for unknown, why not the
+        candidate model that comes ``closest``, where it would suffice.
+    answers : the candidate models that suffice: one if named, several if ambiguous.
+    tried : all single effects and sets that were tried.
+    closest : for unknown, what explains most of it.
+    gain : of the answer, on held-out data.
+    """
+
+    verdict: Verdict
+    why: str
+    base: FittedModel
+    detection: Detection
+    untestable: tuple[UntestableEffect, ...]
+    answers: tuple[CandidateModel, ...] = ()
+    tried: tuple[CandidateModel, ...] = ()
+    gain: HeldOutGain | None = None
+    closest: CandidateModel | None = None
+
+    @property
+    def answer(self) -> CandidateModel | None:
+        """The one answer, where there is one."""
+        return self.answers[0] if len(self.answers) == 1 else None
+
+    def unknown(self, why: str = "", closest: CandidateModel | None = None) -> Judgment:
+        """A model error is present, and ``why`` no answer explains it; ``closest`` by default is the best answer."""
+        best = closest or min(self.answers, key=lambda t: t.cost, default=None)
+        return replace(self, verdict="unknown", why=why, answers=(), gain=None, closest=best)
+
+
+def judge(strategy: Strategy, faults: Sequence[Finding] = ()) -> Judgment:
+    """Detect a model error and name the effect. The false-alarm level is the setup's.
+
+    Parameters
+    ----------
+    faults : sensors that did not measure: beside them neither an effect is named nor the model called adequate. Too
+        few data are not testable all the same.
+
+    Raises
+    ------
+    ResultError : the baseline cannot be fitted.
+    """
+    model, base = strategy.model, strategy.fitted(())
+    assert base is not None
+    found = detect(strategy, base)
+    detected = found.p_value <= model.setup.level
+    judgment = Judgment("adequate", _insufficient(strategy, found), base, found, untestable(model, base, found))
+    if judgment.why or not (found.testable or detected):
+        return replace(judgment, verdict="not_testable")
+    if faults:
+        return replace(judgment, verdict="data_fault", why=f"{faults[0].where} {faults[0].what}")
+    if not detected:
+        return judgment
+    focused, seen = strategy.focused(found)
+    answers, tried = _answers(focused, seen)
+    judgment = replace(judgment, tried=tried)
+    if not answers:
+        return judgment.unknown(closest=min(tried, key=lambda t: t.cost, default=None))
+    if any(is_imitated(model, answer, seen) for answer in answers):
+        return judgment.unknown(IMITATED, answers[0])
+    first = answers[0]
+    if len(answers) == 1 and may_be_zero(model, strategy.relinearized(first.fitted)):
+        return judgment.unknown(NOT_SIGNIFICANT, first)
+    gain = None
+    if len(answers) == 1 or len(first.effects) > 1:  # effects that all answers share have a gain, too
+        gain = held_out_gain(strategy, base, first.fitted, Selection(found.testable, focused.fitted(()) or base))
+    if gain is not None and _refuted(strategy, gain, first, len(answers) > 1):
+        return judgment.unknown(HELD_OUT_WORSE, first)
+    fault = len(answers) == 1 and all(model.setup.candidates[e].sensor for e in first.effects)
+    verdict: Verdict = "ambiguous" if len(answers) > 1 else "data_fault" if fault else "named"
+    return replace(judgment, verdict=verdict, answers=answers, gain=gain)
+
+
+def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel, ...], tuple[CandidateModel, ...]]:
+    """The candidate models that stand, and the single effects that were tried: singles, then pairs, then more."""
+    model, tried = strategy.model, singles(strategy, found)
+    answers = simplest(model, not_significantly_worse(model, tried), tried)
+    if answers or _one_profile_suffices(strategy):
+        return answers, tried
+    two = pairs(strategy, tried, found)
+    answers = simplest(model, not_significantly_worse(model, (*tried, *two)), two)
+    answers = answers or nearly_sufficient(tried) or nearly_sufficient((*tried, *two))
+    if answers:
+        return answers, tried
+    chain = forward_selection(strategy, found)
+    return (() if chain is None else (chain, *alternatives(strategy, chain, found))), tried
+
+
+def _refuted(strategy: Strategy, gain: HeldOutGain, answer: CandidateModel, several: bool) -> bool:
+    """Whether held-out predictions get worse with certainty, however much of the fitted runs the answer explains.
+
+    At prior values they may although the effect is true: two errors that compensated each other are one left.
+    """
+    many = len(answer.effects) > POLICY.compensating_effects
+    if several:
+        return many and gain.interval[1] < 0
+    return gain.worse or ((many or not strategy.prior_values) and gain.interval[1] < 0)
+
+
+def _insufficient(strategy: Strategy, found: Detection) -> str:
+    """What these data lack for a diagnosis; empty where they suffice."""
+    setup, runs, units = strategy.model.setup, strategy.model.runs, found.units - found.stated
+    if runs < setup.fewest_runs:
+        return f"{runs} {setup.run}{'s' if runs > 1 else ''} cannot tell an effect from chance"
+    if setup.too_short:
+        return f"{setup.too_short}; in so little time effects are confounded"
+    if setup.one_way:
+        return f"{setup.one_way}: wind, slope and resistance are confounded"
+    unit = f"{found.unit}{'s' if units != 1 else ''}"
+    if units < POLICY.fewest_units or found.effective_units < POLICY.fewest_effective_units:
+        return f"{units} {unit} (effective number {found.effective_units:.0f}) are too few to certify an effect"
+    if found.smallest_p * POLICY.smallest_p_ratio > setup.level:
+        return f"{units} {unit} cannot reach the level of {setup.level:.2g}"
+    return ""
+
+
+def _one_profile_suffices(strategy: Strategy) -> bool:
+    """Whether a single free profile explains everything: then it is one effect that the catalogue lacks."""
+    model = strategy.model
+    for family in model.setup.families:
+        fitted = strategy.fitted((family,))
+        if fitted is None:
+            continue
+        left = model.scores(fitted, list(model.setup.candidates))
+        visible = [n for n in left.names if left.rank[n] and left.visibility[n] > POLICY.least_visibility]
+        if left.p_value(visible) > POLICY.rest_level:
+            return True
+    return False

@@ -1,0 +1,246 @@
+"""A regression linearized at one point and cut into independent units: all that the score tests need.
+
+Sign: the residual here is measured less simulated, so that y = J d + noise; a positive score raises the unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.inference import Regression, Rows
+from vdyn_cli.inference.intervals import effective_number
+from vdyn_cli.inference.linearized_regression import BLOCKS, blocks_of, blocks_within
+from vdyn_cli.inference.qr_factors import Array, qr_factor
+from vdyn_cli.inference.regression import prior_rows
+
+DEPENDENT = 1e-7  # of the largest singular value of unit columns: rounding of a QR factor of 1e5 rows is below 1e-10
+
+
+@dataclass(frozen=True)
+class LinearizedRuns:
+    """Residuals and sensitivities of every run at one point.
+
+    Parameters
+    ----------
+    regression : whose shared unknowns are the baseline's and, behind them, those of all candidates.
+    shared, own : (s,) and (runs, m), the point.
+    rows : one for each run.
+    """
+
+    regression: Regression
+    shared: Array
+    own: Array
+    rows: tuple[Rows, ...]
+
+
+def linearize(
+    regression: Regression,
+    shared: Mapping[str, float],
+    own: Mapping[str, Array],
+    secants: Mapping[str, float] = MappingProxyType({}),
+) -> LinearizedRuns:
+    """Residuals and their derivatives to all unknowns at one point.
+
+    Parameters
+    ----------
+    shared : values of shared unknowns; the others are where they start.
+    own : (runs,) of each of the runs' own unknowns.
+    secants : for unknowns that may have no slope at zero, the amplitude over which a secant is then taken instead.
+
+    Raises
+    ------
+    ArithmeticError : the model has no finite value there.
+    """
+    values = np.array([shared.get(u.name, u.start) for u in regression.shared])
+    runs = len(regression.runs)
+    each = np.array([own[u.name] for u in regression.own], dtype=float).reshape(len(regression.own), runs).T
+    rows = tuple(regression.rows(k, np.concatenate([values, each[k]])) for k in range(len(regression.runs)))
+    if not all(np.all(np.isfinite(r.residual)) and np.all(np.isfinite(r.jacobian)) for r in rows):
+        raise ArithmeticError("the model has no finite derivatives at the fit")
+    names = [u.name for u in regression.shared]
+    for name, size in secants.items():
+        rows = _with_secant(regression, values, each, rows, names.index(name), size)
+    return LinearizedRuns(regression, values, each, rows)
+
+
+def initial_values(regression: Regression) -> dict[str, Array]:
+    """(runs,) of each of the runs' own unknowns without a fit: the prior's mean, else where they start."""
+    runs = len(regression.runs)
+    return {
+        u.name: np.full(runs, u.prior[0])
+        if u.prior
+        else np.asarray(regression.run_starts.get(u.name, np.full(runs, u.start)), dtype=np.float64)
+        for u in regression.own
+    }
+
+
+def _with_secant(
+    regression: Regression, values: Array, own: Array, rows: tuple[Rows, ...], place: int, size: float
+) -> tuple[Rows, ...]:
+    """The rows with one column a secant, where its slope is next to nothing of that."""
+    moved = values.copy()
+    moved[place] += size
+    simulate = regression.rows
+    if regression.narrow is not None:
+        used = [i for i, u in enumerate(regression.shared) if i == place or u.start != 0.0 or moved[i] != 0.0]
+        simulate, moved = regression.narrow([regression.shared[i].name for i in used]), moved[used]
+    try:
+        there = tuple(simulate(k, np.concatenate([moved, own[k]])) for k in range(len(rows)))
+    except ArithmeticError:
+        return rows
+    secant = [(a.residual - b.residual) / size for a, b in zip(there, rows, strict=True)]
+    slope = sum(float(np.sum(r.jacobian[:, place] ** 2)) for r in rows)
+    if not slope < POLICY.secant_ratio**2 * sum(float(t @ t) for t in secant):
+        return rows
+    changed = []
+    for one, column in zip(rows, secant, strict=True):
+        jacobian = one.jacobian.copy()
+        jacobian[:, place] = column
+        changed.append(replace(one, jacobian=jacobian))
+    return tuple(changed)
+
+
+@dataclass(frozen=True)
+class LinearizedSystem:
+    """The whitened linear system y = J d + noise, J's and y's rows compressed to QR factors unit by unit.
+
+    Parameters
+    ----------
+    names : of the columns: the shared unknowns, then (where blocks are the units) every run's own as ``name#run``.
+    columns : (n, p), J; y : (n,).
+    label : (n,), the unit of each row, ascending.
+    run : (units,), the run of each unit, -1 for a prior.
+    counts : (units,), rows of each before they were compressed.
+    kind : what a unit is.
+    """
+
+    names: tuple[str, ...]
+    columns: Array
+    y: Array
+    label: NDArray[np.int64]
+    run: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    kind: Literal["run", "block"]
+
+    @property
+    def stated(self) -> int:
+        """How many units are priors."""
+        return int(np.count_nonzero(self.run < 0))
+
+    @property
+    def units(self) -> int:
+        """Blocks or runs, and priors."""
+        return len(self.run)
+
+    @cached_property
+    def _index(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.names)}
+
+    @cached_property
+    def starts(self) -> NDArray[np.int64]:
+        """First row of each unit, for sums over units (rows are in the order of units)."""
+        return np.searchsorted(self.label, np.arange(self.units)).astype(np.int64)
+
+    def of(self, names: Sequence[str]) -> Array:
+        """The columns of these unknowns, (n, k)."""
+        return self.columns[:, [self._index[n] for n in names]]
+
+    @cached_property
+    def own(self) -> list[str]:
+        """Names of the columns of the runs' own unknowns."""
+        return [n for n in self.names if "#" in n]
+
+    def effective_units(self) -> float:
+        """Effective number of units, priors left out, by their information about all unknowns together."""
+        told = np.add.reduceat(np.sum(orthonormal(self.columns) ** 2, axis=1), self.starts)
+        return float(effective_number(told[self.run >= 0][:, None])[0]) if np.any(self.run >= 0) else 0.0
+
+    def by_run(self) -> LinearizedSystem:
+        """The same rows with whole runs as units, for effects that vary between runs."""
+        if self.kind == "run":
+            return self
+        of_row = self.run[self.label]
+        known = of_row < 0
+        runs = np.unique(of_row[~known])
+        label = np.searchsorted(runs, of_row).astype(np.int64)
+        priors, which = np.unique(self.label[known], return_inverse=True)
+        label[known] = runs.size + which
+        order = np.argsort(label, kind="stable")
+        units = np.concatenate([runs, -np.ones(priors.size, dtype=np.int64)])
+        counts = np.array([self.counts[self.run == k].sum() for k in runs], dtype=np.int64)
+        counts = np.concatenate([counts, np.ones(len(units) - len(runs), dtype=np.int64)])
+        return LinearizedSystem(self.names, self.columns[order], self.y[order], label[order], units, counts, "run")
+
+
+def linearized_system(linear: LinearizedRuns, kind: Literal["auto", "run", "block"] = "auto") -> LinearizedSystem:
+    """Cut the rows into units and compress each to its QR factor; every prior is a unit of its own.
+
+    Parameters
+    ----------
+    kind : the unit; "auto" takes runs where they are many. With runs, their own unknowns are eliminated.
+    """
+    regression = linear.regression
+    runs = len(regression.runs)
+    if kind == "auto":
+        kind = "run" if runs >= POLICY.runs_as_units else "block"
+    s, m = len(regression.shared), len(regression.own)
+    names = [u.name for u in regression.shared]
+    if kind == "block":
+        names += [f"{u.name}#{k}" for k in range(runs) for u in regression.own]
+    parts: list[Array] = []
+    owner: list[tuple[int, int]] = []
+    counts = _blocks_by_run(linear) if kind == "block" else np.ones(runs, dtype=np.int64)
+    for k, rows in enumerate(linear.rows):
+        matrix = np.column_stack([rows.jacobian[:, s:], rows.jacobian[:, :s], -rows.residual])
+        known = prior_rows(regression.own, linear.own[k])
+        known = np.column_stack([known[:, :m], np.zeros((len(known), s)), -known[:, -1]])
+        if kind == "run":
+            parts.append(qr_factor(np.vstack([matrix, known]))[m:, m:])
+            owner.append((k, len(matrix) if rows.folded is None else int(rows.folded.sum())))
+            continue
+        for i, block in enumerate(blocks_of(rows, matrix, int(counts[k]))):
+            parts.append(_spread(qr_factor(matrix[block]), s, m, k, runs))
+            owner.append((k, len(block) if rows.folded is None else int(rows.folded[i])))
+        for row in known:
+            parts.append(_spread(row[None], s, m, k, runs))
+            owner.append((-1, 1))
+    for row in prior_rows(regression.shared, linear.shared):
+        parts.append(np.concatenate([row[:-1], np.zeros(len(names) - s), -row[-1:]])[None])
+        owner.append((-1, 1))
+    stacked = np.vstack(parts)
+    label = np.repeat(np.arange(len(parts), dtype=np.int64), [len(p) for p in parts])
+    run, count = np.array(owner, dtype=np.int64).T
+    return LinearizedSystem(tuple(names), stacked[:, :-1], stacked[:, -1], label, run, count, kind)
+
+
+def _spread(rows: Array, s: int, m: int, run: int, runs: int) -> Array:
+    """Rows over [own | shared | y] as rows over [shared | every run's own | y]."""
+    wide = np.zeros((len(rows), s + m * runs + 1))
+    wide[:, :s], wide[:, -1] = rows[:, m:-1], rows[:, -1]
+    wide[:, s + m * run : s + m * (run + 1)] = rows[:, :m]
+    return wide
+
+
+def _blocks_by_run(linear: LinearizedRuns) -> NDArray[np.int64]:
+    """Blocks of each run: an equal share of all."""
+    runs = len(linear.rows)
+    each = -(-BLOCKS // runs)
+    return np.array([blocks_within(r, each) for r in linear.rows], dtype=np.int64)
+
+
+def orthonormal(columns: Array) -> Array:
+    """Orthonormal basis of the span of columns of any scale, dependent ones left out."""
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    scaled = columns[:, size > 0] / size[size > 0]
+    if not scaled.shape[1]:
+        return np.zeros((len(columns), 0))
+    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
+    return np.asarray(u[:, s > DEPENDENT * s[0]])

@@ -1,0 +1,87 @@
+"""Which candidate models stand, where several suffice or a profile imitates a simpler law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scipy.stats import chi2
+
+from vdyn_cli.diagnosis.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.detection import Detection
+from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.policy import POLICY
+
+
+def not_significantly_worse(model: FullModel, tried: Sequence[CandidateModel]) -> tuple[CandidateModel, ...]:
+    """The sufficient candidate models that none of as few unknowns beats significantly.
+
+    2 (cost - least cost) <= needed_t^2. Chance exceeds it in at most 0.13 % of the cases in which the model is true.
+    """
+
+    def size(one: CandidateModel) -> int:
+        return max(POLICY.simple_unknowns, *(len(model.amplitudes(e)) for e in one.effects))
+
+    return tuple(
+        t
+        for t in tried
+        if t.sufficient and not _significantly_worse(t, min(o.cost for o in tried if size(o) <= size(t)))
+    )
+
+
+def nearly_sufficient(tried: Sequence[CandidateModel]) -> tuple[CandidateModel, ...]:
+    """The candidate models that leave next to nothing of a large misfit, and that none beats significantly."""
+    least = min((t.cost for t in tried), default=0.0)
+    return tuple(t for t in tried if t.nearly_sufficient and not _significantly_worse(t, least))
+
+
+def simplest(
+    model: FullModel, answers: Sequence[CandidateModel], tried: Sequence[CandidateModel]
+) -> tuple[CandidateModel, ...]:
+    """The answers without profiles, where laws do: a profile can imitate every simpler law.
+
+    A profile must beat the laws that leave little by more than its further unknowns explain by chance; else those are
+    the answers.
+    """
+
+    def unknowns(one: CandidateModel) -> int:
+        return sum(len(model.amplitudes(e)) for e in one.effects)
+
+    laws = [t for t in tried if all(len(model.amplitudes(e)) <= POLICY.simple_unknowns for e in t.effects)]
+    simple = tuple(t for t in answers if t in laws)
+    if simple or not answers:
+        return simple
+    best = min(answers, key=lambda t: t.cost)
+    fewer = [t for t in laws if t.rest_p > POLICY.imitation_level and unknowns(t) < unknowns(best)]
+    close = [
+        t for t in fewer if chi2.sf(2 * (t.cost - best.cost), unknowns(best) - unknowns(t)) > POLICY.imitation_level
+    ]
+    least = min((t.cost for t in close), default=0.0)
+    return tuple(t for t in close if not _significantly_worse(t, least)) or tuple(answers)
+
+
+def _significantly_worse(one: CandidateModel, least: float) -> bool:
+    return 2 * (one.cost - least) > POLICY.needed_t**2
+
+
+def may_be_zero(model: FullModel, fitted: FittedModel) -> bool:
+    """Whether an effect's amplitude is not significantly different from zero, by the scatter across blocks or runs.
+
+    Of effects of one unknown: beside a free shape an amplitude is uncertain however certain the effect is.
+    """
+    solution = fitted.solution
+    each = [model.freed(e) for e in fitted.effects]
+    return any(abs(solution.values[n[0]]) < POLICY.named_t * solution.std[n[0]] for n in each if len(n) == 1)
+
+
+def is_imitated(model: FullModel, answer: CandidateModel, found: Detection) -> bool:
+    """Whether the answer is a profile that fits no better than a free profile of fewer unknowns, but for chance."""
+    effect, *others = answer.effects
+    if others or len(model.amplitudes(effect)) <= POLICY.simple_unknowns:
+        return False
+    scores = found.scores
+    more = {f: scores.rank[effect] - scores.rank[f] for f in model.setup.families if scores.rank[f]}
+    return any(
+        chi2.sf(scores.statistic[effect] - scores.statistic[f], df) > POLICY.imitation_level
+        for f, df in more.items()
+        if df > 0
+    )

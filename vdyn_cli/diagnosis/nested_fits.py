@@ -1,0 +1,84 @@
+"""Fits of models nested in the full model, each made once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel, FullModel
+from vdyn_cli.diagnosis.linearized_system import linearize, linearized_system
+from vdyn_cli.inference import Regression, Solution, Unknown, solve
+from vdyn_cli.inference.restrict import restricted
+from vdyn_cli.quantities.errors import ResultError
+
+
+@dataclass
+class NestedFits:
+    """The fits of one full model.
+
+    Parameters
+    ----------
+    starts : (regression, effects, whether their shapes are free) -> the same fit from further starts.
+    secants : effects in the model -> for unknowns without a slope at zero, the amplitude of their secant.
+    """
+
+    model: FullModel
+    starts: Callable[[Regression, Sequence[str], bool], Iterable[Regression]] = lambda regression, effects, free: ()
+    secants: Callable[[Sequence[str]], Mapping[str, float]] = lambda effects: {}
+    _made: dict[tuple[str, ...], FittedModel | None] = field(default_factory=dict)
+
+    def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
+        """The fit with these effects in; None where the data do not allow it, or it leaves the plausible range.
+
+        Raises
+        ------
+        ResultError, ArithmeticError : the baseline itself cannot be fitted.
+        """
+        key = tuple(sorted(effects))
+        if key not in self._made:
+            self._made[key] = self._fit(key)
+        return self._made[key]
+
+    def _fit(self, effects: tuple[str, ...]) -> FittedModel | None:
+        try:
+            solution = self._solved(effects)
+            runs = linearize(self.model.regression, solution.values, solution.per_run, self.secants(effects))
+        except (ResultError, ArithmeticError):
+            if not effects:
+                raise
+            return None
+        return FittedModel(effects, solution, runs, linearized_system(runs))
+
+    def _solved(self, effects: tuple[str, ...]) -> Solution:
+        """The best of the fits from every start; with shapes at nominal where the data do not determine them.
+
+        It goes on from the best fit so far of some of these effects, and tries the other starts of the others.
+        """
+        full = self.model.regression
+        known = [f for k, f in self._made.items() if f is not None and set(k) < set(effects)]
+        before = min(known, key=lambda f: f.solution.cost, default=None)
+        others = [e for e in effects if before is None or e not in before.effects]
+        shapes = {n for e in effects for n in self.model.freed(e)} - {
+            n for e in effects for n in self.model.amplitudes(e)
+        }
+        free = self.model.held(effects)
+        nominal = free | {u.name: u.start for u in full.shared if u.name in shapes}
+        failed: list[ResultError] = []
+        for held in (free, nominal) if shapes else (free,):
+            regression = restricted(full, held, before.solution if before else None)
+            if not effects:
+                regression = replace(regression, unknowns=tuple(map(_without_end_at_zero, regression.unknowns)))
+            found = []
+            for start in (regression, *self.starts(regression, others, held is free)):
+                try:
+                    found.append(solve(start, tolerance=LEAST_STEP))
+                except ResultError as error:
+                    failed.append(error)
+            if found:
+                return min(found, key=lambda s: s.cost)
+        raise failed[-1]
+
+
+def _without_end_at_zero(u: Unknown) -> Unknown:
+    """A baseline that lacks an effect may be driven beyond zero: how far is what the diagnosis needs to see."""
+    return replace(u, lower=-u.upper) if u.lower >= 0 and u.prior is None else u

@@ -1,0 +1,259 @@
+"""Every threshold that can change a verdict, an amplitude or a p value of a diagnosis, each with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from textwrap import fill
+from typing import TypeVar
+
+N = TypeVar("N", int, float)
+
+
+def _threshold(value: N, unit: str, meaning: str, reason: str) -> N:
+    """A field of the policy: its value, and what ``policy_text`` prints of it."""
+    return field(default=value, metadata={"unit": unit, "meaning": meaning, "reason": reason})
+
+
+@dataclass(frozen=True)
+class Policy:
+    """The thresholds of the diagnosis. ``vdyn explain policy`` prints each with unit, meaning and reason.
+
+    Standard errors are those of the score test, blocks are the independent units within runs. "Evidence" is the normal
+    deviate that is as rare as the score statistic with its degrees of freedom.
+    """
+
+    # Detection ------------------------------------------------------------------------------------------------------
+    level: float = _threshold(
+        0.05, "probability", "false-alarm level of one command; a pipeline shares it over its diagnosed steps",
+        "The conventional 5 %. Bonferroni over the steps of a pipeline: it holds whatever the steps share.",
+    )  # fmt: skip
+    within_run_share: float = _threshold(
+        0.4, "share of the level", "spent on effects that vary within runs",
+        "Bonferroni over three families of tests, 0.02/0.02/0.01 of 0.05: the two families of named effects equally.",
+    )  # fmt: skip
+    between_run_share: float = _threshold(
+        0.4, "share of the level", "spent on effects that vary between runs only",
+        "As within_run_share.",
+    )  # fmt: skip
+    profile_share: float = _threshold(
+        0.2, "share of the level", "spent on free profiles",
+        "Half a family's share: profiles have many unknowns and serve as an omnibus test, not as an answer.",
+    )  # fmt: skip
+    smallest_p_ratio: float = _threshold(
+        3.0, "", "by which the smallest attainable p value must lie below the level",
+        "A family's share multiplies its p value by 1/0.4 = 2.5: units that give no less never reject. Rounded up.",
+    )  # fmt: skip
+    even_share: float = _threshold(
+        0.1, "share of a family", "spent on statistics scaled by their own sign-flip mean",
+        "Where the baseline misses by many times the noise, flips of one large sensitivity hide the others. A tenth "
+        "costs the plain test 10 % of its level; tests/diagnosis/test_scores.py measures level and power.",
+    )  # fmt: skip
+    enumerated_units: int = _threshold(
+        13, "units", "up to which all sign patterns are tried, without random draws",
+        "2^12 = 4096 patterns cost as much as two sets of random draws; beyond, their number doubles with each unit.",
+    )  # fmt: skip
+    sign_draws: int = _threshold(
+        1999, "draws", "of random signs, where patterns are not enumerated",
+        "The smallest p is 1/2000, below a third of the level of one step in ten (0.005/3); the standard error of "
+        "p = 0.05 is 0.005.",
+    )  # fmt: skip
+    fewest_runs_between: int = _threshold(
+        8, "runs", "from which effects that vary between runs are tested",
+        "Six runs cannot reach p < 0.031, eight reach 2^-7 = 0.008 < 0.4 * 0.05; smaller levels need more runs.",
+    )  # fmt: skip
+    fewest_units: int = _threshold(
+        12, "blocks", "below which nothing is certified",
+        "Sign flips kept their level from 12 blocks on in Monte Carlo runs of prototypes of all steps.",
+    )  # fmt: skip
+    fewest_effective_units: float = _threshold(
+        6.0, "blocks", "effective number (sum I)^2 / sum I^2, below which nothing is certified",
+        "As fewest_units: with fewer equal blocks, one block decides the test.",
+    )  # fmt: skip
+    runs_as_units: int = _threshold(
+        16, "runs", "from which whole runs are the independent units, not blocks",
+        "Runs share no noise, so that they are preferred; 16 keep the test's power, six to eight do not.",
+    )  # fmt: skip
+    # Testable or not ------------------------------------------------------------------------------------------------
+    least_visibility: float = _threshold(
+        0.02, "share of the sensitivity", "that refitting the baseline must leave, for an effect to be testable",
+        "Laws of elements are known to a few per cent: below that, what remains is the law's own error. "
+        "Set by the rows 'not testable' of the hidden-effect matrix, tests/bench/hidden.md.",
+    )  # fmt: skip
+    prior_information: float = _threshold(
+        0.5, "share of the information", "from priors, above which an effect is testable whatever its visibility",
+        "More than half of its information: the effect then contradicts what is known beforehand, such as a data "
+        "sheet's zero, and collinearity with the fitted value of it is no objection.",
+    )  # fmt: skip
+    reachable_t: float = _threshold(
+        3.0, "standard errors", "that an effect at the edge of its plausible range must reach to be testable",
+        "Below, even the largest plausible effect is not told from zero at 0.3 % (two-sided normal).",
+    )  # fmt: skip
+    typical_share: float = _threshold(
+        0.5, "share of the plausible range", "taken as the amplitude of an effect that nobody estimated",
+        "The middle between no effect and the most that is plausible; stated wherever it is used.",
+    )  # fmt: skip
+    # Fits of candidate models ---------------------------------------------------------------------------------------
+    range_factor: float = _threshold(
+        1.5, "times the plausible range", "that an amplitude may reach before the candidate is refused",
+        "Ranges are of published measurements: half as much again allows for the vehicle that nobody measured.",
+    )  # fmt: skip
+    catalogue_prior: float = _threshold(
+        0.5, "share of the plausible range", "standard deviation of the prior while all candidates are fitted at once",
+        "Two standard deviations reach the edge of the plausible range. Only the noise estimate uses it.",
+    )  # fmt: skip
+    shape_prior: float = _threshold(
+        0.25, "share of the range", "standard deviation of the prior of a shape parameter about its nominal value",
+        "Two standard deviations each way span the range; without a prior a shape is undetermined at zero amplitude.",
+    )  # fmt: skip
+    secant_ratio: float = _threshold(
+        0.05, "", "slope over secant, below which a sensitivity at zero is replaced by the secant over a probe",
+        "Nondifferentiable effects such as backlash have no slope at zero, differentiable ones a ratio near 1; set by "
+        "the rows backlash and suspension_friction of the hidden-effect matrix, tests/bench/hidden.md.",
+    )  # fmt: skip
+    most_probes: int = _threshold(
+        5, "starts", "from probe amplitudes of a nondifferentiable effect",
+        "A bound of the cost: each start is a fit. Backlash lists the most probes, of which five cover its range.",
+    )  # fmt: skip
+    probe_floor: float = _threshold(
+        0.1, "of the smallest probe", "lower bound of a fit started at a probe",
+        "Below, such a fit returns to zero, which the start at zero covers; the probes stand for what is above.",
+    )  # fmt: skip
+    shape_start: float = _threshold(
+        0.1, "share of the plausible range", "amplitude with which fits of another shape are started",
+        "The shape needs an amplitude to show; a tenth of the range is large enough for that and within it.",
+    )  # fmt: skip
+    # Relinearization ------------------------------------------------------------------------------------------------
+    large_t: float = _threshold(
+        6.0, "standard errors", "from which an effect is relinearized about its own amplitude",
+        "The error of a linearization grows with the square of the amplitude. Six standard errors are what the "
+        "validate rows of the hidden-effect matrix are judged from; set by that matrix, tests/bench/hidden.md.",
+    )  # fmt: skip
+    most_relinearized: int = _threshold(
+        8, "effects", "of the strongest, each compared on its own linearization",
+        "A bound of the cost: each takes one simulation with sensitivities. The strongest alone does not do: on one "
+        "log half-shaft damping showed 59 and the motor inertia that was missing 14 standard errors.",
+    )  # fmt: skip
+    linearizations: int = _threshold(
+        3, "rounds", "of relinearization, each about the amplitude that the last one found",
+        "Steps shrink quadratically (Gauss-Newton): three reach the tolerance settled_std or do not converge at all.",
+    )  # fmt: skip
+    settled_std: float = _threshold(
+        0.5, "standard deviations", "below which an amplitude's move ends the relinearization",
+        "Half of its own uncertainty: a further round moves the amplitude by less than a quarter of that.",
+    )  # fmt: skip
+    clearly_better: float = _threshold(
+        4.5, "log likelihood", "by which a nondifferentiable effect must beat what it resembles",
+        "3^2 / 2: half the square of three standard errors.",
+    )  # fmt: skip
+    # Naming ---------------------------------------------------------------------------------------------------------
+    rest_level: float = _threshold(
+        0.02, "probability", "above which what a candidate model leaves passes for noise",
+        "The share of one family of tests in the default level: 0.4 * 0.05.",
+    )  # fmt: skip
+    needed_t: float = _threshold(
+        3.0, "standard errors", "each effect must reach beside the others; its square bounds 2 d(log likelihood)",
+        "Chance exceeds it in 0.13 % (one-sided): with the 30 effects of the catalogue tried, in 4 %.",
+    )  # fmt: skip
+    negligible_rest: float = _threshold(
+        0.001, "share of the misfit", "that may remain significant beside a large effect",
+        "No law is exact to more where an effect is hundreds of standard errors large.",
+    )  # fmt: skip
+    single_evidence: float = _threshold(
+        1.5, "standard errors", "of evidence that a candidate needs to be tried alone",
+        "Chance exceeds it in 7 %; a candidate of less cannot explain a misfit that rejected at 5 %.",
+    )  # fmt: skip
+    single_share: float = _threshold(
+        0.25, "share of the strongest evidence", "that a candidate needs to be tried alone",
+        "Evidence is about the root of the likelihood gain: below a quarter, a sixteenth of the misfit is explained.",
+    )  # fmt: skip
+    pair_evidence: float = _threshold(
+        2.0, "standard errors", "of evidence, alone or beside another effect, to be tried in a pair",
+        "Below needed_t, since an effect shows less while its partner is missing; 2.3 % exceed it by chance.",
+    )  # fmt: skip
+    pair_pool: int = _threshold(
+        8, "effects", "the strongest, of which pairs are formed",
+        "28 pairs compared to first order. Set by the rows 'both' of the hidden-effect matrix, tests/bench/hidden.md.",
+    )  # fmt: skip
+    pairs_refitted: int = _threshold(
+        6, "pairs", "the best to first order, which are refitted",
+        "Each costs a fit. Set by the rows 'both' of the hidden-effect matrix, tests/bench/hidden.md.",
+    )  # fmt: skip
+    most_effects: int = _threshold(
+        5, "effects", "of one answer by forward selection",
+        "Real trips hold up to four (tests/bench/bmw_diagnosis.md); more can imitate anything.",
+    )  # fmt: skip
+    one_sided_share: float = _threshold(
+        0.15, "share of the range", "on the other side of zero, below which a range allows one sign only",
+        "Effects of one sign list 2 to 13 % of their range beyond zero, for the noise of the estimate (bearing_drag, "
+        "friction_fade, load_sensitivity); those of two signs a third and more (progressive_spring).",
+    )  # fmt: skip
+    simple_unknowns: int = _threshold(
+        3, "unknowns", "up to which an effect has a law; with more it is a profile",
+        "Laws have an amplitude and at most two shape parameters; profiles have eight unknowns and more.",
+    )  # fmt: skip
+    imitation_level: float = _threshold(
+        0.002, "probability", "below which a profile is better than a law by more than its further unknowns explain",
+        "A tenth of rest_level: a profile can imitate every simpler law, so that it must be clearly better.",
+    )  # fmt: skip
+    named_t: float = _threshold(
+        2.0, "standard errors", "from zero that the one amplitude of a named effect must have, across blocks or runs",
+        "The bound of a 95 % interval: an effect whose interval holds zero is not named.",
+    )  # fmt: skip
+    # Held-out gain --------------------------------------------------------------------------------------------------
+    fewest_runs_left_out: int = _threshold(
+        4, "runs", "that can be left out one by one; fewer are cut into blocks",
+        "The interval has folds - 1 degrees of freedom: t(3) = 3.2 is the last useful one, t(2) = 4.3.",
+    )  # fmt: skip
+    fewest_predicted_runs: int = _threshold(
+        3, "runs", "that can be left out one by one where parameters keep their prior values",
+        "Only amplitudes are fitted, and the noise model adds noise_model_folds to the degrees of freedom.",
+    )  # fmt: skip
+    fewest_blocks_left_out: int = _threshold(
+        8, "blocks", "below which no gain is stated",
+        "With seven degrees of freedom, t = 2.4 is within a fifth of the normal quantile; neighboring blocks of "
+        "one run are less independent than runs are, so that more of them are asked for.",
+    )  # fmt: skip
+    noise_model_folds: int = _threshold(
+        4, "folds", "that the variance by the noise model counts as",
+        "Scatter and model weigh alike for five folds, about what a test has drives. The coverage is measured in "
+        "tests/diagnosis/test_held_out_gain.py.",
+    )  # fmt: skip
+    prediction_exactness: float = _threshold(
+        1e-3, "share of the error", "least half-width of the gain's interval",
+        "No simulation and no law is exact to less, however well the folds agree.",
+    )  # fmt: skip
+    fold_evidence: float = _threshold(
+        2.0, "standard errors", "of evidence below which a fold selects no further effect",
+        "As pair_evidence: a fold has fewer data than the whole.",
+    )  # fmt: skip
+    compensating_effects: int = _threshold(
+        2, "effects", "up to which a named answer may increase the error of predictions with stated parameters",
+        "One effect and one wrong parameter can compensate each other; three and more that all do are not credible.",
+    )  # fmt: skip
+    # Next test ------------------------------------------------------------------------------------------------------
+    separated_t: float = _threshold(
+        6.0, "standard errors", "of separation that a planned test must reach",
+        "From t = 6 on an effect is named or in a set in at least 95 % of the cases, tests/bench/hidden.md.",
+    )  # fmt: skip
+
+
+POLICY = Policy()
+
+
+def shared_level(steps: int) -> float:
+    """The level of each of several diagnosed steps, so that they keep it together (Bonferroni): level / steps.
+
+    Rounded to four digits, as ``--level`` can state it.
+    """
+    return float(f"{POLICY.level / max(steps, 1):.4g}")
+
+
+def policy_text(policy: Policy = POLICY, width: int = 100) -> str:
+    """Every threshold with its value, unit, meaning and reason, one paragraph each."""
+    paragraphs = []
+    for one in fields(policy):
+        unit = f" {one.metadata['unit']}" if one.metadata["unit"] else ""
+        text = f"{one.metadata['meaning']}.\n{one.metadata['reason']}".split("\n")
+        lines = [fill(line, width, initial_indent="    ", subsequent_indent="    ") for line in text]
+        paragraphs.append("\n".join([f"{one.name} = {getattr(policy, one.name):g}{unit}", *lines]))
+    return "\n\n".join(paragraphs) + "\n"

@@ -1,0 +1,88 @@
+"""The strategy of models that are cheap to simulate: every fit simulates at every step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from vdyn_cli.diagnosis.detection import Detection
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, shapes_of, started_at
+from vdyn_cli.diagnosis.full_model import NO_VALUES, FittedModel, FullModel, full_model
+from vdyn_cli.diagnosis.nested_fits import NestedFits
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.inference import Regression
+
+
+@dataclass
+class RefitStrategy:
+    """Nonlinear fits, from several starts where the derivative at zero amplitude leads nowhere."""
+
+    model: FullModel
+    _fits: NestedFits = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._fits = NestedFits(self.model, self._starts, self.secants)
+
+    @property
+    def prior_values(self) -> Mapping[str, float]:
+        """None: fits count."""
+        return NO_VALUES
+
+    def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
+        """See Strategy."""
+        return self._fits.fitted(effects)
+
+    def relinearized(self, fitted: FittedModel) -> FittedModel:
+        """Unchanged: a fit that simulates is linearized about its own amplitudes."""
+        return fitted
+
+    def rescanned(self, effects: Sequence[str]) -> FittedModel | None:
+        """See Strategy."""
+        return self.fitted(effects)
+
+    def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
+        """None: predictions are those of the fit."""
+        return None
+
+    def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
+        """The middle probe of each nondifferentiable effect that is not in the model."""
+        return {
+            amplitudes_of(e)[0]: e.probes[len(e.probes) // 2]
+            for e in self.model.setup.effects
+            if e.probes and e.name not in effects
+        }
+
+    def focused(self, found: Detection) -> tuple[RefitStrategy, Detection]:
+        """Unchanged: refits follow large effects."""
+        return self, found
+
+    def _starts(self, regression: Regression, effects: Sequence[str], shapes: bool) -> Iterator[Regression]:
+        candidates = [self.model.setup.candidates[e] for e in effects if e in self.model.setup.candidates]
+        for effect in candidates:
+            step = max(1, len(effect.probes) // POLICY.most_probes)
+            for probe in effect.probes[::step]:
+                # Bounded from below: a fit that returns to zero creeps, and the start at zero finds what is there.
+                floor = POLICY.probe_floor * min(effect.probes)
+                first = amplitudes_of(effect)[0]
+                yield replace(
+                    regression,
+                    unknowns=tuple(
+                        replace(u, start=probe, lower=floor) if u.name == first else u for u in regression.unknowns
+                    ),
+                )
+        for effect in candidates if shapes else ():
+            # At zero amplitude no data show a shape, and with a wrong shape an amplitude may have the wrong sign.
+            first = amplitudes_of(effect)[0]
+            range_ = effect.unknowns[first]
+            some = POLICY.shape_start * (range_.upper if range_.upper > 0 else range_.lower)
+            for shape in shapes_of(effect):
+                quantity, nominal = effect.unknowns[shape], effect.nominal[shape]
+                for end in (quantity.lower, quantity.upper):
+                    start = {shape: (nominal + end) / 2, first: some}
+                    yield replace(regression, unknowns=tuple(started_at(u, start) for u in regression.unknowns))
+
+
+def open_refit(setup: DiagnosisSetup) -> RefitStrategy:
+    """The refit strategy of a setup."""
+    return RefitStrategy(full_model(setup, setup.regression))

@@ -1,0 +1,46 @@
+"""Candidates that the data cannot show, and the bias of the parameters if they were there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.diagnosis.detection import Detection, Obstacle, obstacle
+from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.scores import absorbed
+
+NOTICEABLE = 0.01  # standard deviations of a parameter: a bias below would not change its last published digit
+
+
+@dataclass(frozen=True)
+class UntestableEffect:
+    """A candidate that these data cannot show, why, and the parameters' bias if it had this amplitude."""
+
+    effect: str
+    obstacle: Obstacle
+    visibility: float
+    amplitude: float
+    would_bias: dict[str, float]
+
+
+def untestable(model: FullModel, base: FittedModel, found: Detection) -> tuple[UntestableEffect, ...]:
+    """Every candidate that has a sensitivity in these data but cannot be detected in them."""
+    result = []
+    for name, effect in model.setup.candidates.items():
+        unknown = model.amplitudes(name)[0]
+        sensitivity = base.system.of([unknown])[:, 0]
+        why = obstacle(model, found.scores, name)
+        if why is None or not np.any(sensitivity):
+            continue
+        amplitude = POLICY.typical_share * reach(effect, unknown)
+        moved = absorbed(base.system, model.base, sensitivity) * amplitude
+        bias = {
+            n: float(m)
+            for n, m in zip(model.base, moved, strict=True)
+            if n not in model.nuisances and abs(m) > NOTICEABLE * base.solution.std[n]
+        }
+        result.append(UntestableEffect(name, why, found.scores.visibility[name], amplitude, bias))
+    return tuple(result)

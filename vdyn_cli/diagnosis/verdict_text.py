@@ -1,0 +1,139 @@
+"""The verdict as one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from vdyn_cli.diagnosis.diagnosis_record import interchangeable
+from vdyn_cli.diagnosis.held_out_gain import HeldOutGain
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.effects import Effect
+from vdyn_cli.quantities.number_text import decimals
+from vdyn_cli.quantities.parameters import Estimate
+
+# These choose words, no verdict.
+SHOWN = 4  # effects named in one sentence
+CLAUSE = ("that", "another")  # a label with one of them ends in what is no quantity
+NOTABLY = 1.05  # times the error before, from which a worse prediction is mentioned
+
+
+def verdict_sentence(
+    judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate], narrowed: bool = False
+) -> str:
+    """The verdict as one sentence.
+
+    Parameters
+    ----------
+    effects : the candidates by name.
+    amplitudes : of the unknowns of effects that were named or taken into the model.
+    narrowed : whether the description restricts the candidates.
+    """
+    text = _sentence(judgment, effects, amplitudes)
+    if narrowed and effects:
+        text += f" Only {', '.join(effects)} {'was' if len(effects) == 1 else 'were'} tested."
+    return text
+
+
+def p_text(p: float) -> str:
+    """A p value as ``p = 0.76``."""
+    return f"p = {p:.2g}" if p >= 1e-3 else f"p = {p:.1g}"
+
+
+def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate]) -> str:
+    p = p_text(judgment.detection.p_value)
+    if judgment.verdict == "adequate":
+        return f"No model error detected ({p})."
+    if judgment.verdict == "not_testable":
+        return not_possible(judgment.why or "no candidate effect would be visible in these data")
+    if judgment.verdict == "unknown":
+        closest = ""
+        if judgment.closest:
+            labels = " with ".join(effects[e].label for e in judgment.closest.effects)
+            closest = f" {_capital(labels)} comes closest, but {judgment.why or 'leaves a significant residual'}."
+        return f"Unmodeled effect present ({p}): no candidate effect explains the misfit.{closest}"
+    if judgment.verdict == "ambiguous":
+        return _ambiguous(judgment, effects, amplitudes)
+    if judgment.answer is None:
+        return data_fault(judgment.why)
+    answer = judgment.answer
+    named = " and ".join(_with_amplitude(effects[e], amplitudes) for e in answer.effects)
+    several = len(answer.effects) > 1 or _plural(effects[answer.effects[0]].label)
+    text = f"{named} {'explain' if several else 'explains'} {_share(judgment.gain)}.{_compensated(judgment.gain)}"
+    if judgment.verdict == "data_fault":
+        return f"Data fault: {text}"
+    if not answer.sufficient:
+        text += f" A small significant residual remains ({100 * answer.rest_share:.1g} % of the misfit)."
+    return _capital(text)
+
+
+def not_possible(why: str) -> str:
+    """The sentence where these data allow no diagnosis."""
+    return f"Diagnosis not possible: {why}."
+
+
+def data_fault(fault: str) -> str:
+    """The sentence where a sensor did not measure."""
+    return f"Data fault: {fault}. Exclude that segment and run again."
+
+
+def _ambiguous(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate]) -> str:
+    """What all answers share is asserted; what they differ in is left open."""
+    sets = interchangeable(judgment.answers)
+    if len(judgment.answers[0].effects) == 1 or not sets:
+        every = [" with ".join(_with_amplitude(effects[e], amplitudes) for e in t.effects) for t in judgment.answers]
+        text = f"Unmodeled effect present ({p_text(judgment.detection.p_value)}): {_either(every)} would explain it"
+        return f"{text}; these data cannot discriminate between them."
+    parts = [_either([_with_amplitude(effects[e], amplitudes) for e in one]) for one in sets]
+    text = f"{', and '.join(parts)}, explain {_share(judgment.gain)}"
+    return f"{_capital(text)}; these data cannot discriminate between the effects joined by 'or'."
+
+
+def _either(named: Sequence[str]) -> str:
+    shown = list(named[:SHOWN])
+    if len(named) > SHOWN:
+        shown.append(f"{len(named) - SHOWN} more")
+    return " or ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
+
+
+def _share(gain: HeldOutGain | None) -> str:
+    """The share of the sum of squares above the noise, on held-out data."""
+    if gain is None or not gain.better:
+        return "part of the misfit"
+    return f"{100 * gain.share:.0f} % of the misfit above the noise"
+
+
+def _plural(label: str) -> bool:
+    """Whether a label such as "brakes that drag" or "wheel loads with a wrong gain" is a plural."""
+    return any(word.endswith("s") for word in label.split()[:2])
+
+
+def _compensated(gain: HeldOutGain | None) -> str:
+    """Two errors that compensated each other are one left: parameters that are off as stated then show."""
+    if gain is None or gain.interval[1] >= 0 or gain.after < NOTABLY * gain.before:
+        return ""
+    return " With it, the stated parameters predict worse: it compensated an error in one of them."
+
+
+def _with_amplitude(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
+    return f"{effect.label}{amplitude_text(effect, amplitudes)}"
+
+
+def amplitude_text(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
+    """The amplitude as it follows the effect's label, " of 2.0 +- 0.1 m/s"; empty where it has several."""
+    name = next(iter(effect.unknowns))
+    if name not in amplitudes or len([n for n in effect.unknowns if n not in effect.nominal]) > 1:
+        return ""
+    e = amplitudes[name]
+    percent = not e.unit and effect.unknowns[name].meaning.startswith("share")
+    scale = 100.0 if percent else 1.0
+    half = scale * 0.5 * (e.interval95[1] - e.interval95[0])
+    places = decimals(half, 12) if half > 0 else 3
+    unit = f" {e.unit}" if e.unit else " %" if percent else ""
+    sense = f" {effect.sense}" if effect.sense else ""
+    text = f"{scale * e.value:.{places}f} +- {half:.{places}f}{unit}{sense}"
+    in_brackets = any(word in effect.label.split() for word in CLAUSE) and "(" not in text
+    return f" ({text})" if in_brackets else f" of {text}"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

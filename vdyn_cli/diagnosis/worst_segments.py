@@ -1,0 +1,57 @@
+"""Where the baseline's simulation departs from the data: the largest errors that noise does not explain."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.diagnosis import WorstSegment
+from vdyn_cli.quantities.result import Comparison, Result
+
+# These choose what is shown, no verdict.
+SEGMENTS = 12  # of each run
+SHOWN = 6
+LEAST_NOISE = 0.3  # of the channel's median noise over runs, for a run that repeats values is no more exact
+SIGNIFICANT = 3.0  # standard errors of a segment's mean
+
+
+def worst_segments(result: Result) -> tuple[WorstSegment, ...]:
+    """The segment of every run in which measured and simulated differ most, largest first.
+
+    The error is the mean of a segment; its noise is the white level of the run's error.
+    """
+    noise: dict[str, list[float]] = {}
+    for c in result.comparisons:
+        good = _finite(c)
+        if good.sum() >= 4 * SEGMENTS:
+            noise.setdefault(c.channel, []).append(white_level((c.measured - c.simulated)[good]))
+    least = {channel: LEAST_NOISE * float(np.median(each)) for channel, each in noise.items()}
+    worst = [
+        max(found, key=lambda s: abs(s.over_noise))
+        for c in result.comparisons
+        if (found := _significant(c, least.get(c.channel, 0.0)))
+    ]
+    return tuple(sorted(worst, key=lambda s: -abs(s.over_noise))[:SHOWN])
+
+
+def _finite(c: Comparison) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(c.measured) & np.isfinite(c.simulated))
+
+
+def _significant(c: Comparison, least_noise: float) -> list[WorstSegment]:
+    good = _finite(c) if c.used is None else _finite(c) & c.used
+    if good.sum() < 4 * SEGMENTS:
+        return []
+    x, error = c.x[good], (c.measured - c.simulated)[good]
+    noise = max(white_level(error), least_noise)
+    found = []
+    for part in np.array_split(np.arange(x.size), SEGMENTS):
+        mean = float(np.mean(error[part]))
+        ratio = mean / noise if noise > 0 else 0.0
+        if abs(ratio) * np.sqrt(part.size) > SIGNIFICANT:
+            segment = f"{c.x_label} {x[part[0]]:.3g} to {x[part[-1]]:.3g}"
+            found.append(
+                WorstSegment(run=c.run, channel=c.channel, segment=segment, size=mean, unit=c.unit, over_noise=ratio)
+            )
+    return found
