@@ -71,7 +71,7 @@ def test_a_cause_between_too_few_runs_is_not_certified_by_itself() -> None:
     assert verdict.verdict == "not_testable"
     assert [i.effect for i in verdict.untestable] == ["warming"]
     _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), warming, *CATALOGUE)
-    assert (verdict.name, verdict.answer) == ("adequate", None)
+    assert (verdict.verdict, verdict.answer) == ("adequate", None)
 
 
 def test_two_causes_with_one_trace_are_ambiguous() -> None:

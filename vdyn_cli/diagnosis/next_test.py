@@ -20,7 +20,7 @@ MOST_RUNS = 200  # of the same kind; beyond, another manoeuvre is needed
 SHOWN = 4
 HELPFUL = 1.0  # standard error: a separation below is within chance
 AT_TYPICAL = ", at half of the plausible range"
-TURNING = ("headwind", "road_grade")  # effects that only runs both ways can show
+TURNING = "turns_with_heading"  # tag of effects that only runs both ways can separate
 
 
 def next_tests(strategy: Strategy, judgment: Judgment) -> tuple[NextTest, ...]:
@@ -150,10 +150,10 @@ def _more_data(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTe
     if not setup.one_way:
         text = f"{wanted} {setup.run}s instead of {runs}, each as long as the track allows"
         return (_next_test(text, runs=wanted),)
-    turning = tuple(n for n in TURNING if n in setup.candidates)
+    turning = tuple(n for n, effect in setup.candidates.items() if TURNING in effect.tags)
     text = f"{wanted} {setup.run}s in pairs, out and back, over the same road"
     first = _next_test(text, turning, runs=wanted)
-    if len(turning) < len(TURNING) or runs < setup.fewest_runs:
+    if len(turning) < 2 or runs < setup.fewest_runs:
         return (first,)
     contrasts = []
     for effect in turning:

@@ -31,6 +31,7 @@ PROPERTIES: Mapping[str, str] = MappingProxyType(
         "between_runs": "shows only as a difference between runs",
         "turns_with_heading": "changes its sign with the direction of driving: only runs both ways separate it",
         "daily": "has another value on another day",
+        "beside_drawing": "shows only against a drawing of the part",
     }
 )
 # The tests in which an effect is a candidate; a step states those that its test is (Step.situations).

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The shaft is softer in the log than its drawing says, at every torque and rate alike.",
     alike=("shaft_stiffness",),
     confirm="Clamp the shaft at its outer joint, hang a known torque on its inner end and read the twist at both ends.",
-    tags={"shaft_twist"},
+    tags={"shaft_twist", "beside_drawing"},
 )
 def series_compliance(shaft: Law, s: Signals, q: Signals) -> Number:
     """Constant-velocity joints and splines that twist along with the bar.

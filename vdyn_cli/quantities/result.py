@@ -126,5 +126,5 @@ class Result:
     tables: tuple[Table, ...] = ()
     findings: tuple[Finding, ...] = ()
     extra: Mapping[str, Any] = field(default_factory=dict)
-    amplitudes: Mapping[str, Estimate] = field(default_factory=dict)
     diagnosis: Diagnosis | None = None
+    amplitudes: Mapping[str, Estimate] = field(default_factory=dict)

@@ -22,7 +22,6 @@ from vdyn_cli.steps.shaft.spec import SectionSpec, SideName
 Array = NDArray[np.float64]
 
 UNIT = "N m/rad"
-IN_SERIES = "series_compliance"
 EXACT = 1e-3  # relative: a drawing's stiffness is not known better
 
 
@@ -75,7 +74,7 @@ class ShaftSide:
 
     def drawn_bar(self, effects: Sequence[Effect]) -> tuple[float, float] | None:
         """Prior of the bar's stiffness, N m/rad, from the drawing, where an effect in series with it is in the law."""
-        if self.drawing is None or not any(effect.name == IN_SERIES for effect in effects):
+        if self.drawing is None or not any("beside_drawing" in effect.tags for effect in effects):
             return None
         return self.drawing.value, max(self.drawing.std, EXACT * self.drawing.value)
 
