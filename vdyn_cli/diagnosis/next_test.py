@@ -20,7 +20,7 @@ MOST_RUNS = 200  # of the same kind; beyond, another manoeuvre is needed
 SHOWN = 4
 HELPFUL = 1.0  # standard error: a separation below is within chance
 AT_TYPICAL = ", at half of the plausible range"
-TURNING = ("headwind", "road_grade")  # effects that only runs both ways can show
+TURNING = ("headwind", "road_grade")  # effects that turn with the heading: only runs both ways can show them
 
 
 def next_tests(strategy: Strategy, judgment: Judgment) -> tuple[NextTest, ...]:
