@@ -39,7 +39,7 @@ SEEDS = (1, 2, 3)
 
 
 def bench(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], folder: Path, fixed: bool = False) -> Strategy:
-    """The workbench of logs on disk, one day's runs after the other's."""
+    """The strategy of logs on disk, one day's runs after the other's."""
     runs: list[coast.Run] = []
     for seed, day in days:
         after = runs[-1].start + 300.0 if runs else 0.0
