@@ -89,7 +89,7 @@ def test_effect_and_step_are_listed_and_explained(vdyn: Vdyn) -> None:
     assert "seal_drag                a seal that drags with speed: spindown" in listed
     assert "spindown   Bearing friction torque" in listed
     explained = vdyn("explain", "seal_drag").stdout
-    assert "looked for in:  spindown" in explained
+    assert "candidate in: spindown" in explained
     assert "T = T0 + c om." in explained
 
 

@@ -8,7 +8,7 @@ Source: Newton's second law of rotation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -29,10 +29,9 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Comparison, FitSummary, Result
-from vdyn_cli.steps import Diagnosable, Step
-from vdyn_cli.steps.effect_estimates import sizes_found
+from vdyn_cli.steps import Diagnosable, SimulatedProblem, Step
+from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 NO_VALUES: Mapping[str, float] = MappingProxyType({})
 START = "start.wheel_speed"
@@ -68,7 +67,7 @@ SPIN_DOWN = Model("spin down", _assemble, ("spin_torque", "wheel_inertia"), ())
 
 
 @dataclass(frozen=True)
-class SpinDownProblem:
+class SpinDownProblem(SimulatedProblem):
     """Recordings of one wheel that spins down, and its inertia."""
 
     spec: SpinDownSpec
@@ -129,7 +128,7 @@ class SpinDownProblem:
             "Least squares over the white noise of the angular speed.",
             self._comparisons(regression, solution),
             findings=tuple(f for log in self.logs for f in log.findings),
-            extra=sizes_found(solution, unknowns),
+            amplitudes=effect_amplitudes(solution, unknowns),
         )
 
     def _comparisons(self, regression: Regression, solution: Solution) -> tuple[Comparison, ...]:
@@ -150,14 +149,6 @@ class SpinDownProblem:
         rms = float(np.sqrt(np.mean(np.concatenate(off) ** 2)))
         names = tuple(log.name for log in self.logs)
         return FitSummary(names, rms, float(np.mean(noise)), "rad/s", solution.names, solution.unit, solution.n_units)
-
-    def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
-        """No nondifferentiable effect is looked for."""
-        return None
-
-    def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
-        """No further test is planned."""
-        return ()
 
 
 def prepare(spec: SpinDownSpec, data: tuple[Log, ...], known: Parameters) -> SpinDownProblem:

@@ -113,8 +113,8 @@ def test_pictures_that_are_none_are_refused_in_words(tmp_path: Path) -> None:
     assert STEP.load is not None
     good = plant.photo(REFERENCE, 4).png
     for content, says in (
-        (b"not a picture", "no PNG or JPEG"),
-        (b"", "no PNG or JPEG"),
+        (b"not a picture", "not a PNG or JPEG picture"),
+        (b"", "not a PNG or JPEG picture"),
         (good[: len(good) // 2], "can't be read"),
         (None, "does not exist"),
     ):

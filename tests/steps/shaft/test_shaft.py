@@ -235,7 +235,7 @@ def test_the_fit_without_effects_is_made_once(monkeypatch: pytest.MonkeyPatch) -
     vehicle, fits = random_vehicle(2), []
     monkeypatch.setattr(shaft_side, "linear_solution", lambda runs: fits.append(runs) or linear_solution(runs))
     problem = STEP.prepare(spec(vehicle, runs=RUN), (log(vehicle, 2),), Parameters())
-    (backlash,) = (e for e in candidates("shaft") if e.name == "backlash")
+    (backlash,) = (e for e in candidates(STEP.situations) if e.name == "backlash")
     for effects in ((), (backlash,)):
         problem.regression(effects, unknowns(effects))
     problem.publish()

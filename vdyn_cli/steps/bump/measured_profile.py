@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.csv.csv_reader import Column, ReadOptions, read_csv
+from vdyn_cli.io.reader import Column, ReadOptions, read_log
 from vdyn_cli.physics.models.half_car import Points
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
@@ -55,7 +55,7 @@ def load(spec: BumpSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[BumpData,
     # The distance takes the place of a log's clock, since it increases.
     places = {"time": bump.columns.distance, "height": bump.columns.height}
     columns = {n: Column(c.column, c.unit, "m", c.sign, where=f"bump.columns, {c.column}") for n, c in places.items()}
-    table = read_csv(path, columns, ReadOptions(**bump.reading.model_dump()))
+    table = read_log(path, columns, ReadOptions(**bump.reading.model_dump()))
     good = np.isfinite(table["height"])
     position, height = table.time[good], table["height"][good]
     if position.size < FEWEST_POINTS or not np.ptp(height) > LOWEST:

@@ -12,7 +12,7 @@ import numpy as np
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Unknown, solve
-from vdyn_cli.io.csv.csv_reader import Column, ReadOptions, read_csv
+from vdyn_cli.io.reader import Column, ReadOptions, read_log
 from vdyn_cli.physics.models.pendulum import MODELS
 from vdyn_cli.physics.models.wheel_spin import WHEEL_SPIN
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, raise_all
@@ -61,7 +61,7 @@ def load(spec: InertiaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[Inerti
         for name, c in rig.channels.items()
     }
     path = folder / rig.log
-    recording = read_csv(path, columns, ReadOptions(**rig.reading.model_dump()))
+    recording = read_log(path, columns, ReadOptions(**rig.reading.model_dump()))
     return InertiaData(logs, replace(recording, name=rig.log)), (path,)
 
 
