@@ -54,10 +54,10 @@ def compare(result: Result, hidden: Hidden, truth: Mapping[str, float], size: fl
     size : of the effect's first unknown in the truth. near : relative.
     """
     name = next(iter(hidden.effect.unknowns))
-    found = result.extra["effects"][name]
-    assert abs(found["value"] - size) < 3 * found["std"], (found, size)
-    assert abs(found["value"] - size) < near * abs(size), (found, size)
-    assert abs(size) > 4 * found["std"], "hidden too small to be seen"
+    found = result.amplitudes[name]
+    assert abs(found.value - size) < 3 * found.std, (found, size)
+    assert abs(found.value - size) < near * abs(size), (found, size)
+    assert abs(size) > 4 * found.std, "hidden too small to be seen"
     for parameter, value in truth.items():
         estimate = result.parameters[parameter]
         assert abs(estimate.value - value) < 4 * estimate.std, (parameter, estimate, value)

@@ -63,7 +63,7 @@ def test_its_size_is_found_and_the_parameters_are_the_truths(hidden: Hidden) -> 
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
 def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     result = fitted(hidden, 0.02)
-    found = result.extra["effects"][next(iter(hidden.effect.unknowns))]["value"]
+    found = result.amplitudes[next(iter(hidden.effect.unknowns))].value
     assert found == pytest.approx(hidden.size, rel=1e-3)
     # The plant's dry friction slips all at once, ours bends before it does, and bends a little like a spring.
     near = 3e-3 if hidden.plant == "suspension_friction" else 1e-3

@@ -70,7 +70,7 @@ def test_its_size_is_found_and_the_parameters_are_the_truths(hidden: Hidden) -> 
 @pytest.mark.parametrize("hidden", [*SHOWN, *FAINT], ids=str)
 def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     result = fitted(hidden, 0.02)
-    found = result.extra["effects"][next(iter(hidden.effect.unknowns))]["value"]
+    found = result.amplitudes[next(iter(hidden.effect.unknowns))].value
     # A second derivative, an angle integrated from its rate, and what only the drag tells are that much less exact.
     near = {"clock_offset": 2e-3, "road_grade": 1e-3}.get(hidden.plant, 0.1)
     assert found == pytest.approx(hidden.size, rel=near)
@@ -80,16 +80,16 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
 
 @pytest.mark.parametrize(("name", "size"), [("accelerometer_tilt", 0.01), ("accelerometer_offset", 0.1)])
 def test_a_wrong_zero_of_the_accelerometer_stays_within_what_its_deviation_says(name: str, size: float) -> None:
-    found = fitted(Hidden(name, size), 1.0).extra["effects"][name]
-    assert abs(found["value"] - size) < 3 * found["std"]
+    found = fitted(Hidden(name, size), 1.0).amplitudes[name]
+    assert abs(found.value - size) < 3 * found.std
 
 
 def test_the_door_with_every_cause_in_finds_the_same() -> None:
     hidden = Hidden("clock_offset", 0.02)
     regression = problem(hidden, 1.0).regression((hidden.effect,), unknowns((hidden.effect,)))
     found = solve(regression)
-    published = fitted(hidden, 1.0).extra["effects"]["clock_offset"]
-    assert found.values["clock_offset"] == pytest.approx(published["value"], abs=published["std"])
+    published = fitted(hidden, 1.0).amplitudes["clock_offset"]
+    assert found.values["clock_offset"] == pytest.approx(published.value, abs=published.std)
     assert [u.name for u in regression.shared] == ["cg_height", "cg_to_rear", "pitch_inertia", "clock_offset"]
 
 

@@ -68,7 +68,7 @@ def test_its_size_is_found_and_the_inertia_is_the_truths(hidden: Hidden) -> None
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
 def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     result = fitted(hidden, 0.02)
-    found = result.extra["effects"][next(iter(hidden.effect.unknowns))]["value"]
+    found = result.amplitudes[next(iter(hidden.effect.unknowns))].value
     assert found == pytest.approx(size(hidden), rel=3e-3)
     assert result.parameters["wheel_inertia"].value == pytest.approx(VEHICLE.wheel_inertia, rel=1e-3)
 
@@ -91,8 +91,8 @@ def test_the_door_finds_the_same() -> None:
     spec = InertiaSpec.model_validate({"test": "inertia", "settings": settings})
     problem = prepare(spec, data(hidden, 1.0), KNOWN)
     found = solve(problem.regression(effects, unknowns(effects)))
-    published = problem.publish(effects, unknowns(effects)).extra["effects"]["clock_offset"]
-    assert found.values["clock_offset"] == pytest.approx(published["value"], abs=0.1 * published["std"])
+    published = problem.publish(effects, unknowns(effects)).amplitudes["clock_offset"]
+    assert found.values["clock_offset"] == pytest.approx(published.value, abs=0.1 * published.std)
 
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:

@@ -69,7 +69,7 @@ def test_its_size_is_found_and_the_shaft_is_the_truths(hidden: Hidden) -> None:
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
 def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     result = fitted(hidden, 0.02)
-    found = result.extra["effects"][next(iter(hidden.effect.unknowns))]["value"]
+    found = result.amplitudes[next(iter(hidden.effect.unknowns))].value
     assert found == pytest.approx(hidden.size, rel=1e-3 if hidden.plant == "series_compliance" else 0.02)
     stiffness = plant.truth(VEHICLE)["shaft_stiffness_left"]
     assert result.parameters["shaft_stiffness_left"].value == pytest.approx(stiffness, rel=5e-3)
@@ -82,8 +82,8 @@ def test_the_door_finds_the_same(hidden: Hidden) -> None:
     regression = prepare(how, (log(hidden, 1.0),), KNOWN).regression(effects, unknowns(effects))
     found = solve(regression, tolerance=1e-3)
     name = next(iter(hidden.effect.unknowns))
-    published = fitted(hidden, 1.0).extra["effects"][name]
-    assert found.values[name] == pytest.approx(published["value"], abs=published["std"])
+    published = fitted(hidden, 1.0).amplitudes[name]
+    assert found.values[name] == pytest.approx(published.value, abs=published.std)
     assert [u.name for u in regression.shared] == ["shaft_stiffness_left", "shaft_damping_left", name]
 
 

@@ -71,7 +71,7 @@ def test_its_size_is_found_and_the_curve_is_the_truths(hidden: Hidden) -> None:
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
 def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     result = fitted(hidden, 0.02)
-    found = result.extra["effects"][next(iter(hidden.effect.unknowns))]["value"]
+    found = result.amplitudes[next(iter(hidden.effect.unknowns))].value
     # A slip that lags is taken to first order in the length, and in the mean of each bin.
     assert found == pytest.approx(hidden.size, rel=1e-2 if hidden.plant == "tire_relaxation" else 5e-3)
     for name in ("tire_B", "tire_C", "tire_D", "tire_longitudinal_stiffness"):
@@ -82,8 +82,8 @@ def test_the_door_finds_the_same() -> None:
     hidden = Hidden("slip_offset", 0.004)
     problem = prepare(SPEC, logs(hidden, 1.0), KNOWN)
     found = solve(problem.regression((hidden.effect,), unknowns((hidden.effect,))))
-    published = fitted(hidden, 1.0).extra["effects"]["slip_offset"]
-    assert found.values["slip_offset"] == pytest.approx(published["value"], abs=0.1 * published["std"])
+    published = fitted(hidden, 1.0).amplitudes["slip_offset"]
+    assert found.values["slip_offset"] == pytest.approx(published.value, abs=0.1 * published.std)
 
 
 def test_the_step_takes_every_cause_that_it_looks_for_and_without_a_speed_what_needs_none() -> None:

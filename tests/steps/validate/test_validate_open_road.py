@@ -52,11 +52,11 @@ def test_hills_and_a_loss_are_found_and_what_looks_like_a_loss_is_told(lossy: tu
 
 def test_sizes_are_within_their_intervals(lossy: tuple[Result, list[Made], Truth]) -> None:
     result, _, truth = lossy
-    sizes = result.extra["effects"]
-    low, high = sizes["driveline_loss"]["interval95"]
+    sizes = result.amplitudes
+    low, high = sizes["driveline_loss"].interval95
     assert low < truth.loss < high
     assert high - low < 0.06
-    assert sizes["felt_slope"]["value"] == pytest.approx(1.0, abs=0.04)
+    assert sizes["felt_slope"].value == pytest.approx(1.0, abs=0.04)
     zero = result.extra["validation"]["road"]["accelerometer_zero"]
     assert zero["interval95"][0] < truth.zero < zero["interval95"][1]
     assert zero["interval95"][1] - zero["interval95"][0] < 0.04
