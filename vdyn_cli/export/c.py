@@ -6,6 +6,7 @@ from vdyn_cli.engine.c_source import plain
 from vdyn_cli.export import ExportedFiles, ExportOptions
 from vdyn_cli.export.exported_vehicle import ExportedVehicle, exported_vehicle
 from vdyn_cli.export.parameter_file import ParameterFile
+from vdyn_cli.quantities.constants import GRAVITY
 
 COMPILE = "cc -std=c99 -O2 {0}.c {0}_main.c -lm -o {0}"
 
@@ -62,7 +63,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
 
 def _main(car: ExportedVehicle, name: str, title: str) -> str:
     v = car.values
-    weight = v["mass"] * 9.81 * v["wheel_radius"]
+    weight = v["mass"] * GRAVITY * v["wheel_radius"]
     torque = round(0.2 * weight / v["gear_ratio"], 0)
     brakes = round(0.4 * weight, 0)
     command = COMPILE.format(name)

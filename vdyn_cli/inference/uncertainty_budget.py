@@ -7,17 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Table
 
 STEP = 1e-4  # of the input; central differences of smooth formulas are then good to 1e-8
-
-
-def two_digits(uncertainty: float) -> str:
-    """An uncertainty with the two digits that it deserves, as a plain number where that is readable."""
-    if not 1e-4 <= abs(uncertainty) < 1e6:
-        return f"{uncertainty:.2g}"
-    return f"{uncertainty:.{max(1 - math.floor(math.log10(abs(uncertainty))), 0)}f}"
 
 
 @dataclass(frozen=True)

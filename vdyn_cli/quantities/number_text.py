@@ -21,8 +21,10 @@ def decimals(uncertainty: float, most: int = 8) -> int:
 
 
 def two_digits(uncertainty: float) -> str:
-    """An uncertainty with two significant digits, ``"0"`` for none."""
-    return f"{uncertainty:.{decimals(abs(uncertainty), 12)}f}" if uncertainty else "0"
+    """An uncertainty with two significant digits, as a plain number from 1e-4 to 1e6; ``"0"`` for none."""
+    if uncertainty and not 1e-4 <= abs(uncertainty) < 1e6:
+        return f"{uncertainty:.2g}"
+    return f"{uncertainty:.{decimals(abs(uncertainty))}f}" if uncertainty else "0"
 
 
 def number(value: float, half: float) -> str:

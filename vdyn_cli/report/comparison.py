@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.report import canvas, decimation, typography
 from vdyn_cli.report.canvas import LegendEntry, PlotArea
 from vdyn_cli.report.figures import dots, padded
@@ -22,7 +23,7 @@ WIDTH = 1240.0
 _LEFT, _RIGHT = 72.0, 14.0
 _STRIP = WIDTH - _LEFT - _RIGHT
 _ABOVE, _BELOW, _BETWEEN, _BOTTOM = 250.0, 140.0, 34.0, 46.0
-_BAND = 1.96  # of the noise floor: 95 % of pure sensor noise stays inside
+_BAND = NORMAL95  # of the noise floor
 _MEASURED = LegendEntry("measured", canvas.PALE, width=3.6)
 _SIMULATED = LegendEntry("simulated", canvas.BLUE, width=1.6)
 _BEFORE = LegendEntry("simulated before the extension", canvas.VERMILLION, dashes=(0, (5, 2)), width=1.4)
