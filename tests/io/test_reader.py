@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vdyn_cli.io import reader as io_reader
+from vdyn_cli.io import log_formats
 from vdyn_cli.io.csv.csv_reader import CSV
-from vdyn_cli.io.reader import ChannelInfo, Column, Reader, ReadOptions, read_log
+from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.reader import ChannelInfo, Column, Reader, ReadOptions
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 
@@ -82,7 +83,7 @@ class Swapped:
 
 
 def test_another_reader_is_checked_and_converted_as_csv_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(io_reader, "readers", lambda: ((Swapped(), CSV), ()))
+    monkeypatch.setattr(log_formats, "readers", lambda: ((Swapped(), CSV), ()))
     log = read_log(Path("500.count"), MAPPING)
     assert np.allclose(log["speed"], -10.0)
     (found,) = log.findings

@@ -1,30 +1,21 @@
-"""Logs of any format: the contract of a reader, the readers that there are, and what is done to each log alike.
-
-A reader only parses. Quality checks, units and signs are the same for all formats and follow here. An installed
-package adds a format by the entry point ``vdyn.readers: NAME = package.module:READER``.
-"""
+"""The contract of a reader of logs: it only parses; quality checks, units and signs are the same for all formats."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.plugins import plugins
-from vdyn_cli.io.quality.channel_quality import check_channel
-from vdyn_cli.io.sample_times import check_steps
-from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import to_si
 
 Array = NDArray[np.float64]
 
-GROUP = "vdyn.readers"
 _CLOCK = re.compile(r"(time|t|zeit)\b", re.IGNORECASE)
 
 
@@ -128,66 +119,3 @@ class Reader(Protocol):
         ------
         InputError : with every problem of the file.
         """
-
-
-def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:
-    """Every reader, those of installed packages first and CSV last, and why others cannot be used."""
-    from vdyn_cli.io.csv.csv_reader import CSV
-
-    found: list[Reader] = []
-    refused: list[Finding] = []
-    for plugin in plugins(GROUP).values():
-        try:
-            # A protocol is no class that mypy lets pass as a type, but isinstance takes it.
-            found.append(plugin.load(Reader))  # type: ignore[type-abstract]
-        except InputError as error:
-            refused += error.findings
-    return (*found, CSV), tuple(refused)
-
-
-def read_log(
-    path: Path, mapping: Mapping[str, Column], options: ReadOptions | None = None, name: str | None = None
-) -> Log:
-    """Read the mapped channels of a log of any format, in SI, with a finding for everything doubtful.
-
-    Parameters
-    ----------
-    mapping : where each channel stands; ``time`` is among them.
-    options : how the file is written, where guessing is not wanted.
-    name : what the log is called in all findings; the file's name where None.
-
-    Raises
-    ------
-    InputError : with every problem of the file. A file that no reader matches is read as text, so that the message
-        says what it is.
-    """
-    known, refused = readers()
-    reader = next((r for r in known if r.matches(path)), known[-1])
-    try:
-        return checked(reader.read(path, mapping, options or ReadOptions(), name or path.name), mapping)
-    except InputError as error:
-        raise InputError(*error.findings, *refused) from None
-
-
-def checked(log: Log, mapping: Mapping[str, Column]) -> Log:
-    """A log as a reader gives it, with its clock and channels checked, in SI.
-
-    Raises
-    ------
-    InputError : with the problems of the file and of every channel that is needed.
-    """
-    problems = list(log.source.problems) if log.source else []
-    findings = list(log.findings) if problems else [*log.findings, *check_steps(log)]
-    for channel in log.channels:
-        quality = check_channel(log, channel, mapping[channel].unit)
-        findings += quality.findings
-        if not mapping[channel].optional:
-            problems += quality.problems
-        elif quality.problems:
-            findings += [replace(p, remedy=f"channel '{channel}' is left out") for p in quality.problems]
-            log = replace(log, channels={k: v for k, v in log.channels.items() if k != channel})
-    raise_all(problems)
-    name, time, written = log.name, log.time, dict(log.channels)
-    del log  # each channel of a large file is freed as soon as it is converted
-    channels = {channel: mapping[channel].in_si(written.pop(channel)) for channel in list(written)}
-    return Log(name, time, channels, tuple(findings))

@@ -23,8 +23,9 @@ from vdyn_cli.description.test_description import (
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.effects import candidates, refused
 from vdyn_cli.io.align import merge
+from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
-from vdyn_cli.io.reader import Column, ReadOptions, read_log
+from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.physics.laws.atmosphere import air_density
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
 from vdyn_cli.quantities.log import Log

@@ -17,7 +17,8 @@ from vdyn_cli.io.csv.csv_layout import Layout, find_layout
 from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.io.csv.csv_source import is_other_format, open_source
-from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, checked, is_clock
+from vdyn_cli.io.quality.log_checks import checked
+from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, is_clock
 from vdyn_cli.io.sample_times import LineOf, check_rising
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
@@ -80,7 +81,7 @@ CSV = CsvReader()
 def read_csv(
     path: Path, columns: Mapping[str, Column], options: ReadOptions | None = None, name: str | None = None
 ) -> Log:
-    """Read the mapped columns of a text log, in SI, whatever its name: see ``vdyn_cli.io.reader.read_log``.
+    """Read the mapped columns of a text log, in SI, whatever its name: see ``vdyn_cli.io.log_formats.read_log``.
 
     Raises
     ------

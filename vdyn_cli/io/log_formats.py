@@ -1,0 +1,55 @@
+"""Logs of any format: the known readers, and the log that the matching one reads.
+
+An installed package adds a format by the entry point ``vdyn.readers: NAME = package.module:READER``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from vdyn_cli.io.csv.csv_reader import CSV
+from vdyn_cli.io.plugins import plugins
+from vdyn_cli.io.quality.log_checks import checked
+from vdyn_cli.io.reader import Column, Reader, ReadOptions
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+
+GROUP = "vdyn.readers"
+
+
+def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:
+    """Every reader, those of installed packages first and CSV last, and why others cannot be used."""
+    found: list[Reader] = []
+    refused: list[Finding] = []
+    for plugin in plugins(GROUP).values():
+        try:
+            # A protocol is no class that mypy lets pass as a type, but isinstance takes it.
+            found.append(plugin.load(Reader))  # type: ignore[type-abstract]
+        except InputError as error:
+            refused += error.findings
+    return (*found, CSV), tuple(refused)
+
+
+def read_log(
+    path: Path, mapping: Mapping[str, Column], options: ReadOptions | None = None, name: str | None = None
+) -> Log:
+    """Read the mapped channels of a log of any format, in SI, with a finding for everything doubtful.
+
+    Parameters
+    ----------
+    mapping : where each channel stands; ``time`` is among them.
+    options : how the file is written, where guessing is not wanted.
+    name : what the log is called in all findings; the file's name where None.
+
+    Raises
+    ------
+    InputError : with every problem of the file. A file that no reader matches is read as text, so that the message
+        says what it is.
+    """
+    known, refused = readers()
+    reader = next((r for r in known if r.matches(path)), known[-1])
+    try:
+        return checked(reader.read(path, mapping, options or ReadOptions(), name or path.name), mapping)
+    except InputError as error:
+        raise InputError(*error.findings, *refused) from None
