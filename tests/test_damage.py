@@ -65,7 +65,7 @@ def survives(step: str, folder: Path) -> None:
         failure = error
     left = {p.name for p in out.iterdir()} if out.exists() else set()
     if failure is None:
-        assert left == {f"{step}.json", f"{step}.html"}
+        assert left == {f"{step}.json", f"{step}.html", ".sections"}
     else:
         assert failure.findings
         assert all(f.where and f.what for f in failure.findings)

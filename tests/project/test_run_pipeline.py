@@ -65,9 +65,11 @@ def test_side_by_side_step_by_step_and_again_the_bytes_are_the_same(day: Path) -
     alone = day.parent / "alone"
     for name in ("area", "cg", "tire"):
         write_step(name, day / f"{name}.yaml", (), alone, shared_level(2))
-    files = sorted(p.name for p in (day.parent / "out").iterdir())
+    out = day.parent / "out"
+    files = sorted(str(p.relative_to(out)) for p in out.rglob("*") if p.is_file())
     own = [f"{name}.{ending}" for name in ("area", "cg", "tire") for ending in ("html", "json")]
-    assert files == sorted(["report.html", "parameters.json", *own])
+    sections = [f".sections/{name}.html" for name in ("area", "cg", "tire")]
+    assert files == sorted(["report.html", "parameters.json", *own, *sections])
     for name in files:
         first = (day.parent / "out" / name).read_bytes()
         assert first == (day.parent / "two" / name).read_bytes(), name
@@ -92,6 +94,21 @@ def test_what_is_unchanged_is_reused_and_what_changed_is_not(day: Path) -> None:
     run_pipeline(day / "pipeline.yaml", out, keep_going=True, jobs=1, tell=tell)
     statuses = [line.split()[1:3] for line in told if line.startswith("[")]
     assert statuses == [["tire", "done"], ["cg", "done"], ["area", "reused"]]
+
+
+@pytest.mark.parametrize("damage", ["missing", "of another result"])
+def test_a_step_without_its_section_runs_again(day: Path, damage: str) -> None:
+    out = day.parent / "out"
+    section, page = out / ".sections" / "tire.html", (out / "report.html").read_bytes()
+    assert section.read_bytes().partition(b"\n")[2] in page
+    if damage == "missing":
+        section.unlink()
+    else:
+        section.write_text("<!-- of the JSON with sha256 0 -->\n<p>another result</p>")
+    told: list[str] = []
+    run_pipeline(day / "pipeline.yaml", out, keep_going=True, jobs=1, tell=lambda text, detail=False: told.append(text))
+    assert next(line.split()[1:3] for line in told if line.startswith("[")) == ["tire", "done"]
+    assert (out / "report.html").read_bytes() == page
 
 
 def test_a_failed_step_costs_no_other_and_is_said(day: Path) -> None:

@@ -52,7 +52,7 @@ def test_every_true_value_lies_in_its_interval(document: dict[str, Any], root: P
 
 def test_each_step_has_its_json_and_its_report(day: Path) -> None:
     files = [f"{name}.{ending}" for name in steps.names() for ending in ("html", "json")]
-    assert sorted(p.name for p in day.iterdir()) == sorted([*files, "parameters.json", "report.html"])
+    assert sorted(p.name for p in day.iterdir()) == sorted([*files, "parameters.json", "report.html", ".sections"])
 
 
 @pytest.mark.parametrize("form", FORMATS)

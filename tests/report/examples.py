@@ -16,6 +16,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result, Series, Table
 from vdyn_cli.quantities.vocabulary import TABLE
+from vdyn_cli.report import html
 
 G = 9.80665
 
@@ -358,3 +359,9 @@ def parameter_set(title: str, outcomes: Sequence[StepOutcome], **changes: Any) -
     missing = {name: "no such test in this pipeline" for name in TABLE if name not in known}
     found = ParameterSet(title, known, missing, tuple(outcomes), Provenance({}, None, {}, "vdyn pipeline day.yaml"))
     return replace(found, **changes)
+
+
+def outcome(result: Result, folder: Path) -> StepOutcome:
+    """The step as a pipeline shows it: its record as read from JSON, and its section as it was rendered."""
+    section = html.render(record(result)).section
+    return StepOutcome(result.step, "done", as_read(result, folder), section)

@@ -27,8 +27,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("pages")
     outcomes = []
     for result in (examples.coastdown(), examples.bump(), examples.tire()):
-        (folder / f"{result.step}.html").write_text(html.render(examples.record(result)), encoding="utf-8")
-        outcomes.append(StepOutcome(result.step, "done", examples.as_read(result, folder)))
+        (folder / f"{result.step}.html").write_text(html.render(examples.record(result)).page, encoding="utf-8")
+        outcomes.append(examples.outcome(result, folder))
     failure = Finding("cg.yaml:12", "the pitch sign contradicts the loads", "-0.9", "add 'sign: -1'")
     reason = "no result that can be published"
     outcomes.append(StepOutcome("cg", "failed", reason=reason, problems=(failure,), exit_code=1))

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from tests.report import examples
-from vdyn_cli.project.pipeline import StepOutcome
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.report import effect_labels
@@ -176,8 +175,8 @@ def test_a_gain_of_other_channels_than_the_one_that_is_shown_says_so() -> None:
 def test_the_pipeline_shows_each_diagnosis_and_the_effects_that_it_keeps(tmp_path: Path) -> None:
     kept = Estimate(0.5, 0.02, (0.46, 0.54), "", "share", "wheel_inertia")
     outcomes = [
-        StepOutcome("coastdown", "done", examples.as_read(examples.coastdown(), tmp_path)),
-        StepOutcome("tire", "done", examples.as_read(examples.tire(), tmp_path)),
+        examples.outcome(examples.coastdown(), tmp_path),
+        examples.outcome(examples.tire(), tmp_path),
     ]
     parameters = Parameters(extensions={"wheel_inertia": {"wheel_inertia": kept}})
     page = plain(render_pipeline(examples.parameter_set("Day", outcomes, parameters=parameters)))

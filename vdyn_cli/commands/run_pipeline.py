@@ -8,6 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from pathlib import Path
 
 from vdyn_cli.commands.run_step import Tell, write_step
+from vdyn_cli.commands.section_file import read_section
 from vdyn_cli.io.files import sha256, write_whole
 from vdyn_cli.project.pipeline import ParameterSet, StepOutcome, Task, load_plan, parameter_set
 from vdyn_cli.project.result_document import StepRecord, read_record, step_command, to_json, versions
@@ -99,11 +100,11 @@ def _attempt(task: Task, folder: Path, outcomes: Mapping[str, StepOutcome], keep
     known = tuple(folder / f"{n}.json" for n in task.after if outcomes[n].good)
     earlier = _unchanged(task, folder, known)
     if earlier is not None:
-        return StepOutcome(task.name, "reused", earlier)
+        return earlier
     try:
         write_step(task.name, task.path, known, folder, task.level)
         # Read back, so that the page shows the same whether the step ran now or earlier.
-        return StepOutcome(task.name, "done", read_record(folder / f"{task.name}.json"))
+        return StepOutcome(task.name, "done", *_written(folder, task.name))
     except MissingParameterError as error:
         failed = [n for n in task.after if not outcomes[n].good]
         if failed:
@@ -122,10 +123,15 @@ def _failure(task: Task, error: VdynError) -> StepOutcome:
     return StepOutcome(task.name, "failed", reason=reason, problems=error.findings, exit_code=error.exit_code)
 
 
-def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> StepRecord | None:
+def _written(folder: Path, name: str) -> tuple[StepRecord, str]:
+    """What stands in the folder of a step: its record, and its section, empty where none belongs to the record."""
+    return read_record(folder / f"{name}.json"), read_section(folder, name) or ""
+
+
+def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> StepOutcome | None:
     """The earlier result where the same program made it from the same bytes, else None."""
     try:
-        record = read_record(folder / f"{task.name}.json")
+        record, section = _written(folder, task.name)
         made = record.provenance
         by_name = {file.name: file for file in known}
         same = (
@@ -134,7 +140,7 @@ def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> StepRecord 
             and all(sha256(by_name.get(n, task.path.parent / n)) == digest for n, digest in made.inputs.items())
             and (folder / f"{task.name}.html").is_file()
         )
-        return record if same else None
+        return StepOutcome(task.name, "reused", record, section) if same and section else None
     except (OSError, ValueError, KeyError, TypeError, AttributeError, InputError):
         return None  # no earlier result, or one that this version did not write
 

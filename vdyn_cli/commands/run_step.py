@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from vdyn_cli.commands.section_file import discard_section, write_section
 from vdyn_cli.io.files import write_whole
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.result_document import StepRecord, to_json
@@ -61,10 +62,12 @@ def write_step(name: str, path: Path, known_files: tuple[Path, ...], folder: Pat
     try:
         record = execute(name, path, known_files, level)
     except ResultError as error:
+        discard_section(folder, name)
         write_whole(folder / f"{name}.html", render_failure(name, error.findings))
         raise
     text = to_json(record.document)
-    page = render(record)
-    write_whole(folder / f"{name}.html", page)
+    rendered = render(record)
+    write_whole(folder / f"{name}.html", rendered.page)
     write_whole(folder / f"{name}.json", text)
+    write_section(folder, name, rendered.section)
     return record

@@ -40,6 +40,7 @@ class StepOutcome:
     Parameters
     ----------
     record : its result, as read from the JSON that stands in the folder; None where it failed or was skipped.
+    section : its HTML on the page of the pipeline, with figures, tables and methods; empty where there is no record.
     reason : why it failed or was skipped, in one sentence.
     problems : why it failed or was skipped, one finding for each problem.
     """
@@ -47,6 +48,7 @@ class StepOutcome:
     name: str
     status: Status
     record: StepRecord | None = None
+    section: str = ""
     reason: str = ""
     problems: tuple[Finding, ...] = ()
     exit_code: int = 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from vdyn_cli.project.result_document import StepRecord
 from vdyn_cli.quantities.errors import Finding
@@ -12,14 +13,23 @@ from vdyn_cli.report.provenance_view import finding_texts
 from vdyn_cli.report.step_page import step_page
 from vdyn_cli.report.template import fill, markup
 
-__all__ = ["render", "render_failure", "render_pipeline"]
+__all__ = ["RenderedStep", "render", "render_failure", "render_pipeline"]
 
 
-def render(record: StepRecord) -> str:
-    """The page of one step, as HTML text; the same record gives the same bytes."""
-    page = step_page(record)
-    title = f"{page.title or page.step}: {page.sentence}"
-    return fill("page.html", title=title, name=page.step, nav=page.nav, body=page.section(level=1))
+@dataclass(frozen=True)
+class RenderedStep:
+    """HTML text of one step: its own ``page``, and its ``section`` of the pipeline's page."""
+
+    page: str
+    section: str
+
+
+def render(record: StepRecord) -> RenderedStep:
+    """The HTML of one step; the same record gives the same bytes."""
+    shown = step_page(record)
+    title = f"{shown.title or shown.step}: {shown.sentence}"
+    page = fill("page.html", title=title, name=shown.step, nav=shown.nav, body=shown.section(level=1))
+    return RenderedStep(page, str(shown.section(level=2)))
 
 
 def render_failure(name: str, findings: Sequence[Finding]) -> str:

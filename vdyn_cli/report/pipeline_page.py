@@ -1,8 +1,9 @@
-"""The page of a pipeline: how every step ended, the full parameter set, then the result of each step in short."""
+"""The page of a pipeline: how every step ended, the full parameter set, then the section of each step."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from vdyn_cli.project.pipeline import ParameterSet, StepOutcome
 from vdyn_cli.quantities.parameters import GIVERS
@@ -12,13 +13,15 @@ from vdyn_cli.report.diagnosis_tables import extensions
 from vdyn_cli.report.diagnosis_view import DiagnosisSection, diagnosis_section
 from vdyn_cli.report.parameter_table import Symbol, parameter_rows, shown_symbol, widths
 from vdyn_cli.report.provenance_view import finding_texts, provenance_view
-from vdyn_cli.report.step_page import StepPage, step_page
 from vdyn_cli.report.template import fill, markup, slug
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 
 @dataclass(frozen=True)
 class StepRow:
-    """How one step ended, as a row of the first table; ``page`` is its result, None where there is none."""
+    """How one step ended, as a row of the first table; ``section`` is its result, empty where there is none."""
 
     name: str
     slug: str
@@ -26,7 +29,7 @@ class StepRow:
     sentence: str
     diagnosis: DiagnosisSection | None
     findings: tuple[dict[str, str], ...]
-    page: StepPage | None
+    section: Markup
 
 
 @dataclass(frozen=True)
@@ -44,8 +47,7 @@ class MissingRow:
 def render_pipeline(found: ParameterSet) -> str:
     """The page of a pipeline as HTML text.
 
-    Each step is shown by what its JSON holds, so that the page has the same bytes whether a step ran or was reused;
-    its figures and methods are on its own page, to which this page links.
+    The section of each step was rendered when it ran, so that the page has the same bytes whether it ran or was reused.
     """
     rows = [_step_row(o) for o in found.outcomes]
     parameters = parameter_rows(found.parameters)
@@ -65,10 +67,10 @@ def render_pipeline(found: ParameterSet) -> str:
         moved=any(r.before for r in parameters),
         missing=missing,
         extensions=extensions(found.parameters.extensions),
-        linked={r.name: r.slug for r in rows if r.page},
+        linked={r.name: r.slug for r in rows if r.section},
         provenance=provenance_view(found.provenance),
     )
-    nav = [("parameters", "Parameter set"), *((f"step-{r.slug}", r.name) for r in rows if r.page)]
+    nav = [("parameters", "Parameter set"), *((f"step-{r.slug}", r.name) for r in rows if r.section)]
     return fill("page.html", title=f"{title}: parameter set", name="pipeline", nav=nav, body=markup(body))
 
 
@@ -80,7 +82,7 @@ def _step_row(outcome: StepOutcome) -> StepRow:
         typography.prose(outcome.sentence),
         diagnosis_section(outcome.diagnosis),
         tuple(finding_texts(f) for f in outcome.findings),
-        None if outcome.record is None else step_page(outcome.record, f"{outcome.name}.html"),
+        markup(outcome.section),
     )
 
 

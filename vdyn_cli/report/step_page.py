@@ -1,4 +1,4 @@
-"""What the page of a step shows, as one typed object: on its own page, and in short on the page of the pipeline."""
+"""What the page of a step shows, as one typed object: on its own page, and as a section of the pipeline's page."""
 
 from __future__ import annotations
 
@@ -41,13 +41,11 @@ class StepPage:
     Parameters
     ----------
     slug : begins every id of the page.
-    link : the file with the figures and methods, empty where they are here.
     about : what the step is, in a few words.
     """
 
     slug: str
     step: str
-    link: str
     title: str
     about: str
     sentence: str
@@ -105,13 +103,8 @@ class StepPage:
         return markup(fill("step.html", page=self, level=level))
 
 
-def step_page(record: StepRecord, link: str = "") -> StepPage:
-    """The page of a step's record.
-
-    Parameters
-    ----------
-    link : the file with the figures and methods, where the record was read from JSON, which does not hold them.
-    """
+def step_page(record: StepRecord) -> StepPage:
+    """The page of a step's record, as the step ran: JSON does not hold figures, tables and methods."""
     result = record.result
     name = slug(result.step)
     grouped = channel_traces(result.comparisons, result.fit.noise_floor, result.fit.unit)
@@ -124,7 +117,6 @@ def step_page(record: StepRecord, link: str = "") -> StepPage:
     return StepPage(
         slug=name,
         step=typography.clean(result.step),
-        link=link,
         title=typography.prose(record.title),
         about=_about(result.step),
         sentence=typography.prose(result.sentence),
