@@ -116,7 +116,10 @@ def test_units_that_contradict_the_description_are_named(tmp_path: Path) -> None
     assert "'mph'" in said(log)
     columns = COLUMNS | {"speed": Column("Speed, GPS [km/h]", "m/s", "m/s", where="coast.yaml:7")}
     log = read(tmp_path, table(), columns)
-    assert "channel 'speed' is read in 'm/s' as the description says (coast.yaml:7), but the file states" in said(log)
+    assert (
+        "channel 'speed' is read in 'm/s' as the description says (coast.yaml:7), but the file states another unit"
+        in said(log)
+    )
     assert "'km/h'" in said(log)
 
 

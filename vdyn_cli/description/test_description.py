@@ -206,7 +206,7 @@ class TestSpec(Strict):
 
     test: str = Field(description="the step that evaluates this test")
     title: str = Field("", description="title of the report")
-    vehicle: Vehicle = Field(Vehicle(), description="what is known of the vehicle: parameters, or a YAML file of them")
+    vehicle: Vehicle = Field(Vehicle(), description="known parameters of the vehicle, or a YAML file of them")
     environment: Environment = Field(Environment(), description="the air during the test")
     reading: Reading = Field(Reading(), description="how the log files are written, where detection fails")
     channels: dict[str, Channel] = Field({}, description="vdyn's channel name: column and unit of the logs")

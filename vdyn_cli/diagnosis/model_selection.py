@@ -74,7 +74,7 @@ def may_be_zero(model: FullModel, fitted: FittedModel) -> bool:
 
 
 def is_imitated(model: FullModel, answer: CandidateModel, found: Detection) -> bool:
-    """Whether the answer is a profile that fits no better than a free profile of fewer unknowns, but for chance."""
+    """Whether the answer is a profile that fits no better than a free profile of fewer unknowns, within chance."""
     effect, *others = answer.effects
     if others or len(model.amplitudes(effect)) <= POLICY.simple_unknowns:
         return False

@@ -132,7 +132,7 @@ def _confirming(model: FullModel, effect: str, plans: Mapping[tuple[str, ...], P
     own = {names: plan for names, plan in plans.items() if effect in names}
     rivals = dict.fromkeys(n for names in own for n in names if n != effect)
     candidate = model.setup.candidates[effect]
-    text = candidate.confirm or f"a test in which {candidate.label} alone changes"
+    text = candidate.confirm or f"a test in which only {candidate.label} changes"
     best = max((plan for plan in own.values() if plan is not None), key=lambda p: p.t, default=None)
     if best is not None and best.t < HELPFUL:
         verb = "discriminates between them" if rivals else "shows it"

@@ -141,4 +141,6 @@ def refuse_unknown_operations(function: ca.Function) -> None:
     for op, _, _, _ in instructions(function):
         if op not in plain and op not in KNOWN:
             name = next((name for name in dir(ca) if name.startswith("OP_") and getattr(ca, name) == op), str(op))
-            raise NotImplementedError(f"{name[3:].lower()} has no rule here: use the functions of engine/maths.py")
+            raise NotImplementedError(
+                f"{name[3:].lower()} has no derivative rule in engine/dual.py: use the functions of engine/maths.py"
+            )

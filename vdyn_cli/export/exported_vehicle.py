@@ -97,7 +97,7 @@ def accepted_effects(
         if effect is None:
             notes.append(f"excluded {one.effect}: not an effect of this version")
         elif effect.sensor:
-            notes.append(f"excluded {one.effect}: a fault of a sensor, not of the vehicle")
+            notes.append(f"excluded {one.effect}: a sensor fault, not a vehicle property")
         elif not effect.lasts:
             notes.append(f"excluded {one.effect}: it belongs to the day of the test")
         elif one.effect not in offers:

@@ -82,7 +82,7 @@ def _sections(v: Mapping[str, float], why: Mapping[str, str], options: ExportOpt
     unloaded = v["wheel_radius"] + DEFLECTION_SHARE * load / stiffness
     b, c, d, e = (v[f"tire_{letter}"] for letter in "BCDE")
     fall = 0.0 - d * load * v["tire_load_sensitivity"]
-    usual = "assumed: a common tire's, not used by the formula"
+    usual = "assumed: typical tire; the formula does not use it"
     return {
         "MDI_HEADER": (
             _Line("FILE_TYPE", "tir"),

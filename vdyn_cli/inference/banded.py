@@ -19,7 +19,7 @@ def factored(band: Array) -> Array:
     try:
         return np.asarray(cholesky_banded(band, lower=True))
     except ValueError as error:  # not finite, or not positive definite
-        raise ArithmeticError("no noise has this covariance") from error
+        raise ArithmeticError("this is not the covariance of a noise process") from error
 
 
 def whitened(factor: Array, values: Array) -> Array:

@@ -33,7 +33,7 @@ def _runs_without_information(solved: Solved) -> list[Finding]:
                 u.name for i, u in enumerate(regression.own) if open_axes.size and open_axes[:, i].max() > 0.1
             ]
         if undetermined:
-            what = f"the run does not determine its own {listed(undetermined)}"
+            what = f"the run's data do not determine its unknowns {listed(undetermined)}"
             findings.append(
                 Finding(regression.runs[run], what, "", f"leave the run out, or fix {' or '.join(undetermined)}")
             )

@@ -100,7 +100,7 @@ def check_steps(log: Log) -> tuple[Finding, ...]:
         lost = float(np.sum(steps[gaps]) - usual * gaps.size)
         what = (
             f"{_count(gaps.size, 'gap')} in the clock, {lost:.3g} s in all"
-            f" (usual step {usual:.4g} s): after line {lines_of(gaps, line_of)}"
+            f" (typical step {usual:.4g} s): after line {lines_of(gaps, line_of)}"
         )
         if gaps.size > 1:
             what += f"; the longest is {steps[worst]:.4g} s after line {line_of(worst)}"
@@ -110,8 +110,8 @@ def check_steps(log: Log) -> tuple[Finding, ...]:
         remedy = "the times are used as written, nothing is resampled"
         findings.append(Finding(where, what, remedy=remedy, minor=True))
     if usual > 10.0 or usual < 1e-5:
-        what = f"the usual step is {usual:.3g} s and the log lasts {time[-1] - time[0]:.4g} s"
-        findings.append(Finding(where, what, remedy="is the unit of time right?"))
+        what = f"the typical step is {usual:.3g} s and the log lasts {time[-1] - time[0]:.4g} s"
+        findings.append(Finding(where, what, remedy="check the unit of time"))
     return tuple(findings)
 
 

@@ -93,7 +93,7 @@ def _overruled(stated: Parameters, known: Parameters, source: YamlSource) -> Ite
         used = known[name]
         apart, spread = abs(given.value - used.value), float(np.hypot(given.std, used.std))
         if apart > max(CONTRADICTS * spread, SAME * abs(given.value)):
-            what = f"{name} = {given.value:.5g} is not used: a parameter file says {used.value:.5g}"
+            what = f"{name} = {given.value:.5g} is not used: a parameter file gives {used.value:.5g}"
             distance = f", {apart / spread:.0f} standard deviations off" if spread > 0 else ""
             yield Finding(
                 source.where(("vehicle", name)), what + distance, "", "remove it from one of them", doubt=True

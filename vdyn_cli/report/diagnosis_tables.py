@@ -137,7 +137,7 @@ def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> 
     if shared:
         caption += f" Reason for all of them: {reasons.pop()}."
     columns = ("effect", "assumed size") + (() if shared else ("reason",)) + ("parameter bias",)
-    return _table("Effects that these data cannot show", caption, columns, rows, (False,) * len(columns))
+    return _table("Effects not testable with these data", caption, columns, rows, (False,) * len(columns))
 
 
 def next_tests(entries: Sequence[NextTest], answered: bool = False) -> TextTable | None:
@@ -156,7 +156,7 @@ def next_tests(entries: Sequence[NextTest], answered: bool = False) -> TextTable
         )
         for e in entries
     ]
-    caption = "These tests show the effects that the present data cannot show." if answered else ""
+    caption = "These tests reveal the effects that the present data cannot reveal." if answered else ""
     if any(row[3] for row in rows):
         apart = "the effect, at the size assumed below, differs from zero" if answered else "the effects differ"
         caption += f" Expected t: by how many standard errors {apart}; 6 is safe, 2 is not."

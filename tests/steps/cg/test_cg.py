@@ -81,8 +81,8 @@ def test_a_body_fixed_accelerometer_is_freed_of_gravity() -> None:
     [
         ("pitch_rate", "nose dives"),
         ("acceleration", "gains load"),
-        ("front_load", "pulled up"),
-        ("rear_load", "pulled up"),
+        ("front_load", "negative axle load"),
+        ("rear_load", "negative axle load"),
     ],
 )
 def test_a_sign_that_contradicts_physics_is_refused_with_the_line_to_add(channel: str, says: str) -> None:

@@ -240,7 +240,7 @@ def test_torque_and_speed_on_clocks_that_do_not_match_are_refused(root: Path, tm
     with pytest.raises(InputError) as caught:
         write_step("validate", path, (known_file(tmp_path, true_parameters()),), tmp_path / "out", None)
     assert "does not drive this speed" in str(caught.value)
-    assert "of one drive and one clock" in str(caught.value)
+    assert "belong to one drive and one clock" in str(caught.value)
     assert not (tmp_path / "out").exists()
 
 

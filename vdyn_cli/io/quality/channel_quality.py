@@ -84,7 +84,7 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
         return line_of(int(index if rows is None else rows[index]))
 
     if values.size >= _STUCK and values[0] != 0.0 and channel in TREMBLING and np.all(values == values[0]):
-        what = "is constant throughout: the sensor did not measure"
+        what = "is constant throughout: sensor failed or not connected"
         remedy = "remove the channel, or repair the sensor and repeat the test"
         return Quality(
             (*findings, Finding(where, what, f"{values[0]:g} {unit}".strip(), remedy, fault=True, doubt=True))
@@ -157,7 +157,10 @@ def _interpolated(values: Array, where: str) -> list[Finding]:
     own = own_rows(values)
     if own is None:
         return []
-    what = f"bends only once in {own[1] - own[0]} rows: a slower sensor whose values were joined by straight lines"
+    what = (
+        f"changes its slope only once in {own[1] - own[0]} rows: a slower sensor whose values were joined by "
+        "straight lines"
+    )
     return [Finding(where, what, remedy="map it as measured: the rows between are not measurements")]
 
 
@@ -213,7 +216,7 @@ def _overshoot(
 
 
 def _quantum(values: Array) -> float:
-    """The smallest step between neighbours, which is the resolution of a quantised channel."""
+    """The smallest step between neighbors, which is the resolution of a quantized channel."""
     steps = np.abs(np.diff(values[:_SAMPLE]))
     steps = steps[steps > 1e-12 * np.abs(values[:_SAMPLE]).max()]
     return float(steps.min()) if steps.size else 0.0

@@ -105,7 +105,7 @@ def _errors(log: Log) -> list[Finding]:
         return [Finding(f"{log.name}, acceleration", what, got, remedy)]
     negative = [n for n in LOADS if n in log and np.nanmedian(log[n]) < 0]
     if negative:
-        return [wrong_sign(log.name, n, "the axle is pulled up: loads must be positive") for n in negative]
+        return [wrong_sign(log.name, n, "negative axle load: loads must be positive") for n in negative]
     pitch = pitch_angle(log)
     gains_load = _correlation(acceleration, load) > CERTAIN
     if gains_load and _correlation(acceleration, pitch) > CERTAIN:

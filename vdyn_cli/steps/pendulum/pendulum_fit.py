@@ -221,7 +221,10 @@ def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
     if recording.channel == "angular_rate":  # rate = w (sine cos - cosine sin)
         cosine, sine = -sine / w, cosine / w
     if np.hypot(cosine, sine) > LARGEST_SWING:
-        got, remedy = f"{np.degrees(np.hypot(cosine, sine)):.0f} deg", "check the unit of the channel, or let go lower"
+        got, remedy = (
+            f"{np.degrees(np.hypot(cosine, sine)):.0f} deg",
+            "check the unit of the channel, or release at a smaller angle",
+        )
         raise ResultError(Finding(name, "the swing is too wide for a pendulum", got, remedy))
     _, sizes = _amplitudes(recording, 1 / frequency)
     damping = -np.polyfit(np.arange(sizes.size) / frequency, np.log(np.maximum(sizes, 1e-12)), 1)[0]

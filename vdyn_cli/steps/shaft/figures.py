@@ -64,7 +64,8 @@ def _compliance(side: ShaftSide) -> Figure:
     share = 100 * np.array(shares(side.sections))
     series = Series(side.name, np.arange(1.0, 1 + share.size), share, "bars")
     caption = (
-        "How much each section of the drawing adds to the twist. The tallest bars decide: their diameter enters with "
+        "Contribution of each section of the drawing to the twist. The tallest bars matter most: their diameter "
+        "enters with "
         "the fourth power, so 1 % of it is 4 % of their twist."
     )
     key, title = f"compliance_{side.name}", f"Twist of each section, {side.name}"

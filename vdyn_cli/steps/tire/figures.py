@@ -51,7 +51,7 @@ def residual_over_slip(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]
         for sweep, residual in zip(sweeps, residuals, strict=True)
     )
     caption = (
-        "What the curve leaves, in units of friction. Good: no shape. Bad: a wave near the knee (another curve), a "
+        "Residual of the curve, in units of friction. Good: no shape. Bad: a wave near the knee (another curve), a "
         "slope through zero (slip zero), or sweeps one above the other (load sensitivity)."
     )
     return Figure("residual", "Measured less curve, over slip", caption, "slip", "friction", series)

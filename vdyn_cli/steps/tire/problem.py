@@ -111,7 +111,7 @@ class TireProblem(SimulatedProblem):
                 continue
         if len(found) != 1:
             return ()
-        what = "contradicts the other sweeps, which make a curve without it"
+        what = "contradicts the other sweeps, which are consistent without it"
         return (Finding(found[0], what, remedy="check it: a wet or cold road, another load, a channel that failed"),)
 
 

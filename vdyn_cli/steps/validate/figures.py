@@ -55,7 +55,7 @@ def _error_figure(s: DriveSegment, name: str, band: PredictionBand) -> Figure:
         "Error (simulated less measured) with two bands: the narrow one from the uncertainty of the parameters, the "
         "wide one with gusts and sensor noise added. Good: the line stays within the wide band for about 95 % of the "
         "time. Outside it the model is wrong, whatever the parameters; within it the parameters are merely uncertain. "
-        "The moment of coming to rest is left out, because every gust shifts it.",
+        "The last moment before standstill is left out, because gusts shift it.",
         "time in the drive [s]",
         f"{word} [{CHANNELS[name].unit}]",
         series,
@@ -70,8 +70,8 @@ def tip_in_figure(found: TipIn) -> Figure:
         "tip_in",
         "Tip-in and back-out at 50 km/h: jerk",
         f"Jerk of the simulated car: up to {found.tip_in.jerk_peak:.1f} m/s^3 after tip-in, "
-        f"{found.back_out.jerk_peak:.1f} m/s^3 after back-out.{ringing} Good: one clean pulse. Bad: a train of pulses, "
-        "which is felt as shuffle.",
+        f"{found.back_out.jerk_peak:.1f} m/s^3 after back-out.{ringing} Good: one pulse. Bad: a series of pulses "
+        "(shuffle).",
         "time [s]",
         "jerk [m/s^3]",
         (Series("simulated", found.time, np.asarray(found.traces["jerk"]), role="simulated"),),
@@ -96,8 +96,8 @@ def road_figure(found: RoadFindings) -> Figure:
         "felt_slope",
         "The road's slope from the accelerometer",
         "Mean slope of every 100 m, uphill positive. Good: drives over the same road show the same hills, and a drive "
-        "back shows them mirrored; slopes of public roads stay within a few per cent. Bad: steps that last to the end, "
-        "which are a zero that moved.",
+        "back shows them mirrored; slopes of public roads stay within a few per cent. Bad: steps that last to the "
+        "end (a drifting zero).",
         "distance [km]",
         "slope [%]",
         series,

@@ -1,6 +1,6 @@
 """Straight lines that end at every sample of a noisy signal, as long as the signal is straight.
 
-A line through a sample and its neighbours to one side is taken longer and longer while the intervals of its end meet
+A line through a sample and its neighbors to one side is taken longer and longer while the intervals of its end meet
 those of the shorter ones. (Intersection of confidence intervals: Katkovnik, IEEE Trans. Signal Process. 47 (1999)
 2567.)
 """

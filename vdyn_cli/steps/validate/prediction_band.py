@@ -139,7 +139,7 @@ class BandTest:
 
     Parameters
     ----------
-    share : of the time outside the whole band; ``limit`` : what a right model stays below in 97.5 % of all cases.
+    share : of the time outside the whole band; ``limit`` : what a correct model stays below in 97.5 % of all cases.
     by_regime : (share, limit) of each regime that was driven.
     chance : how often a right model is at least so far outside, over the whole drive.
     """
@@ -193,7 +193,7 @@ class _Tally:
         self.scatter = np.zeros((len(REGIMES), DRAWS))
 
     def add(self, marks: NDArray[np.int64], real: Array, fake: Array, alike: float) -> None:
-        """``alike``: neighbouring samples whose noise is the same, so that fewer are independent."""
+        """``alike``: neighboring samples whose noise is the same, so that fewer are independent."""
         for i in range(len(REGIMES)):
             here = marks == i
             self.count[i] += here.sum()

@@ -64,7 +64,7 @@ class ParameterPrior:
     names : those that have a standard deviation, k of them.
     std : (k,); correlation : (k, k).
     sources : of each name: the step that gave it, "given", or "assumed".
-    assumptions : findings about values that nobody gave.
+    assumptions : findings about values that are not given.
     """
 
     values: Mapping[str, float]
@@ -83,7 +83,7 @@ class ParameterPrior:
 def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior:
     """The prior of the parameters ``names`` of a model, SI.
 
-    Those that nobody gives follow from others or are assumed (vehicle_defaults), with a standard deviation of their
+    Those that are not given follow from others or are assumed (vehicle_defaults), with a standard deviation of their
     own. A stated road load F0, F1, F2 replaces rolling resistance and drag area where neither is known.
 
     Parameters
@@ -100,7 +100,7 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
     known.require(*full.missing, where="validate")
     assumed = dict(full.assumed)
     if "rotating_mass" in wanted and not {"rotating_mass"} & known.keys() and "wheel_inertia" not in known:
-        assumed["rotating_mass"] = f"{TURNING_SHARE:.1%} of the mass, as of wheels"
+        assumed["rotating_mass"] = f"{TURNING_SHARE:.1%} of the mass, typical for wheels"
     return _propagated(known, wanted, full, assumed)
 
 

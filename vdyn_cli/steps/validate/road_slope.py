@@ -94,7 +94,7 @@ def _once(along: Array, values: Array) -> tuple[Array, Array]:
 @effect(
     on="grade",
     unknowns=(Quantity(DRIVE_SLOPE, "", "mean slope of a whole drive", "i", -0.03, 0.03),),
-    reference="roads lead up as often as down",
+    reference="assumed: mean slope of zero over all roads",
 )
 def _drive_slope(grade: Law, s: Signals, q: Signals) -> Number:
     """The mean slope of a whole drive, which the accelerometer's zero does not contain."""

@@ -149,7 +149,7 @@ def _problems(log: Log) -> list[Finding]:
             found += _gaps(log, name)
     speed = np.isfinite(log["speed"])
     if speed.sum() < FEWEST:
-        found.append(Finding(f"{log.name}, channel 'speed'", f"holds a number in {speed.sum()} rows: too few"))
+        found.append(Finding(f"{log.name}, channel 'speed'", f"has values in only {speed.sum()} rows: too few"))
     return found
 
 
