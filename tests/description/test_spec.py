@@ -58,7 +58,7 @@ runs:
         "vehicle.yaml:1: 'vehicle.mass' 'heavy' is not a number with a unit",
         "vehicle.yaml:2: unknown key 'wheelbas'",
         "vehicle.yaml:3: 'vehicle.frontal_area' 'kg' is not a unit of the same kind as m^2",
-        "vehicle.yaml:4: 'vehicle.wheel_radius' lies outside what is physical",
+        "vehicle.yaml:4: 'vehicle.wheel_radius' is outside the physical range",
     ):
         assert part in said, f"{part!r} not in\n{said}"
 

@@ -175,7 +175,7 @@ def test_what_two_runs_tell_is_not_taken_for_certain() -> None:
 def test_too_few_runs_are_never_given_a_name() -> None:
     case, verdict = judged(Campaign(7, runs=2, hidden={"wind": 5.0}), fewest_runs=4)
     assert verdict.verdict == "not_testable"
-    assert "2 runs cannot tell" in told(case, verdict)
+    assert "2 runs are too few" in told(case, verdict)
 
 
 def test_runs_all_one_way_are_never_given_a_name() -> None:

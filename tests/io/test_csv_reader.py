@@ -183,7 +183,7 @@ def test_blank_lines_between_rows_are_left_out_aloud(tmp_path: Path) -> None:
 def test_a_last_line_that_is_cut_off_is_left_out_aloud(tmp_path: Path) -> None:
     log = read(tmp_path, table() + "0.5000,4")
     check(log)
-    assert "run.csv:52: the last line is cut off and left out" in said(log)
+    assert "run.csv:52: the last line is incomplete and ignored" in said(log)
 
 
 def test_missing_values_are_nan_and_said(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ GLOSSARY = {
     "held-out gain": "decrease of the error in runs that neither the fit nor the choice of effect used",
     "noise floor": "rms of the residual that measurement noise alone would leave",
     "given": "a value that the description states, with the standard deviation after +-",
-    "prior": "a given value with its standard deviation, where the data may move it",
+    "prior": "a given value with its standard deviation, where the data may change it",
     "pull": "change of a given value by the fit, in its standard deviations",
     "next test": "the manoeuvre that separates rival effects, with the expected distance in standard errors",
     "finding": "one message: place, fact, number, remedy",

@@ -1,6 +1,6 @@
 """A regression linearized at one point and cut into independent units: all that the score tests need.
 
-Sign: the residual here is measured less simulated, so that y = J d + noise; a positive score raises the unknown.
+Sign: the residual here is measured minus simulated, so that y = J d + noise; a positive score raises the unknown.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     reference="inertial sensors hold 1 to 3 %; a wrong range or sensitivity in the logger is off by more",
     label="an accelerometer with a wrong gain",
     signature="The error of the measured acceleration is proportional to the acceleration; speed and position agree.",
-    alike=("speed_scale", "a body that pitches as the car speeds up"),
+    alike=("speed_scale", "a body that pitches as the car accelerates"),
     confirm="Turn the accelerometer over, nose up and nose down: it has to read plus and minus 1 g.",
     tags={"sensor", "coasting"},
     covers=("accelerometer_scale",),

@@ -14,7 +14,7 @@ from vdyn_cli.quantities.quantity import Quantity
     ),
     reference="joints and splines make a half-shaft 20 to 60 % softer than its bar",
     label="compliant joints in series with the half-shaft",
-    signature="The shaft is softer in the log than by its drawing, at every torque and rate.",
+    signature="The shaft is softer in the log than calculated from its drawing, at every torque and rate.",
     alike=("shaft_stiffness",),
     confirm="Clamp the shaft at its outer joint, hang a known torque on its inner end and read the twist at both ends.",
     tags={"shaft_twist", "beside_drawing"},

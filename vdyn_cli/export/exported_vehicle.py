@@ -99,7 +99,7 @@ def accepted_effects(
         elif effect.sensor:
             notes.append(f"excluded {one.effect}: a sensor fault, not a vehicle property")
         elif not effect.lasts:
-            notes.append(f"excluded {one.effect}: it belongs to the day of the test")
+            notes.append(f"excluded {one.effect}: it is valid on the day of the test only")
         elif one.effect not in offers:
             notes.append(f"excluded {one.effect}: the full vehicle has no element for it ({', '.join(effect.on)})")
         elif strange := [name for name in one.unknowns if name not in effect.unknowns]:

@@ -51,7 +51,8 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     sections = _sections(values, why, options)
     lines = [
         f"$ Tire of: {parameter_file.title} ({parameter_file.name})",
-        "$ Longitudinal slip alone was measured: USE_MODE = 1. Lateral coefficients are left out on purpose.",
+        "$ Longitudinal slip alone was measured: USE_MODE = 1. Lateral coefficients are not measured and therefore "
+        "omitted.",
         "$ SI units; the slip is (omega R / V - 1), the force positive when it drives the car.",
     ]
     for title, body in sections.items():

@@ -104,6 +104,8 @@ def _at_bounds(solved: Solved) -> list[Finding]:
         for bound, which in ((u.lower, "lower"), (u.upper, "upper")):
             if abs(x[i] - bound) <= near:
                 what = f"{regression.label(i)} lies at its {which} bound"
-                remedy = "a physical value lies inside: check signs, units and fixed values, or widen the range"
+                remedy = (
+                    "a physical value is inside the bounds: check signs, units and fixed values, or widen the range"
+                )
                 findings.append(Finding("fit", what, f"{bound:g} {u.unit}".strip(), remedy))
     return findings

@@ -43,7 +43,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Rows:
-    """One run's whitened residuals (simulated less measured) and their derivatives.
+    """One run's whitened residuals (simulated minus measured) and their derivatives.
 
     Parameters
     ----------

@@ -120,7 +120,7 @@ def _coarse_delay(x: Signal, y: Signal, where: str) -> float:
     rivals = [i for i in np.flatnonzero(miss < 1.2 * miss[best]) if i < left or i > right]
     if rivals:
         got = f"{lags[best] + y.time[0] - x.time[0]:.4g} s or {lags[rivals[0]] + y.time[0] - x.time[0]:.4g} s"
-        remedy = "log a manoeuvre that does not repeat itself, or name another channel with 'align_on'"
+        remedy = "log a non-periodic manoeuvre, or name another channel with 'align_on'"
         raise InputError(Finding(where, "the two recordings match at several delays", got, remedy))
     return float(y.time[0] - x.time[0] + lags[best])
 

@@ -54,7 +54,7 @@ def figure_svg(figure: Figure, name: str = "") -> str:
         picture = None if figure.image is None else _picture(figure.image)
         limits = _limits(figure)
         if limits is None and picture is None:
-            canvas.text_at(page, area.left + 12, area.top + 24, "No data to draw.", color=canvas.GRAY)
+            canvas.text_at(page, area.left + 12, area.top + 24, "No data.", color=canvas.GRAY)
         else:
             _frame(axes, figure, limits, area)
             if picture is not None and figure.image is not None:

@@ -298,7 +298,7 @@ WRONG = {
     "dead channel": (scaled("pitch_rate", 0), "never changes", "leave the channel out"),
     "speed in km/h": (scaled("speed", 3.6), "after the front axle", "km/h"),
     "speed taken for km/h": (scaled("speed", 1 / 3.6), "after the front axle", "km/h"),
-    "standing": (scaled("speed", 0), "hardly moves", "unit"),
+    "standing": (scaled("speed", 0), "almost at rest", "unit"),
     "reversing": (scaled("speed", -1), "reverses", "sign: -1"),
     "no speed": (scaled("speed", np.nan), "no reading", ""),
     "no bump": (lambda log: log.between(0.0, 0.4), "shows no bump", "time window"),

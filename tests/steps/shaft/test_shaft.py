@@ -158,7 +158,7 @@ def test_what_cannot_serve_is_refused_with_the_line_to_change() -> None:
         "(?s)twist: the twist falls .* add 'sign: -1' to its channel, or to shaft_torque": data.with_channels(
             shaft_torque=-data["shaft_torque"]
         ),
-        "hardly moves": still,
+        "nearly constant": still,
         "too short": data.between(0.0, 0.1),
     }
     for message, bad in cases.items():

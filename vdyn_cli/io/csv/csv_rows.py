@@ -44,7 +44,7 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     good[bad_rows] = False
     findings: list[Finding] = []
     if numbers.unfinished and time.size:
-        findings.append(Finding(f"{name}:{line_of(time.size - 1)}", "the last line is cut off and left out"))
+        findings.append(Finding(f"{name}:{line_of(time.size - 1)}", "the last line is incomplete and ignored"))
         good[-1] = False
     stop = int(np.flatnonzero(good)[-1]) + 1 if good.any() else time.size
     blank = _blank_rows(numbers, bad_rows)

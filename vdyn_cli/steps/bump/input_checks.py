@@ -57,7 +57,7 @@ def _wrong_speed(log: Log, width: float) -> list[Finding]:
     if speed < -0.3:
         return [wrong_sign(log.name, "speed", "the car reverses: speed must be positive forward", f"{speed:.2f} m/s")]
     if abs(speed) < 0.3:
-        return [Finding(where, "the car hardly moves", f"{speed:.2f} m/s", "check the channel and its unit")]
+        return [Finding(where, "the car is almost at rest", f"{speed:.2f} m/s", "check the channel and its unit")]
     step = float(np.median(np.diff(log.time)))
     if width / (speed * step) < SAMPLES_ON_BUMP:
         got = f"{1 / step:.0f} Hz at {speed:.1f} m/s: {width / (speed * step):.1f} samples on the bump"
@@ -184,7 +184,7 @@ def uneven_zeros(zeros: Mapping[str, Sequence[float]], std: Mapping[str, float])
         mean = float(np.mean(zeros[name]))
         if abs(mean) > 4 * std[name]:
             what = (
-                f"is {mean:+.0f}N at rest above the load from mass and cg_to_front: fitted as a zero offset of "
+                f"is {mean:+.0f} N at rest above the load from mass and cg_to_front: fitted as a zero offset of "
                 "the sensor"
             )
             remedy = "weigh the car as it was driven; a model error that offsets the load has the same effect"

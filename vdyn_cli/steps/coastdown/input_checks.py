@@ -55,7 +55,9 @@ def direction_findings(
             what = f"position {way}, but the direction is '{runs[k].direction}'"
             found.append(Finding(logs[k].name, what, remedy=remedy, doubt=True))
     if use != "alone" and any("elevation" in log for log in logs):
-        what = "elevation is mapped but not used: it only helps the accelerometer of a car that is driven throughout"
+        what = (
+            "elevation is mapped but not used: it is only used for the accelerometer of a car that is driven throughout"
+        )
         remedy = "map 'grade' if the slope is known, and 'position' for hills"
         found.append(Finding("channels.elevation", what, remedy=remedy))
     return tuple(found)

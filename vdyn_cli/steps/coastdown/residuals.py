@@ -44,7 +44,7 @@ def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
         factor = noise.factor(sizes)
         white = rows / factor[:, None] if factor.ndim == 1 else np.linalg.solve(factor, rows)
         inverse = np.linalg.pinv(white[:, :-1].T @ white[:, :-1])
-        # The residual is simulated less measured, and a push forward raises the measured speed.
+        # The residual is simulated minus measured, and a push forward raises the measured speed.
         forces.append(fit.inertia * float(inverse[0] @ white[:, :-1].T @ white[:, -1]))
         errors.append(fit.inertia * float(np.sqrt(inverse[0, 0])))
     return np.array(forces), np.array(errors)

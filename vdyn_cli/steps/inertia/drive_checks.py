@@ -32,7 +32,7 @@ def sign_doubts(log: Log) -> list[Finding]:
     if np.nanmedian(log["hub_force_z"]) < 0:
         flip("hub_force_z", "the load is negative; it must be positive when the wheel stands on the road")
     if np.nanmedian(log["wheel_speed"]) < 0:
-        flip("wheel_speed", "the wheel turns backwards all the time")
+        flip("wheel_speed", "the wheel speed is negative throughout")
     about = {name: log[name] - np.nanmean(log[name]) for name in INPUTS}
     with_force = cosine(about["hub_torque"], about["hub_force_x"])
     with_acceleration = cosine(about["hub_torque"], about["acceleration"])

@@ -212,7 +212,7 @@ def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
     frequency = _strongest(recording)
     (zero, cosine, sine), rest = _sine_fit(frequency, recording.time - recording.time[0], recording.values)
     if rest > 0.5 * float(np.var(recording.values)):
-        raise ResultError(Finding(name, "the recording shows no free swing", "no clear period", remedy))
+        raise ResultError(Finding(name, "the recording has no free swing", "no clear period", remedy))
     swings = float(recording.time[-1] - recording.time[0]) * frequency
     if swings < FEWEST_SWINGS:
         got = f"{swings:.1f} swings of {1 / frequency:.3g} s"

@@ -54,7 +54,7 @@ class Rig(Strict):
     kind: Literal["compound", "bifilar", "torsional"] = Field(
         description="compound: on a pivot; bifilar: on two cords; torsional: on a rod"
     )
-    mass: Mass | None = Field(None, description="mass of the hung wheel, kg")
+    mass: Mass | None = Field(None, description="mass of the suspended wheel, kg")
     pivot_distance: Length | None = Field(None, description="compound: from pivot to axle, m")
     separation: Length | None = Field(None, description="bifilar: between the two cords, m")
     length: Length | None = Field(None, description="bifilar: of the cords, m")

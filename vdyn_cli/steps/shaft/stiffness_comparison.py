@@ -63,7 +63,8 @@ def _disagreement(best: Budget, other: str, budget: Budget) -> tuple[str, str]:
     if best.value < budget.value and other == "drawing":
         series = 1 / best.value - 1 / budget.value
         return (
-            f"the shaft is {1 - best.value / budget.value:.0%} softer than by its drawing: joints and splines with "
+            f"the shaft is {1 - best.value / budget.value:.0%} softer than calculated from its drawing: joints and "
+            "splines with "
             f"{series:.2g} rad/(N m) in series would explain it (20 to 60 % is usual)"
         ), "none, if the joints belong to the shaft of the model"
     what = "they disagree" + ("; joints cannot make a shaft stiffer than its bar" if other == "drawing" else "")

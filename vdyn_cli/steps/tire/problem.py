@@ -112,7 +112,7 @@ class TireProblem(SimulatedProblem):
         if len(found) != 1:
             return ()
         what = "contradicts the other sweeps, which are consistent without it"
-        return (Finding(found[0], what, remedy="check it: a wet or cold road, another load, a channel that failed"),)
+        return (Finding(found[0], what, remedy="check for a wet or cold road, another load, or a failed channel"),)
 
 
 def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProblem:

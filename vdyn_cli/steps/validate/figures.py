@@ -47,14 +47,15 @@ def _error_figure(s: DriveSegment, name: str, band: PredictionBand) -> Figure:
     series = (
         Series("95 % with gusts and sensors", since, -band.half, "band", band.half, role="muted"),
         Series("95 % of the parameters alone", since, -own, "band", own, role="reference"),
-        Series("simulated less measured", since, np.where(s.stopping, np.nan, band.error), role="residual"),
+        Series("simulated minus measured", since, np.where(s.stopping, np.nan, band.error), role="residual"),
     )
     return Figure(
         f"band_{name}",
         f"{word.capitalize()}: error and prediction band, {short_name(s.name)}",
-        "Error (simulated less measured) with two bands: the narrow one from the uncertainty of the parameters, the "
+        "Error (simulated minus measured) with two bands: the narrow one from the uncertainty of the parameters, the "
         "wide one with gusts and sensor noise added. Good: the line stays within the wide band for about 95 % of the "
-        "time. Outside it the model is wrong, whatever the parameters; within it the parameters are merely uncertain. "
+        "time. Outside it the model is wrong, whatever the parameters; within it uncertain parameters explain the "
+        "error. "
         "The last moment before standstill is left out, because gusts shift it.",
         "time in the drive [s]",
         f"{word} [{CHANNELS[name].unit}]",

@@ -5,9 +5,9 @@ the sensor (and of the torque sensor, through the car), the error of a right mod
 
     S L L' S'  +  G C G'  +  s^2
 
-at every sample. Outside the band the model is wrong; inside it the parameters are merely uncertain. How much time
-outside is too much is drawn from the same law: gusts and parameters move a whole drive at once, so that a right model
-too is outside for a while, or not at all.
+at every sample. Outside the band the model is wrong; inside it the deviation is explained by uncertain parameters. How
+much time outside is too much is drawn from the same law: gusts and parameters move a whole drive at once, so that a
+right model too is outside for a while, or not at all.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class PredictionBand:
 
     Parameters
     ----------
-    error : (n,) simulated less measured. measured : (n,).
+    error : (n,) simulated minus measured. measured : (n,).
     slopes : (n, k) sensitivities to the uncertain parameters. own_slopes : (n, m) to the segment's start and zeros.
     own : (n,) standard deviation by the parameters. gusts : (n,) by gusts, winds, unknown road, start and zeros.
     sensor : of the channel's own noise and of the torque sensor's through the car.

@@ -203,7 +203,7 @@ def _refuse_unphysical(known: Parameters) -> None:
         elif quantity is not None and not quantity.allows(e.value):
             span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
             got = f"{e.value:.4g} {quantity.unit}".strip()
-            problems.append(Finding(where, f"lies outside what is physical ({span})", got, "check its unit and source"))
+            problems.append(Finding(where, f"is outside the physical range ({span})", got, "check its unit and source"))
     raise_all(problems)
     parts = {"wheelbase", "cg_to_front", "cg_to_rear"}
     if parts <= set(known):

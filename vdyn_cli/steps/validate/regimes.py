@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 Marks = NDArray[np.int64]
 
 REGIMES = ("launch", "acceleration", "cruise", "coast", "braking", "low speed")
-SLOW = 3.0  # m/s, below which the car hardly moves
+SLOW = 3.0  # m/s, below which the car is almost at rest
 LAUNCHED = 6.0  # m/s, at which a start from rest is over
 STEADY = 0.3  # m/s^2 between cruising and accelerating
 PRESSED = 0.02  # of the largest brake torque: the brake is on

@@ -111,9 +111,9 @@ def _lag(channel: str, on: str, sign: float) -> Effect:
 
     law.__name__ = name
     seconds = Quantity(name, "s", f"time by which the {channel} seems to lag", "tau", -0.5, 0.5)
-    return effect(
-        on=on, unknowns=(seconds,), reference="a slope that is resolved to seconds, and a driver who reacts to it"
-    )(law)
+    return effect(on=on, unknowns=(seconds,), reference="a slope resolved in seconds, and a driver who reacts to it")(
+        law
+    )
 
 
 MEAN_SLOPE: Effect = replace(_drive_slope, name=DRIVE_SLOPE)

@@ -39,7 +39,7 @@ def output_table(v: Validation) -> Table:
         "Error of every output over all drives",
         ("output", "unit", "rms", "bias", "largest", "sensor noise", "parameters", "outside", "limit", "chance"),
         tuple(rows),
-        "Error is simulated less measured; 'parameters' is the rms of the standard deviation that their uncertainty "
+        "Error is simulated minus measured; 'parameters' is the rms of the standard deviation that their uncertainty "
         "gives. 'outside' is the share of time outside the 95 % band. Gusts and parameters move a whole drive at once, "
         "so a correct model can be outside for longer than 5 %: it stays below 'limit' in 97.5 of 100 cases. "
         "'chance' is "
@@ -102,8 +102,8 @@ def share_table(v: Validation) -> Table:
         "Contributions to the prediction band",
         ("output", "standard deviation", "share of its variance"),
         tuple(rows),
-        "Of the band that the parameters alone give, over all drives. To narrow it, measure the first parameter "
-        "better. Correlated parameters share their common part.",
+        "Contributions to the band of the parameters alone, over all drives. To narrow it, measure the first "
+        "parameter more accurately. Correlated parameters share their common part.",
     )
 
 
@@ -174,7 +174,7 @@ def window_table(found: WindowEnds) -> Table:
     rows.append(("all trips alike", "", f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})", "", ""))
     return Table(
         "window_ends",
-        f"End speed of {found.length:.0f} s windows, simulated less measured",
+        f"End speed of {found.length:.0f} s windows, simulated minus measured",
         ("trip", "windows", "mean [m/s]", "scatter [m/s]", "too fast"),
         tuple(rows),
         "Each window is simulated from its measured start speed. Good: the mean over all trips is zero within its "
@@ -204,8 +204,9 @@ def _held_out(names: tuple[str, ...], ends: HeldOutEnds) -> Table:
         "End errors of held-out drives, m/s",
         ("drive", "windows", "mean before", "mean after", "rms before", "rms after"),
         tuple(rows),
-        "Simulated less measured speed at the end of each window. 'before' is the simulation as described; 'after' the "
-        "extended one, fitted to all other drives; of the drive itself only its start speeds and its accelerometer "
+        "Simulated minus measured speed at the end of each window. 'before' is the simulation as described; 'after' "
+        "is the extended one, fitted to all other drives; of the drive itself only its start speeds and its "
+        "accelerometer "
         "are used. Good: the mean is near zero after, and the rms falls in nearly every drive.",
     )
 
@@ -252,5 +253,5 @@ def _holding(found: RoadFindings) -> Table:
         ("speed [km/h]", "force [N]", "+-", "95 %"),
         tuple(rows),
         "Torque x gear ratio / radius at the sensor, in still air at the drives' mean temperature, driveline losses "
-        "included. It compares seasons, tires and loads, and does not need mass and loss separately.",
+        "included. It compares seasons, tires and loads without separate mass and loss.",
     )

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class WindowEnds:
-    """End errors of windows, simulated less measured end speed, m/s.
+    """End errors of windows, simulated minus measured end speed, m/s.
 
     Parameters
     ----------
