@@ -11,7 +11,7 @@ from vdyn_cli.quantities.quantity import Quantity
     on="parameters",
     unknowns=(
         Quantity(
-            "wheel_mass_error", "kg", "by which the mass outside the force sensor exceeds the stated", "", -10, 10
+            "wheel_mass_error", "kg", "by which the mass outside the force sensor exceeds the stated mass", "", -10, 10
         ),
     ),
     reference="tires differ by 1 to 2 kg with tread and make, rims by 3 kg; the sensor's outer half weighs 3 to 5 kg",

@@ -89,4 +89,4 @@ def _expression(op: int, a: Sequence[str]) -> str:
         return f"{_FUNCTIONS[op]}({', '.join(a)})"
     if op in _OTHERS:
         return _OTHERS[op](a)
-    raise NotImplementedError(f"operation {op} of the graph has no line of C")
+    raise NotImplementedError(f"operation {op} of the graph has no C code")
