@@ -237,7 +237,16 @@ def _blocks_by_run(linear: LinearizedRuns) -> NDArray[np.int64]:
 
 
 def orthonormal(columns: Array) -> Array:
-    """Orthonormal basis of the span of columns of any scale, dependent ones left out."""
+    """Orthonormal basis of the span of columns of any scale, dependent ones left out.
+
+    Parameters
+    ----------
+    columns : (n, k).
+
+    Returns
+    -------
+    (n, r) with r the rank; (n, 0) where all columns are zero.
+    """
     size = np.sqrt(np.sum(columns**2, axis=0))
     scaled = columns[:, size > 0] / size[size > 0]
     if not scaled.shape[1]:

@@ -24,7 +24,12 @@ TURNING = "turns_with_heading"  # tag of effects that only runs both ways can se
 
 
 def next_tests(strategy: Strategy, judgment: Judgment) -> tuple[NextTest, ...]:
-    """The next tests, those with an expected separation first, then what confirms an effect in its own words."""
+    """The next tests, those with an expected separation first, then what confirms an effect in its own words.
+
+    Parameters
+    ----------
+    judgment : of the present data; it decides whether tests discriminate, confirm, or only add data.
+    """
     designer = ExperimentDesigner(strategy)
     if judgment.verdict == "ambiguous":
         return _discriminating(designer, list(combinations(judgment.answers, 2)))

@@ -47,7 +47,12 @@ _OTHERS: Mapping[int, Callable[[Sequence[str]], str]] = {
 
 
 def number(value: float) -> str:
-    """A C literal that reads back as the same double."""
+    """A C literal that reads back as the same double.
+
+    Raises
+    ------
+    NotImplementedError : the constant is not finite.
+    """
     if not math.isfinite(value):
         raise NotImplementedError(f"the constant {value} has no literal in C")
     return repr(float(value))

@@ -100,7 +100,12 @@ KNOWN = FLAT | LINEAR | ONE.keys() | TWO.keys() | {ca.OP_DIV}
 
 
 def tangent(algebra: Algebra, op: int, a: Sequence[Value], v: Value, t: Sequence[Tangents | None]) -> Tangents | None:
-    """The tangents of ``v = op(*a)`` from the tangents ``t`` of its arguments; None stands for zero."""
+    """The tangents of ``v = op(*a)`` from the tangents ``t`` of its arguments; None stands for zero.
+
+    Parameters
+    ----------
+    op : operation code of CasADi. a : its arguments. v : its value. t : tangents of each argument.
+    """
     if op in FLAT or all(tangents is None for tangents in t):
         return None
     if op == ca.OP_DIV:

@@ -94,7 +94,12 @@ def column(values: Iterable[Number]) -> ca.SX:
 
 
 def constants_of(model: Model, effects: Iterable[Correction]) -> dict[str, float]:
-    """The effects' unknowns with their default values."""
+    """The effects' unknowns with their default values.
+
+    Raises
+    ------
+    ValueError : two effects share an unknown, or one has the name of a parameter of the model.
+    """
     defaults: dict[str, float] = {}
     for effect in effects:
         for name in effect.unknowns:

@@ -23,12 +23,30 @@ def factored(band: Array) -> Array:
 
 
 def whitened(factor: Array, values: Array) -> Array:
-    """L^-1 v, the values in units of their noise; (n,) or (n, k)."""
+    """L^-1 v, the values in units of their noise; (n,) or (n, k).
+
+    Parameters
+    ----------
+    factor : banded Cholesky factor L of the noise covariance C = L L', lower form. values : (n,) or (n, k).
+
+    Raises
+    ------
+    ValueError : the lengths of factor and values differ. ArithmeticError : C is singular.
+    """
     return _solved(factor, values, "N")
 
 
 def weighed(factor: Array, values: Array) -> Array:
-    """L'^-1 v; of whitened values it makes C^-1 times what they were."""
+    """L'^-1 v; of whitened values it makes C^-1 times what they were.
+
+    Parameters
+    ----------
+    factor : as in ``whitened``. values : (n,) or (n, k).
+
+    Raises
+    ------
+    ValueError : the lengths of factor and values differ. ArithmeticError : C is singular.
+    """
     return _solved(factor, values, "T")
 
 

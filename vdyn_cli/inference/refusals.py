@@ -15,7 +15,10 @@ DRAWN = 1e-3  # share of the largest possible response from which a run's own un
 
 
 def refusals(solved: Solved) -> list[Finding]:
-    """The reasons to refuse the minimum as a result; the first kind found only, since it explains the others."""
+    """The reasons to refuse the minimum as a result; the first kind found only, since it explains the others.
+
+    In this order: runs without information, parameters that are not identifiable, no convergence, estimates at bounds.
+    """
     return _runs_without_information(solved) or _undetermined(solved) or _unconverged(solved) or _at_bounds(solved)
 
 

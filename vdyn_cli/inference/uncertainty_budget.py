@@ -14,7 +14,12 @@ STEP = 1e-4  # of the input; central differences of smooth formulas are then goo
 
 
 def two_digits(uncertainty: float) -> str:
-    """An uncertainty with the two digits that it deserves, as a plain number where that is readable."""
+    """An uncertainty with the two digits that it deserves, as a plain number where that is readable.
+
+    Parameters
+    ----------
+    uncertainty : in any unit; the text has no unit.
+    """
     if not 1e-4 <= abs(uncertainty) < 1e6:
         return f"{uncertainty:.2g}"
     return f"{uncertainty:.{max(1 - math.floor(math.log10(abs(uncertainty))), 0)}f}"

@@ -67,7 +67,12 @@ def extensions(source: Extensions) -> TextTable | None:
 
 
 def estimates(unknowns: Mapping[str, Amplitude] | Mapping[str, Estimate]) -> str:
-    """Each unknown with its interval; of many (the knots of a profile) their number and the largest."""
+    """Each unknown with its interval; of many (the knots of a profile) their number and the largest.
+
+    Parameters
+    ----------
+    unknowns : estimates or amplitudes of one effect by name of the unknown.
+    """
     if len(unknowns) <= _UNKNOWNS:
         alone = len(unknowns) == 1
         return "; ".join(_estimate("" if alone else name, one) for name, one in unknowns.items())

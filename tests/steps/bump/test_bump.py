@@ -233,7 +233,7 @@ def test_the_body_s_pitch_inertia_comes_from_the_car_s() -> None:
     guessed, said = car_numbers(Parameters(stated))
     assert guessed["sprung_pitch_inertia"].value == pytest.approx(REFERENCE.sprung_pitch_inertia, rel=5e-3)
     assert guessed["sprung_pitch_inertia"].std > 5.0
-    assert "whole car's" in said[0].what
+    assert "of the whole car" in said[0].what
 
 
 def test_cg_to_rear_serves_as_well() -> None:
@@ -288,7 +288,7 @@ def thinner(log: Log) -> Log:
 WRONG = {
     "upside-down load": (scaled("front_load", -1), "negative axle load", "sign: -1"),
     "load in kN": (scaled("rear_load", 1e-3), "not the axle's load at rest", "kN"),
-    "one wheel's load": (scaled("front_load", 0.5), "not the axle's load at rest", "one wheel's"),
+    "one wheel's load": (scaled("front_load", 0.5), "not the axle's load at rest", "load of one wheel"),
     "load without weight": (scaled("front_load", 1, -VEHICLE.front_load), "load at rest", "do not zero"),
     "axles swapped": (swapped, "rear axle meets the bump before", "swap"),
     "acceleration down": (scaled("vertical_acceleration", -1), "opposite sign to the loads", "sign: -1"),

@@ -91,7 +91,7 @@ def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:
     softer = 0.5 / stiffness
     result = STEP.estimate(spec(vehicle, runs=RUN), (log(vehicle, 3, series_compliance=softer),), Parameters())
     assert result.parameters["shaft_stiffness_left"].value == pytest.approx(stiffness / 1.5, rel=0.002)
-    (finding,) = (f for f in result.findings if "softer than its drawing" in f.what)
+    (finding,) = (f for f in result.findings if "softer than calculated from its drawing" in f.what)
     assert f"{softer:.2g} rad/(N m) in series" in finding.what
     assert "33%" in finding.what
 

@@ -273,7 +273,7 @@ def test_parameters_outside_what_is_physical_are_refused(root: Path, tmp_path: P
     found = inputs(root, tmp_path, replace(parameters, estimates={**parameters.estimates, "wheel_radius": wild}))
     said = refusal(found, found.data)
     assert "parameter 'wheel_radius'" in said
-    assert "outside what is physical (0.05 to 1 m)" in said
+    assert "outside the physical range (0.05 to 1 m)" in said
     known = replace(parameters, estimates={**parameters.estimates, "tire_C": odd})
     assert "parameter 'tire_C'" in refusal(replace(found, known=known), found.data)
 

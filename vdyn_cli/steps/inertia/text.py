@@ -69,7 +69,7 @@ def closing_the_gap(road: RoadInertia, pendulum: PendulumInertia) -> str:
     return (
         f"{abs(1000 * gap / slope['wheel_radius']):.2g} mm of wheel radius, "
         f"{abs(100 * gap / slope['torque_over_force_gain']):.2g} % between the gains of torque and force, or "
-        f"{abs(gap / slope['wheel_mass']):.2g} kg of wheel mass would close the difference."
+        f"{abs(gap / slope['wheel_mass']):.2g} kg of wheel mass would explain the difference."
     )
 
 

@@ -151,7 +151,16 @@ class BandTest:
 
 
 def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) -> tuple[dict[str, BandTest], float]:
-    """Time outside of every output against Monte Carlo drives of a right model, and the p value of the worst output."""
+    """Time outside of every output against Monte Carlo drives of a right model, and the p value of the worst output.
+
+    Parameters
+    ----------
+    found : bands by output, one mapping per segment, from ``bands``.
+
+    Returns
+    -------
+    The test of each output, and the p value.
+    """
     outputs = list(dict.fromkeys(n for one in found for n in one))
     drawn = {n: _Tally() for n in outputs}
     rng = np.random.default_rng(SEED)

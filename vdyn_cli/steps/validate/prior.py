@@ -105,7 +105,12 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
 
 
 def with_accepted_effects(prior: ParameterPrior, sizes: Mapping[str, Estimate]) -> ParameterPrior:
-    """The prior with the amplitudes of effects that earlier steps accepted, with their standard deviations."""
+    """The prior with the amplitudes of effects that earlier steps accepted, with their standard deviations.
+
+    Parameters
+    ----------
+    sizes : amplitudes by name of the unknown, SI. An amplitude without a standard deviation is held almost fixed.
+    """
     std = [e.std if e.std > 0 else ALMOST * max(abs(e.value), 1.0) for e in sizes.values()]
     k, m = len(prior.names), len(sizes)
     correlation = np.eye(k + m)
@@ -219,7 +224,12 @@ def prior_unknowns(prior: ParameterPrior) -> tuple[Unknown, ...]:
 
 
 def near_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict[str, float]:
-    """Those of the values that are parameters', clipped to their bounds and to 5 standard deviations."""
+    """Those of the values that are parameters', clipped to their bounds and to 5 standard deviations.
+
+    Parameters
+    ----------
+    values : SI, by name; names that are not parameters of the prior are ignored.
+    """
     near = {}
     for u, std in zip(prior_unknowns(prior), prior.std.tolist(), strict=True):
         if u.name in values:

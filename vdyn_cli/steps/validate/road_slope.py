@@ -76,7 +76,12 @@ def felt_road(log: Log) -> RoadProfile:
 
 
 def with_slope(log: Log, road: RoadProfile) -> Log:
-    """The log with its road's slope as a channel."""
+    """The log with its road's slope as a channel.
+
+    Parameters
+    ----------
+    road : its slope is (n,), dimensionless, at the samples of the log.
+    """
     return replace(log, channels={**log.channels, SLOPE_CHANNEL: road.slope})
 
 

@@ -242,7 +242,12 @@ def _braked(log: Log) -> Mask:
 
 
 def driving(signals: Mapping[str, Array]) -> Array:
-    """(n,) N m, the drive torque of both sides together."""
+    """(n,) N m, the drive torque of both sides together.
+
+    Parameters
+    ----------
+    signals : (n,) each; ``drive_torque``, or ``drive_torque_left`` and ``drive_torque_right``, N m.
+    """
     if "drive_torque" in signals:
         return signals["drive_torque"]
     return signals["drive_torque_left"] + signals["drive_torque_right"]
