@@ -186,7 +186,7 @@ def _run() -> int:
         _say("\n".join(str(f) for f in (error.findings if in_lines else merge_similar(error.findings, least=MERGED))))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
-        _say("interrupted; no incomplete file was written")
+        _say("Interrupted. No incomplete file was written. A pipeline run again reuses the steps that are done.")
         return Exit.INTERRUPTED
     except BrokenPipeError:
         return Exit.GOOD

@@ -43,7 +43,7 @@ def fresh_gain(step: str, description: Path, fresh: Path, causes: Sequence[str])
 def _predicted(full: Regression, values: Mapping[str, float]) -> LinearizedRuns:
     """The runs at these values, and each run's own unknowns where they fit that run best.
 
-    Those may be far from where another model has them: a speed that reads wrong moves where the wheels meet a bump.
+    Those may be far from where another model has them: a speed with a gain error moves where the wheels meet a bump.
     """
     held = {u.name: values.get(u.name, u.start) for u in full.shared}
     _, own = approach(restricted(full, held), MOST_STEPS)

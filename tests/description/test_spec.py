@@ -58,7 +58,7 @@ runs:
         "vehicle.yaml:1: 'vehicle.mass' 'heavy' is not a number with a unit",
         "vehicle.yaml:2: unknown key 'wheelbas'",
         "vehicle.yaml:3: 'vehicle.frontal_area' 'kg' is not a unit of the same kind as m^2",
-        "vehicle.yaml:4: 'vehicle.wheel_radius' lies outside what is physical",
+        "vehicle.yaml:4: 'vehicle.wheel_radius' is outside the physical range",
     ):
         assert part in said, f"{part!r} not in\n{said}"
 
@@ -74,8 +74,8 @@ runs:
         ("test: coastdown\nvehicle: [1, 2]\n", "vehicle"),
         ("test: coastdown\nruns: {log: a.csv}\n", "runs"),
         ("test: coastdown\nvehicle: {mass: true}\n", "not a number with a unit"),
-        ("test: coastdown\nvehicle: {mass: .nan}\n", "outside what is physical"),
-        ("test: coastdown\nvehicle: {mass: .inf}\n", "outside what is physical"),
+        ("test: coastdown\nvehicle: {mass: .nan}\n", "outside the physical range"),
+        ("test: coastdown\nvehicle: {mass: .inf}\n", "outside the physical range"),
         ("test: coastdown\nreading: {decimal: ';'}\n", "decimal"),
         ("test: coastdown\ndiagnose:\n", "test.yaml:2: 'diagnose' must be a mapping of keys to values"),
         ("test: coastdown\ndiagnose: {effects: headwind}\n", r"takes all, none, or a list such as \[headwind\]"),

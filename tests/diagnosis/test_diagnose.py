@@ -244,7 +244,7 @@ def test_a_misfit_that_no_cause_explains_is_not_called_adequate_in_words() -> No
     told = diagnose.diagnosed(prepared(spec, Campaign(4)), base).diagnosis
     assert told is not None
     assert told.sentence.startswith("No candidate effect is significant (p = ")
-    assert "misses the data by 11 times what noise explains" in told.sentence
+    assert "the rms residual is 11 times the noise floor" in told.sentence
     assert told.doubt
 
 

@@ -1,4 +1,4 @@
-"""A cause that may as well be zero is named by nobody."""
+"""A cause that is not significantly different from zero is named by nobody."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
     told = result.diagnosis
     assert told is not None
     assert told.verdict == "unknown"
-    assert "may as well be zero" in told.sentence
+    assert "is not significantly different from zero" in told.sentence
     assert (told.causes, told.extended) == ((), ())
     assert result.parameters == base.parameters
     asked = diagnosed(HIDDEN_SLOPE, publishing(unsure), extend=["slope"])[1].diagnosis
@@ -61,7 +61,7 @@ def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyP
     told = result.diagnosis
     assert told is not None
     assert told.verdict == "unknown"
-    assert f"{who} may as well be zero" in told.sentence
+    assert f"{who} is not significantly different from zero" in told.sentence
 
 
 def test_a_cause_that_may_be_of_no_size_is_not_named_beside_another_that_was_asked_for(
@@ -72,7 +72,7 @@ def test_a_cause_that_may_be_of_no_size_is_not_named_beside_another_that_was_ask
     told = diagnosed(HIDDEN_WIND, extend=["slope"])[1].diagnosis
     assert told is not None
     assert (told.verdict, told.extended) == ("unknown", ("slope",))
-    assert "A wind comes closest, but it may as well be zero" in told.sentence
+    assert "A wind comes closest, but it is not significantly different from zero" in told.sentence
     vouched = diagnosed(HIDDEN_WIND, extend=["wind"])[1].diagnosis
     assert vouched is not None
     assert (vouched.verdict, vouched.extended) == ("named", ("wind",))
@@ -99,4 +99,4 @@ def test_of_two_causes_neither_may_be_of_no_size_whoever_is_asked_for(
     told = diagnosed(both, publishing(estimated), extend=asked)[1].diagnosis
     assert told is not None
     assert told.verdict == "unknown"
-    assert "slope may as well be zero" in told.sentence
+    assert "slope is not significantly different from zero" in told.sentence

@@ -84,7 +84,7 @@ def test_a_shifted_clock_looks_across_the_edges_of_pieces(model, on, needs, dela
 def test_a_clock_beyond_reach_is_refused():
     run = Drive(np.arange(100) * 0.1, {"drive_force": 0.0, "wind": 0.0, "grade": 0.0}, {}, {}, {"heading": 1.0})
     simulate = Simulator(ROAD_LOAD, ROAD, ("delay",), (late("speed"),))
-    with pytest.raises(ValueError, match=r"shifted by 1\.5 s, farther than the reach of 1 s"):
+    with pytest.raises(ValueError, match=r"shifted by 1\.5 s, beyond the limit of 1 s"):
         list(simulate.chunks(run, [1.5], samples=10))
 
 

@@ -115,7 +115,7 @@ def test_a_run_that_does_not_tell_its_own_is_named() -> None:
         solve(Regression(shared, ("first.csv", "second.csv", "third.csv"), rows))
     (finding,) = caught.value.findings
     assert finding.where == "second.csv"
-    assert "does not determine its own offset" in finding.what
+    assert "do not determine its unknowns offset" in finding.what
 
 
 def test_a_prior_determines() -> None:

@@ -84,8 +84,8 @@ def test_a_pure_coast_down_says_how_little_it_knows() -> None:
     [
         (lambda v: -v, "one logger has the opposite sign: add 'sign: -1' to its channel"),
         (lambda v: 3.6 * v, "check the unit"),
-        (lambda v: np.full(v.size, 20.0), "does not move"),
-        (lambda v: np.full(v.size, np.nan), "does not move"),
+        (lambda v: np.full(v.size, 20.0), "is constant"),
+        (lambda v: np.full(v.size, np.nan), "is constant"),
         (lambda v: np.random.default_rng(1).normal(size=v.size), "do not match at any delay"),
     ],
 )
@@ -127,7 +127,7 @@ def test_merging_says_delay_error_and_resampling() -> None:
     text = said(merged)
     delay, std = align(ours, theirs, "speed")
     assert f"theirs: clock is {delay:+.4f} s +- {std:.4f} s (standard error) from that of ours" in text
-    assert "'altitude' put on its clock as straight lines between samples" in text
+    assert "'altitude' resampled to its clock (straight lines between samples)" in text
     there = np.isfinite(merged["altitude"])
     assert there.mean() > 0.98
     np.testing.assert_allclose(merged["altitude"][there], 3.0 * (ours.time[there] + delay), atol=1e-6)
@@ -139,7 +139,7 @@ def test_a_faster_logger_is_averaged_and_gaps_stay_empty() -> None:
     keep = (noisy.time < 40.0) | (noisy.time > 50.0)
     noisy = Log("fast", noisy.time[keep], {k: v[keep] for k, v in noisy.channels.items()})
     merged = merge(slow, [noisy], "speed")
-    assert "'load' put on its clock as means over 0.1 s" in said(merged)
+    assert "'load' resampled to its clock (means over 0.1 s)" in said(merged)
     there = np.isfinite(merged["load"])
     assert merged["load"][there].std() == pytest.approx(np.sqrt(0.1), rel=0.15)
     empty = merged.time[~there] - 0.1234
@@ -152,7 +152,7 @@ def test_several_loggers_and_their_findings_are_kept() -> None:
     third = Log("third", theirs.time + 5.0, {"speed": theirs["speed"], "empty": np.full(theirs.time.size, np.nan)})
     merged = merge(ours, [theirs, third], "speed")
     assert "third: clock is +5.1" in said(merged)
-    assert "'empty' put on its clock as nothing written" in said(merged)
+    assert "'empty' resampled to its clock (nothing written)" in said(merged)
     assert sorted(merged.channels) == ["empty", "speed"]
 
 

@@ -87,10 +87,10 @@ def test_clipped_peaks_are_named_with_their_limit(seed: int, quantum: float) -> 
     if quantum:
         values = np.round(values / quantum) * quantum
     text = said(values)
-    assert "stands at its largest value, 4300 N" in text
+    assert "is at its largest value, 4300 N" in text
     assert "clipped" in text
     assert "smallest" not in text
-    assert "stands at its smallest value, -4300 N" in said(-values)
+    assert "is at its smallest value, -4300 N" in said(-values)
 
 
 def test_one_clipped_bump_is_enough() -> None:

@@ -78,7 +78,7 @@ def test_gaps_are_counted_and_placed() -> None:
     time = np.arange(1000) * 0.01
     time[400:] += 0.01
     time[700:] += 2.0
-    assert "2 gaps in the clock, 2.01 s in all (usual step 0.01 s): after line 401, 701" in steps(time)
+    assert "2 gaps in the clock, 2.01 s in all (typical step 0.01 s): after line 401, 701" in steps(time)
     assert "the longest is 2.01 s after line 701" in steps(time)
 
 
@@ -93,5 +93,5 @@ def test_two_loggers_written_into_one_file_are_uneven() -> None:
 
 
 def test_a_clock_in_another_unit_is_doubted() -> None:
-    assert "is the unit of time right?" in steps(np.arange(1000) * 20.0)
-    assert "is the unit of time right?" in steps(np.arange(1000) * 1e-6)
+    assert "check the unit of time" in steps(np.arange(1000) * 20.0)
+    assert "check the unit of time" in steps(np.arange(1000) * 1e-6)

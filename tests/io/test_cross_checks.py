@@ -102,7 +102,9 @@ def test_a_wrong_description_of_good_logs_is_refused(
 
 
 def test_a_speed_that_stood_still_is_told_beside_what_it_contradicts() -> None:
-    stuck = Finding("a.csv, column 'V'", "holds one value all through: it did not measure", fault=True, doubt=True)
+    stuck = Finding(
+        "a.csv, column 'V'", "holds one value all through: sensor failed or not connected", fault=True, doubt=True
+    )
     still = replace(log(), findings=(stuck,)).with_channels(speed=np.full(TIME.size, 12.0))
     with pytest.raises(InputError) as refused:
         with_cross_checks(still)
@@ -159,7 +161,7 @@ def test_a_value_that_a_parameter_file_contradicts_is_told(tmp_path: Path, root:
     (tmp_path / "coastdown.yaml").write_text(text)
     found = gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings
     assert [f.what for f in found] == [
-        "mass = 1588 is not used: a parameter file says 1636, 17 standard deviations off"
+        "mass = 1588 is not used: a parameter file gives 1636, 17 standard deviations off"
     ]
     (tmp_path / "parameters.json").write_text(known_mass(1589.0))
     assert not gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings

@@ -120,12 +120,12 @@ def test_a_repeated_header_asks_which(tmp_path: Path) -> None:
             "run.csv:9: text among the numbers of channel 'speed', column 'v [m/s]': 1 cell, line 9 (got 'ERR')",
         ),
         (9, "0.7,1;2,ok", "got '1;2'"),
-        (9, '0.7,"1,5",ok', "(got '1,5')\n    -> if all numbers are written so, add 'reading: {decimal: \",\"}'"),
+        (9, '0.7,"1,5",ok', "(got '1,5')\n    -> if all numbers have this format, add 'reading: {decimal: \",\"}'"),
         (9, "t,v [m/s],note", "the header is repeated: two files were joined; split them"),
         (9, "12:30:01,1,ok", "time must be a number; export it as seconds instead of a time of day"),
         (9, "0.7,1,ok,more", "1 row(s) longer than the header's 3 columns (line 9) (got 'more')"),
         (9, "0,7,0,1,ok", "longer than the header's 3 columns"),
-        (9, '0.7,1,"ok', "a quote that is opened is never closed"),
+        (9, '0.7,1,"ok', "a quote that opens at this line is not closed"),
         (9, "0.7,0x10,ok", "got '0x10'"),
         (9, "0.7,1_000,ok", "got '1_000'"),
         (9, "0.7,\x001,ok", "text among the numbers"),
@@ -139,7 +139,7 @@ def test_lines_are_right_in_later_blocks(tmp_path: Path, monkeypatch: pytest.Mon
     opened = csv_source.open_source
     monkeypatch.setattr("vdyn_cli.io.csv.csv_reader.open_source", lambda path, encoding: opened(path, encoding, 100))
     assert "run.csv:38: text among the numbers" in refused(tmp_path, changed(38, "3.6,ERR,ok"))
-    assert "a quote that is opened is never closed" in refused(tmp_path, changed(38, '3.6,1,"ok'))
+    assert "a quote that opens at this line is not closed" in refused(tmp_path, changed(38, '3.6,1,"ok'))
     assert "steps back in 1 row (line 33)" in refused(tmp_path, changed(33, "0.05,1,ok"))
 
 
@@ -203,7 +203,7 @@ def test_an_impossible_delimiter(tmp_path: Path, delimiter: str) -> None:
 def test_impossible_options(tmp_path: Path) -> None:
     assert "unknown encoding" in refused(tmp_path, GOOD, encoding="utf-99")
     assert "unknown encoding" in refused(tmp_path, GOOD, encoding="base64")
-    assert "line 7 is no header with numbers below it" in refused(tmp_path, "t,v [m/s]\n0,1\n", header_row=7)
+    assert "line 7 is not a header with numbers below it" in refused(tmp_path, "t,v [m/s]\n0,1\n", header_row=7)
     columns = COLUMNS | {"speed": Column("v [m/s]", "kg", "m/s", where="run.yaml:4")}
     assert "run.yaml:4: 'kg' is not a unit of the same kind as m/s" in refused(tmp_path, GOOD, columns)
 

@@ -116,7 +116,10 @@ def test_units_that_contradict_the_description_are_named(tmp_path: Path) -> None
     assert "'mph'" in said(log)
     columns = COLUMNS | {"speed": Column("Speed, GPS [km/h]", "m/s", "m/s", where="coast.yaml:7")}
     log = read(tmp_path, table(), columns)
-    assert "channel 'speed' is read in 'm/s' as the description says (coast.yaml:7), but the file states" in said(log)
+    assert (
+        "channel 'speed' is read in 'm/s' as the description says (coast.yaml:7), but the file states another unit"
+        in said(log)
+    )
     assert "'km/h'" in said(log)
 
 
@@ -180,7 +183,7 @@ def test_blank_lines_between_rows_are_left_out_aloud(tmp_path: Path) -> None:
 def test_a_last_line_that_is_cut_off_is_left_out_aloud(tmp_path: Path) -> None:
     log = read(tmp_path, table() + "0.5000,4")
     check(log)
-    assert "run.csv:52: the last line is cut off and left out" in said(log)
+    assert "run.csv:52: the last line is incomplete and ignored" in said(log)
 
 
 def test_missing_values_are_nan_and_said(tmp_path: Path) -> None:

@@ -85,4 +85,4 @@ def test_the_reader_says_so() -> None:
     joined = np.round(np.interp(FAST, SLOW, speed(SLOW)), 3)
     log = Log("run.csv", FAST, {"speed": joined})
     (found,) = check_channel(log, "speed", "km/h").findings
-    assert "bends only once in 10 rows" in found.what
+    assert "changes its slope only once in 10 rows" in found.what

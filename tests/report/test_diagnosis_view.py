@@ -67,7 +67,7 @@ def test_a_bias_is_given_in_percent_of_what_is_known() -> None:
     assert plain(row[0]) == "headwind"
     assert plain(row[1]) == "2.91 ± 0.13 m/s"
     assert plain(row[-1]) == "rolling resistance +11 %; drag area +3.7 %"
-    (hidden,) = table(shown(), "Effects that these data cannot show").rows
+    (hidden,) = table(shown(), "Effects not testable with these data").rows
     assert [plain(c) for c in hidden] == [
         "wrong mass",
         "5 %",
@@ -87,7 +87,7 @@ def test_a_bias_that_follows_from_another_is_not_repeated() -> None:
 def test_one_reason_for_all_is_given_once() -> None:
     entry = EXAMPLE["not_testable"][0]
     other = {**entry, "effect": "speed_delay", "size": 0.1, "would_bias": {}}
-    found = table(shown(not_testable=[entry, other]), "Effects that these data cannot show")
+    found = table(shown(not_testable=[entry, other]), "Effects not testable with these data")
     assert found.columns == ("effect", "assumed size", "parameter bias")
     assert "Reason for all of them: it scales all forces" in found.caption
     assert found.rows[1][-1] == "negligible"

@@ -65,11 +65,11 @@ def test_poor_data_still_make_a_figure(kind: str, values: list[float]) -> None:
     parsed(svg)
     assert "nan" not in svg.lower()
     if not np.isfinite(y).any():
-        assert "No data to draw." in svg
+        assert "No data." in svg
 
 
 def test_no_series_at_all() -> None:
-    assert "No data to draw." in figure_svg(figure())
+    assert "No data." in figure_svg(figure())
 
 
 def test_same_figure_same_text() -> None:

@@ -93,7 +93,7 @@ def outcomes(checks: Mapping[str, Check]) -> tuple[Outcome, ...]:
 
 def effect_checks(effect: Effect, models: Sequence[Model] = ()) -> Mapping[str, Check]:
     """The contract of an effect, in those models that can take it; in those of vdyn where none is given."""
-    called = f"{' or '.join(effect.on)}: give the description of a test whose model does"
+    called = f"{' or '.join(effect.on)}: give the description of a test whose model calls it"
     able = one_of_each(hosts(effect, models or shipped_models()))
     return {
         "texts": lambda: _effect_texts(effect),
@@ -124,8 +124,8 @@ def step_checks(step: Step, example: Path, known_files: Sequence[Path] = ()) -> 
     checks: dict[str, Check] = {
         "docstring": lambda: iter(() if steps.summary(step.name) else ("its module has no docstring",)),
         "schema has descriptions": lambda: _undescribed(step),
-        "publishes the same again": lambda: iter(() if len(set(documents)) == 1 else ("two results differ",)),
-        "gives what it says": lambda: (f"{n} is not in 'gives'" for n in found if n not in step.gives),
+        "publishes the same result twice": lambda: iter(() if len(set(documents)) == 1 else ("two results differ",)),
+        "gives the parameters that it lists": lambda: (f"{n} is not in 'gives'" for n in found if n not in step.gives),
     }
     if (simulated := steps.simulated(step, problem)) is not None:
         checks["problem protocol"] = lambda: _protocol(simulated)
@@ -152,10 +152,10 @@ def reader_checks(reader: Reader, log: Path) -> Mapping[str, Check]:
         "matches": lambda: iter(() if reader.matches(log) else (f"does not match {log.name}",)),
         "refuses a missing file": lambda: iter(("matches a missing file",) if reader.matches(log / "none") else ()),
         "channels have names": lambda: (
-            f"{n!r} is empty or stands twice" for n in names if not n or names.count(n) > 1
+            f"{n!r} is empty or listed twice" for n in names if not n or names.count(n) > 1
         ),
-        "reads the same log again": same,
-        "says where samples stand": lambda: iter(() if first.source else ("the log has no source",)),
+        "reads the same log twice": same,
+        "states the line of each sample": lambda: iter(() if first.source else ("the log has no source",)),
     }
 
 
@@ -169,9 +169,7 @@ def model_of(example: Path, known_files: Sequence[Path] = ()) -> Model:
     data = load_yaml(example).data
     test = data.get("test") if isinstance(data, dict) else None
     if test not in steps.names():
-        raise InputError(
-            Finding(example.name, "describes no known test", repr(test), "write 'test:' with a step's name")
-        )
+        raise InputError(Finding(example.name, "names no known test", repr(test), "write 'test:' with a step's name"))
     step = steps.load_step(str(test))
     inputs = gather(step, example, known_files)
     problem = steps.simulated(step, step.prepare(inputs.spec, inputs.data, inputs.known))
@@ -307,7 +305,7 @@ def _effect_texts(effect: Effect) -> Iterator[str]:
 
 def _ranges(effect: Effect) -> Iterator[str]:
     if not effect.unknowns or set(effect.nominal) >= set(effect.unknowns):
-        yield "no unknown is zero where the effect is nothing"
+        yield "no unknown is an amplitude (zero without the effect)"
     for name, quantity in effect.unknowns.items():
         start = effect.nominal.get(name, 0.0)
         try:

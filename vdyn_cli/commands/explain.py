@@ -27,7 +27,7 @@ def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
     """
     if name in known:
         return name
-    raise InputError(Finding(name, f"is not a {kind}", remedy=did_you_mean(name, known, "see 'vdyn list'")))
+    raise InputError(Finding(name, f"{kind} unknown", remedy=did_you_mean(name, known, "see 'vdyn list'")))
 
 
 def raise_refused(name: str) -> None:
@@ -50,9 +50,9 @@ def explanation(topic: str) -> str:
     if topic == "glossary":
         return glossary()
     if topic == "policy":
-        from vdyn_cli.diagnosis.policy import policy_text  # type: ignore[import-not-found, unused-ignore]
+        from vdyn_cli.diagnosis.policy import policy_text
 
-        return str(policy_text())
+        return policy_text()
     effects = {e.name: e for e in catalogue()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)

@@ -56,7 +56,7 @@ class Si:
             raise PydanticCustomError("unit", "{why}", {"why": str(error)}) from None
         if not (self.lower <= given.value <= self.upper):
             span = f"{self.lower:g} to {self.upper:g} {self.unit}".strip()
-            raise PydanticCustomError("range", "lies outside what is physical ({span})", {"span": span})
+            raise PydanticCustomError("range", "is outside the physical range ({span})", {"span": span})
         return given
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
@@ -151,7 +151,9 @@ class Run(Strict):
     log: str | None = Field(None, description="path of the log, from the folder of this description")
     logs: list[str] | None = Field(None, description="paths of one log per logger, in the order of 'loggers'")
     direction: Literal["out", "back"] | None = Field(None, description="direction of travel on the test track")
-    start: Annotated[Given, Si("s")] | None = Field(None, description="start of this log since that of the first, s")
+    start: Annotated[Given, Si("s")] | None = Field(
+        None, description="start time of this log after the start of the first log, s"
+    )
     temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = Field(
         None, description="air temperature during this run where it differs from the environment's, K"
     )
@@ -206,7 +208,7 @@ class TestSpec(Strict):
 
     test: str = Field(description="the step that evaluates this test")
     title: str = Field("", description="title of the report")
-    vehicle: Vehicle = Field(Vehicle(), description="what is known of the vehicle: parameters, or a YAML file of them")
+    vehicle: Vehicle = Field(Vehicle(), description="known parameters of the vehicle, or a YAML file of them")
     environment: Environment = Field(Environment(), description="the air during the test")
     reading: Reading = Field(Reading(), description="how the log files are written, where detection fails")
     channels: dict[str, Channel] = Field({}, description="vdyn's channel name: column and unit of the logs")
@@ -278,7 +280,7 @@ def _explain(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) -
     if kind == "missing":
         return Finding(where, f"'{key}' is missing", remedy=f"add the key '{location[-1]}'")
     if kind in ("model_type", "dict_type"):
-        return Finding(where, f"'{key}' must be a mapping of keys to values", got, "write its keys, or take it out")
+        return Finding(where, f"'{key}' must be a mapping of keys to values", got, "write its keys, or remove it")
     message = detail["msg"]
     message = message[0].lower() + message[1:]
     return Finding(where, f"'{key}' {message}" if kind in ("unit", "range", "quantity") else f"'{key}': {message}", got)

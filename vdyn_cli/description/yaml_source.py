@@ -98,7 +98,7 @@ def _refuse_bombs(text: str, path: Path) -> None:
         elif isinstance(event, (yaml.MappingEndEvent, yaml.SequenceEndEvent)):
             depth -= 1
         if depth > MAX_DEPTH or nodes > MAX_NODES:
-            what = "is nested too deeply" if depth > MAX_DEPTH else "holds too many values"
+            what = "is nested too deeply" if depth > MAX_DEPTH else "has too many values"
             raise InputError(Finding(_line(path, event.start_mark), f"{what} for a test description"))
 
 

@@ -11,7 +11,12 @@ from vdyn_cli.quantities.parameters import Estimate
 
 
 def fitted_amplitudes(answer: CandidateModel, setup: DiagnosisSetup) -> dict[str, Estimate]:
-    """The unknowns of a candidate model's effects, as the diagnosis fitted them."""
+    """The unknowns of a candidate model's effects, as the diagnosis fitted them.
+
+    Returns
+    -------
+    Estimates by name of the unknown, each in the unit of that unknown; the effect is the source.
+    """
     solution = answer.fitted.solution
     return {
         n: with_meaning(

@@ -52,7 +52,16 @@ class CandidateModel:
 
 
 def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
-    """A candidate model for each effect that could be the whole answer."""
+    """A candidate model for each effect that could be the whole answer.
+
+    Parameters
+    ----------
+    found : scores of the candidates beside the baseline.
+
+    Returns
+    -------
+    The fitted candidates whose evidence reaches ``single_evidence`` and ``single_share`` of the policy.
+    """
     evidence = found.scores.evidence
     most = max((evidence[n] for n in found.testable), default=0.0)
     least = max(POLICY.single_evidence, POLICY.single_share * most)
@@ -92,7 +101,12 @@ def _wrong_sign(model: FullModel, fitted: FittedModel, name: str) -> bool:
 
 
 def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> tuple[CandidateModel, ...]:
-    """Candidate models of two effects, each of which is needed beside the other."""
+    """Candidate models of two effects, each of which is needed beside the other.
+
+    Parameters
+    ----------
+    tried : candidate models of one effect. found : scores of the candidates beside the baseline.
+    """
     model = strategy.model
     evidence = {n: found.scores.evidence[n] for n in found.testable}
     for one in tried:
@@ -144,7 +158,12 @@ def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | 
 
 
 def alternatives(strategy: Strategy, answer: CandidateModel, found: Detection) -> tuple[CandidateModel, ...]:
-    """Candidate models that differ from the answer in one effect, suffice, and are not significantly worse."""
+    """Candidate models that differ from the answer in one effect, suffice, and are not significantly worse.
+
+    Parameters
+    ----------
+    found : scores of the candidates beside the baseline; only testable candidates are exchanged.
+    """
     result = []
     for effect in answer.effects:
         others = tuple(e for e in answer.effects if e != effect)

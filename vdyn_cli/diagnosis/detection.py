@@ -41,7 +41,16 @@ class Detection:
 
 
 def detect(strategy: Strategy, at: FittedModel) -> Detection:
-    """Test all candidates and profiles beside a fitted model."""
+    """Test all candidates and profiles beside a fitted model.
+
+    Parameters
+    ----------
+    at : baseline, or a model with effects; its own effects are not tested again.
+
+    Returns
+    -------
+    The scores of all candidates, and the p value of their largest statistic.
+    """
     model, system = strategy.model, at.system
     names = [n for n in model.setup.candidates if n not in at.effects]
     found = model.scores(at, [*names, *model.setup.families])
@@ -87,7 +96,12 @@ def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[st
 
 
 def is_testable(model: FullModel, found: Scores, name: str) -> bool:
-    """Whether these data could show the candidate at a plausible amplitude."""
+    """Whether these data could show the candidate at a plausible amplitude.
+
+    Parameters
+    ----------
+    found : scores that contain the candidate ``name``.
+    """
     return obstacle(model, found, name) is None
 
 
@@ -107,7 +121,16 @@ def obstacle(model: FullModel, found: Scores, name: str) -> Obstacle | None:
 
 
 def reachable_t(model: FullModel, found: Scores, name: str) -> float:
-    """Score test of the candidate at the edge of its plausible range, in standard errors."""
+    """Score test of the candidate at the edge of its plausible range, in standard errors.
+
+    Parameters
+    ----------
+    found : scores that contain the candidate ``name``.
+
+    Returns
+    -------
+    Largest t over the amplitudes of the effect; 0 where it has no sensitivity.
+    """
     effect = model.setup.candidates[name]
     spread: Sequence[float] = found.spread[name].tolist()
     each = zip(model.amplitudes(name), spread, strict=True)
@@ -115,7 +138,12 @@ def reachable_t(model: FullModel, found: Scores, name: str) -> float:
 
 
 def fewest_runs(level: float) -> int:
-    """Runs from which an effect that varies between them can be certified: 2^(1 - runs) < its share of the level."""
+    """Runs from which an effect that varies between them can be certified: 2^(1 - runs) < its share of the level.
+
+    Parameters
+    ----------
+    level : false-alarm probability of the step's diagnosis, 0 to 1.
+    """
     return max(POLICY.fewest_runs_between, 1 + ceil(log2(1 / (POLICY.between_run_share * level))))
 
 

@@ -99,14 +99,14 @@ def _because(model: FullModel, one: UntestableEffect) -> str:
     run, share = model.setup.run, f"{100 * one.visibility:.2g} % of its sensitivity"
     if one.obstacle == "runs":
         fewest = fewest_runs(model.setup.level)
-        return f"it varies from {run} to {run}: {model.runs} {run}s are too few to certify it (at least {fewest})"
+        return f"it varies between {run}s: {model.runs} {run}s are too few to test it (needed: {fewest})"
     if one.obstacle == "collinear":
         if one.visibility <= COLLINEAR:
             return "exactly collinear with the fitted parameters"
         return f"collinear with the fitted parameters: only {share} is not"
     if one.visibility < DISTINCT:
-        return f"only {share} is not collinear with the fitted parameters, and the noise hides that"
-    return "the noise hides it at any plausible amplitude"
+        return f"only {share} is not collinear with the fitted parameters, which is below the noise"
+    return "not detectable above the noise at any plausible amplitude"
 
 
 def gain(judgment: Judgment, metric: tuple[str, str]) -> Gain | None:

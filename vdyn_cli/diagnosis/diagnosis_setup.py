@@ -125,7 +125,12 @@ def refuse_unknown(prepared: PreparedStep) -> None:
 
 
 def already_included(prepared: PreparedStep, setup: DiagnosisSetup) -> Iterator[Finding]:
-    """A note for each requested effect that an earlier step put into the model."""
+    """A note for each requested effect that an earlier step put into the model.
+
+    Parameters
+    ----------
+    prepared : the step with its description and known parameters. setup : its candidate effects.
+    """
     for key, name in _requested(prepared.spec.diagnose):
         if name in prepared.known.extensions and name not in setup.candidates:
             yield Finding(f"diagnose.{key}", f"{name} is in the model already, from an earlier step", minor=True)

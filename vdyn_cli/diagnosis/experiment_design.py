@@ -1,4 +1,4 @@
-"""The expected separation of effects after a manoeuvre that nobody has driven yet, from the Cramer-Rao bound.
+"""The expected separation of effects after a manoeuvre not yet driven, from the Cramer-Rao bound.
 
 With the sensitivities to all unknowns in the driven runs stacked on those in the manoeuvre's simulated runs, an effect
 of amplitude q leaves s' of its sensitivity s q beside what is fitted anyway and the rival. Its length is the number of

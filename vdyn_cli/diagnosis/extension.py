@@ -17,7 +17,7 @@ from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Problem, published
 
-ZERO = "may as well be zero"
+ZERO = "is not significantly different from zero"
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def _published(
 
 
 def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[str], result: Result | None) -> str:
-    """Which named effect may as well be zero, in words; empty where the judgment stands.
+    """Which named effect is not significantly different from zero, in words; empty where the judgment stands.
 
     By the model that is extended by the named effects and nothing else; else by the diagnosis's fit.
     """

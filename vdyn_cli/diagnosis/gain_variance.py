@@ -33,7 +33,12 @@ class PredictionError:
 
 
 def prediction_error(runs: LinearizedRuns, run: int, error: Array) -> PredictionError | None:
-    """The error of a run with its sensitivities; None where the step has no model of the noise."""
+    """The error of a run with its sensitivities; None where the step has no model of the noise.
+
+    Parameters
+    ----------
+    run : index of the run. error : (n,) prediction minus measurement, in the units of the data.
+    """
     rows, shared = runs.rows[run], runs.regression.shared
     if rows.plain is None or rows.plain_root is None:
         return None

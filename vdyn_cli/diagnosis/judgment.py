@@ -32,7 +32,7 @@ from vdyn_cli.quantities.errors import Finding
 
 HELD_OUT_WORSE = "the held-out error increases"
 NOT_SIGNIFICANT = "its amplitude is not significantly different from zero across blocks"
-IMITATED = "a free profile of fewer unknowns does as well"
+IMITATED = "a free profile with fewer unknowns fits equally well"
 
 
 @dataclass(frozen=True)
@@ -143,9 +143,9 @@ def _insufficient(strategy: Strategy, found: Detection) -> str:
     """What these data lack for a diagnosis; empty where they suffice."""
     setup, runs, units = strategy.model.setup, strategy.model.runs, found.units - found.stated
     if runs < setup.fewest_runs:
-        return f"{runs} {setup.run}{'s' if runs > 1 else ''} cannot tell an effect from chance"
+        return f"{runs} {setup.run}{'s' if runs > 1 else ''} are too few to separate an effect from noise"
     if setup.too_short:
-        return f"{setup.too_short}; in so little time effects are confounded"
+        return f"{setup.too_short}; effects are confounded in runs this short"
     if setup.one_way:
         return f"{setup.one_way}: wind, slope and resistance are confounded"
     unit = f"{found.unit}{'s' if units != 1 else ''}"

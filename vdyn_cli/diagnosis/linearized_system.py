@@ -1,6 +1,6 @@
 """A regression linearized at one point and cut into independent units: all that the score tests need.
 
-Sign: the residual here is measured less simulated, so that y = J d + noise; a positive score raises the unknown.
+Sign: the residual here is measured minus simulated, so that y = J d + noise; a positive score raises the unknown.
 """
 
 from __future__ import annotations
@@ -237,7 +237,16 @@ def _blocks_by_run(linear: LinearizedRuns) -> NDArray[np.int64]:
 
 
 def orthonormal(columns: Array) -> Array:
-    """Orthonormal basis of the span of columns of any scale, dependent ones left out."""
+    """Orthonormal basis of the span of columns of any scale, dependent ones left out.
+
+    Parameters
+    ----------
+    columns : (n, k).
+
+    Returns
+    -------
+    (n, r) with r the rank; (n, 0) where all columns are zero.
+    """
     size = np.sqrt(np.sum(columns**2, axis=0))
     scaled = columns[:, size > 0] / size[size > 0]
     if not scaled.shape[1]:

@@ -74,7 +74,12 @@ def may_be_zero(model: FullModel, fitted: FittedModel) -> bool:
 
 
 def is_imitated(model: FullModel, answer: CandidateModel, found: Detection) -> bool:
-    """Whether the answer is a profile that fits no better than a free profile of fewer unknowns, but for chance."""
+    """Whether the answer is a profile that fits no better than a free profile of fewer unknowns, within chance.
+
+    Parameters
+    ----------
+    answer : the accepted candidate model. found : scores beside the baseline, those of free profiles included.
+    """
     effect, *others = answer.effects
     if others or len(model.amplitudes(effect)) <= POLICY.simple_unknowns:
         return False

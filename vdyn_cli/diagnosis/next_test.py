@@ -24,7 +24,12 @@ TURNING = "turns_with_heading"  # tag of effects that only runs both ways can se
 
 
 def next_tests(strategy: Strategy, judgment: Judgment) -> tuple[NextTest, ...]:
-    """The next tests, those with an expected separation first, then what confirms an effect in its own words."""
+    """The next tests, those with an expected separation first, then what confirms an effect in its own words.
+
+    Parameters
+    ----------
+    judgment : of the present data; it decides whether tests discriminate, confirm, or only add data.
+    """
     designer = ExperimentDesigner(strategy)
     if judgment.verdict == "ambiguous":
         return _discriminating(designer, list(combinations(judgment.answers, 2)))
@@ -132,7 +137,7 @@ def _confirming(model: FullModel, effect: str, plans: Mapping[tuple[str, ...], P
     own = {names: plan for names, plan in plans.items() if effect in names}
     rivals = dict.fromkeys(n for names in own for n in names if n != effect)
     candidate = model.setup.candidates[effect]
-    text = candidate.confirm or f"a test in which {candidate.label} alone changes"
+    text = candidate.confirm or f"a test in which only {candidate.label} changes"
     best = max((plan for plan in own.values() if plan is not None), key=lambda p: p.t, default=None)
     if best is not None and best.t < HELPFUL:
         verb = "discriminates between them" if rivals else "shows it"

@@ -25,7 +25,7 @@ class Policy:
     # Detection ------------------------------------------------------------------------------------------------------
     level: float = _threshold(
         0.05, "probability", "false-alarm level of one command; a pipeline shares it over its diagnosed steps",
-        "The conventional 5 %. Bonferroni over the steps of a pipeline: it holds whatever the steps share.",
+        "The conventional 5 %. Bonferroni over the steps of a pipeline: it also holds for steps that share data.",
     )  # fmt: skip
     within_run_share: float = _threshold(
         0.4, "share of the level", "spent on effects that vary within runs",
@@ -41,11 +41,13 @@ class Policy:
     )  # fmt: skip
     smallest_p_ratio: float = _threshold(
         3.0, "", "by which the smallest attainable p value must lie below the level",
-        "A family's share multiplies its p value by 1/0.4 = 2.5: units that give no less never reject. Rounded up.",
+        "A family's share multiplies its p value by 1/0.4 = 2.5: with a larger smallest p value the test never "
+        "rejects. Rounded up.",
     )  # fmt: skip
     even_share: float = _threshold(
         0.1, "share of a family", "spent on statistics scaled by their own sign-flip mean",
-        "Where the baseline misses by many times the noise, flips of one large sensitivity hide the others. A tenth "
+        "Where the baseline's error is many times the noise, sign flips of one large sensitivity hide the others. A "
+        "tenth "
         "costs the plain test 10 % of its level; tests/diagnosis/test_scores.py measures level and power.",
     )  # fmt: skip
     enumerated_units: int = _threshold(
@@ -62,40 +64,40 @@ class Policy:
         "Six runs cannot reach p < 0.031, eight reach 2^-7 = 0.008 < 0.4 * 0.05; smaller levels need more runs.",
     )  # fmt: skip
     fewest_units: int = _threshold(
-        12, "blocks", "below which nothing is certified",
+        12, "blocks", "below which no effect is certified",
         "Sign flips kept their level from 12 blocks on in Monte Carlo runs of prototypes of all steps.",
     )  # fmt: skip
     fewest_effective_units: float = _threshold(
-        6.0, "blocks", "effective number (sum I)^2 / sum I^2, below which nothing is certified",
+        6.0, "blocks", "effective number (sum I)^2 / sum I^2, below which no effect is certified",
         "As fewest_units: with fewer equal blocks, one block decides the test.",
     )  # fmt: skip
     runs_as_units: int = _threshold(
         16, "runs", "from which whole runs are the independent units, not blocks",
-        "Runs share no noise, so that they are preferred; 16 keep the test's power, six to eight do not.",
+        "Runs have independent noise, so they are preferred; 16 runs keep the test's power, six to eight do not.",
     )  # fmt: skip
     # Testable or not ------------------------------------------------------------------------------------------------
     least_visibility: float = _threshold(
         0.02, "share of the sensitivity", "that refitting the baseline must leave, for an effect to be testable",
-        "Laws of elements are known to a few per cent: below that, what remains is the law's own error. "
+        "Laws of elements are known to a few per cent: below that, the remainder is the error of the law itself. "
         "Set by the rows 'not testable' of the hidden-effect matrix, tests/bench/hidden.md.",
     )  # fmt: skip
     prior_information: float = _threshold(
-        0.5, "share of the information", "from priors, above which an effect is testable whatever its visibility",
+        0.5, "share of the information", "from priors, above which an effect is testable at any visibility",
         "More than half of its information: the effect then contradicts what is known beforehand, such as a data "
-        "sheet's zero, and collinearity with the fitted value of it is no objection.",
+        "sheet's zero, so collinearity with its fitted value does not matter.",
     )  # fmt: skip
     reachable_t: float = _threshold(
         3.0, "standard errors", "that an effect at the edge of its plausible range must reach to be testable",
-        "Below, even the largest plausible effect is not told from zero at 0.3 % (two-sided normal).",
+        "Below, even the largest plausible effect is not significant at 0.3 % (two-sided normal).",
     )  # fmt: skip
     typical_share: float = _threshold(
-        0.5, "share of the plausible range", "taken as the amplitude of an effect that nobody estimated",
-        "The middle between no effect and the most that is plausible; stated wherever it is used.",
+        0.5, "share of the plausible range", "assumed amplitude of an effect without an estimate",
+        "The middle between zero and the largest plausible amplitude; stated wherever it is used.",
     )  # fmt: skip
     # Fits of candidate models ---------------------------------------------------------------------------------------
     range_factor: float = _threshold(
         1.5, "times the plausible range", "that an amplitude may reach before the candidate is refused",
-        "Ranges are of published measurements: half as much again allows for the vehicle that nobody measured.",
+        "Ranges are of published measurements: half as much again allows for vehicles outside these measurements.",
     )  # fmt: skip
     catalogue_prior: float = _threshold(
         0.5, "share of the plausible range", "standard deviation of the prior while all candidates are fitted at once",
@@ -130,8 +132,8 @@ class Policy:
     )  # fmt: skip
     most_relinearized: int = _threshold(
         8, "effects", "of the strongest, each compared on its own linearization",
-        "A bound of the cost: each takes one simulation with sensitivities. The strongest alone does not do: on one "
-        "log half-shaft damping showed 59 and the motor inertia that was missing 14 standard errors.",
+        "A bound of the cost: each takes one simulation with sensitivities. The strongest alone is not sufficient: "
+        "on one log half-shaft damping had a score of 59 standard errors, and the missing motor inertia one of 14.",
     )  # fmt: skip
     linearizations: int = _threshold(
         3, "rounds", "of relinearization, each about the amplitude that the last one found",
@@ -142,12 +144,12 @@ class Policy:
         "Half of its own uncertainty: a further round moves the amplitude by less than a quarter of that.",
     )  # fmt: skip
     clearly_better: float = _threshold(
-        4.5, "log likelihood", "by which a nondifferentiable effect must beat what it resembles",
+        4.5, "log likelihood", "by which a nondifferentiable effect must exceed effects collinear with it",
         "3^2 / 2: half the square of three standard errors.",
     )  # fmt: skip
     # Naming ---------------------------------------------------------------------------------------------------------
     rest_level: float = _threshold(
-        0.02, "probability", "above which what a candidate model leaves passes for noise",
+        0.02, "probability", "above which the residual of a candidate model counts as noise",
         "The share of one family of tests in the default level: 0.4 * 0.05.",
     )  # fmt: skip
     needed_t: float = _threshold(
@@ -156,7 +158,7 @@ class Policy:
     )  # fmt: skip
     negligible_rest: float = _threshold(
         0.001, "share of the misfit", "that may remain significant beside a large effect",
-        "No law is exact to more where an effect is hundreds of standard errors large.",
+        "Laws are not more exact than this where an effect is hundreds of standard errors large.",
     )  # fmt: skip
     single_evidence: float = _threshold(
         1.5, "standard errors", "of evidence that a candidate needs to be tried alone",
@@ -168,7 +170,7 @@ class Policy:
     )  # fmt: skip
     pair_evidence: float = _threshold(
         2.0, "standard errors", "of evidence, alone or beside another effect, to be tried in a pair",
-        "Below needed_t, since an effect shows less while its partner is missing; 2.3 % exceed it by chance.",
+        "Below needed_t, since an effect is weaker while its partner is missing; 2.3 % exceed it by chance.",
     )  # fmt: skip
     pair_pool: int = _threshold(
         8, "effects", "the strongest, of which pairs are formed",
@@ -180,7 +182,7 @@ class Policy:
     )  # fmt: skip
     most_effects: int = _threshold(
         5, "effects", "of one answer by forward selection",
-        "Real trips hold up to four (tests/bench/bmw_diagnosis.md); more can imitate anything.",
+        "Real trips hold up to four (tests/bench/bmw_diagnosis.md); a model with more effects overfits.",
     )  # fmt: skip
     one_sided_share: float = _threshold(
         0.15, "share of the range", "on the other side of zero, below which a range allows one sign only",
@@ -210,17 +212,18 @@ class Policy:
     )  # fmt: skip
     fewest_blocks_left_out: int = _threshold(
         8, "blocks", "below which no gain is stated",
-        "With seven degrees of freedom, t = 2.4 is within a fifth of the normal quantile; neighboring blocks of "
-        "one run are less independent than runs are, so that more of them are asked for.",
+        "With seven degrees of freedom, t = 2.4 is within a fifth of the normal quantile; neighboring blocks of one "
+        "run are less independent than runs, so more of them are required.",
     )  # fmt: skip
     noise_model_folds: int = _threshold(
         4, "folds", "that the variance by the noise model counts as",
-        "Scatter and model weigh alike for five folds, about what a test has drives. The coverage is measured in "
+        "Scatter and noise model have equal weight at five folds, the usual number of drives in a test. The coverage "
+        "is measured in "
         "tests/diagnosis/test_held_out_gain.py.",
     )  # fmt: skip
     prediction_exactness: float = _threshold(
         1e-3, "share of the error", "least half-width of the gain's interval",
-        "No simulation and no law is exact to less, however well the folds agree.",
+        "Simulations and laws are not exact to less, even where the folds agree better.",
     )  # fmt: skip
     fold_evidence: float = _threshold(
         2.0, "standard errors", "of evidence below which a fold selects no further effect",
@@ -233,7 +236,8 @@ class Policy:
     # Next test ------------------------------------------------------------------------------------------------------
     separated_t: float = _threshold(
         6.0, "standard errors", "of separation that a planned test must reach",
-        "From there on tests/bench/hidden.md asks for 95 % of the effects named or in a set; 93 to 99 % are.",
+        "From this separation on, tests/bench/hidden.md requires 95 % of the effects to be named or in a set; 93 to "
+        "99 % are.",
     )  # fmt: skip
 
 

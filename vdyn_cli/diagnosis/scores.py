@@ -174,12 +174,26 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
 
 
 def absorbed(system: LinearizedSystem, fitted: Sequence[str], column: Array) -> Array:
-    """The bias of each fitted unknown, (fitted,), by an effect of this sensitivity, (n,), that is not in the model."""
+    """The bias of each fitted unknown, (fitted,), by an effect of this sensitivity, (n,), that is not in the model.
+
+    Parameters
+    ----------
+    system : linearized (whitened) system. fitted : names of the shared unknowns in the fit.
+
+    Notes
+    -----
+    Least squares b = argmin |column - J b|^2 over the fitted and the runs' own unknowns.
+    """
     return np.asarray(np.linalg.lstsq(system.of([*fitted, *system.own]), column, rcond=None)[0][: len(fitted)])
 
 
 def signs(units: int, draws: int) -> Array:
-    """Patterns of signs, (patterns, units): the observed one first; all of them where they are few."""
+    """Patterns of signs, (patterns, units): the observed one first; all of them where they are few.
+
+    Parameters
+    ----------
+    units : independent units. draws : number of random patterns, where not all 2^(units - 1) are enumerated.
+    """
     if units <= POLICY.enumerated_units:
         bits = (np.arange(2 ** (units - 1))[:, None] >> np.arange(units)[None, :]) & 1
         return np.asarray(1.0 - 2.0 * bits, dtype=np.float64)

@@ -27,7 +27,16 @@ class UntestableEffect:
 
 
 def untestable(model: FullModel, base: FittedModel, found: Detection) -> tuple[UntestableEffect, ...]:
-    """Every candidate that has a sensitivity in these data but cannot be detected in them."""
+    """Every candidate that has a sensitivity in these data but cannot be detected in them.
+
+    Parameters
+    ----------
+    base : the fitted baseline. found : its scores.
+
+    Returns
+    -------
+    Each with the obstacle, the assumed amplitude, and the bias of the parameters that it would cause.
+    """
     result = []
     for name, effect in model.setup.candidates.items():
         unknown = model.amplitudes(name)[0]

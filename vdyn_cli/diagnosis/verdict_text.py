@@ -104,14 +104,17 @@ def _share(gain: HeldOutGain | None) -> str:
 
 def _plural(label: str) -> bool:
     """Whether a label such as "brakes that drag" or "wheel loads with a wrong gain" is a plural."""
-    return any(word.endswith("s") for word in label.split()[:2])
+    return any(word.endswith("s") and not word.endswith("ss") for word in label.split()[:2])
 
 
 def _compensated(gain: HeldOutGain | None) -> str:
     """Two errors that compensated each other are one left: parameters that are off as stated then show."""
     if gain is None or gain.interval[1] >= 0 or gain.after < NOTABLY * gain.before:
         return ""
-    return " With it, the stated parameters predict worse: it compensated an error in one of them."
+    return (
+        " With it, the error of predictions with the stated parameters increases: a stated parameter has an "
+        "error that the effect had compensated."
+    )
 
 
 def _with_amplitude(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:

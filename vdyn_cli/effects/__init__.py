@@ -26,7 +26,7 @@ _NONE: Mapping[str, float] = MappingProxyType({})
 # What an effect is, whatever the test.
 PROPERTIES: Mapping[str, str] = MappingProxyType(
     {
-        "sensor": "a fault of a sensor, not of the vehicle",
+        "sensor": "a sensor fault, not a vehicle property",
         "test_only": "belongs to the test, not to the vehicle: later steps and exports do not keep it",
         "between_runs": "shows only as a difference between runs",
         "turns_with_heading": "changes its sign with the direction of driving: only runs both ways separate it",
@@ -101,7 +101,7 @@ class Effect:
 
     @property
     def sensor(self) -> bool:
-        """Whether it is a fault of a sensor, not of the vehicle."""
+        """Whether it is a sensor fault, not a vehicle property."""
         return "sensor" in self.tags
 
     @property

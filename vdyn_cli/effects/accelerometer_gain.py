@@ -12,10 +12,10 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(
         Quantity("accelerometer_gain_error", "", "share by which the accelerometer reads too much", "e", -0.3, 0.3),
     ),
-    reference="inertial sensors hold 1 to 3 %; a wrong range or sensitivity in the logger is off by more",
+    reference="gain error of inertial sensors: 1 to 3 %; more with a wrong range or sensitivity in the logger",
     label="an accelerometer with a wrong gain",
-    signature="The measured acceleration is off by the same share of itself everywhere; speed and position agree.",
-    alike=("speed_scale", "a body that pitches as the car speeds up"),
+    signature="The error of the measured acceleration is proportional to the acceleration; speed and position agree.",
+    alike=("speed_scale", "a body that pitches as the car accelerates"),
     confirm="Turn the accelerometer over, nose up and nose down: it has to read plus and minus 1 g.",
     tags={"sensor", "coasting"},
     covers=("accelerometer_scale",),

@@ -21,9 +21,9 @@ SOFT = 0.1  # N m
         *(5.7e-3, 8e-3, 1.1e-2, 1.6e-2, 2.2e-2, 3.1e-2, 4.4e-2, 6e-2),
     ),
     label="free play in the half-shafts",
-    signature="When the torque changes sign the shaft gives none for a moment and then takes it up with a knock.",
+    signature="When the torque changes sign, the shaft torque is zero for a moment, then rises abruptly.",
     alike=("shaft_stiffness", "shaft_damping", "torque_delay"),
-    confirm="Turn the inner end to and fro by hand with the wheel held, or tip in and back out slowly.",
+    confirm="Turn the inner end back and forth by hand with the wheel held, or tip in and back out slowly.",
     sense="to either side",
     tags={"driving", "shaft_twist"},
 )

@@ -12,9 +12,9 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("bearing_drag", "N m s/rad", "drag torque of bearing and seals per speed", "cb", -0.02, 1.0),),
     reference="wheel bearings with seals: 0.5 to 2 N m at 50 rad/s; a damaged one several times that",
     label="a bearing that drags",
-    signature="What is left of the torque grows with the wheel's speed.",
+    signature="The torque residual increases with wheel speed.",
     alike=("brake_drag", "hub_torque_offset", "rolling_resistance"),
-    confirm="Jack the wheel up, spin it and time how it slows down.",
+    confirm="Jack the wheel up, spin it and measure its deceleration.",
     tags={"wheel_spin"},
 )
 def bearing_drag(bearing: Law, s: Signals, q: Signals) -> Number:

@@ -9,7 +9,7 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="brake",
-    unknowns=(Quantity("brake_drag", "N", "drag of brakes that do not let go, at the road", "Fb", 0.0, 200.0),),
+    unknowns=(Quantity("brake_drag", "N", "drag of brakes that do not release, at the road", "Fb", 0.0, 200.0),),
     reference="residual brake torque of disc brakes, 1 to 6 N m a wheel: 10 to 80 N at the road",
     label="brakes that drag",
     signature="A force that is the same at every speed and in both directions slows the car.",

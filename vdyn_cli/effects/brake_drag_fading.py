@@ -17,7 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     nominal={"brake_drag_fading_time": 20.0},
     reference="pads retract and discs cool within tens of seconds of braking; size as for residual brake torque",
     label="brakes that let go slowly",
-    signature="Every run slows down too fast in its first tens of seconds, in both directions alike.",
+    signature="Every run slows down too fast in its first tens of seconds, in both directions.",
     alike=("extra_drag_area", "drag_area", "tire_warmup"),
     confirm="Do not touch the brakes for a minute before a run, or start coasts from different speeds.",
     tags={"test_only", "open_road"},

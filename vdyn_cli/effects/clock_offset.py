@@ -18,9 +18,10 @@ def early(clock: Law, s: Signals, q: Signals) -> Number:
     unknowns=(Quantity("clock_offset", "s", "by which some channels are logged late", "tau", -0.2, 0.2),),
     reference="latency of inertial and GPS devices: 7 to 160 ms; devices without a common trigger: a sample or more",
     label="clocks of two loggers that differ",
-    signature="What is left follows the rate at which the late channels change, so that they draw loops.",
+    signature="The residual is proportional to the time derivative of the late channels (loops in plots of "
+    "residual over channel).",
     alike=("tire_damping", "tire_relaxation", "pitch inertia"),
-    confirm="Knock the car once at rest with every channel logging, and compare when each one sees it.",
+    confirm="Hit the car once at rest while all channels are logged, and compare the time of the response in each.",
     sense="late (on a bump the body's acceleration and pitch rate, else loads, torque and forces)",
     tags={"sensor", "bump_crossing", "pitching", "wheel_spin"},
 )
@@ -28,6 +29,6 @@ def clock_offset(clock: Law, s: Signals, q: Signals) -> Number:
     """One device's channels are logged late against another's.
 
     x_read(t) = x(t - tau). On a bump the late channels are the body's acceleration and pitch rate; in runs for the
-    centre of gravity the wheel loads; at a wheel the hub's torque and forces.
+    center of gravity the wheel loads; at a wheel the hub's torque and forces.
     """
     return clock(s) - q.clock_offset

@@ -10,10 +10,10 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on="drive",
     unknowns=(Quantity("driveline_loss", "", "share of the drive force lost behind the torque", "e", 0.0, 0.25),),
-    reference="a helical stage under load loses 1 to 2 %, a final drive 2 to 5 %, and a torque reckoned from currents "
-    "leaves the motor's own iron and friction losses out: 2 to 8 %",
+    reference="a helical stage under load loses 1 to 2 %, a final drive 2 to 5 %, and a torque computed from "
+    "currents omits the motor's iron and friction losses: 2 to 8 %",
     label="a driveline that loses a share of the torque",
-    signature="The simulated car outruns the real one in proportion to the torque that drives it.",
+    signature="The simulated car gets faster than the real one in proportion to the drive torque.",
     alike=("torque_gain", "wheel_radius", "mass_error", "driveline_efficiency", "driveline_drag"),
     confirm="Weigh the car, then measure the torque at the hubs or the pull of the car against a load cell.",
     tags={"driving"},

@@ -10,9 +10,10 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on=("air", "gust_drag"),
     unknowns=(Quantity("extra_drag_area", "m^2", "drag area of sensors, cables and open windows", "dCdA", -0.3, 0.5),),
-    reference="doi:10.4271/2017-01-1574 blames sensors and cables; range: wheel force sensors with rods about 0.1 m^2",
+    reference="doi:10.4271/2017-01-1574 names sensors and cables as the cause; range: wheel force sensors with "
+    "rods about 0.1 m^2",
     label="drag area that is not in the model",
-    signature="The car slows down faster at high speed only, by as much on every run and in both directions.",
+    signature="The car slows down faster at high speed only, equally on every run and in both directions.",
     alike=("drag_area", "air_density", "headwind", "speed_dependent_rolling"),
     confirm="Coast down from the same speed with the measuring equipment taken off, or from a higher speed.",
     tags={"open_road"},

@@ -9,12 +9,13 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="grade",
-    unknowns=(Quantity("felt_slope", "", "share of the slope that the accelerometer felt", "q", 0.0, 1.3),),
-    reference="a forward accelerometer feels V' + g sin(slope): less the speed's own rate, that is the road; share 1",
+    unknowns=(Quantity("felt_slope", "", "share of the slope in the accelerometer's reading", "q", 0.0, 1.3),),
+    reference="a forward accelerometer feels V' + g sin(slope): minus the rate of the speed, this is the road; share 1",
     label="hills that the accelerometer felt",
-    signature="The car loses speed wherever the accelerometer reads more than the speed's own rate.",
+    signature="The car loses speed wherever the accelerometer reads more than the rate of the speed.",
     alike=("grade_profile", "road_grade", "headwind"),
-    confirm="Drive the same road once more, or back: the hills must be found again, and in a survey's heights.",
+    confirm="Drive the same road again, or back: the hills must appear at the same places, and agree with "
+    "surveyed heights.",
     tags={"test_only", "driving"},
 )
 def felt_slope(grade: Law, s: Signals, q: Signals) -> Number:

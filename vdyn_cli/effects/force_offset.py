@@ -9,10 +9,10 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="force_x",
-    unknowns=(Quantity("force_offset", "N", "what the force channel reads without force", "F0", -500, 500),),
+    unknowns=(Quantity("force_offset", "N", "reading of the force channel without force", "F0", -500, 500),),
     reference="0.1 % of 24 kN is 24 N; rolling resistance in the channel is 30 to 60 N",
     label="a longitudinal force with a wrong zero",
-    signature="Force over slip is shifted up or down by the same everywhere, plateaus as well as slope.",
+    signature="Force over slip is shifted up or down by the same force everywhere.",
     alike=("slip_offset",),
     confirm="Lift the wheel and read the force.",
     tags={"sensor", "slip_sweep"},

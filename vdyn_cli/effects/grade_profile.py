@@ -21,9 +21,10 @@ def _slope(name: str, knot: int) -> Quantity:
     unknowns=tuple(_slope(name, k) for k, name in enumerate(SLOPES, 1)),
     reference="weight along the road, piecewise linear; range: public roads seldom exceed 3 % for long",
     label="a road that rises and falls",
-    signature="The car gains and loses speed at the same places of the road on every run, mirrored on the way back.",
+    signature="The speed residual rises and falls at the same places of the road on every run, with opposite "
+    "sign on the way back.",
     alike=("road_grade", "headwind", "brake_drag_fading"),
-    confirm="Log the position, and run the stretch both ways from several start points, or survey its height.",
+    confirm="Log the position, and drive the segment both ways from several start points, or survey its height.",
     sense="uphill on the way out",
     tags={"test_only", "open_road"},
     covers=("road_slope",),

@@ -12,9 +12,10 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("headwind", "m/s", "steady headwind along the out direction", "w", -8, 8),),
     reference="drag of the relative air speed; range: SAE J1263 allows 16 km/h of mean wind, doubled for gusty days",
     label="a headwind",
-    signature="Runs out slow down faster than runs back, the more so the faster they are.",
+    signature="Runs out slow down faster than runs back; the difference increases with speed.",
     alike=("road_grade", "extra_drag_area", "rolling_resistance"),
-    confirm="Drive the same track both ways from high to walking speed: wind fades with the speed, a slope does not.",
+    confirm="Drive the same track both ways from high to walking speed: the wind force decreases with the speed, "
+    "the slope force does not.",
     sense="along the out direction",
     tags={"test_only", "turns_with_heading", "daily", "open_road"},
 )

@@ -12,9 +12,9 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("hub_torque_gain", "", "share by which the hub's torque reads too much", "g", -0.1, 0.1),),
     reference="wheel force sensors: 0.1 to 0.5 % between the gains of torque and force",
     label="a hub torque with a wrong gain",
-    signature="What is left of the torque follows the torque itself, in step with the longitudinal force.",
+    signature="The torque residual is proportional to the torque and to the longitudinal force.",
     alike=("wheel_radius", "wheel_mass", "wheel_inertia"),
-    confirm="Hold torque and force steady against each other: a lever arm of known length with weights on it.",
+    confirm="Compare torque and force under a static load: weights on a lever arm of known length.",
     tags={"sensor", "wheel_spin"},
 )
 def hub_torque_gain(hub_torque: Law, s: Signals, q: Signals) -> Number:

@@ -9,10 +9,10 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="hub_torque",
-    unknowns=(Quantity("hub_torque_offset", "N m", "what the hub's torque reads without torque", "T0", -50, 50),),
+    unknowns=(Quantity("hub_torque_offset", "N m", "reading of the hub torque without torque", "T0", -50, 50),),
     reference="0.1 % of full scale: 4 N m; warm-up and centrifugal drift of strain gauges several times that",
     label="a hub torque with a wrong zero",
-    signature="What is left of the torque is the same at every speed and torque, in every run.",
+    signature="The torque residual is the same at every speed and torque, in every run.",
     alike=("brake_drag", "bearing_drag", "rolling_resistance"),
     confirm="Jack the wheel up, turn it by hand both ways and read the torque.",
     tags={"sensor", "wheel_spin"},

@@ -14,7 +14,7 @@ from vdyn_cli.quantities.quantity import Quantity
     ),
     reference="Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, 4.3.2: 1 to 4 % per kN for passenger cars",
     label="friction that falls with the load",
-    signature="Sweeps at a higher load lie below those at a lower one, most of all at the peak.",
+    signature="The friction of sweeps at a higher load is lower, most of all at the peak.",
     alike=("tire_D", "friction_fade"),
     confirm="Sweep at half and at twice the load, at one speed.",
     tags={"slip_sweep"},

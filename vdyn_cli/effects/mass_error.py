@@ -12,7 +12,8 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("mass_error", "", "share by which the true mass exceeds the given one", "", -0.15, 0.15),),
     reference="weighing without crew, fuel or rig: two people and a rig are 10 % of a car",
     label="a wrong mass",
-    signature="In coasts all forces are scaled alike; under power the car speeds up too fast or too slowly.",
+    signature="In coasts all forces have the same relative error; under power the car accelerates too fast or "
+    "too slowly.",
     alike=("rotating_mass", "torque_gain", "wheel_radius", "rolling_resistance", "drag_area"),
     confirm="Weigh the car as it was driven, with crew and fuel.",
     tags={"open_road"},

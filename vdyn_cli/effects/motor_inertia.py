@@ -9,12 +9,22 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="parameters",
-    unknowns=(Quantity("motor_inertia", "kg m^2", "inertia that is missing inside the half-shafts", "", -4.0, 8.0),),
+    unknowns=(
+        Quantity(
+            "motor_inertia",
+            "kg m^2",
+            "inertia missing in the model on the motor side of the half-shafts",
+            "",
+            -4.0,
+            8.0,
+        ),
+    ),
     reference="geared motor-generators of a power-split transaxle: 3.3 kg m^2 at the wheels, 2 % of the car's mass",
     label="inertia of motors that is not in the model",
-    signature="The half-shafts see less torque than the drive gives whenever the car speeds up, and shake more slowly.",
+    signature="While the car accelerates, the half-shaft torque is below the drive torque; the half-shafts "
+    "oscillate at a lower frequency.",
     alike=("rotating_mass", "wheel_inertia", "torque_gain", "shaft_stiffness"),
-    confirm="Step the torque and watch the half-shafts' frequency, or spin the wheels up off the ground.",
+    confirm="Step the torque and measure the half-shafts' frequency, or spin the wheels up off the ground.",
     tags={"driving"},
 )
 def motor_inertia(parameters: Law, s: Signals, q: Signals) -> Number:

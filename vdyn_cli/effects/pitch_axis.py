@@ -1,4 +1,4 @@
-"""A body that pitches about an axis below its centre of gravity."""
+"""A body that pitches about an axis below its center of gravity."""
 
 from __future__ import annotations
 
@@ -10,18 +10,16 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="motion_moment",
-    unknowns=(
-        Quantity("pitch_axis", "m", "how far the axis of pitch lies below the centre of gravity", "e", -0.3, 0.6),
-    ),
-    reference="moments of a body on its springs; suspensions put the axis near the road or near the wheel centres",
-    label="a pitch axis below the centre of gravity",
-    signature="What is left follows the pitch angle: height reads some per cent high.",
+    unknowns=(Quantity("pitch_axis", "m", "distance of the pitch axis below the center of gravity", "e", -0.3, 0.6),),
+    reference="moments of a body on its springs; suspensions put the axis near the road or near the wheel centers",
+    label="a pitch axis below the center of gravity",
+    signature="The residual is proportional to the pitch angle; the estimated height is some per cent too high.",
     alike=("cg_height", "accelerometer_tilt"),
     confirm="Lift the rear axle of the parked car by some degrees: the front axle's load gives the height directly.",
     tags={"pitching"},
 )
 def pitch_axis(motion_moment: Law, s: Signals, q: Signals) -> Number:
-    """A centre of gravity that moves to the rear when the nose rises, since the body turns about an axis below it.
+    """A center of gravity that moves to the rear when the nose rises, since the body turns about an axis below it.
 
     Its weight then adds the moment M g e th.
     """

@@ -12,11 +12,12 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(
         Quantity("progressive_spring", "1/m", "relative gain of stiffness per compression, halved", "k2", -5, 15),
     ),
-    reference="first bend of a spring's line; a rate that doubles in 50 to 100 mm is that of a bump stop (5 to 10 1/m)",
+    reference="first nonlinear term of a spring's characteristic; a rate that doubles in 50 to 100 mm is that of "
+    "a bump stop (5 to 10 1/m)",
     label="springs that stiffen in compression",
-    signature="What is left of the loads, over the stroke, bends upwards at both ends.",
+    signature="The load residual over stroke bends upward at both ends.",
     alike=("asymmetric_damping",),
-    confirm="Load the parked car with ballast and read ride height against axle load: the line is bent.",
+    confirm="Load the parked car with ballast and measure ride height over axle load: the characteristic is curved.",
     tags={"bump_crossing"},
 )
 def progressive_spring(spring: Law, s: Signals, q: Signals) -> Number:

@@ -12,9 +12,11 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("extra_rotating_mass", "kg", "rotating mass that is not in the model", "", -100.0, 300.0),),
     reference="M + sum J/r^2: wheels add 3 to 4 % of the mass, coupled motor-generators 2 % more",
     label="rotating mass that is not in the model",
-    signature="The car speeds up and slows down less than all forces call for, but climbs as its mass says.",
+    signature="The car accelerates and decelerates less than the forces require, but its weight on slopes agrees "
+    "with the mass.",
     alike=("mass_error", "rolling_resistance", "drag_area", "torque_gain", "wheel_inertia", "motor_inertia"),
-    confirm="Drive hard and gently by a known torque, or coast on a known slope: weight climbs, inertia does not.",
+    confirm="Drive with a known large and small torque, or coast on a known slope: rotating mass adds inertia, "
+    "but no weight.",
     tags={"open_road"},
 )
 def rotating_mass(parameters: Law, s: Signals, q: Signals) -> Number:

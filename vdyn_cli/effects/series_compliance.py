@@ -9,10 +9,12 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="shaft",
-    unknowns=(Quantity("series_compliance", "rad/(N m)", "twist per torque beside the shaft", "s", -2e-6, 2e-4),),
+    unknowns=(
+        Quantity("series_compliance", "rad/(N m)", "twist per torque in series with the shaft", "s", -2e-6, 2e-4),
+    ),
     reference="joints and splines make a half-shaft 20 to 60 % softer than its bar",
-    label="joints that give in series with the half-shaft",
-    signature="The shaft is softer in the log than its drawing says, at every torque and rate alike.",
+    label="compliant joints in series with the half-shaft",
+    signature="The shaft is softer in the log than calculated from its drawing, at every torque and rate.",
     alike=("shaft_stiffness",),
     confirm="Clamp the shaft at its outer joint, hang a known torque on its inner end and read the twist at both ends.",
     tags={"shaft_twist", "beside_drawing"},

@@ -12,9 +12,9 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("shaft_damping_error", "", "share by which both shafts damp more than given", "", -0.95, 3.0),),
     reference="damping of steel shafts with joints is seldom known within a factor of two",
     label="half-shafts of another damping",
-    signature="After a step of torque the half-shafts' shake dies out faster or slower than simulated.",
+    signature="After a torque step the half-shafts' oscillation decays faster or more slowly than simulated.",
     alike=("shaft_stiffness", "tire_relaxation", "backlash"),
-    confirm="Step the torque and let go at once, several times, at one speed.",
+    confirm="Step the torque and release it at once, several times, at one speed.",
     tags={"driving"},
 )
 def shaft_damping(parameters: Law, s: Signals, q: Signals) -> Number:

@@ -14,7 +14,7 @@ from vdyn_cli.quantities.quantity import Quantity
     ),
     reference="joints and splines make a half-shaft 20 to 60 % softer than its bar",
     label="half-shafts of another stiffness",
-    signature="After a step of torque the half-shafts shake at another frequency than simulated.",
+    signature="After a torque step the half-shafts oscillate at another frequency than simulated.",
     alike=("motor_inertia", "tire_relaxation", "backlash", "shaft_damping"),
     confirm="Clamp the wheel and twist the inner end by a known torque, or step the torque at several speeds.",
     tags={"driving"},

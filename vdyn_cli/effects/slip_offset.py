@@ -9,10 +9,10 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="slip",
-    unknowns=(Quantity("slip_offset", "", "what the slip reads where there is none", "s0", -0.05, 0.05),),
+    unknowns=(Quantity("slip_offset", "", "reading of the slip without slip", "s0", -0.05, 0.05),),
     reference="1 % of wheel radius is 1 % of slip; unloaded, rolling and static radius differ by 1 to 4 %",
     label="a slip with a wrong zero",
-    signature="The curve crosses zero force beside zero slip.",
+    signature="The curve crosses zero force at a slip other than zero.",
     alike=("force_offset", "wheel_radius"),
     confirm="Let the wheel roll free at the speed of the sweeps: its slip there is the zero.",
     tags={"sensor", "slip_sweep"},

@@ -12,7 +12,7 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("speed_delay", "s", "time by which the speed channel lags the others", "tau", -0.3, 0.5),),
     reference="GPS receivers give their speed 7 to 160 ms late",
     label="a speed channel with a wrong delay",
-    signature="Where the acceleration changes, the measured speed follows the simulated one late by a fixed time.",
+    signature="Where the acceleration changes, the measured speed lags the simulated one by a fixed time.",
     alike=("torque_delay", "tire_relaxation", "shaft_stiffness"),
     confirm="Tap the throttle or the brake sharply a few times and compare the speed with an accelerometer.",
     tags={"sensor", "open_road"},

@@ -12,9 +12,9 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("speed_dependent_rolling", "s/m", "rise of the coefficient with speed", "frr1", -4e-4, 4e-4),),
     reference="linear term of SAE J2452's shortened form; range: the linear term of EPA road loads, up to 6 N s/m",
     label="rolling resistance that rises with speed",
-    signature="What slows the car rises in proportion to its speed, in both directions alike.",
+    signature="The resistance residual is proportional to speed, equally in both directions.",
     alike=("drag_area", "extra_drag_area", "rolling_resistance"),
-    confirm="Coast down over a wider range of speed: from as fast as allowed to walking speed.",
+    confirm="Coast down over a wider range of speed: from the highest speed allowed to walking speed.",
     tags={"open_road"},
 )
 def speed_dependent_rolling(rolling: Law, s: Signals, q: Signals) -> Number:

@@ -11,10 +11,10 @@ from vdyn_cli.quantities.quantity import Quantity
     on="speed",
     unknowns=(Quantity("speed_error", "", "share by which the speed channel reads too much", "ev", -0.1, 0.1),),
     reference="a worn or pumped-up tire: 1 to 3 %; a speedometer's lead: up to 10 % (UN Regulation 39)",
-    label="a speed that reads wrong",
-    signature="The rear axle meets the bump sooner or later than wheelbase over speed says, in proportion.",
+    label="a speed with a gain error",
+    signature="The delay between front and rear axle differs from wheelbase over speed by a constant factor.",
     alike=("wheelbase", "bump width"),
-    confirm="Time the car between two marks a measured way apart.",
+    confirm="Time the car between two marks at a measured distance.",
     tags={"sensor", "bump_crossing"},
 )
 def speed_error(speed: Law, s: Signals, q: Signals) -> Number:

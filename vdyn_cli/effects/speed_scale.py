@@ -10,11 +10,12 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on=("speed", "measured_speed"),
     unknowns=(Quantity("speed_scale_error", "", "share by which the speed reads too high", "e", -0.1, 0.1),),
-    reference="wheel-based speeds change by 1 to 4 % with the radius taken; GPS and optical sensors hold 0.2 %",
+    reference="wheel-based speeds change by 1 to 4 % with the assumed radius; GPS and optical sensors: 0.2 %",
     label="a speed with a wrong gain",
-    signature="Speed is off by the same share everywhere: in a coast like other rolling resistance and drag together.",
+    signature="The relative error of the speed is constant; in a coast-down this is collinear with rolling "
+    "resistance and drag.",
     alike=("rolling_resistance", "drag_area", "wheel_radius", "mass_error", "torque_gain"),
-    confirm="Compare the speed, integrated, with a distance that was measured: kilometre stones, GPS positions.",
+    confirm="Compare the speed, integrated, with a measured distance: kilometer markers, GPS positions.",
     tags={"sensor", "open_road"},
 )
 def speed_scale(speed: Law, s: Signals, q: Signals) -> Number:

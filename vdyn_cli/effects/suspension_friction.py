@@ -32,15 +32,16 @@ def bristle(s: Signals) -> Number:
     states={"bristle": bristle},
     probes=(400.0,),  # friction that holds the body where it stops is found from above; from zero only below 100 N
     label="dry friction in the struts",
-    signature="What is left of the loads, over the stroke's rate, is a step at zero, as high in slow strokes as fast.",
+    signature="The load residual over stroke rate is a step at zero, equally high in slow and fast strokes.",
     alike=("asymmetric_damping", "tire_damping"),
-    confirm="Rock the car slowly by hand over load cells: springs with friction draw a loop of twice its height.",
+    confirm="Rock the car slowly by hand over load cells: load over stroke is a loop with a height of twice the "
+    "friction.",
     tags={"bump_crossing"},
 )
 def suspension_friction(damper: Law, s: Signals, q: Signals) -> Number:
     """Dry friction of struts, bushings and seals, the same force at every stroke rate, against the motion.
 
-    F = C v + Fc z, z from -1 to 1 following the stroke over some tenths of a millimetre. A call that stands for a part
+    F = C v + Fc z, z from -1 to 1 following the stroke over some tenths of a millimeter. A call that stands for a part
     of the axle takes its share.
     """
     return damper(s) + s.share * q.suspension_friction * s.bristle

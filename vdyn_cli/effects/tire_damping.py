@@ -12,9 +12,10 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("tire_damping", "N s/m", "vertical damping of the two tires of an axle", "Ct", -100, 2_000),),
     reference="50 to 500 N s/m a tire: Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, chapter 9",
     label="damping in the tires",
-    signature="Loads differ in step with how fast the road rises and the wheel hops, and hopping dies out sooner.",
+    signature="The load residual follows the vertical speed of road and wheel, and wheel hop decays faster than "
+    "simulated.",
     alike=("suspension_friction", "unsprung masses"),
-    confirm="Let a wheel drop from a jack by a centimetre and time how its hopping decays with the damper taken off.",
+    confirm="Let a wheel drop from a jack by a centimeter with the damper removed, and measure the decay of its hop.",
     tags={"bump_crossing"},
 )
 def tire_damping(tire_vertical: Law, s: Signals, q: Signals) -> Number:

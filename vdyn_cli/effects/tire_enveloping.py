@@ -17,9 +17,9 @@ NODES = ((0.119309593041598, 0.467913934572691), (0.330604693233132, 0.360761573
     reference="contact patches of 0.1 to 0.2 m; averaging after Zegelaar, The Dynamic Response of Tyres, Delft 1998",
     probes=(0.06, 0.12, 0.2),  # a short patch changes a bump by p^2/24 times its bend: no slope at zero
     label="tires that average the road over their contact patch",
-    signature="The bump's peak load is lower and its edges are softer than the profile says.",
+    signature="The peak load on the bump is lower and its edges are smoother than simulated.",
     alike=("bump height", "bump width", "tire_damping"),
-    confirm="Cross a long ramp and a short step of the same height: only the short one is softened.",
+    confirm="Cross a long ramp and a short step of the same height: only the short one is smoothed.",
     tags={"bump_crossing"},
 )
 def tire_enveloping(road: Law, s: Signals, q: Signals) -> Number:

@@ -12,9 +12,10 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("tire_relaxation", "m", "relaxation length beyond the model's", "sigma", -0.3, 1.0),),
     reference="Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012: 0.1 to 0.5 m along; longer when worn, hot or soft",
     label="slip that builds up over another length",
-    signature="After a step of torque the tire's force follows late, the later the slower the car goes.",
+    signature="After a torque step the tire force lags; the lag is inversely proportional to speed.",
     alike=("shaft_stiffness", "speed_delay", "torque_delay", "clock_offset"),
-    confirm="Step the torque at a third of the speed: a delay in time stays as it is, one in distance grows threefold.",
+    confirm="Step the torque at a third of the speed: a fixed delay stays the same, a relaxation length makes "
+    "the delay three times as long.",
     tags={"driving", "slip_sweep"},
 )
 def tire_relaxation(parameters: Law, s: Signals, q: Signals) -> Number:

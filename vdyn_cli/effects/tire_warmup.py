@@ -11,13 +11,13 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on="rolling",
     unknowns=(
-        Quantity("tire_warmup", "", "share by which rolling resistance is higher when the day begins", "k", 0.0, 1.2),
-        Quantity("tire_warmup_time", "s", "time in which that falls to 37 %", "", 100.0, 3600.0),
+        Quantity("tire_warmup", "", "relative increase of rolling resistance at the start of the day", "k", 0.0, 1.2),
+        Quantity("tire_warmup_time", "s", "time in which the increase falls to 37 %", "", 100.0, 3600.0),
     ),
     nominal={"tire_warmup_time": 600.0},
     reference="rolling resistance falls from about twice for 10 to 30 minutes (warm-up of SAE J1263 and WLTP)",
     label="tires that were still warming up",
-    signature="Early runs slow down faster than late ones, and the difference dies out in some ten minutes.",
+    signature="Early runs slow down faster than late ones, and the difference decays within some ten minutes.",
     alike=("brake_drag_fading", "temperature_rolling", "rolling_resistance"),
     confirm="Drive for half an hour and repeat the first runs: they must not differ from the last.",
     tags={"test_only", "open_road"},

@@ -14,7 +14,7 @@ from vdyn_cli.quantities.quantity import Quantity
     ),
     reference="torque read from a vehicle's bus comes 10 to 100 ms late",
     label="a drive torque with a wrong delay",
-    signature="The real car answers a step of the torque sooner than the simulated one, by a fixed time.",
+    signature="The real car responds to a torque step earlier than the simulated one, by a fixed time.",
     alike=("speed_delay", "backlash", "shaft_stiffness", "tire_relaxation"),
     confirm="Tap the throttle sharply a few times and compare the torque with an accelerometer.",
     tags={"sensor", "open_road"},

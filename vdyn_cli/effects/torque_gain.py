@@ -12,7 +12,7 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("torque_gain", "", "share by which the drive torque reads too high", "e", -0.15, 0.15),),
     reference="torque estimated from motor current is good to 1 to 5 %, measured by strain gauges to 0.1 to 0.5 %",
     label="a drive torque with a wrong gain",
-    signature="The simulated car outruns the real one in proportion to the torque, and not at all while coasting.",
+    signature="The simulated car gets faster than the real one in proportion to the torque; they agree while coasting.",
     alike=("wheel_radius", "mass_error", "wheel_inertia", "driveline_drag", "driveline_efficiency"),
     confirm="Hang a known weight on a lever at the hub, or drive up a known slope slowly.",
     tags={"sensor", "open_road"},

@@ -9,10 +9,11 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on=("drive_torque", "drive_torque_left", "drive_torque_right"),
-    unknowns=(Quantity("torque_offset", "N m", "what the drive torque reads at no torque", "T0", -30.0, 30.0),),
+    unknowns=(Quantity("torque_offset", "N m", "reading of the drive torque without torque", "T0", -30.0, 30.0),),
     reference="zero drift of torque flanges and of current sensors: up to 1 % of full scale",
     label="a drive torque with a wrong zero",
-    signature="A force that is the same at every speed and torque pushes or holds the simulated car, coasting as well.",
+    signature="A force that is the same at every speed and torque accelerates or brakes the simulated car, also "
+    "while coasting.",
     alike=("rolling_resistance", "brake_drag", "driveline_drag", "road_grade"),
     confirm="Read the torque channel with the wheels off the ground and at rest, before and after the drive.",
     sense="at no torque",

@@ -12,7 +12,7 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("wheel_force_gain", "", "share by which all wheel loads read too much", "g", -0.1, 0.1),),
     reference="wheel force sensors: 0.1 % of full scale, crosstalk of the longitudinal force up to 1 %",
     label="wheel loads with a wrong gain",
-    signature="Every load, at rest and moved, is off by the same share; at rest the axles do not carry the weight.",
+    signature="The relative error of every load is the same; at rest the sum of the loads differs from the weight.",
     alike=("cg_to_rear", "cg_height", "pitch_inertia", "mass_error"),
     confirm="Put the car on scales with the sensors on.",
     tags={"sensor", "pitching"},

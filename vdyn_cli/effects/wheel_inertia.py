@@ -14,7 +14,7 @@ from vdyn_cli.quantities.quantity import Quantity
     ),
     reference="doi:10.4271/2017-01-1574 finds 1.65 kg m^2 on the road and 1.25 kg m^2 on a pendulum for one wheel",
     label="a wrong moment of inertia of the wheels",
-    signature="The car answers a change of torque more slowly, and more so the harder it is accelerated or braked.",
+    signature="The car responds more slowly to a change of torque; the error increases with acceleration and braking.",
     alike=("rotating_mass", "motor_inertia", "torque_gain", "mass_error"),
     confirm="Swing a wheel on a pendulum.",
     tags={"driving"},

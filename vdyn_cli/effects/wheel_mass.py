@@ -11,12 +11,12 @@ from vdyn_cli.quantities.quantity import Quantity
     on="parameters",
     unknowns=(
         Quantity(
-            "wheel_mass_error", "kg", "by which the mass outside the force sensor exceeds the stated", "", -10, 10
+            "wheel_mass_error", "kg", "by which the mass outside the force sensor exceeds the stated mass", "", -10, 10
         ),
     ),
     reference="tires differ by 1 to 2 kg with tread and make, rims by 3 kg; the sensor's outer half weighs 3 to 5 kg",
     label="a wheel of another mass",
-    signature="What is left of the torque follows the car's acceleration, not the torque in steady driving.",
+    signature="The torque residual is proportional to the car's acceleration and zero in steady driving.",
     alike=("wheel_inertia", "hub_torque_gain", "wheel_radius"),
     confirm="Weigh wheel, tire and the sensor's rotating half.",
     tags={"wheel_spin"},

@@ -35,7 +35,16 @@ def chosen(backend: Backend) -> Backend:
 
 
 def build(graph: Graph, seeds: Seeds, backend: Backend) -> Kernel:
-    """A kernel for a graph and at most MOST unknowns; see kernel.py."""
+    """A kernel for a graph and at most MOST unknowns; see kernel.py.
+
+    Parameters
+    ----------
+    seeds : the unknowns of the tangent directions. backend : llvm, vm or auto.
+
+    Raises
+    ------
+    ValueError : there is no such backend.
+    """
     if chosen(backend) == "vm":
         from vdyn_cli.engine.vm import VirtualMachine
 

@@ -47,7 +47,12 @@ _OTHERS: Mapping[int, Callable[[Sequence[str]], str]] = {
 
 
 def number(value: float) -> str:
-    """A C literal that reads back as the same double."""
+    """A C literal that reads back as the same double.
+
+    Raises
+    ------
+    NotImplementedError : the constant is not finite.
+    """
     if not math.isfinite(value):
         raise NotImplementedError(f"the constant {value} has no literal in C")
     return repr(float(value))
@@ -89,4 +94,4 @@ def _expression(op: int, a: Sequence[str]) -> str:
         return f"{_FUNCTIONS[op]}({', '.join(a)})"
     if op in _OTHERS:
         return _OTHERS[op](a)
-    raise NotImplementedError(f"operation {op} of the graph has no line of C")
+    raise NotImplementedError(f"operation {op} of the graph has no C code")

@@ -34,7 +34,12 @@ class Grid:
 
 
 def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int) -> Grid:
-    """The substeps from sample ``begin`` to ``end``, exclusive, with inputs interpolated linearly at each."""
+    """The substeps from sample ``begin`` to ``end``, exclusive, with inputs interpolated linearly at each.
+
+    Parameters
+    ----------
+    drive : time (n,) s and inputs. names : inputs in the kernel's order. substeps : per sample interval.
+    """
     sub, last = substeps, end == drive.time.size
     time = drive.time[begin : end + 1]
     coarse = np.empty((time.size, len(names)))

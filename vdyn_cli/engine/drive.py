@@ -52,7 +52,7 @@ class Drive:
         for name, (at, values) in self.between.items():
             inside = np.all((at > time[0]) & (at < time[-1])) and not np.isin(at, time).any()
             if at.shape != values.shape or not inside or not np.all(np.diff(at) > 0):
-                raise ValueError(f"the points of input {name!r} do not lie between the samples one after the other")
+                raise ValueError(f"input {name!r}: its points must lie between the samples, in increasing order")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "inputs", inputs)
 

@@ -100,7 +100,12 @@ KNOWN = FLAT | LINEAR | ONE.keys() | TWO.keys() | {ca.OP_DIV}
 
 
 def tangent(algebra: Algebra, op: int, a: Sequence[Value], v: Value, t: Sequence[Tangents | None]) -> Tangents | None:
-    """The tangents of ``v = op(*a)`` from the tangents ``t`` of its arguments; None stands for zero."""
+    """The tangents of ``v = op(*a)`` from the tangents ``t`` of its arguments; None stands for zero.
+
+    Parameters
+    ----------
+    op : operation code of CasADi. a : its arguments. v : its value. t : tangents of each argument.
+    """
     if op in FLAT or all(tangents is None for tangents in t):
         return None
     if op == ca.OP_DIV:
@@ -141,4 +146,6 @@ def refuse_unknown_operations(function: ca.Function) -> None:
     for op, _, _, _ in instructions(function):
         if op not in plain and op not in KNOWN:
             name = next((name for name in dir(ca) if name.startswith("OP_") and getattr(ca, name) == op), str(op))
-            raise NotImplementedError(f"{name[3:].lower()} has no rule here: use the functions of engine/maths.py")
+            raise NotImplementedError(
+                f"{name[3:].lower()} has no derivative rule in engine/dual.py: use the functions of engine/maths.py"
+            )

@@ -36,7 +36,12 @@ def culprit(rows: Array, row: int, names: Sequence[str]) -> str:
 
 
 def not_finite(model: str, time: float, step: float, what: str) -> ResultError:
-    """The error of a simulation that is no longer finite at ``time`` (s), with steps of ``step`` (s)."""
+    """The error of a simulation that is no longer finite at ``time`` (s), with steps of ``step`` (s).
+
+    Parameters
+    ----------
+    model : its name. time, step : s. what : the quantity that is not finite.
+    """
     return ResultError(
         Finding(
             f"model {model!r} at t = {time:.6g} s",
@@ -47,7 +52,12 @@ def not_finite(model: str, time: float, step: float, what: str) -> ResultError:
 
 
 def too_coarse(model: str, step: float, output: str, share: float) -> ResultError:
-    """The error of a simulation that stays finite while its steps, of ``step`` (s), are too large to follow it."""
+    """The error of a simulation that stays finite while its steps, of ``step`` (s), are too large to follow it.
+
+    Parameters
+    ----------
+    step : s. output : the output that changes most. share : its change over its range when steps are halved.
+    """
     return ResultError(
         Finding(
             f"model {model!r}",

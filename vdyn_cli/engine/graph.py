@@ -94,7 +94,12 @@ def column(values: Iterable[Number]) -> ca.SX:
 
 
 def constants_of(model: Model, effects: Iterable[Correction]) -> dict[str, float]:
-    """The effects' unknowns with the values that they have when nobody sets them."""
+    """The effects' unknowns with their default values.
+
+    Raises
+    ------
+    ValueError : two effects share an unknown, or one has the name of a parameter of the model.
+    """
     defaults: dict[str, float] = {}
     for effect in effects:
         for name in effect.unknowns:
@@ -130,7 +135,9 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
     if unmet := [effect.name for effect in effects if effect.name not in builder.met]:
         raise ValueError(f"model {model.name!r} has no element for the effect {', '.join(unmet)}")
     if odd := set(builder.rates) ^ set(x):
-        raise ValueError(f"model {model.name!r}: a state needs one rate and a rate one state, not so {sorted(odd)}")
+        raise ValueError(
+            f"model {model.name!r}: every state needs one rate, every rate one state: wrong for {sorted(odd)}"
+        )
     u |= {slope_of(name): slope for name, slope in leads.slope.items()}
     now = {now_of(name): value for name, value in leads.now.items()}
     constants = {**p, **q, **now, **c}

@@ -46,6 +46,7 @@ _ATTRIBUTES = 'attributes #0 = { nounwind alignstack=64 "no-builtins" }'
 
 
 def constant(value: float) -> str:
+    """A literal of LLVM IR that is exactly this double: its bits in hexadecimal."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 

@@ -171,7 +171,7 @@ def _settle(model: Model, graph: Graph, places: _Places, x: Array, u: Array, p: 
         Finding(
             f"model {model.name!r}",
             "no steady state was found near its start",
-            remedy="check the parameters: a car that cannot hold this speed has none",
+            remedy="check the parameters: the car may not be able to hold this speed",
         )
     )
 

@@ -17,7 +17,12 @@ where, both, either, negate = ca.if_else, ca.logic_and, ca.logic_or, ca.logic_no
 
 
 def soft_abs(x: Any, width: float) -> Any:
-    """|x| made smooth: sqrt(x^2 + width^2) - width, exactly 0 at 0."""
+    """|x| made smooth: sqrt(x^2 + width^2) - width, exactly 0 at 0.
+
+    Parameters
+    ----------
+    width : half-width of the smooth range, in the unit of x.
+    """
     return sqrt(x * x + width * width) - width
 
 

@@ -51,7 +51,16 @@ class Order:
 
 
 def ordered(field: ca.Function) -> Order:
-    """Sort out the instructions of a field."""
+    """Sort out the instructions of a field.
+
+    Parameters
+    ----------
+    field : rates and readings over states, inputs and parameters.
+
+    Returns
+    -------
+    The instructions in order of evaluation, and the slots of the results.
+    """
     values: list[Instruction] = []
     results: list[list[int]] = [[0] * int(field.size1_out(k)) for k in range(2)]
     slots: dict[int, int] = {}  # the graph's own memory is used again and again

@@ -177,7 +177,7 @@ class Simulator:
         """What halving the step changes in each output, at worst, as a share of the output's range.
 
         A step that is too large need not leave the numbers: tires that let go keep the forces finite, and the
-        simulation goes on as noise. Half the step then tells another story. Clocks count as they are, unshifted.
+        simulation goes on as noise. Half the step then gives another result. Clocks count as they are, unshifted.
 
         Raises
         ------
@@ -237,7 +237,7 @@ class Simulator:
         refuse_unknown(f"context {what}", drive.context, self.model.context)
         refuse_unknown(f"parameter {what}", drive.parameters, set(graph.constants) - set(self.model.context))
         if fixed := set(drive.parameters) & set(self.unknowns):
-            raise ValueError(f"{', '.join(sorted(fixed))} cannot be an unknown and be given by a drive")
+            raise ValueError(f"{', '.join(sorted(fixed))} is both an unknown and an input of the drive")
         missing = [name for name in graph.inputs if name not in drive.inputs]
         missing += [name for name in self.model.context if name not in drive.context]
         if missing:

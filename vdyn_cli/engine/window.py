@@ -44,7 +44,7 @@ class Window:
             done -= keep
         far = float(np.max(np.abs(seen.readings[-self._shifted :, done:])))
         if not far <= self._reach:
-            raise ValueError(f"a clock is shifted by {far:.3g} s, farther than the reach of {self._reach:.3g} s")
+            raise ValueError(f"a clock is shifted by {far:.3g} s, beyond the limit of {self._reach:.3g} s")
         self.time, self.seen = time, seen
         end = time.size if last else 0
         if not last and time.size >= 3:

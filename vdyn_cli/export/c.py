@@ -20,7 +20,7 @@ int main(void)
     const double dt = 0.001; /* s, the longest step that resolves half-shafts and wheel hop */
     const double torque = {torque!r}; /* N m at the driveline's input: 0.2 g */
     const double brakes = {brakes!r}; /* N m of all wheels: 0.4 g */
-    {name}_parameters p = {name}_defaults; /* change what you like: p.mass = 1600.0; */
+    {name}_parameters p = {name}_defaults; /* change any parameter: p.mass = 1600.0; */
     {name}_state x;
     {name}_input now = {{0}}, next = {{0}};
     {name}_output y;

@@ -97,9 +97,9 @@ def accepted_effects(
         if effect is None:
             notes.append(f"excluded {one.effect}: not an effect of this version")
         elif effect.sensor:
-            notes.append(f"excluded {one.effect}: a fault of a sensor, not of the vehicle")
+            notes.append(f"excluded {one.effect}: a sensor fault, not a vehicle property")
         elif not effect.lasts:
-            notes.append(f"excluded {one.effect}: it belongs to the day of the test")
+            notes.append(f"excluded {one.effect}: it is valid on the day of the test only")
         elif one.effect not in offers:
             notes.append(f"excluded {one.effect}: the full vehicle has no element for it ({', '.join(effect.on)})")
         elif strange := [name for name in one.unknowns if name not in effect.unknowns]:

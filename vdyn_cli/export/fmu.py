@@ -80,7 +80,7 @@ def _binary(name: str, sources: Mapping[str, str]) -> tuple[dict[str, bytes], st
     place = PLATFORMS.get((sys.platform, platform.machine())) if struct.calcsize("P") == 8 else None
     if compiler is None or place is None:
         why = "no C compiler here" if compiler is None else "no name for this platform in FMI 2.0"
-        return {}, f"source only ({why}): the importer compiles it, or 'fmpy compile {name}.fmu'"
+        return {}, f"source code only ({why}): the importing program compiles it, or 'fmpy compile {name}.fmu'"
     folder, ending, flags = place
     with tempfile.TemporaryDirectory() as scratch:
         for file, text in sources.items():
@@ -91,7 +91,7 @@ def _binary(name: str, sources: Mapping[str, str]) -> tuple[dict[str, bytes], st
         done = subprocess.run(command, cwd=scratch, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             why = (done.stderr.strip().splitlines() or ["no message"])[0]
-            return {}, f"source only: {compiler} failed here ({why})"
+            return {}, f"source code only: {compiler} failed ({why})"
         return {f"binaries/{folder}/{target}": (Path(scratch) / target).read_bytes()}, f"compiled for {folder}"
 
 

@@ -83,7 +83,7 @@ def exponents(unit: str) -> dict[str, int]:
                 continue
             match = re.fullmatch(r"([A-Za-z]+)(?:\^(\d+))?", factor)
             if match is None or match[1] not in UNITS:
-                raise ValueError(f"the unit {unit!r} has no base units here")
+                raise ValueError(f"FMI 2.0 base units are missing for the unit {unit!r}")
             for base, power in UNITS[match[1]].items():
                 total[base] = total.get(base, 0) + sign * power * int(match[2] or 1)
     return {base: power for base, power in total.items() if power}

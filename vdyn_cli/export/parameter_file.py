@@ -135,5 +135,5 @@ def _missing(parameter_file: ParameterFile, giver: str | None, names: list[str],
     stated += "and the others under vehicle" if len(names) > 1 else "under vehicle"
     if giver is None:
         return Finding(parameter_file.name, f"{what} needs {listed}, not given", remedy=f"{stated}, and run again")
-    remedy = f"add a '{giver}' test to the pipeline, or {stated}"
+    remedy = f"add the test '{giver}' to the pipeline, or {stated}"
     return Finding(parameter_file.name, f"{what} needs {listed}, which 'vdyn {giver}' estimates", remedy=remedy)

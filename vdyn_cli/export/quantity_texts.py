@@ -11,7 +11,7 @@ Q = Quantity
 _OWN = (
     Q("rolling_speed", "s/m", "rise of the rolling resistance coefficient with speed"),
     Q("wind_variance", "m^2/s^2", "variance of the gusts along the road"),
-    Q("heading", "", "+1 or -1 on the way out or back on the test track; 0 where it does not apply"),
+    Q("heading", "", "direction on the test track: +1 out, -1 back; 0 if it has no meaning"),
     Q("elapsed", "s", "time since the start; only effects that change with time use it"),
     Q("start_speed", "m/s", "speed to start with"),
     Q("road", "m", "height of the road under the wheel"),
@@ -29,7 +29,7 @@ _OWN = (
     Q("run_time", "s", "time since the start"),
     Q("wheel_height", "m", "height of the wheel above rest"),
     Q("wheel_rate", "m/s", "its rate"),
-    Q("contact", "m", "height of the road as the tire's damping follows it"),
+    Q("contact", "m", "height of the road, filtered by the tire's damping"),
     Q("slip", "", "slip that has built up in the tire, driving positive"),
     Q("lateral_slip", "", "lateral slip that has built up in the tire"),
     Q("rolling_bend", "", "-1 to 1, sense of the rolling resistance"),

@@ -51,7 +51,8 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     sections = _sections(values, why, options)
     lines = [
         f"$ Tire of: {parameter_file.title} ({parameter_file.name})",
-        "$ Longitudinal slip alone was measured: USE_MODE = 1. Lateral coefficients are left out on purpose.",
+        "$ Longitudinal slip alone was measured: USE_MODE = 1. Lateral coefficients are not measured and therefore "
+        "omitted.",
         "$ SI units; the slip is (omega R / V - 1), the force positive when it drives the car.",
     ]
     for title, body in sections.items():
@@ -82,7 +83,7 @@ def _sections(v: Mapping[str, float], why: Mapping[str, str], options: ExportOpt
     unloaded = v["wheel_radius"] + DEFLECTION_SHARE * load / stiffness
     b, c, d, e = (v[f"tire_{letter}"] for letter in "BCDE")
     fall = 0.0 - d * load * v["tire_load_sensitivity"]
-    usual = "assumed: a common tire's, not used by the formula"
+    usual = "assumed: typical tire; the formula does not use it"
     return {
         "MDI_HEADER": (
             _Line("FILE_TYPE", "tir"),

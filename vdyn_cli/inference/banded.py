@@ -19,16 +19,34 @@ def factored(band: Array) -> Array:
     try:
         return np.asarray(cholesky_banded(band, lower=True))
     except ValueError as error:  # not finite, or not positive definite
-        raise ArithmeticError("no noise has this covariance") from error
+        raise ArithmeticError("this is not the covariance of a noise process") from error
 
 
 def whitened(factor: Array, values: Array) -> Array:
-    """L^-1 v, the values in units of their noise; (n,) or (n, k)."""
+    """L^-1 v, the values in units of their noise; (n,) or (n, k).
+
+    Parameters
+    ----------
+    factor : banded Cholesky factor L of the noise covariance C = L L', lower form. values : (n,) or (n, k).
+
+    Raises
+    ------
+    ValueError : the lengths of factor and values differ. ArithmeticError : C is singular.
+    """
     return _solved(factor, values, "N")
 
 
 def weighed(factor: Array, values: Array) -> Array:
-    """L'^-1 v; of whitened values it makes C^-1 times what they were."""
+    """L'^-1 v; of whitened values it makes C^-1 times what they were.
+
+    Parameters
+    ----------
+    factor : as in ``whitened``. values : (n,) or (n, k).
+
+    Raises
+    ------
+    ValueError : the lengths of factor and values differ. ArithmeticError : C is singular.
+    """
     return _solved(factor, values, "T")
 
 

@@ -43,7 +43,12 @@ def _contradicted_priors(solved: Solved) -> list[str]:
 
 
 def infer(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
-    """The solution, with intervals from runs or blocks where there are enough, else from the noise model."""
+    """The solution, with intervals from runs or blocks where there are enough, else from the noise model.
+
+    Parameters
+    ----------
+    wanted : independent unit of the intervals; ``auto`` takes runs where they suffice, else blocks.
+    """
     kind: Kind = ("run" if _enough_runs(solved) else "block") if wanted == "auto" else wanted
     units, residuals, downweighted = _units(solved, kind)
     found = intervals.spread([_evidence(solved, u, kind) for u in units], solved.covariance)

@@ -167,7 +167,12 @@ class Surroundings:
 
 
 def integration(bins: Bins, fade: Array) -> Array:
-    """Response (b, b) of each bin's mean speed to an acceleration of 1 m/s^2 during another bin."""
+    """Response (b, b) of each bin's mean speed to an acceleration of 1 m/s^2 during another bin.
+
+    Parameters
+    ----------
+    bins : b time bins with their widths, s. fade : (b,) 1/s, rate at which a change of speed decays.
+    """
     faded = np.cumsum(fade * bins.width) - 0.5 * fade * bins.width
     kept = np.tril(np.exp(np.minimum(faded[None, :] - faded[:, None], 0.0)))
     response = kept * bins.width[None, :]
@@ -176,7 +181,12 @@ def integration(bins: Bins, fade: Array) -> Array:
 
 
 def white_noise(s: Surroundings, channels: Sequence[str]) -> RunNoise:
-    """Of speed or acceleration or both: every sample independent, as plain least squares has it."""
+    """Of speed or acceleration or both: every sample independent, as plain least squares has it.
+
+    Parameters
+    ----------
+    channels : ``speed``, ``acceleration`` or both, in the order of the rows.
+    """
     levels = {"speed": s.speed_level, "acceleration": s.acceleration_level}
     size, parts = s.bins.time.size, []
     for k, name in enumerate(channels):
@@ -191,7 +201,10 @@ def white_noise(s: Surroundings, channels: Sequence[str]) -> RunNoise:
 
 
 def speed_noise(s: Surroundings) -> RunNoise:
-    """Of a simulated speed alone: white reading, gusts, wind and rolling resistance of the run."""
+    """Of a simulated speed alone: white reading, gusts, wind and rolling resistance of the run.
+
+    Assumes gusts with an exponential autocorrelation along time. Levels in m/s of speed.
+    """
     integral = integration(s.bins, s.fade)
     gust = -integral * s.pull[None, :]
     parts = (
@@ -204,7 +217,10 @@ def speed_noise(s: Surroundings) -> RunNoise:
 
 
 def speed_and_force_noise(s: Surroundings) -> RunNoise:
-    """Of the speed (first b rows) and the specific force (last b rows): a slope moves the one, hardly the other."""
+    """Of the speed (first b rows) and the specific force (last b rows): a slope moves the one, hardly the other.
+
+    Levels in m/s for the speed and m/s^2 for the specific force.
+    """
     integral, here = integration(s.bins, np.zeros_like(s.pull)), np.eye(s.bins.time.size)
     push = np.vstack([integral, here])
     gust = -push * s.pull[None, :]
@@ -225,7 +241,10 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
 
 
 def force_noise(s: Surroundings) -> RunNoise:
-    """Of the specific force alone, on an open road: colored pushes of any cause, and a zero known to ``s.zero``."""
+    """Of the specific force alone, on an open road: colored pushes of any cause, and a zero known to ``s.zero``.
+
+    Levels in m/s^2.
+    """
     lag, ones = _lag(s.bins), np.ones(s.bins.time.size)
     parts = (
         White("acceleration_noise", s.acceleration_level**2 / s.bins.count),

@@ -101,7 +101,12 @@ def _open(directions: Array, members: Sequence[int], free: Sequence[int]) -> Ope
 
 
 def phrase(names: Sequence[str], row: Array) -> str:
-    """A linear combination as text, to two digits: ``rolling_resistance + 0.8 x drag_area``."""
+    """A linear combination as text, to two digits: ``rolling_resistance + 0.8 x drag_area``.
+
+    Parameters
+    ----------
+    names : (k,). row : (k,) factors of the combination.
+    """
     text = ""
     terms = [(name, float(f"{factor:.2g}")) for name, factor in zip(names, row, strict=True) if factor]
     for name, factor in sorted(terms, key=lambda term: term[1] != 1.0):

@@ -87,7 +87,16 @@ def spread(units: Sequence[UnitFactor], covariance: Array) -> Spread:
 
 
 def effective_number(shares: Array) -> Array:
-    """Effective number of units with these shares of information, (units, s): (sum I)^2 / sum I^2 (Kish)."""
+    """Effective number of units with these shares of information, (units, s): (sum I)^2 / sum I^2 (Kish).
+
+    Parameters
+    ----------
+    shares : (units, s) information of each unit about each of s unknowns.
+
+    Returns
+    -------
+    (s,), 1 to units. Source: Kish, Survey Sampling, Wiley 1965.
+    """
     return np.asarray(np.sum(shares, axis=0) ** 2 / np.maximum(np.sum(shares**2, axis=0), 1e-300))
 
 

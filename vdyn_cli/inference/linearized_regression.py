@@ -57,7 +57,12 @@ def blocks_within(rows: Rows, wanted: int) -> int:
 
 
 def blocks_of(rows: Rows, matrix: Array, blocks: int) -> list[NDArray[np.int64]]:
-    """Row indices of each block, in the order of time, with equal information about all unknowns together."""
+    """Row indices of each block, in the order of time, with equal information about all unknowns together.
+
+    Parameters
+    ----------
+    matrix : (n, k) whitened sensitivities. blocks : number of blocks.
+    """
     if rows.block is not None and rows.folded is not None:
         return [np.flatnonzero(rows.block == b) for b in range(len(rows.folded))]
     order = np.argsort(rows.time, kind="stable") if rows.time is not None else np.arange(len(matrix))
@@ -70,6 +75,15 @@ def blocks_of(rows: Rows, matrix: Array, blocks: int) -> list[NDArray[np.int64]]
 
 
 def scaled(columns: Array) -> Array:
-    """The columns scaled to unit length, without those that are zero."""
+    """The columns scaled to unit length, without those that are zero.
+
+    Parameters
+    ----------
+    columns : (n, k).
+
+    Returns
+    -------
+    (n, m) with m the number of columns that are not zero.
+    """
     size = np.sqrt(np.sum(columns**2, axis=0))
     return np.asarray(columns[:, size > 0] / size[size > 0])

@@ -120,7 +120,7 @@ def _positive(norms: Array) -> Array:
 
 
 def _blinded(point: Point, trial: Point) -> bool:
-    """Whether a step threw an unknown onto a plateau, where the model has all but forgotten it."""
+    """Whether a step threw an unknown onto a plateau, where the model is almost independent of it."""
     return bool(np.any(trial.system.column_norms() < BLIND * point.system.column_norms()))
 
 

@@ -15,7 +15,10 @@ DRAWN = 1e-3  # share of the largest possible response from which a run's own un
 
 
 def refusals(solved: Solved) -> list[Finding]:
-    """The reasons to refuse the minimum as a result; the first kind found only, since it explains the others."""
+    """The reasons to refuse the minimum as a result; the first kind found only, since it explains the others.
+
+    In this order: runs without information, parameters that are not identifiable, no convergence, estimates at bounds.
+    """
     return _runs_without_information(solved) or _undetermined(solved) or _unconverged(solved) or _at_bounds(solved)
 
 
@@ -33,7 +36,7 @@ def _runs_without_information(solved: Solved) -> list[Finding]:
                 u.name for i, u in enumerate(regression.own) if open_axes.size and open_axes[:, i].max() > 0.1
             ]
         if undetermined:
-            what = f"the run does not determine its own {listed(undetermined)}"
+            what = f"the run's data do not determine its unknowns {listed(undetermined)}"
             findings.append(
                 Finding(regression.runs[run], what, "", f"leave the run out, or fix {' or '.join(undetermined)}")
             )
@@ -104,6 +107,8 @@ def _at_bounds(solved: Solved) -> list[Finding]:
         for bound, which in ((u.lower, "lower"), (u.upper, "upper")):
             if abs(x[i] - bound) <= near:
                 what = f"{regression.label(i)} lies at its {which} bound"
-                remedy = "a physical value lies inside: check signs, units and fixed values, or widen the range"
+                remedy = (
+                    "a physical value is inside the bounds: check signs, units and fixed values, or widen the range"
+                )
                 findings.append(Finding("fit", what, f"{bound:g} {u.unit}".strip(), remedy))
     return findings

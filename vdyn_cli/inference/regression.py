@@ -43,7 +43,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Rows:
-    """One run's whitened residuals (simulated less measured) and their derivatives.
+    """One run's whitened residuals (simulated minus measured) and their derivatives.
 
     Parameters
     ----------
@@ -159,7 +159,12 @@ def prior_rows(unknowns: tuple[Unknown, ...], values: Array) -> Array:
 
 
 def evaluate(regression: Regression, x: Array, loss: Loss = "none", scale: float = 1.0) -> Point | None:
-    """Cost and QR factors at x, or None where the model cannot be computed."""
+    """Cost and QR factors at x, or None where the model cannot be computed.
+
+    Parameters
+    ----------
+    x : (k,) shared unknowns, then those of each run. scale : residual of an inlier, in the units of the noise.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
         return _evaluate(regression, x, loss, scale)
 
@@ -196,7 +201,16 @@ def _evaluate(regression: Regression, x: Array, loss: Loss, scale: float) -> Poi
 
 
 def matrix_of(rows: Rows, n_shared: int, loss: Loss = "none", scale: float = 1.0) -> Array:
-    """Rows of [own | shared | residual] whose squares and products are the loss's curvature and slope."""
+    """Rows of [own | shared | residual] whose squares and products are the loss's curvature and slope.
+
+    Parameters
+    ----------
+    n_shared : number of shared unknowns. scale : residual of an inlier, in the units of the noise.
+
+    Returns
+    -------
+    (n, k + 1).
+    """
     slope, curvature = slopes(rows.residual, loss, scale)
     root = np.sqrt(curvature)
     jacobian = rows.jacobian * root[:, None] if loss != "none" else rows.jacobian
@@ -204,7 +218,16 @@ def matrix_of(rows: Rows, n_shared: int, loss: Loss = "none", scale: float = 1.0
 
 
 def losses(residual: Array, loss: Loss, scale: float) -> Array:
-    """rho(r): r^2/2; Huber's, linear beyond 1.345 scale; or scale^2 (sqrt(1 + (r/scale)^2) - 1)."""
+    """rho(r): r^2/2; Huber's, linear beyond 1.345 scale; or scale^2 (sqrt(1 + (r/scale)^2) - 1).
+
+    Parameters
+    ----------
+    residual : (n,) in the units of the noise. scale : residual of an inlier.
+
+    Returns
+    -------
+    (n,). Source of the factor 1.345 (95 % efficiency): Huber, Robust Statistics, Wiley 1981.
+    """
     if loss == "huber":
         size, knee = np.abs(residual), HUBER * scale
         return np.where(size <= knee, 0.5 * size**2, knee * size - 0.5 * knee**2)
@@ -214,7 +237,16 @@ def losses(residual: Array, loss: Loss, scale: float) -> Array:
 
 
 def slopes(residual: Array, loss: Loss, scale: float) -> tuple[Array, Array]:
-    """rho'(r) and rho''(r), the second kept positive."""
+    """rho'(r) and rho''(r), the second kept positive.
+
+    Parameters
+    ----------
+    residual : (n,) in the units of the noise. scale : residual of an inlier.
+
+    Returns
+    -------
+    Two arrays (n,).
+    """
     if loss == "huber":
         slope = np.clip(residual, -HUBER * scale, HUBER * scale)
         inside = slope == residual
@@ -226,7 +258,16 @@ def slopes(residual: Array, loss: Loss, scale: float) -> tuple[Array, Array]:
 
 
 def weights(residual: Array, loss: Loss, scale: float) -> Array:
-    """Weights rho'(r)/r, 1 for an inlier."""
+    """Weights rho'(r)/r, 1 for an inlier.
+
+    Parameters
+    ----------
+    residual : (n,) in the units of the noise. scale : residual of an inlier.
+
+    Returns
+    -------
+    (n,), 0 to 1.
+    """
     slope, _ = slopes(residual, loss, scale)
     zero = residual == 0
     return np.where(zero, 1.0, slope / np.where(zero, 1.0, residual))

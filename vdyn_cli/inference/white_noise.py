@@ -67,7 +67,7 @@ def whiten(
     from scipy.linalg import cholesky as factor
 
     if (covariance is None) == (cholesky is None):
-        raise ValueError("whiten needs the covariance or its Cholesky factor, one of them")
+        raise ValueError("whiten needs either the covariance or its Cholesky factor")
     try:
         root = factor(covariance, lower=True) if covariance is not None else np.asarray(cholesky)
     except LinAlgError as error:

@@ -40,7 +40,7 @@ def align(reference: Log, other: Log, channel: str) -> tuple[float, float]:
     delays that leave enough overlap. It is refined by least squares of y(t + delay) on gain x(t) + offset, both
     smoothed by the same symmetric kernel, which moves neither in time, weighted by a slope that is smoothed until noise
     no longer spoils it. The standard error comes from 16 blocks of equal information, so that it holds for
-    coloured differences between the sensors; three of its degrees of freedom go to delay, gain and offset.
+    colored differences between the sensors; three of its degrees of freedom go to delay, gain and offset.
     Assumes clocks of equal rate; `merge` looks for drift.
 
     Raises
@@ -69,7 +69,7 @@ def _signal(log: Log, channel: str) -> Signal:
     written = np.isfinite(log[channel])
     values = log[channel][written]
     if values.size < 20 or np.ptp(values) == 0.0:
-        what = f"channel '{channel}' does not move: the loggers' clocks cannot be aligned on it"
+        what = f"channel '{channel}' is constant: it cannot align the loggers' clocks"
         raise InputError(Finding(log.name, what, remedy="name another channel with 'align_on'"))
     return Signal(log.time[written], values)
 
@@ -89,7 +89,7 @@ def _align(reference: Log, other: Log, channel: str) -> _Alignment:
         fit = _refined(grids, smooth, slopes, coarse, 4.0 * times * width / _WIDTHS[0])
         found += [fit] if fit is not None else []
     if not found:
-        what = "moves too little or too evenly to tell a delay from a gain and an offset"
+        what = "varies too little or too evenly to separate a delay from a gain and an offset"
         remedy = "log accelerating and braking too, or name another channel with 'align_on'"
         raise InputError(Finding(where, what, remedy=remedy))
     return min(found, key=lambda f: f.noise)
@@ -120,15 +120,15 @@ def _coarse_delay(x: Signal, y: Signal, where: str) -> float:
     rivals = [i for i in np.flatnonzero(miss < 1.2 * miss[best]) if i < left or i > right]
     if rivals:
         got = f"{lags[best] + y.time[0] - x.time[0]:.4g} s or {lags[rivals[0]] + y.time[0] - x.time[0]:.4g} s"
-        remedy = "log a manoeuvre that does not repeat itself, or name another channel with 'align_on'"
+        remedy = "log a non-periodic manoeuvre, or name another channel with 'align_on'"
         raise InputError(Finding(where, "the two recordings match at several delays", got, remedy))
     return float(y.time[0] - x.time[0] + lags[best])
 
 
 def _concordance(a: Array, b: Array) -> Array:
     """Concordance of a and b for each lag of b, -1 where too little of them overlaps."""
-    centre = float(np.nanmean(a))
-    a, b = a - centre, b - centre
+    center = float(np.nanmean(a))
+    a, b = a - center, b - center
     count, sum_a, sum_b, sum_aa, sum_bb, sum_ab = _lagged_sums(a, b)
     enough = count >= _LEAST_OVERLAP * min(np.isfinite(a).sum(), np.isfinite(b).sum())
     n = np.where(enough, count, 1.0)
@@ -159,7 +159,7 @@ def _refined(
 ) -> _Alignment | None:
     """Solve sum(slope (y(t + delay) - gain x(t) - offset)) = 0; None where that determines no delay nearby.
 
-    The channels are smoothed just enough to be interpolated, so that neighbouring blocks stay independent; the slopes
+    The channels are smoothed just enough to be interpolated, so that neighboring blocks stay independent; the slopes
     that weight them are smoothed as much as pays.
     """
     every = slice(None, None, FINE // 2)
@@ -269,9 +269,9 @@ def _merge_findings(reference: Log, other: Log, shared: str, found: _Alignment, 
     )
     for words in dict.fromkeys(how.values()):
         names = ", ".join(f"'{name}'" for name, kind in how.items() if kind == words)
-        what += f"; {names} put on its clock as {words}"
+        what += f"; {names} resampled to its clock ({words})"
     findings = [Finding(other.name, what)]
     if abs(found.drift) > 4.0 * found.drift_std:
         what = f"clock drifts by {found.drift:+.4f} s +- {found.drift_std:.4f} s from start to end"
-        findings.append(Finding(other.name, what, remedy="cut the log into shorter runs, or synchronise the loggers"))
+        findings.append(Finding(other.name, what, remedy="cut the log into shorter runs, or synchronize the loggers"))
     return findings

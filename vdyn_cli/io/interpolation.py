@@ -24,7 +24,7 @@ ODD = 20.0  # times what most own rows bend: a glitch counts as so much
 def own_rows(values: Array) -> Rows | None:
     """The rows (m,) at which an interpolated channel (n,) has values of its own; None where it is not interpolated.
 
-    Its second difference vanishes, but for rounding, everywhere except at every k-th row, k >= 2.
+    Its second difference vanishes, except for rounding, everywhere except at every k-th row, k >= 2.
     """
     steps = np.diff(values[:MOST])
     bends = np.abs(np.diff(steps))
@@ -51,7 +51,7 @@ def own_rows(values: Array) -> Rows | None:
 
 
 def _resolution(values: Array) -> float:
-    """The smallest step between neighbours, at least what six digits leave."""
+    """The smallest step between neighbors, at least what six digits leave."""
     known = values[np.isfinite(values)]
     steps, least = np.abs(np.diff(known)), WRITTEN * float(np.abs(known).max(initial=0.0))
     return float(max(steps[steps > 1e-6 * least].min(initial=np.inf), least)) if np.any(steps > 1e-6 * least) else least

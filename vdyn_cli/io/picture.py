@@ -39,5 +39,5 @@ def read_grey(path: Path, where: str = "") -> NDArray[np.float64]:
     except Image.DecompressionBombError:
         raise InputError(Finding(place, f"{path.name} is too large to be a photo")) from None
     except (OSError, SyntaxError, ValueError, EOFError) as error:
-        raise InputError(Finding(place, f"{path.name} can't be read as a picture", str(error)[:80])) from None
+        raise InputError(Finding(place, f"{path.name} is not readable as a picture", str(error)[:80])) from None
     return grey / (65_535.0 if deep else 255.0)

@@ -55,7 +55,7 @@ def check_rising(time: Array, mode: Literal["strict", "drop"], where: str, line_
     if mode == "drop":
         remedy = f"more than {_MOST_DROPPED:.0%} of the rows would be left out: export the log again, or split it"
     elif share > _MOST_DROPPED and not (time[1:] < time[:-1]).any():
-        remedy = "the clock is written too coarsely: export it with more digits"
+        remedy = "the time has too few digits: export it with more digits"
     else:
         remedy = "export the log again, or write 'reading: {clock: drop}' to leave these rows out"
     return Rising(kept, problems=(Finding(where, what, remedy=remedy),))
@@ -100,18 +100,18 @@ def check_steps(log: Log) -> tuple[Finding, ...]:
         lost = float(np.sum(steps[gaps]) - usual * gaps.size)
         what = (
             f"{_count(gaps.size, 'gap')} in the clock, {lost:.3g} s in all"
-            f" (usual step {usual:.4g} s): after line {lines_of(gaps, line_of)}"
+            f" (typical step {usual:.4g} s): after line {lines_of(gaps, line_of)}"
         )
         if gaps.size > 1:
             what += f"; the longest is {steps[worst]:.4g} s after line {line_of(worst)}"
         findings.append(Finding(where, what))
     if uneven > 0.1 * usual:
         what = f"uneven clock: 90 % of the steps lie between {low:.4g} s and {high:.4g} s"
-        remedy = "the times are used as written, nothing is resampled"
+        remedy = "the times are used as written, without resampling"
         findings.append(Finding(where, what, remedy=remedy, minor=True))
     if usual > 10.0 or usual < 1e-5:
-        what = f"the usual step is {usual:.3g} s and the log lasts {time[-1] - time[0]:.4g} s"
-        findings.append(Finding(where, what, remedy="is the unit of time right?"))
+        what = f"the typical step is {usual:.3g} s and the log lasts {time[-1] - time[0]:.4g} s"
+        findings.append(Finding(where, what, remedy="check the unit of time"))
     return tuple(findings)
 
 

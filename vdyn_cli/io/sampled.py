@@ -55,8 +55,8 @@ def smoothed(cells: Array, widths: float) -> Array:
     if kernel.size > cells.size:
         return np.full(cells.size, np.nan)
     missing = np.isnan(cells)
-    centre = float(np.mean(cells[~missing])) if not missing.all() else 0.0
-    smooth = centre + _convolved(np.where(missing, 0.0, cells - centre), kernel / kernel.sum())
+    center = float(np.mean(cells[~missing])) if not missing.all() else 0.0
+    smooth = center + _convolved(np.where(missing, 0.0, cells - center), kernel / kernel.sum())
     reached = _convolved(missing.astype(float), np.ones(kernel.size)) > 0.5
     reached[:half] = reached[-half:] = True
     smooth[reached] = np.nan

@@ -20,7 +20,7 @@ from vdyn_cli.description.test_description import (
     check_channels,
     load_spec,
 )
-from vdyn_cli.description.yaml_source import Location, YamlSource
+from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates, refused
 from vdyn_cli.io.align import merge
 from vdyn_cli.io.log_formats import read_log
@@ -62,9 +62,10 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     ------
     InputError : whatever is wrong in the description, the logs or the parameter files.
     """
+    _refuse_other_test(step, path)
     spec, source = load_spec(path, step.spec)
     known_files = tuple(known_files)
-    unreadable = [*_wrong_test(step, spec, source), *_wrong_channels(step, spec, source)]
+    unreadable = _wrong_channels(step, spec, source)
     problems = [*unreadable, *_wrong_effects(step, spec, source), *_repeated(spec, source)]
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     known = stated
@@ -94,7 +95,7 @@ def _overruled(stated: Parameters, known: Parameters, source: YamlSource) -> Ite
         used = known[name]
         apart, spread = abs(given.value - used.value), float(np.hypot(given.std, used.std))
         if apart > max(CONTRADICTS * spread, SAME * abs(given.value)):
-            what = f"{name} = {given.value:.5g} is not used: a parameter file says {used.value:.5g}"
+            what = f"{name} = {given.value:.5g} is not used: a parameter file gives {used.value:.5g}"
             distance = f", {apart / spread:.0f} standard deviations off" if spread > 0 else ""
             yield Finding(
                 source.where(("vehicle", name)), what + distance, "", "remove it from one of them", doubt=True
@@ -110,18 +111,14 @@ def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwa
         return None
 
 
-def _wrong_test(step: Step, spec: TestSpec, source: YamlSource) -> list[Finding]:
-    if spec.test == step.name:
-        return []
-    remedy = f"run 'vdyn {spec.test} {source.path.name}', or correct the key 'test'"
-    return [
-        Finding(
-            source.where(("test",)),
-            f"test type mismatch: this command needs 'test: {step.name}'",
-            repr(spec.test),
-            remedy,
-        )
-    ]
+def _refuse_other_test(step: Step, path: Path) -> None:
+    """Refuse the description of another step at once: by this step's keys every line of it is wrong."""
+    source = load_yaml(path)
+    test = source.data.get("test") if isinstance(source.data, dict) else None
+    if isinstance(test, str) and test != step.name:
+        what = f"test type mismatch: this command needs 'test: {step.name}'"
+        remedy = f"run 'vdyn {test} {path.name}', or correct the key 'test'"
+        raise InputError(Finding(source.where(("test",)), what, repr(test), remedy))
 
 
 def _wrong_channels(step: Step, spec: TestSpec, source: YamlSource) -> list[Finding]:

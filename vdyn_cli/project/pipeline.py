@@ -213,12 +213,15 @@ def parameter_set(
     files = (source.path, *source.included, *(folder / f"{o.name}.json" for o in outcomes if o.good))
     inputs = {f.name: sha256(f) for f in files}
     provenance = Provenance(inputs, None, versions(), f"vdyn pipeline {source.path.name}")
-    missing = {name: _why_missing(name, failed) for name in TABLE if name not in known}
+    missing = {name: _why_missing(name, failed, outcomes) for name in TABLE if name not in known}
     return ParameterSet(spec.pipeline, ordered, missing, tuple(outcomes), provenance)
 
 
-def _why_missing(name: str, failed: Mapping[str, str]) -> str:
+def _why_missing(name: str, failed: Mapping[str, str], outcomes: Sequence[StepOutcome]) -> str:
     giver = GIVERS.get(name)
     if giver is None:
         return "not given under vehicle"
-    return f"{giver} failed: {failed[giver]}" if giver in failed else f"no '{giver}' test in this pipeline"
+    if giver in failed:
+        return f"{giver} failed: {failed[giver]}"
+    done = any(o.name == giver for o in outcomes)
+    return f"the data of '{giver}' do not determine it" if done else f"no '{giver}' test in this pipeline"

@@ -104,7 +104,7 @@ class FitSummary:
         """The message for a residual far above the noise floor; empty where it is not."""
         if not self.rms > MISFIT * self.noise_floor > 0:
             return ""
-        return f"the simulation misses the data by {self.rms / self.noise_floor:.0f} times what noise explains"
+        return f"the rms residual is {self.rms / self.noise_floor:.0f} times the noise floor"
 
 
 @dataclass(frozen=True)

@@ -23,11 +23,11 @@ class Entry(BaseModel):
 class EstimateEntry(Entry):
     """One parameter with its uncertainty, in SI units."""
 
-    value: float = Field(description="estimate, or the value that was given, in 'unit'")
+    value: float = Field(description="estimate or given value, in 'unit'")
     std: float = Field(description="standard deviation of the estimate, in 'unit'; 0 for a value given as exact")
     interval95: tuple[float, float] = Field(description="lower and upper end of the 95 % interval, in 'unit'")
     unit: str = Field(description="SI unit; empty for a dimensionless parameter")
-    meaning: str = Field(description="what the parameter is")
+    meaning: str = Field(description="meaning of the parameter")
     baseline: float | None = Field(description="estimate without the extension of the model, in 'unit'; null if given")
     source: str = Field(description="'given', 'measured', or the step that estimated it")
 
@@ -54,7 +54,7 @@ class FindingEntry(Entry):
     got: str = Field(description="the offending text or value; may be empty")
     remedy: str = Field(description="what to do; may be empty")
     minor: bool = Field(description="true: a note, no reason to doubt the result")
-    fault: bool = Field(description="true: a sensor did not measure")
+    fault: bool = Field(description="true: a sensor failed")
     doubt: bool = Field(description="true: a reason to doubt the result")
 
 
@@ -70,7 +70,7 @@ class ProvenanceDocument(Entry):
     """What the result was made from; the same inputs, settings and versions give the same bytes."""
 
     inputs: dict[str, str] = Field(description="sha256 of every file that was read, by its path or name")
-    settings: dict[str, JsonValue] = Field({}, description="the test's description as it was understood, in SI units")
+    settings: dict[str, JsonValue] = Field({}, description="the test's description as resolved, in SI units")
     versions: Versions = Field(description="versions of the program and its packages")
     command: str = Field(description="the command that makes this file")
 
@@ -98,7 +98,7 @@ class ResultDocument(ParameterSetDocument):
     sentence: str = Field(description="the result in one sentence")
     fit: FitEntry = Field(description="how well the model follows the data")
     findings: list[FindingEntry] = Field(description="notes and doubts about inputs and result")
-    diagnosis: Diagnosis | None = Field(description="what the model gets wrong; null where no diagnosis was made")
+    diagnosis: Diagnosis | None = Field(description="errors of the model; null without a diagnosis")
 
 
 class StepSummary(Entry):
@@ -106,8 +106,8 @@ class StepSummary(Entry):
 
     good: bool = Field(description="whether the step has a result")
     sentence: str = Field(description="the result in one sentence, or why there is none")
-    verdict: str = Field(description="verdict of the diagnosis; empty where none was made")
-    diagnosis: str = Field(description="the diagnosis in one sentence; empty where none was made")
+    verdict: str = Field(description="verdict of the diagnosis; empty without a diagnosis")
+    diagnosis: str = Field(description="the diagnosis in one sentence; empty without a diagnosis")
 
 
 class ParametersDocument(ParameterSetDocument):

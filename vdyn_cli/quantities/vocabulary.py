@@ -13,7 +13,7 @@ def _named(quantities: Iterable[Quantity]) -> dict[str, Quantity]:
 
 Q = Quantity
 
-# The vehicle's parameter set (the paper's Table 2 as far as its text tells it), in the order of the summary.
+# The vehicle's parameter set (the paper's Table 2 as far as its text states it), in the order of the summary.
 TABLE = _named(
     [
         Q("mass", "kg", "vehicle mass as tested", "M", 50, 60_000),

@@ -108,7 +108,12 @@ def text_at(page: Sheet, x: float, y: float, text: str, size: float = FONT, colo
 
 
 def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[list[float], list[str]]:
-    """Round numbers between two limits, at least ``apart`` px from each other, and their texts."""
+    """Round numbers between two limits, at least ``apart`` px from each other, and their texts.
+
+    Parameters
+    ----------
+    low, high : limits in data units. room : length of the axis, px. apart : px.
+    """
     from matplotlib.ticker import MaxNLocator
 
     number = max(int(room // apart), 1)
@@ -137,7 +142,12 @@ def tick_text(value: float, step: float, grouped: bool = False) -> str:
 
 
 def scale_axis(axes: Axes, which: Literal["x", "y"], room: float, apart: float, grid: bool = False) -> None:
-    """Put round ticks on an axis whose limits are set."""
+    """Put round ticks on an axis whose limits are set.
+
+    Parameters
+    ----------
+    room : length of the axis, px. apart : least distance of two ticks, px. grid : whether to draw grid lines.
+    """
     low, high = sorted(axes.get_xlim() if which == "x" else axes.get_ylim())
     places, texts = ticks(low, high, room, apart)
     (axes.set_xticks if which == "x" else axes.set_yticks)(places, texts)
@@ -146,7 +156,16 @@ def scale_axis(axes: Axes, which: Literal["x", "y"], room: float, apart: float, 
 
 
 def legend_rows(keys: Sequence[LegendEntry], width: float) -> list[list[tuple[float, LegendEntry]]]:
-    """The entries of a legend in rows of a given width: each with its px from the left."""
+    """The entries of a legend in rows of a given width: each with its px from the left.
+
+    Parameters
+    ----------
+    width : px.
+
+    Returns
+    -------
+    For each row its entries, each with its distance from the left, px.
+    """
     rows: list[list[tuple[float, LegendEntry]]] = []
     at = math.inf
     for key in keys:
@@ -160,7 +179,12 @@ def legend_rows(keys: Sequence[LegendEntry], width: float) -> list[list[tuple[fl
 
 
 def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, LegendEntry]]], left: float, top: float) -> None:
-    """Draw a legend's lines, 20 px apart."""
+    """Draw a legend's lines, 20 px apart.
+
+    Parameters
+    ----------
+    rows : from ``legend_rows``. left, top : upper left corner of the legend, px.
+    """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Rectangle
 
@@ -205,7 +229,12 @@ _DROPPED = re.compile(r"\s*<metadata>.*?</metadata>|\s*<defs>\s*<style.*?</style
 
 
 def to_svg(page: Sheet, label: str, name: str) -> str:
-    """The sheet as an SVG element for a page: no prolog, no metadata, ids that start with ``name``, short numbers."""
+    """The sheet as an SVG element for a page: no prolog, no metadata, ids that start with ``name``, short numbers.
+
+    Parameters
+    ----------
+    label : text for screen readers. name : prefix of the ids, unique on the page.
+    """
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     stream = io.StringIO()

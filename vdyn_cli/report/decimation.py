@@ -86,7 +86,12 @@ def _cells(values: Array, number: int) -> Array:
 
 
 def means(position: Array, values: Array, edges: Array, least: int = 1) -> Array:
-    """Mean of the values whose position falls between two edges (n+1,), NaN where fewer than ``least`` do: (n,)."""
+    """Mean of the values whose position falls between two edges (n+1,), NaN where fewer than ``least`` do: (n,).
+
+    Parameters
+    ----------
+    position, values : (m,), NaN allowed. edges : (n + 1,), rising, in the unit of position.
+    """
     known = np.isfinite(position) & np.isfinite(values)
     cells = edges.size - 1
     cell = np.searchsorted(edges, position[known], side="right") - 1

@@ -67,7 +67,12 @@ def extensions(source: Extensions) -> TextTable | None:
 
 
 def estimates(unknowns: Mapping[str, Amplitude] | Mapping[str, Estimate]) -> str:
-    """Each unknown with its interval; of many (the knots of a profile) their number and the largest."""
+    """Each unknown with its interval; of many (the knots of a profile) their number and the largest.
+
+    Parameters
+    ----------
+    unknowns : estimates or amplitudes of one effect by name of the unknown.
+    """
     if len(unknowns) <= _UNKNOWNS:
         alone = len(unknowns) == 1
         return "; ".join(_estimate("" if alone else name, one) for name, one in unknowns.items())
@@ -137,7 +142,7 @@ def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> 
     if shared:
         caption += f" Reason for all of them: {reasons.pop()}."
     columns = ("effect", "assumed size") + (() if shared else ("reason",)) + ("parameter bias",)
-    return _table("Effects that these data cannot show", caption, columns, rows, (False,) * len(columns))
+    return _table("Effects not testable with these data", caption, columns, rows, (False,) * len(columns))
 
 
 def next_tests(entries: Sequence[NextTest], answered: bool = False) -> TextTable | None:
@@ -156,7 +161,7 @@ def next_tests(entries: Sequence[NextTest], answered: bool = False) -> TextTable
         )
         for e in entries
     ]
-    caption = "These tests show the effects that the present data cannot show." if answered else ""
+    caption = "These tests reveal the effects that the present data cannot reveal." if answered else ""
     if any(row[3] for row in rows):
         apart = "the effect, at the size assumed below, differs from zero" if answered else "the effects differ"
         caption += f" Expected t: by how many standard errors {apart}; 6 is safe, 2 is not."

@@ -54,7 +54,7 @@ def figure_svg(figure: Figure, name: str = "") -> str:
         picture = None if figure.image is None else _picture(figure.image)
         limits = _limits(figure)
         if limits is None and picture is None:
-            canvas.text_at(page, area.left + 12, area.top + 24, "No data to draw.", color=canvas.GRAY)
+            canvas.text_at(page, area.left + 12, area.top + 24, "No data.", color=canvas.GRAY)
         else:
             _frame(axes, figure, limits, area)
             if picture is not None and figure.image is not None:
@@ -149,7 +149,12 @@ def _frame(axes: Axes, figure: Figure, limits: tuple[float, float, float, float]
 
 
 def padded(low: float, high: float, share: float) -> tuple[float, float]:
-    """Limits with a margin of ``share`` of the span, also where all values are equal."""
+    """Limits with a margin of ``share`` of the span, also where all values are equal.
+
+    Parameters
+    ----------
+    low, high : limits in data units. share : margin over span, 0 to 1.
+    """
     span = high - low
     air = span * share if span > 1e-12 * max(abs(low), abs(high)) and span > 0 else 0.1 * abs(high) or 1.0
     return low - air, high + air
@@ -198,7 +203,12 @@ def _band(axes: Axes, x: Array, y: Array, y2: Array, key: LegendEntry, order: fl
 
 
 def dots(axes: Axes, x: Array, y: Array, color: str, area: PlotArea, order: float) -> None:
-    """A cloud of points as one path of round-capped dots, a tenth of the size of markers in the SVG."""
+    """A cloud of points as one path of round-capped dots, a tenth of the size of markers in the SVG.
+
+    Parameters
+    ----------
+    x, y : (n,) in data units. area : place of the axes, px. order : drawing order of matplotlib (zorder).
+    """
     # A dense cloud is paler, so that a curve through it stays visible.
     if color == canvas.INK and np.count_nonzero(np.isfinite(x) & np.isfinite(y)) > 300:
         color = canvas.CLOUD

@@ -157,7 +157,16 @@ def drawn_traces(traces: Sequence[RunTrace]) -> tuple[RunTrace, ...]:
 
 
 def lay_out(traces: Sequence[RunTrace], width: float) -> tuple[Panel, ...]:
-    """Divide the width of a row by the lengths of the runs; no panel is below a third of an equal share."""
+    """Divide the width of a row by the lengths of the runs; no panel is below a third of an equal share.
+
+    Parameters
+    ----------
+    width : of the row, px.
+
+    Returns
+    -------
+    One panel per run, left to right; empty without runs.
+    """
     if not traces:
         return ()
     ends = [(float(np.nanmin(t.x)), float(np.nanmax(t.x))) for t in traces]

@@ -31,7 +31,12 @@ class ParameterRow:
 
 
 def parameter_rows(estimates: Mapping[str, Estimate]) -> tuple[ParameterRow, ...]:
-    """The rows of estimates, each with the digits that its interval justifies."""
+    """The rows of estimates, each with the digits that its interval justifies.
+
+    Parameters
+    ----------
+    estimates : by name of the parameter, in SI units.
+    """
     return tuple(_parameter_row(key, estimate) for key, estimate in estimates.items())
 
 
@@ -76,7 +81,12 @@ def _shift(e: Estimate, rounded: typography.RoundedEstimate) -> tuple[str, str]:
 
 
 def widths(rows: Sequence[ParameterRow]) -> dict[str, int]:
-    """Characters before and after the decimal point, per column: numbers align on their points."""
+    """Characters before and after the decimal point, per column: numbers align on their points.
+
+    Returns
+    -------
+    ``value_whole``, ``value_rest``, ``half_whole``, ``half_rest``, ``before_whole`` and ``before_rest``.
+    """
     out = {}
     for key, texts in {
         "value": [r.rounded.value for r in rows],
@@ -99,7 +109,12 @@ class Heat:
 
 
 def correlation(table: Mapping[str, Mapping[str, float]]) -> tuple[tuple[str, tuple[Heat, ...]], ...]:
-    """The correlation table: name and cells of every row; only parameters that correlate with another."""
+    """The correlation table: name and cells of every row; only parameters that correlate with another.
+
+    Parameters
+    ----------
+    table : coefficients of correlation by the names of two parameters, -1 to 1.
+    """
     names = [a for a in table if any(b != a for b in table[a])]
     return tuple((typography.name(a), tuple(_heat(table[a].get(b, math.nan), a == b) for b in names)) for a in names)
 
@@ -120,7 +135,12 @@ def _heat(value: float, own: bool) -> Heat:
 
 
 def strongest(table: Mapping[str, Mapping[str, float]]) -> str:
-    """A sentence on the most correlated pair, empty where no correlation exceeds 0.9."""
+    """A sentence on the most correlated pair, empty where no correlation exceeds 0.9.
+
+    Parameters
+    ----------
+    table : coefficients of correlation by the names of two parameters, -1 to 1.
+    """
     pairs = [(abs(r), a, b, r) for a in table for b, r in table[a].items() if a < b and isinstance(r, float)]
     if not pairs or max(pairs)[0] < 0.9:
         return ""

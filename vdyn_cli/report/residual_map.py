@@ -70,7 +70,12 @@ def caption(channel: ChannelTraces) -> str:
 
 
 def limit(channel: ChannelTraces) -> float:
-    """The residual that has the full color in the map of this channel."""
+    """The residual that has the full color in the map of this channel.
+
+    Returns
+    -------
+    In the unit of the channel.
+    """
     along, over = _along_and_over(channel)
     return _limit(channel, along[1], over[1])
 

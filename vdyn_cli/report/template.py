@@ -50,7 +50,12 @@ def grouped(text: str) -> Markup:
 
 
 def fill(template: str, **context: Any) -> str:
-    """A template with its context filled in; every text is escaped except what ``markup`` marks."""
+    """A template with its context filled in; every text is escaped except what ``markup`` marks.
+
+    Parameters
+    ----------
+    template : file name in this folder. context : values by their name in the template.
+    """
     page = _environment().get_template(template).render(**context)
     return page.encode("utf-8", "replace").decode("utf-8")  # file names may hold lone surrogates
 

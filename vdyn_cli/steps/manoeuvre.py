@@ -1,4 +1,4 @@
-"""A manoeuvre that could be driven next, as a regression of runs that nobody has driven yet."""
+"""A manoeuvre that could be driven next, as a regression of runs not yet driven."""
 
 from __future__ import annotations
 

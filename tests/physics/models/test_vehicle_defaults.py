@@ -28,7 +28,7 @@ def test_the_driveline_is_what_the_rotating_mass_leaves():
     assert done.values["driveline_inertia"] == pytest.approx(3.3, abs=0.01)
     bare = complete(("driveline_inertia",), {**known, "rotating_mass": 52.7})
     assert bare.values["driveline_inertia"] > 0
-    assert "gears alone" in bare.assumed["driveline_inertia"]
+    assert "gears only" in bare.assumed["driveline_inertia"]
 
 
 def test_one_side_of_the_driveline_tells_of_the_other():

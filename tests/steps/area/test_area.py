@@ -115,7 +115,7 @@ def test_pictures_that_are_none_are_refused_in_words(tmp_path: Path) -> None:
     for content, says in (
         (b"not a picture", "not a PNG or JPEG picture"),
         (b"", "not a PNG or JPEG picture"),
-        (good[: len(good) // 2], "can't be read"),
+        (good[: len(good) // 2], "not readable as a picture"),
         (None, "does not exist"),
     ):
         (tmp_path / "car.png").unlink(missing_ok=True)
@@ -129,15 +129,18 @@ def test_a_mask_of_another_size_is_refused(tmp_path: Path) -> None:
     assert STEP.load is not None
     (tmp_path / "car.png").write_bytes(plant.photo(REFERENCE, 4).png)
     (tmp_path / "mask.png").write_bytes(_png(np.zeros((10, 10), dtype=np.uint8)))
-    with pytest.raises(InputError, match="not of the photo's size"):
+    with pytest.raises(InputError, match="not the same size as the photo"):
         STEP.load(spec(mask="mask.png"), tmp_path, ())
 
 
 @pytest.mark.parametrize(
     ("grey", "says"),
     [
-        (np.full((200, 200), 128, dtype=np.uint8), "either side|too small|too alike"),
-        (np.random.default_rng(0).integers(0, 256, (200, 200)).astype(np.uint8), "too small|too alike|either side"),
+        (np.full((200, 200), 128, dtype=np.uint8), "on one side of the threshold|too small|too alike"),
+        (
+            np.random.default_rng(0).integers(0, 256, (200, 200)).astype(np.uint8),
+            "too small|too alike|on one side of the threshold",
+        ),
     ],
 )
 def test_a_picture_without_a_car_is_no_result(grey: np.ndarray, says: str, tmp_path: Path) -> None:

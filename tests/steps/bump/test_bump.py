@@ -233,7 +233,7 @@ def test_the_body_s_pitch_inertia_comes_from_the_car_s() -> None:
     guessed, said = car_numbers(Parameters(stated))
     assert guessed["sprung_pitch_inertia"].value == pytest.approx(REFERENCE.sprung_pitch_inertia, rel=5e-3)
     assert guessed["sprung_pitch_inertia"].std > 5.0
-    assert "whole car's" in said[0].what
+    assert "of the whole car" in said[0].what
 
 
 def test_cg_to_rear_serves_as_well() -> None:
@@ -260,7 +260,7 @@ def test_an_effect_can_be_added_and_is_found() -> None:
 def test_a_gentle_bump_leaves_the_tire_to_the_unsprung_mass() -> None:
     result = run(logs(bump=Bump(0.01, 4.0)), spec(bump={"height": 0.01, "width": 4.0}))
     (words,) = [w for w in result.fit.warnings if w.startswith("tire_vertical_stiffness depends on")]
-    assert "make the wheels hop" in words
+    assert "does not excite wheel hop" in words
     tire, spring = (result.parameters[n] for n in ("tire_vertical_stiffness", "suspension_stiffness_front"))
     assert tire.std / tire.value > 5 * spring.std / spring.value
 
@@ -270,7 +270,7 @@ def test_a_car_that_was_loaded_otherwise_is_noticed() -> None:
         Parameters({"sprung_mass": Estimate.given(PARAMETERS["sprung_mass"], VEHICLE.sprung_mass + 60.0)})
     )
     findings = run(given=heavier).findings
-    assert [f.where for f in findings if "at rest beyond" in f.what] == ["front_load", "rear_load"]
+    assert [f.where for f in findings if "at rest above the load" in f.what] == ["front_load", "rear_load"]
 
 
 def scaled(name: str, factor: float, offset: float = 0.0) -> Callable[[Log], Log]:
@@ -286,19 +286,19 @@ def thinner(log: Log) -> Log:
 
 
 WRONG = {
-    "upside-down load": (scaled("front_load", -1), "pulled up", "sign: -1"),
+    "upside-down load": (scaled("front_load", -1), "negative axle load", "sign: -1"),
     "load in kN": (scaled("rear_load", 1e-3), "not the axle's load at rest", "kN"),
-    "one wheel's load": (scaled("front_load", 0.5), "not the axle's load at rest", "one wheel's"),
+    "one wheel's load": (scaled("front_load", 0.5), "not the axle's load at rest", "load of one wheel"),
     "load without weight": (scaled("front_load", 1, -VEHICLE.front_load), "load at rest", "do not zero"),
     "axles swapped": (swapped, "rear axle meets the bump before", "swap"),
-    "acceleration down": (scaled("vertical_acceleration", -1), "moves against the loads", "sign: -1"),
-    "acceleration in g": (scaled("vertical_acceleration", 1 / GRAVITY), "times what a usual car shows", "unit g"),
+    "acceleration down": (scaled("vertical_acceleration", -1), "opposite sign to the loads", "sign: -1"),
+    "acceleration in g": (scaled("vertical_acceleration", 1 / GRAVITY), "times that of a typical car", "unit g"),
     "nose-down pitch rate": (scaled("pitch_rate", -1), "positive nose-up", "sign: -1"),
-    "pitch rate in degrees": (scaled("pitch_rate", 57.3), "times what a usual car shows", "deg/s"),
+    "pitch rate in degrees": (scaled("pitch_rate", 57.3), "times that of a typical car", "deg/s"),
     "dead channel": (scaled("pitch_rate", 0), "never changes", "leave the channel out"),
     "speed in km/h": (scaled("speed", 3.6), "after the front axle", "km/h"),
     "speed taken for km/h": (scaled("speed", 1 / 3.6), "after the front axle", "km/h"),
-    "standing": (scaled("speed", 0), "hardly moves", "unit"),
+    "standing": (scaled("speed", 0), "almost at rest", "unit"),
     "reversing": (scaled("speed", -1), "reverses", "sign: -1"),
     "no speed": (scaled("speed", np.nan), "no reading", ""),
     "no bump": (lambda log: log.between(0.0, 0.4), "shows no bump", "time window"),
@@ -317,13 +317,13 @@ def test_what_is_wrong_with_a_log_is_said_for_every_run(name: str) -> None:
 
 
 def test_a_bump_of_another_size_is_noticed() -> None:
-    with pytest.raises(InputError, match="times as much as those of a usual car"):
+    with pytest.raises(InputError, match="times as much as for a typical car"):
         run(how=spec(bump={"height": 0.007, "width": 0.48}))
 
 
 def test_gravity_in_the_acceleration_is_taken_off() -> None:
     result = run(changed(scaled("vertical_acceleration", 1, GRAVITY)))
-    assert any("reads g at rest" in f.what for f in result.findings)
+    assert any("is g at rest" in f.what for f in result.findings)
     near(result)
 
 

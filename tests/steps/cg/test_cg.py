@@ -79,10 +79,10 @@ def test_a_body_fixed_accelerometer_is_freed_of_gravity() -> None:
 @pytest.mark.parametrize(
     ("channel", "says"),
     [
-        ("pitch_rate", "nose dives"),
+        ("pitch_rate", "nose goes down"),
         ("acceleration", "gains load"),
-        ("front_load", "pulled up"),
-        ("rear_load", "pulled up"),
+        ("front_load", "negative axle load"),
+        ("rear_load", "negative axle load"),
     ],
 )
 def test_a_sign_that_contradicts_physics_is_refused_with_the_line_to_add(channel: str, says: str) -> None:
@@ -113,7 +113,7 @@ def test_what_is_missing_or_useless_is_said() -> None:
     with pytest.raises(InputError, match="no run"):
         STEP.estimate(SPEC, (), known(vehicle))
     still = tuple(d.with_channels(acceleration=np.zeros(d.time.size)) for d in data)
-    with pytest.raises(InputError, match="hardly accelerated"):
+    with pytest.raises(InputError, match="braking are too weak"):
         STEP.estimate(SPEC, still, known(vehicle))
     short = tuple(d.between(0.0, 1.0) for d in data)
     with pytest.raises(InputError, match="shorter than"):

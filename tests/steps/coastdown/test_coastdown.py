@@ -404,7 +404,7 @@ def test_powered_windows_need_a_drive() -> None:
 
 def test_with_everything_fixed_there_is_nothing_to_find() -> None:
     fix = {"drag_coefficient": 0.25, "rolling_resistance": 0.01}
-    assert "nothing is left" in message(lambda: solve_day(REFERENCE, 1, settings={"fix": fix}), InputError)
+    assert "no parameter is left" in message(lambda: solve_day(REFERENCE, 1, settings={"fix": fix}), InputError)
 
 
 def test_one_run_alone_gives_an_answer_that_knows_its_limits() -> None:

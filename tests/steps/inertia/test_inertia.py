@@ -161,7 +161,7 @@ def test_logs_that_cannot_serve_are_refused(car: tuple[Vehicle, tuple[Log, ...]]
     vehicle, (log, *_) = car
     cases = {
         "is too short": log.between(5.0, 6.0),
-        "hardly changes its speed": log.with_channels(wheel_speed=np.full(log.time.size, 40.0)),
+        "wheel speed is nearly constant": log.with_channels(wheel_speed=np.full(log.time.size, 40.0)),
         "the channel is empty": log.with_channels(hub_force_x=np.full(log.time.size, np.nan)),
     }
     for message, bad in cases.items():
@@ -243,7 +243,7 @@ def test_where_they_disagree_the_pendulum_stands_and_the_gap_is_explained(
     result = STEP.estimate(pendulum_spec(vehicle), InertiaData(data), wrong)
     assert result.parameters["wheel_inertia"].value == result.extra["pendulum"]["wheel_inertia"]
     assert result.extra["road_less_pendulum_in_std"] > 5
-    assert "5.9 kg of wheel mass would close the gap" in result.sentence
+    assert "5.9 kg of wheel mass would explain the difference" in result.sentence
 
 
 def test_a_road_without_stated_doubts_does_not_outvote_the_pendulum(car: tuple[Vehicle, tuple[Log, ...]]) -> None:
@@ -264,7 +264,7 @@ def test_a_stopwatch_serves(car: tuple[Vehicle, tuple[Log, ...]]) -> None:
     alone = pendulum_spec(vehicle, period=None, timing={"count": 20, "durations": readings[:1]})
     result = STEP.estimate(alone, InertiaData(()), Parameters())
     assert result.parameters["wheel_inertia"].std > 2 * estimate.std
-    assert any("stopwatch in a hand" in finding.what for finding in result.findings)
+    assert any("stopwatch by hand" in finding.what for finding in result.findings)
 
 
 def test_the_sample_logs_give_the_truth(root: Path) -> None:

@@ -91,7 +91,7 @@ def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:
     softer = 0.5 / stiffness
     result = STEP.estimate(spec(vehicle, runs=RUN), (log(vehicle, 3, series_compliance=softer),), Parameters())
     assert result.parameters["shaft_stiffness_left"].value == pytest.approx(stiffness / 1.5, rel=0.002)
-    (finding,) = (f for f in result.findings if "softer than its drawing" in f.what)
+    (finding,) = (f for f in result.findings if "softer than calculated from its drawing" in f.what)
     assert f"{softer:.2g} rad/(N m) in series" in finding.what
     assert "33%" in finding.what
 
@@ -158,7 +158,7 @@ def test_what_cannot_serve_is_refused_with_the_line_to_change() -> None:
         "(?s)twist: the twist falls .* add 'sign: -1' to its channel, or to shaft_torque": data.with_channels(
             shaft_torque=-data["shaft_torque"]
         ),
-        "hardly moves": still,
+        "nearly constant": still,
         "too short": data.between(0.0, 0.1),
     }
     for message, bad in cases.items():

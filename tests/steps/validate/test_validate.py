@@ -240,7 +240,7 @@ def test_torque_and_speed_on_clocks_that_do_not_match_are_refused(root: Path, tm
     with pytest.raises(InputError) as caught:
         write_step("validate", path, (known_file(tmp_path, true_parameters()),), tmp_path / "out", None)
     assert "does not drive this speed" in str(caught.value)
-    assert "of one drive and one clock" in str(caught.value)
+    assert "belong to one drive and one clock" in str(caught.value)
     assert not (tmp_path / "out").exists()
 
 
@@ -254,7 +254,7 @@ def test_a_hole_in_the_clock_is_refused(root: Path, tmp_path: Path) -> None:
     log = found.data[0]
     keep = np.r_[0:2000, 2200 : log.time.size]
     cut = Log(log.name, log.time[keep], {n: v[keep] for n, v in log.channels.items()})
-    assert "nothing is recorded for 2" in refusal(found, (cut,))
+    assert "no samples for 2" in refusal(found, (cut,))
 
 
 def test_missing_parameters_are_listed_with_the_step_that_gives_them(root: Path, tmp_path: Path) -> None:
@@ -273,7 +273,7 @@ def test_parameters_outside_what_is_physical_are_refused(root: Path, tmp_path: P
     found = inputs(root, tmp_path, replace(parameters, estimates={**parameters.estimates, "wheel_radius": wild}))
     said = refusal(found, found.data)
     assert "parameter 'wheel_radius'" in said
-    assert "outside what is physical (0.05 to 1 m)" in said
+    assert "outside the physical range (0.05 to 1 m)" in said
     known = replace(parameters, estimates={**parameters.estimates, "tire_C": odd})
     assert "parameter 'tire_C'" in refusal(replace(found, known=known), found.data)
 

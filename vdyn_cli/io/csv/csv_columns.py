@@ -100,7 +100,10 @@ def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: 
     if layout.units and _contradict(layout.units[at], column, only_scale=False):
         findings.append((f"column '{layout.header[at]}', units row", layout.units[at]))
     where = f" ({column.where})" if column.where else ""
-    what = f"channel '{channel}' is read in '{column.unit}' as the description says{where}, but the file states"
+    what = (
+        f"channel '{channel}' is read in '{column.unit}' as the description says{where}, but the file states "
+        "another unit"
+    )
     remedy = "correct the unit in the description, or make sure that the file's is wrong"
     return [
         Finding(f"{name}, {place}", f"{what} '{unit_text(unit)}'", "", remedy, doubt=True) for place, unit in findings

@@ -244,8 +244,8 @@ def _no_table(
     choices: Sequence[tuple[str, list[_Record]]], encoding: str, options: ReadOptions, name: str
 ) -> InputError:
     if options.header_row is not None:
-        what = f"line {options.header_row} is no header with numbers below it"
-        return InputError(Finding(name, what, remedy="give header_row the line of the column names, counted from 1"))
+        what = f"line {options.header_row} is not a header with numbers below it"
+        return InputError(Finding(name, what, remedy="set header_row to the line of the column names, counted from 1"))
     if not choices:
         return InputError(Finding(name, "has no columns: no comma, semicolon, tab, bar or blank in it"))
     delimiter, records = max(choices, key=lambda c: max((len(r.fields) for r in c[1]), default=0))

@@ -198,7 +198,7 @@ def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T]
             na_values=list(NOT_WRITTEN),
         )
     except pd.errors.ParserError:
-        what = "a quote that is opened is never closed, at this line or after"
+        what = "a quote that opens at this line is not closed"
         raise InputError(Finding(where, what, remedy='remove the stray " or close it')) from None
     return {p: frame[p].to_numpy()[1:] for p in positions}
 

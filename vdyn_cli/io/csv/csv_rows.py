@@ -44,7 +44,7 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     good[bad_rows] = False
     findings: list[Finding] = []
     if numbers.unfinished and time.size:
-        findings.append(Finding(f"{name}:{line_of(time.size - 1)}", "the last line is cut off and left out"))
+        findings.append(Finding(f"{name}:{line_of(time.size - 1)}", "the last line is incomplete and ignored"))
         good[-1] = False
     stop = int(np.flatnonzero(good)[-1]) + 1 if good.any() else time.size
     blank = _blank_rows(numbers, bad_rows)
@@ -62,7 +62,7 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     if numbers.grouped:
         findings.append(Finding(name, f"thousands separators removed from {numbers.grouped} numbers"))
     if numbers.infinite:
-        findings.append(Finding(name, f"{numbers.infinite} infinite number(s) taken as not written"))
+        findings.append(Finding(name, f"{numbers.infinite} infinite number(s) treated as missing values"))
     empty = np.flatnonzero(blank[:stop])
     if empty.size:
         what = f"{empty.size} row(s) without any mapped value left out (line {lines_of(empty, line_of)})"
@@ -124,5 +124,5 @@ def _remedy(channel: str, text: str, header: str, layout: Layout) -> str:
         return "time must be a number; export it as seconds instead of a time of day"
     if _EITHER_MARK.fullmatch(text):
         mark = "," if (layout.decimal or ".") == "." else "."
-        return f"if all numbers are written so, add 'reading: {{decimal: \"{mark}\"}}'"
+        return f"if all numbers have this format, add 'reading: {{decimal: \"{mark}\"}}'"
     return "correct or remove these cells; an empty cell means no value"

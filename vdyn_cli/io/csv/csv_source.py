@@ -95,7 +95,7 @@ def _open(path: Path) -> Iterator[BinaryIO]:
     except IsADirectoryError:
         raise InputError(Finding(str(path), "is a folder, not a log", remedy="name a file in it")) from None
     except PermissionError:
-        raise InputError(Finding(str(path), "may not be read (permission denied)", remedy=f"chmod +r {path}")) from None
+        raise InputError(Finding(str(path), "is not readable (permission denied)", remedy=f"chmod +r {path}")) from None
     except (OSError, ValueError) as error:
         raise InputError(Finding(str(path), f"cannot be opened: {getattr(error, 'strerror', None) or error}")) from None
     with raw:

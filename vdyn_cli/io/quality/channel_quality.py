@@ -84,7 +84,7 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
         return line_of(int(index if rows is None else rows[index]))
 
     if values.size >= _STUCK and values[0] != 0.0 and channel in TREMBLING and np.all(values == values[0]):
-        what = "is constant throughout: the sensor did not measure"
+        what = "is constant throughout: sensor failed or not connected"
         remedy = "remove the channel, or repair the sensor and repeat the test"
         return Quality(
             (*findings, Finding(where, what, f"{values[0]:g} {unit}".strip(), remedy, fault=True, doubt=True))
@@ -111,7 +111,7 @@ def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, line_of: LineOf
     near = np.abs(steps - usual) <= max(1.0, 0.25 * usual)
     if usual >= 2.0 and steps.size >= 3 and near.mean() > 0.9:
         what = f"is written only once in {usual:.0f} rows, {rows.size} values in {n}: a slower rate"
-        return Finding(where, what, remedy="the rows between stay empty, nothing is interpolated"), False
+        return Finding(where, what, remedy="the rows between stay empty, without interpolation"), False
     runs = _stretches(missing)
     longest = max(runs, key=lambda r: r[1])
     share = (n - rows.size) / n
@@ -157,8 +157,11 @@ def _interpolated(values: Array, where: str) -> list[Finding]:
     own = own_rows(values)
     if own is None:
         return []
-    what = f"bends only once in {own[1] - own[0]} rows: a slower sensor whose values were joined by straight lines"
-    return [Finding(where, what, remedy="map it as measured: the rows between are not measurements")]
+    what = (
+        f"changes its slope only once in {own[1] - own[0]} rows: a slower sensor whose values were joined by "
+        "straight lines"
+    )
+    return [Finding(where, what, remedy="map the channel as measured: the rows between are interpolated values")]
 
 
 def _clipped(
@@ -184,10 +187,10 @@ def _clipped(
     alone = cut.size == 1 and length[0] >= _APART * max(int(others.max(initial=0)), _FROZEN)
     why = "frozen, or clipped" if alone else "clipped"
     what = (
-        f"stands at its {word} value, {extreme:.6g} {unit}, {_times(cut.size)}, {int(length.sum())} samples in all,"
+        f"is at its {word} value, {extreme:.6g} {unit}, {_times(cut.size)}, {int(length.sum())} samples in all,"
         f" the longest in {_span((int(runs.start[worst]), int(runs.length[worst])), line)}: {why}"
     )
-    remedy = "the true values lie beyond it: check the sensor's range, or remove these runs"
+    remedy = "the true values exceed it: check the sensor's range, or remove these runs"
     return [Finding(where, what, remedy=remedy)]
 
 
@@ -213,7 +216,7 @@ def _overshoot(
 
 
 def _quantum(values: Array) -> float:
-    """The smallest step between neighbours, which is the resolution of a quantised channel."""
+    """The smallest step between neighbors, which is the resolution of a quantized channel."""
     steps = np.abs(np.diff(values[:_SAMPLE]))
     steps = steps[steps > 1e-12 * np.abs(values[:_SAMPLE]).max()]
     return float(steps.min()) if steps.size else 0.0

@@ -39,7 +39,7 @@ def with_cross_checks(log: Log) -> Log:
         off = abs(ratio - 1.0)
         if off <= NOTICED:
             continue
-        what = f"{first} and {second} contradict each other: {second} says that {first} is {ratio:.3g} times as large"
+        what = f"{first} and {second} contradict each other: by {second}, {first} is {ratio:.3g} times as large"
         turned = f"add 'sign: -1' to the channel {first}"
         finding = Finding(
             log.name, what, "", turned if ratio < 0 else "check units and scale of both channels", doubt=True
@@ -57,13 +57,16 @@ def _dead(log: Log, left: str, right: str) -> list[Finding]:
     still = [n for n in (left, right) if not np.any(np.nan_to_num(log[n]))]
     if len(still) != 1:
         return []
-    what = f"{still[0]} is 0 throughout and {right if still[0] == left else left} is not: its sensor did not measure"
+    what = (
+        f"{still[0]} is 0 throughout and {right if still[0] == left else left} is not: its sensor failed or is "
+        "not connected"
+    )
     remedy = "remove the channel, or repair the sensor and repeat the test"
     return [Finding(log.name, what, "", remedy, fault=True, doubt=True)]
 
 
 def _apart(log: Log, left: str, right: str) -> list[Finding]:
-    """The wheels of an axle turn alike, but for bends."""
+    """The wheels of an axle turn equally fast, except in bends."""
     a, b = log[left], log[right]
     moving = np.isfinite(a) & np.isfinite(b) & (np.maximum(np.abs(a), np.abs(b)) > TURNING)
     if np.count_nonzero(moving) < FEWEST:

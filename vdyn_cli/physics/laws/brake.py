@@ -10,7 +10,7 @@ def brake(s: Signals) -> Number:
 
     Parameters
     ----------
-    s : brake_force N (0 where nobody brakes: pads that drag are an effect on this law), speed m/s, sense (-1 to 1, see
+    s : brake_force N (0 without braking: dragging pads are an effect on this law), speed m/s, sense (-1 to 1, see
         ``standstill``), share (of all the vehicle's brakes that this call stands for).
     """
     return s.brake_force * s.sense

@@ -23,7 +23,7 @@ def road(s: Signals) -> Number:
 
     Notes
     -----
-    Assumes a road that is flat but for the bump, and a tire that touches it in one point.
+    Assumes a road that is flat except for the bump, and a tire that touches it in one point.
     Source: doi:10.4271/2017-01-1574, equations (12) and (13).
     """
     return s.height * s.shape(s.position / s.width)

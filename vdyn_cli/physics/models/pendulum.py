@@ -1,4 +1,4 @@
-"""A hung wheel that swings: three ways of hanging it, and the moment of inertia that each period tells."""
+"""A hung wheel that swings: three ways of hanging it, and the moment of inertia from each period."""
 
 from __future__ import annotations
 

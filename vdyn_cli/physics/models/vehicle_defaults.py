@@ -12,7 +12,7 @@ Known = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Assumption:
-    """One way to a parameter that nobody gives: a formula over what is known, and why it holds.
+    """One way to a parameter that is not given: a formula over what is known, and why it holds.
 
     ``value`` raises KeyError where it needs what is not known; the next way is then tried.
     """
@@ -28,9 +28,9 @@ class Completed:
 
     Parameters
     ----------
-    values : of every name asked for, SI, but for those that are missing.
+    values : of every name asked for, SI, except those that are missing.
     assumed : those that no measurement or description gave, with the reason for their value.
-    missing : those that nobody gives and nothing can stand for.
+    missing : those that are not given and have no default.
     """
 
     values: Mapping[str, float]
@@ -75,10 +75,10 @@ SHAFT_TIME = 2e-3  # s, damping over stiffness of a half-shaft: 8 % of critical 
 
 _A = Assumption
 _WAYS = (
-    _A("cg_to_front", lambda k: k["wheelbase"] - k["cg_to_rear"], "wheelbase less cg_to_rear"),
+    _A("cg_to_front", lambda k: k["wheelbase"] - k["cg_to_rear"], "wheelbase minus cg_to_rear"),
     _A("drag_area", lambda k: k["frontal_area"] * k["drag_coefficient"], "frontal_area times drag_coefficient"),
     _A("track_front", lambda k: k["track_rear"], "as track_rear"),
-    _A("track_front", lambda k: 1.5, "usual; a straight drive does not feel it"),
+    _A("track_front", lambda k: 1.5, "usual value; no effect on straight driving"),
     _A("track_rear", lambda k: k["track_front"], "as track_front"),
     _A("roll_inertia", lambda k: k["mass"] * (0.4 * k["track_front"]) ** 2, "radius of gyration of 0.4 track"),
     _A("yaw_inertia", lambda k: k["pitch_inertia"], "as pitch_inertia: passenger cars lie within a tenth of it"),
@@ -87,21 +87,29 @@ _WAYS = (
     _A("tire_vertical_damping", lambda k: 0.0, "small beside the dampers"),
     _A("tire_load_sensitivity", lambda k: 0.0, "friction was measured at about the static load"),
     _A("tire_relaxation_length", lambda k: 0.3, "usual for passenger car tires: 0.1 to 0.4 m"),
-    _A("tire_cornering_stiffness", lambda k: 15.0, "usual; a straight drive does not feel it"),
-    _A("rolling_speed", lambda k: 0.0, "rolling resistance taken as independent of speed"),
+    _A("tire_cornering_stiffness", lambda k: 15.0, "usual value; no effect on straight driving"),
+    _A("rolling_speed", lambda k: 0.0, "rolling resistance assumed independent of speed"),
     _A("drag_height", lambda k: k["cg_height"], "at the center of gravity"),
     _A("air_density", lambda k: air_density(k["temperature"], k["pressure"]), "dry air of this temperature, pressure"),
     _A("air_density", lambda k: air_density(293.15, 1e5), "20 degC, 100 kPa, to which a road load is referred"),
     _A("wind_variance", lambda k: 0.0, "no gusts"),
     _A("driveline_efficiency", lambda k: 1.0, "no loss under load"),
-    _A("driveline_inertia", _beyond_the_wheels, "rotating_mass less four wheels"),
-    _A("driveline_inertia", lambda k: LEAST_DRIVELINE_INERTIA, "gears alone: no motor turns with the wheels"),
-    _A("shaft_damping_left", _like_the_other_side("left", "right"), "as the right side's, in proportion to stiffness"),
-    _A("shaft_damping_right", _like_the_other_side("right", "left"), "as the left side's, in proportion to stiffness"),
+    _A("driveline_inertia", _beyond_the_wheels, "rotating_mass minus four wheels"),
+    _A("driveline_inertia", lambda k: LEAST_DRIVELINE_INERTIA, "gears only: the motor is disconnected from the wheels"),
+    _A(
+        "shaft_damping_left",
+        _like_the_other_side("left", "right"),
+        "that of the right side, in proportion to stiffness",
+    ),
+    _A(
+        "shaft_damping_right",
+        _like_the_other_side("right", "left"),
+        "that of the left side, in proportion to stiffness",
+    ),
     _A("shaft_damping_left", lambda k: SHAFT_TIME * k["shaft_stiffness_left"], "2 ms times the stiffness"),
     _A("shaft_damping_right", lambda k: SHAFT_TIME * k["shaft_stiffness_right"], "2 ms times the stiffness"),
     _A("brake_share_front", lambda k: 0.65, "usual for passenger cars"),
-    _A("hub_swing", lambda k: 1.0, "hubs swing with the body that pitches"),
+    _A("hub_swing", lambda k: 1.0, "hubs swing with the pitching body"),
     _A("driveline_pitch", lambda k: 1.0, "the driveline pitches with the body"),
 )
 

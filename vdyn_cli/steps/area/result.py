@@ -75,7 +75,9 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
     found = []
     rows, columns = np.nonzero(shape.inside)
     if rows.min() == 0 or columns.min() == 0 or rows.max() == shape.inside.shape[0] - 1:
-        found.append(Finding(spec.image, "the silhouette touches the picture's edge", remedy="is the car cut off?"))
+        found.append(
+            Finding(spec.image, "the silhouette touches the picture's edge", remedy="check whether the car is cut off")
+        )
     left, top, right, bottom = edges
     across = columns.min() < left - BEYOND or columns.max() + 1 > right + BEYOND
     if across or rows.min() < top - BEYOND or rows.max() + 1 > bottom + BEYOND:
@@ -86,7 +88,7 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
         found.append(Finding(spec.image, "perspective is not corrected", remedy=remedy))
     if shape.dropped > DROPPED:
         got = f"{shape.dropped:.2%} of the area"
-        found.append(Finding(spec.image, "small pieces beside the car are left out", got, "look at the outline"))
+        found.append(Finding(spec.image, "small pieces beside the car are left out", got, "check the outline"))
     if shape.pieces > 1:
-        found.append(Finding(spec.image, "the silhouette has several pieces", str(shape.pieces), "look at the outline"))
+        found.append(Finding(spec.image, "the silhouette has several pieces", str(shape.pieces), "check the outline"))
     return tuple(found)

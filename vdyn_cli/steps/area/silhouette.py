@@ -78,7 +78,7 @@ def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: M
     inside = (gray < level) if dark else (gray > level)
     inside, pieces, dropped = _large_pieces(inside & ~exclude)
     if not inside.any() or inside.all():
-        raise ValueError("nothing in the picture is on either side of the threshold")
+        raise ValueError("all pixels of the picture are on one side of the threshold")
     core, around = binary_erosion(inside, iterations=EDGE), ~binary_dilation(inside, iterations=EDGE)
     if min(core.sum(), around.sum()) < FEWEST_PIXELS:
         raise ValueError("the silhouette is too small, or fills the whole picture")

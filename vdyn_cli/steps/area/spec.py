@@ -28,7 +28,7 @@ class AreaSettings(Strict):
         "auto", description="gray level between car and background, 0 black to 1 white; auto: Otsu's method"
     )
     car: Literal["dark", "bright"] = Field(
-        "dark", description="whether the car is darker or brighter than what is behind"
+        "dark", description="whether the car is darker or brighter than the background"
     )
     exclude: tuple[tuple[float, float, float, float], ...] = Field(
         (), description="rectangles that do not count, such as mirrors: left, top, right, bottom in pixels"

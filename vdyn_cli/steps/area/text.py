@@ -38,5 +38,5 @@ def silhouette(shape: Silhouette, share: float, edges: BoxEdges) -> Table:
 
 def uncertainty(budget: Budget) -> Table:
     """The uncertainty budget of the area."""
-    caption = "To improve the result, measure the largest contribution better."
+    caption = "To improve the result, measure the quantity with the largest contribution more accurately."
     return budget.table("budget", "Sources of uncertainty", "m²", caption)

@@ -5,9 +5,9 @@ Heave z and pitch th (nose-up) of the sprung body, heights zf, zr of the axles, 
     Ms z'' = -Sf - Sr              Is th'' = -lf Sf + lr Sr
     mf zf'' = Sf + Fzf - F0f       mr zr'' = Sr + Fzr - F0r
     Sf = Kf e + Cf e',  e = z + lf th - zf        (rear: z - lr th - zr)
-    Fz = max(0, F0 + Kt (u - zt))                 a tire cannot pull: the wheel lifts off
+    Fz = max(0, F0 + Kt (u - zt))                 no tension: the wheel lifts off
 
-The road u is a bump met after some distance, by the rear axle a wheelbase later: haversine
+The road u is a bump, which the rear axle reaches one wheelbase after the front axle: haversine
 A/2 (1 - cos(2 pi x/lambda)), half sine A sin(pi x/lambda), or a measured profile. Kf, Kr, Cf, Cr are those of an axle
 at the wheels, Kt that of its two tires.
 
@@ -22,7 +22,7 @@ is the whole car's with wheels that do not pitch along; it includes what the axl
 body contributes: I = Is + mu M/Ms (h - r)^2, mu the unsprung mass, h and r the heights of the center of gravity and
 of the wheels (some 0.7 % of I). State ``sprung_pitch_inertia`` where that is known.
 
-A bump so gentle that the wheels do not hop does not determine Kt: only the ratio of Kt to the unsprung mass shows.
+A bump that does not excite wheel hop does not determine Kt: only the ratio of Kt to the unsprung mass shows.
 
 Assumes loads between tires and road (setting ``load_sensor: hub`` for sensors in the wheel, which lack the inertia of
 what turns outside them), linear springs and dampers, and a tire that touches the road in one point.

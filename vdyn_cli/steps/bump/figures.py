@@ -36,30 +36,32 @@ def figures(replays: Sequence[Replay]) -> tuple[Figure, ...]:
         Figure(
             "over_rate",
             "Load residual over stroke rate",
-            "Measured less simulated axle loads over the rate of the suspension's stroke. Good: a level band as high "
+            "Measured minus simulated axle loads over the rate of the suspension's stroke. Good: a level band as high "
             "as the load cells' noise. Bad: a V or a bend (dampers that differ in rebound and compression), a step at "
             "zero (dry friction), a fan that opens to both sides (timing of the bump).",
             "stroke rate in m/s, rebound positive",
-            "measured less simulated load in N",
+            "measured minus simulated load in N",
             _residuals(replays, rates),
         ),
         Figure(
             "over_stroke",
             "Load residual over stroke",
-            "The same over the stroke. Good: a level band. Bad: a bend at the ends (progressive springs, bump stops), "
+            "Measured minus simulated axle loads over the suspension's stroke. Good: a level band. Bad: a bend at "
+            "the ends (progressive springs, bump stops), "
             "two levels (dry friction).",
             "stroke in mm, extension positive",
-            "measured less simulated load in N",
+            "measured minus simulated load in N",
             _residuals(replays, strokes),
         ),
         Figure(
             "over_load",
             "Load residual over load",
-            "The same over the simulated load, which deflects the tires. Good: a level band, as high at zero load as "
+            "Measured minus simulated axle loads over the simulated load, which deflects the tires. Good: a level "
+            "band, as high at zero load as "
             "elsewhere. Bad: a bend (tires that stiffen), points far above zero at zero load (a wheel that does not "
             "leave the road: check the bump's height), a slope (gain of the load cells).",
             "simulated axle load in N",
-            "measured less simulated load in N",
+            "measured minus simulated load in N",
             _residuals(replays, loads),
         ),
     )
@@ -74,8 +76,8 @@ def _loops(r: Replay) -> Figure:
         series.append(Series(f"{end}, measured", stroke, r.measured[load], "points"))
         series.append(Series(f"{end}, simulated", x, y, role="simulated"))
     caption = (
-        f"Axle load over the suspension's simulated stroke in the fastest run ({PurePath(r.run).stem}); zero load is a "
-        "wheel in the air. Good: the points follow the loops. Bad: points outside or inside the loops (another "
+        f"Axle load over the suspension's simulated stroke in the fastest run ({PurePath(r.run).stem}); zero load is "
+        "a wheel off the ground. Good: the points follow the loops. Bad: points outside or inside the loops (another "
         "damper), or off them at one end of the stroke (bump stop, progressive spring)."
     )
     stroke_label = "stroke in mm, extension positive"

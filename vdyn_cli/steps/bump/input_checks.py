@@ -57,7 +57,7 @@ def _wrong_speed(log: Log, width: float) -> list[Finding]:
     if speed < -0.3:
         return [wrong_sign(log.name, "speed", "the car reverses: speed must be positive forward", f"{speed:.2f} m/s")]
     if abs(speed) < 0.3:
-        return [Finding(where, "the car hardly moves", f"{speed:.2f} m/s", "check the channel and its unit")]
+        return [Finding(where, "the car is almost at rest", f"{speed:.2f} m/s", "check the channel and its unit")]
     step = float(np.median(np.diff(log.time)))
     if width / (speed * step) < SAMPLES_ON_BUMP:
         got = f"{1 / step:.0f} Hz at {speed:.1f} m/s: {width / (speed * step):.1f} samples on the bump"
@@ -70,13 +70,16 @@ def _wrong_load(log: Log, name: str, static: float) -> list[Finding]:
     where, load = f"{log.name}, {name}", log[name]
     rest = float(np.nanmedian(load))
     if rest < -0.1 * static:
-        return [wrong_sign(log.name, name, "the axle is pulled up: loads must be positive", f"{rest:.0f} N")]
+        return [wrong_sign(log.name, name, "negative axle load: loads must be positive", f"{rest:.0f} N")]
     ratio = rest / static
     if not 0.75 < ratio < 1.33:
         likely = [unit for factor, unit in FORCES if 0.75 < ratio * factor < 1.33]
         guess = f"is its unit {likely[0]}?" if likely else "check unit and channel, mass and cg_to_front"
         if 0.4 < ratio < 0.62:
-            guess = f"is it one wheel's? then map the axle's other wheel too ({name[:-5]}_left_load and _right_load)"
+            guess = (
+                f"if it is the load of one wheel, map the axle's other wheel too ({name[:-5]}_left_load and "
+                "_right_load)"
+            )
         if abs(ratio) < 0.05 and not likely:
             guess = (
                 "loads must include the weight: do not zero the sensor with the car on it; or the axle is off the road"
@@ -99,17 +102,20 @@ def wrong_location(log: Log, found: BumpLocation, wheelbase: float) -> list[Find
         return [Finding(f"{log.name}, front_load", what, f"{-found.delay:.3f} s before", remedy)]
     pace = wheelbase / found.delay
     if not 1 / SPEED_RATIO < found.speed / pace < SPEED_RATIO:
-        what = f"the rear axle meets the bump {found.delay:.3f} s after the front axle, which means {pace:.2f} m/s"
+        what = (
+            f"the rear axle meets the bump {found.delay:.3f} s after the front axle, which corresponds to "
+            f"{pace:.2f} m/s"
+        )
         ratio = max(found.speed / pace, pace / found.speed)
-        hint = "is its unit km/h?" if 3.0 < ratio < 4.3 else "check the unit of speed, and the wheelbase"
+        hint = "check whether its unit is km/h" if 3.0 < ratio < 4.3 else "check the unit of speed, and the wheelbase"
         return [Finding(f"{log.name}, speed", what, f"{found.speed:.2f} m/s", hint)]
     if found.correlation < LEAST_CORRELATION:
         got = f"correlation {found.correlation:.2f}"
         remedy = "check the bump's size and shape; the log must begin before the front axle meets it"
-        return [Finding(log.name, "the loads are not those of a car on this bump", got, remedy)]
+        return [Finding(log.name, "the loads do not match a car on this bump", got, remedy)]
     gain = np.mean([found.gain[n] for n in LOADS])
     if not 1 / LOAD_RATIO < gain < LOAD_RATIO:
-        what = f"the loads change {gain:.2g} times as much as those of a usual car on this bump"
+        what = f"the loads change {gain:.2g} times as much as for a typical car on this bump"
         return [Finding(log.name, what, "", "check height and width of the bump, and the loads' unit")]
     return [f for n in BODY_CHANNELS if n in found.gain for f in _wrong_gain(log, n, found.gain[n])]
 
@@ -117,12 +123,12 @@ def wrong_location(log: Log, found: BumpLocation, wheelbase: float) -> list[Find
 def _wrong_gain(log: Log, name: str, gain: float) -> list[Finding]:
     if gain < -0.1:
         up = "up" if name == "vertical_acceleration" else "nose-up"
-        what = f"moves against the loads: it must be positive {up}"
+        what = f"has the opposite sign to the loads: it must be positive {up}"
         return [wrong_sign(log.name, name, what, f"gain {gain:.2f}")]
     if not 0.2 < gain < 5:
         likely = [unit for factor, unit in KINDS[name] if 0.5 < gain * factor < 2]
         remedy = f"is its unit {likely[0]}?" if likely else "check its unit, or leave it out of the map"
-        what = f"is {gain:.2g} times what a usual car shows on this bump"
+        what = f"is {gain:.2g} times that of a typical car on this bump"
         return [Finding(f"{log.name}, {name}", what, "", remedy)]
     return []
 
@@ -137,7 +143,9 @@ def doubts(log: Log, crossing: Crossing, stated: Given | None) -> list[Finding]:
     findings = []
     if stated is not None and abs(stated.value - crossing.distance) > max(0.5, 5 * stated.std):
         got = f"distance_front {stated.value:.2f} m"
-        what = f"the bump lies {crossing.distance:.2f} m after the log's start by its loads and speed; that is used"
+        what = (
+            f"by loads and speed the bump lies {crossing.distance:.2f} m after the log's start; this distance is used"
+        )
         findings.append(Finding(log.name, what, got))
     for name, count in crossing.clipped.items():
         if count:
@@ -175,7 +183,10 @@ def uneven_zeros(zeros: Mapping[str, Sequence[float]], std: Mapping[str, float])
     for name in LOADS:
         mean = float(np.mean(zeros[name]))
         if abs(mean) > 4 * std[name]:
-            what = f"is {mean:+.0f} N at rest beyond what mass and cg_to_front give: fitted as the sensor's zero"
+            what = (
+                f"is {mean:+.0f} N at rest above the load from mass and cg_to_front: fitted as a zero offset of "
+                "the sensor"
+            )
             remedy = "weigh the car as it was driven; a model error that offsets the load has the same effect"
             findings.append(Finding(name, what, "", remedy))
     return findings

@@ -143,7 +143,7 @@ def _pitch_inertia(stated: Mapping[str, Given], found: Mapping[str, Given]) -> t
         lever = Given(height.value - radius.value, float(np.hypot(height.std, radius.std)))
     else:
         lever = USUAL_LEVER
-        what = "pitch_inertia is taken as the whole car's; the axles' share is that of a usual car"
+        what = "pitch_inertia is assumed to be that of the whole car; the axles' share is assumed as for a typical car"
         findings = (Finding("bump", what, "", "give cg_height and wheel_radius, or sprung_pitch_inertia"),)
     mass = found["mass"].value
     unsprung = found["unsprung_mass_front"].value + found["unsprung_mass_rear"].value

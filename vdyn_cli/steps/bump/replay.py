@@ -41,7 +41,7 @@ class Replay:
     pace: float
 
     def residual(self, channel: str) -> Array:
-        """Measured less simulated (n,), in the channel's unit."""
+        """Measured minus simulated (n,), in the channel's unit."""
         return self.measured[channel] - self.outputs[channel]
 
     def off_road(self, end: str, static: float) -> float:

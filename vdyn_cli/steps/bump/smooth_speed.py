@@ -34,7 +34,7 @@ class SmoothSpeed:
 def smooth_speed(time: Array, speed: Array) -> SmoothSpeed:
     """The line that is as straight as the samples allow, and the errors of its level and slope.
 
-    Integrated as measured, 0.02 m/s of white noise wanders by a millimetre a second, which on the flank of a bump is
+    Integrated as measured, 0.02 m/s of white noise wanders by a millimeter a second, which on the flank of a bump is
     some hundred newtons. A car holds its speed more smoothly than that, but the bump brakes it. So straight pieces
     between knots 40 ms apart are fitted with a penalty on their bends; of all penalties, a straight line among them,
     that of the least n ln(square) + freedom ln n is taken (Schwarz; freedom is the trace of the smoother).

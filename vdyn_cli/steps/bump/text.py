@@ -25,12 +25,11 @@ VAGUE = 0.1  # of a value: a wider 95 % interval is no use for a simulation of r
 FOLLOWS = 0.5
 TIRE = "tire_vertical_stiffness"
 NO_HOP = (
-    "the bump is too gentle to make the wheels hop, and without wheel hop only the ratio of tire stiffness to unsprung "
+    "the bump does not excite wheel hop, and without wheel hop only the ratio of tire stiffness to unsprung "
     "mass is determined; cross it faster, or use a shorter or higher bump"
 )
 UNCERTAIN_HEIGHT = (
-    "the bump's height is uncertain, too, so that wheel hop determines only the ratio of stiffness to mass; measure "
-    "the height"
+    "the bump's height is uncertain, so wheel hop determines only the ratio of stiffness to mass; measure the height"
 )
 NOT_DETERMINED = Finding(
     "bump",
@@ -158,8 +157,8 @@ def crossing_table(replays: Sequence[Replay], fit: BumpFit, solution: Solution) 
         *("compression", "extension", "into the dampers"),
     )
     caption = (
-        "As simulated. Compression and extension are the suspension's largest from rest; energy is what an axle's "
-        "dampers turn into heat from the first to the last fitted sample."
+        "As simulated. Compression and extension are the suspension's largest from rest; energy is the energy "
+        "dissipated by the dampers of an axle from the first to the last fitted sample."
     )
     return Table("crossings", "The crossings", columns, tuple(rows), caption)
 
@@ -173,8 +172,8 @@ def misfit_table(fit: BumpFit, inflated: Mapping[str, float]) -> Table:
         rows.append((name, f"{noise:.3g} {unit}", f"{ratio * noise:.3g} {unit}", f"{ratio:.2f}"))
     columns = ("channel", "noise", "residual (rms)", "ratio")
     caption = (
-        f"A ratio of 1 means that the simulation follows the channel to its noise; above {MISFIT:g} the model misses "
-        "something."
+        f"A ratio of 1 means that the simulation follows the channel to its noise; above {MISFIT:g} the model has an "
+        "error."
     )
     return Table("misfit", "How well the simulation follows each channel", columns, tuple(rows), caption)
 
@@ -195,7 +194,8 @@ def sensitivity_table(sensitivity: Mapping[str, Mapping[str, float]], fit: BumpF
     columns = ("known number", "known to", *(n.replace("_", " ") for n in SOUGHT))
     caption = (
         "How much each result moves when a known number is 1 % larger; in brackets what its stated standard deviation "
-        "adds. The fit holds a number with a standard deviation only that firmly, since the logs may determine it "
-        "better. State one ('82 +- 2 kg') wherever a number is not exact: the intervals then include it."
+        "adds. In the fit, a number with a standard deviation has a prior of that width, since the logs may "
+        "determine it better. State a standard deviation ('82 +- 2 kg') for every number that is not exact: the "
+        "intervals then include it."
     )
     return Table("budget", "Sensitivity to the known numbers", columns, tuple(rows), caption)

@@ -5,8 +5,8 @@ Moments of the whole car about the rear contact, nose-up positive::
     L Ff - lr (Ff + Fr) + (M h + J) a + Fd hd = I th'',      a = a_antenna + (H - h) th''
 
 with axle loads Ff, Fr; antenna at height H; drag Fd at height hd; J = sum of wheel inertia over radius (wheels that
-spin up unload the front axle too; left out, the height reads 1 to 2 % high). Without rear loads, Fr = M g - Ff, which
-is the paper's equation (5): the body is then taken not to heave.
+spin up unload the front axle too; without it, the height is 1 to 2 % too high). Without rear loads, Fr = M g - Ff,
+which is the paper's equation (5): assuming no heave of the body.
 
 The loads at rest give lr; the load moved per acceleration gives M h; the load moved per pitch acceleration gives
 I - (M h + J) (H - h). The last two have opposite signs: a pitch rate of the wrong sign turns I into
@@ -15,6 +15,6 @@ I - (M h + J) (H - h). The last two have opposite signs: a pitch rate of the wro
 The balance is integrated over 20 ms, so the pitch rate is never differentiated; noise in loads, acceleration and pitch
 rate all enters the balance (total least squares). Each run has its own zero of the load cells, within ``load_zero``.
 
-Assumes a flat road, no lift, rigid body; a road grade reads as an accelerometer offset. Source: SAE 2017-01-1574,
+Assumes a flat road, no lift, rigid body; a road grade acts like an accelerometer offset. Source: SAE 2017-01-1574,
 equations (5) to (7).
 """

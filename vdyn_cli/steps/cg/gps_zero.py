@@ -10,7 +10,7 @@ from vdyn_cli.inference.white_noise import white_level
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 
-SMALLEST = 0.02  # m/s^2, which moves the centre of gravity by about a millimetre
+SMALLEST = 0.02  # m/s^2, which moves the center of gravity by about a millimeter
 CERTAIN = 5.0  # standard deviations of scatter and noise: scatter over as few as two runs has long tails
 FEWEST_SAMPLES = 100  # whose first and last tenths are averaged
 LONGEST_GAP = 5.0  # usual steps of the clock
@@ -34,10 +34,8 @@ def gps_zero(logs: Sequence[Log]) -> list[Finding]:
     scatter = float(np.std(zeros[:, 0], ddof=1)) / np.sqrt(len(zeros)) if len(zeros) > 1 else 0.0
     if abs(mean) < max(SMALLEST, CERTAIN * float(np.hypot(noise, scatter))):
         return []
-    what = (
-        f"acceleration reads {mean:+.3f} m/s^2 more than the rate of the speed, which misplaces the center of gravity"
-    )
-    remedy = "subtract its zero, or map the speed's rate; for a sensor in the body write 'accelerometer: body'"
+    what = f"acceleration reads {mean:+.3f} m/s^2 more than the rate of the speed, which biases the center of gravity"
+    remedy = "subtract its zero offset, or map the speed's rate; for a sensor in the body write 'accelerometer: body'"
     return [Finding(f"{len(found)} runs" if len(found) > 1 else next(iter(found)), what, "", remedy, doubt=True)]
 
 

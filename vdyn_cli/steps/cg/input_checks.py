@@ -101,11 +101,11 @@ def _errors(log: Log) -> list[Finding]:
     empty = not np.isfinite(acceleration).any()
     if empty or np.nanstd(acceleration) < LEAST_ACCELERATION:
         got = "empty" if empty else f"standard deviation {np.nanstd(acceleration):.2g} m/s^2"
-        what, remedy = "the car is hardly accelerated or braked", "accelerate and brake with 3 m/s^2 or more"
+        what, remedy = "acceleration and braking are too weak", "accelerate and brake with 3 m/s^2 or more"
         return [Finding(f"{log.name}, acceleration", what, got, remedy)]
     negative = [n for n in LOADS if n in log and np.nanmedian(log[n]) < 0]
     if negative:
-        return [wrong_sign(log.name, n, "the axle is pulled up: loads must be positive") for n in negative]
+        return [wrong_sign(log.name, n, "negative axle load: loads must be positive") for n in negative]
     pitch = pitch_angle(log)
     gains_load = _correlation(acceleration, load) > CERTAIN
     if gains_load and _correlation(acceleration, pitch) > CERTAIN:
@@ -116,6 +116,6 @@ def _errors(log: Log) -> list[Finding]:
         what = "the front axle gains load when the car is driven: acceleration must be positive forward"
         return [wrong_sign(log.name, "acceleration", what)]
     if _correlation(acceleration, pitch) < -CERTAIN:
-        what = "the nose dives when the car is driven: pitch must be positive nose-up (else the inertia is wrong)"
+        what = "the nose goes down when the car is driven: pitch must be positive nose-up (else the inertia is wrong)"
         return [wrong_sign(log.name, "pitch_rate", what)]
     return []

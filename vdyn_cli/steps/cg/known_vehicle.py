@@ -55,5 +55,5 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
     else:
         values["spin"] = 0.0
         remedy = "give wheel_inertia and wheel_radius, or pass the result of 'vdyn inertia' with --known"
-        findings.append(Finding("cg", "the spin of the wheels is left out: cg_height reads 1 to 2 % high", "", remedy))
+        findings.append(Finding("cg", "the spin of the wheels is left out: cg_height is 1 to 2 % too high", "", remedy))
     return KnownVehicle(values, std, tuple(findings))

@@ -141,7 +141,9 @@ class LoadFit:
 
         settled = until_settled(refit, self.first_solution, MOST_ROUNDS - 1, SETTLED)
         if not settled.converged:
-            raise ResultError(Finding("fit", "the moment balance does not settle", remedy="check units and signs"))
+            raise ResultError(
+                Finding("fit", "the fit of the moment balance does not converge", remedy="check units and signs")
+            )
         return settled.state
 
     def place(self, solution: Solution, start: Mapping[str, float] = NO_VALUES) -> Array:

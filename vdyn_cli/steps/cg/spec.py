@@ -14,7 +14,9 @@ class CgSettings(Strict):
     """What the accelerometer measures, and how uncertain the load cells' zeros are."""
 
     accelerometer: Literal["gps", "body"] = Field(
-        "gps", description="rate of the antenna's speed (gps), or fixed to the body, where it feels gravity in pitch"
+        "gps",
+        description="rate of the antenna's speed (gps), or fixed to the body, where its reading includes gravity "
+        "in pitch",
     )
     load_zero: Annotated[Given, Si("N", 0, 5_000)] = Field(
         Given(15.0), description="standard deviation of the zero of one wheel's load, N"

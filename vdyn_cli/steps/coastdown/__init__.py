@@ -13,8 +13,9 @@ from the runs. ``noise: white`` is plain least squares instead, as in the paper.
 
 Where an accelerometer (specific force f = V' + g sin(grade)) is mapped, M f + mr V' = F - Fd - Rr holds without the
 slope. On a track the specific force is fitted beside the speed, with its zero unknown. On an open road
-(``windows: powered``: parts with drive above zero, in which nobody brakes) it is fitted alone; its zero comes from the
-energy of each whole log, with an elevation channel or the assumption that roads lead up as often as down. Mass scales
+(``windows: powered``: parts with drive above zero, without braking) it is fitted alone; its zero comes from the
+energy of each whole log, with an elevation channel or the assumption that the mean
+slope of all roads is zero. Mass scales
 all forces; torque and efficiency are collinear with it, so give ``mass`` and ``driveline_efficiency`` as
 ``value +- std`` where they are uncertain: the stated values are priors of the fit and widen the intervals.
 

@@ -4,8 +4,9 @@ A forward accelerometer measures f = V' + g sin(grade) + zero. Times the speed, 
 
     int f V dt = (V_end^2 - V_start^2)/2 + g (height gained) + zero x distance
 
-so the zero is known as well as the net climb: from an elevation channel, or because roads lead up as often as
-down. Standstill does not show it: a car stops on slopes.
+so the zero is known as well as the net climb: from an elevation channel, or from the assumption that
+the mean slope of all roads is zero. A reading at standstill does not give the zero, because the car may stand on a
+slope.
 """
 
 from __future__ import annotations

@@ -160,7 +160,10 @@ def _longer_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment 
     begin, end = float(time[0]), float(time[-1])
     middle = float(np.median(one.excess))
     if middle > max(ENGAGED_LEAST, ENGAGED * one.usual):
-        why = f"slows by {middle:.2f} m/s^2 more than the other runs throughout: engaged driveline or dragging brake?"
+        why = (
+            f"slows by {middle:.2f} m/s^2 more than the other runs throughout: check for an engaged driveline "
+            "or a dragging brake"
+        )
         return None, RejectedSegment(name, begin, end, why)
     if not (at := one.outliers).size:
         return one.segment, None

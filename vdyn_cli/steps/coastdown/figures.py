@@ -96,9 +96,9 @@ def _run_forces(fit: RoadLoadFit) -> Figure:
     return Figure(
         "runs",
         "Residual force of each run",
-        "Resistance of each run beyond the common road load, with two standard deviations. Good: scatter about zero "
-        "without order. A fall from run to run: tires warm up. Out above and back below, or the reverse: slope or "
-        "wind. One far off: inspect that run.",
+        "Resistance of each run beyond the common road load, with two standard deviations. Good: random scatter "
+        "about zero. A fall from run to run: tires warm up. Out above and back below, or the reverse: slope or "
+        "wind. One far from the others: inspect that run.",
         "run",
         "force [N]",
         tuple(series),
@@ -126,8 +126,8 @@ def _ellipse(fit: RoadLoadFit) -> Figure | None:
     return Figure(
         "ellipse",
         "Rolling resistance against drag area",
-        "The joint 95 % region. Round: the runs separate both. Thin and slanted: they do not, one can replace the "
-        "other; coasts from higher down to lower speed make it round.",
+        "The joint 95 % region. Round: the runs separate both. Thin and slanted: they are collinear; coasts from "
+        "higher down to lower speed make it round.",
         "rolling resistance",
         "drag area [m^2]",
         (

@@ -44,7 +44,7 @@ def direction_findings(
     """Runs in one direction only, runs against their logged position, and an elevation that is not used."""
     found = []
     if not ({"out", "back"} <= {runs[s.run].direction for s in segments} or use == "alone"):
-        what = "all runs have the same direction: a slope or a steady wind looks like rolling resistance"
+        what = "all runs have the same direction: a slope or a steady wind is collinear with rolling resistance"
         remedy = "drive as many runs back as out, and write 'direction: out' or 'back' to each run"
         found.append(Finding("runs", what, remedy=remedy))
     if all("position" in log for log in logs):
@@ -55,7 +55,9 @@ def direction_findings(
             what = f"position {way}, but the direction is '{runs[k].direction}'"
             found.append(Finding(logs[k].name, what, remedy=remedy, doubt=True))
     if use != "alone" and any("elevation" in log for log in logs):
-        what = "elevation is mapped but not used: it only helps the accelerometer of a car that is driven throughout"
+        what = (
+            "elevation is mapped but not used: it is only used for the accelerometer of a car that is driven throughout"
+        )
         remedy = "map 'grade' if the slope is known, and 'position' for hills"
         found.append(Finding("channels.elevation", what, remedy=remedy))
     return tuple(found)

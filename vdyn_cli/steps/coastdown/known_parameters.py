@@ -30,11 +30,11 @@ def known_parameters(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters
 
     Raises
     ------
-    InputError : a parameter is missing, or nothing is left to estimate.
+    InputError : a parameter is missing, or no parameter is left to estimate.
     """
     fix = spec.settings.fix
     if len(fix.names) == 2:
-        what = "rolling resistance and drag are both fixed: nothing is left to estimate"
+        what = "rolling resistance and drag are both fixed: no parameter is left to estimate"
         raise InputError(Finding("settings.fix", what, remedy="remove one of them"))
     torque = spec.settings.windows != "coast" and all("drive_torque" in log for log in logs)
     area = ("frontal_area",) if fix.drag_coefficient else ()
@@ -62,8 +62,13 @@ def assumptions(known: Parameters) -> tuple[Finding, ...]:
     """A finding for the rotating mass where it is assumed."""
     if "rotating_mass" in known or _by_wheels(known):
         return ()
-    what = f"rotating_mass is not given: assumed {ROTATING_SHARE:.1%} (+- {ROTATING_STD:.0%}) of the mass, as of wheels"
-    remedy = "add 'rotating_mass: <number> kg' under vehicle: sum of J/r^2 of wheels and what stays geared to them"
+    what = (
+        f"rotating_mass is not given: assumed {ROTATING_SHARE:.1%} (+- {ROTATING_STD:.0%}) of the mass, "
+        "typical for wheels"
+    )
+    remedy = (
+        "add 'rotating_mass: <number> kg' under vehicle: sum of J/r^2 of the wheels and all parts that turn with them"
+    )
     return (Finding("vehicle", what, remedy=remedy),)
 
 

@@ -112,7 +112,14 @@ class Conditions:
 
 
 def density_of(temperature: float, pressure: float) -> float:
-    """Dry air, kg/m^3, at K and Pa."""
+    """Dry air, kg/m^3, at K and Pa.
+
+    rho = p / (R T), R = 287.055 J/(kg K) (ideal gas).
+
+    Parameters
+    ----------
+    temperature : K. pressure : Pa.
+    """
     return pressure / (DRY_AIR * temperature)
 
 

@@ -44,7 +44,7 @@ def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
         factor = noise.factor(sizes)
         white = rows / factor[:, None] if factor.ndim == 1 else np.linalg.solve(factor, rows)
         inverse = np.linalg.pinv(white[:, :-1].T @ white[:, :-1])
-        # The residual is simulated less measured, and a push forward raises the measured speed.
+        # The residual is simulated minus measured, and a push forward raises the measured speed.
         forces.append(fit.inertia * float(inverse[0] @ white[:, :-1].T @ white[:, -1]))
         errors.append(fit.inertia * float(np.sqrt(inverse[0, 0])))
     return np.array(forces), np.array(errors)
@@ -72,7 +72,7 @@ def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
         means = np.array([force[here & (owner == run)].mean() for run in np.unique(owner[here])])
         if means.size >= 2:
             found.append((k * SPEED_STEP, means.mean(), means.std(ddof=1) / np.sqrt(means.size)))
-    at, mean, error = (np.array(column) for column in zip(*found, strict=True))
+    at, mean, error = np.array(found).reshape(-1, 3).T
     return ResidualForce(at, mean, error)
 
 

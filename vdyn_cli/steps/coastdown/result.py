@@ -225,10 +225,10 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
         found.append(Finding("environment", "outside the 5 to 35 degC of SAE J1263", got))
     rolling = answer.main["rolling_resistance"].value
     if rolling > UNLIKELY_ROLLING:
-        what = "more than tires take: it contains a brake, an engaged driveline or a slope"
+        what = "more than the rolling resistance of tires: it contains a brake, an engaged driveline or a slope"
         found.append(Finding("rolling_resistance", what, f"{rolling:.4f}"))
     if answer.zeros and not any(z.by_elevation for z in answer.zeros.values()):
-        what = "the accelerometer's zero assumes that the roads lead up as often as down"
+        what = "the accelerometer's zero assumes a mean slope of zero over all roads"
         found.append(Finding("channels", what, remedy="map 'elevation' if the logs have it, or add more logs"))
     return (*found, *_outlying_runs(answer), *_contradicted_givens(answer))
 
@@ -242,7 +242,9 @@ def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
     if outlier is None:
         return []
     way = "more" if outlier.force > 0 else "less"
-    what = f"resisted {abs(outlier.force):.0f} N {way} than the other runs predict (p = {outlier.p_value:.1g})"
+    what = (
+        f"resistance is {abs(outlier.force):.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"
+    )
     return [Finding(runs[outlier.run].name, what, remedy="inspect this run; remove it if it is disturbed", doubt=True)]
 
 
@@ -255,7 +257,7 @@ def _contradicted_givens(answer: RoadLoadAnswer) -> list[Finding]:
         mean, std = unknown.prior
         value = answer.fit.solution.values[unknown.name]
         if abs(value - mean) > NOTABLE_SHIFT * std:
-            what = f"given as {mean:.4g} +- {std:.2g}; together with the runs {value:.4g} is more likely"
+            what = f"given as {mean:.4g} +- {std:.2g}; together with the runs {value:.4g} is the better estimate"
             found.append(Finding(f"vehicle.{unknown.name}", what))
     return found
 

@@ -57,7 +57,7 @@ class RoadLoadRows:
     factors: tuple[Array, ...]
 
     def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
-        """Residual (m,), simulated less measured, and derivatives (m, s + own) of one run, before whitening."""
+        """Residual (m,), simulated minus measured, and derivatives (m, s + own) of one run, before whitening."""
         campaign, k = self.campaign, theta.size
         start = theta[-1] if campaign.speed_fitted else campaign.runs[run].speed[0]
         try:
@@ -139,7 +139,7 @@ class RoadLoadFit:
         return self.rows.simulator(self.campaign.drives[run], theta, sensitivities=False)
 
     def residual(self, run: int) -> tuple[Array, Array]:
-        """Binned rows of a run, simulated less measured, and their derivatives to the run's own unknowns."""
+        """Binned rows of a run, simulated minus measured, and their derivatives to the run's own unknowns."""
         own = [float(v[run]) for v in self.solution.per_run.values()]
         residual, jacobian = self.rows.binned(run, np.array([*(self.at[n] for n in self.rows.shared), *own]))
         return residual, jacobian[:, len(self.rows.shared) :]

@@ -120,7 +120,8 @@ def driven_segment(
 ) -> tuple[CoastSegment | None, list[RejectedSegment]]:
     """The parts of a log faster than ``slowest`` and, where ``demand`` is given, with drive demanded.
 
-    Assumes that nobody brakes while torque or force is above zero, since neither throttle nor brake is measured.
+    Assumes that the brakes are released while torque or force is above zero, since neither throttle nor brake is
+    measured.
 
     Parameters
     ----------

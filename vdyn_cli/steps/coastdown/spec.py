@@ -60,7 +60,7 @@ class CoastdownSettings(Strict):
     )
     terms: Literal[2, 3] = Field(2, description="2: road load c0 + c2 V^2; 3: with c1 V")
     noise: Literal["gusts", "white"] = Field(
-        "gusts", description="noise model; white: plain least squares, which takes samples as independent"
+        "gusts", description="noise model; white: plain least squares, which assumes independent samples"
     )
     fix: FixedParameters = Field(FixedParameters(), description="parameters that are given instead of estimated")
     reference: ReferenceConditions = Field(ReferenceConditions(), description="conditions of the corrected road load")

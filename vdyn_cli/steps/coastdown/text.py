@@ -102,7 +102,16 @@ def separation(correlation: float | None, now: ExpectedAccuracy | None, wider: E
 
 
 def coefficients(loads: Mapping[str, RoadLoad]) -> Table:
-    """Dynamometer and EPA coefficients of each road load, each with half its 95 % interval."""
+    """Dynamometer and EPA coefficients of each road load, each with half its 95 % interval.
+
+    Parameters
+    ----------
+    loads : by the heading of their column.
+
+    Returns
+    -------
+    Rows F0, F1, F2 in N and km/h, then A, B, C in lbf and mph.
+    """
     rows = []
     for i, (key, unit) in enumerate(zip(DYNO_KEYS + EPA_KEYS, UNITS, strict=True)):
         cells = [f"{key.split('_')[0]} [{unit}]"]
@@ -122,7 +131,12 @@ def coefficients(loads: Mapping[str, RoadLoad]) -> Table:
 
 
 def forces(loads: Mapping[str, RoadLoad], speeds: Sequence[float]) -> Table:
-    """The force of each road load at some speeds (m/s)."""
+    """The force of each road load at some speeds (m/s).
+
+    Parameters
+    ----------
+    loads : by the heading of their column.
+    """
     rows = []
     for v in speeds:
         each = (load.force_with_half_width(v) for load in loads.values())

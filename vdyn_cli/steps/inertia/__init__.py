@@ -9,9 +9,9 @@ The wheel's speed is never differentiated: the noise of a differentiated speed b
 half at 1 kHz on the sample drives, and smoothing changes the bias without removing it. Each run has its own zero of the
 torque, within the sensors' data sheets.
 
-Two traps. Since a is nearly r om', only Jw + mw r^2 is observable: 2 kg of error in mw is 0.19 kg m^2. And Jw is the
-small difference of two large torques: 1 mm of r, or 0.5 % between the gains of torque and force, moves it by a sixth
-or more. Stated standard deviations of mw, r and frr ("20.0 +- 0.1 kg") are carried into the interval.
+Two sources of error. Since a is nearly r om', only Jw + mw r^2 is observable: 2 kg of error in mw is 0.19 kg m^2. And
+Jw is the small difference of two large torques: 1 mm of r, or 0.5 % between the gains of torque and force, moves it by
+a sixth or more. Stated standard deviations of mw, r and frr ("20.0 +- 0.1 kg") are carried into the interval.
 
 The period T of small swings of the hung wheel gives its inertia::
 
@@ -23,7 +23,7 @@ T is given, timed, or fitted to a recording of angle or rate; wide swings are co
 and a disturbance during the recording is detected. Uncertainty is propagated from everything measured.
 
 With both, agreement is judged in standard deviations. Where they agree the published value is their mean weighted by
-inverse variance; where they do not, it is the pendulum's, since nothing but lengths, mass and time enters it. The
+inverse variance; where they do not, it is the pendulum's, since it depends on lengths, mass and time only. The
 pendulum measures the wheel alone; the road's value includes a sensor's rotating part and the brake disc.
 
 Sources: SAE 2017-01-1574, equations (19) to (22); JCGM 100:2008 for the propagation of uncertainty.

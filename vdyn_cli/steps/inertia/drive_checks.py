@@ -32,7 +32,7 @@ def sign_doubts(log: Log) -> list[Finding]:
     if np.nanmedian(log["hub_force_z"]) < 0:
         flip("hub_force_z", "the load is negative; it must be positive when the wheel stands on the road")
     if np.nanmedian(log["wheel_speed"]) < 0:
-        flip("wheel_speed", "the wheel turns backwards all the time")
+        flip("wheel_speed", "the wheel speed is negative throughout")
     about = {name: log[name] - np.nanmean(log[name]) for name in INPUTS}
     with_force = cosine(about["hub_torque"], about["hub_force_x"])
     with_acceleration = cosine(about["hub_torque"], about["acceleration"])
@@ -53,14 +53,14 @@ def sign_doubts(log: Log) -> list[Finding]:
 
 def too_little(run: DriveWindows) -> list[Finding]:
     """A run too short, or without changes of speed."""
-    remedy = "step throttle and brake, again and again, for half a minute"
+    remedy = "repeat steps of throttle and brake for half a minute"
     if run.first.size < FEWEST_WINDOWS:
         got = f"{run.first.size} windows with the wheel turning and every channel written"
         return [Finding(run.log.name, "is too short", got, remedy)]
     spin = float(np.std(run.gained / run.duration))
     if spin < LEAST_SPIN:
         got = f"standard deviation of its acceleration {spin:.2g} rad/s^2"
-        return [Finding(run.log.name, "the wheel hardly changes its speed", got, remedy)]
+        return [Finding(run.log.name, "the wheel speed is nearly constant", got, remedy)]
     return []
 
 

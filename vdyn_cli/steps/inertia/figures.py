@@ -45,7 +45,7 @@ def _balance(road: RoadInertia) -> Figure:
     ends = np.array([min(float(c.x.min()) for c in clouds), max(float(c.x.max()) for c in clouds)])
     line = Series(f"{inertia:.3g} {UNIT}", ends, inertia * ends, role="simulated")
     caption = (
-        "Torque left over at the hub against the wheel's acceleration, each point a window; the slope is the inertia. "
+        "Residual torque at the hub over the wheel's acceleration, one point per window; the slope is the inertia. "
         "Good: one straight line through the origin, driving (right) and braking (left) alike. Bad: two slopes that "
         "meet at the origin or a bend (gain of torque or force, radius), a fan of loops (clock offset between torque "
         "and speed), a cloud beside the origin (torque zero)."
@@ -60,9 +60,9 @@ def _balance_residual(road: RoadInertia) -> Figure:
         for run, (measured, simulated) in zip(road.runs, road.torque, strict=True)
     )
     caption = (
-        "What the balance leaves unexplained. Good: noise around zero of the same height throughout. Bad: bursts at "
+        "Residual of the balance. Good: noise around zero of the same height throughout. Bad: bursts at "
         "every throttle or brake step (clock offset, gain), a slow wave (temperature, drifting zero), steps while "
-        "braking (brake torque that the sensor does not see)."
+        "braking (brake torque that the sensor does not measure)."
     )
     return Figure("balance_residual", "Residual of the moment balance", caption, "time in s", "N m", series)
 
@@ -83,8 +83,8 @@ def _swing_residual(swing: FittedSwing) -> Figure:
     for moment in swing.disturbances:
         series.append(Series("disturbance", np.full(2, moment), np.array([-size, size]), role="accent"))
     caption = (
-        "What the fitted swing leaves. Good: noise within the band. Bad: a wave of the swing's own period that comes "
-        "and goes (a disturbance, or a pivot that creeps), twice its frequency (friction, wide swings), another "
+        "Residual of the fitted swing. Good: noise within the band. Bad: a wave of the swing's own period that comes "
+        "and goes (a disturbance, or a slowly moving pivot), twice its frequency (friction, wide swings), another "
         "frequency (the wheel also rocks sideways)."
     )
     unit = SWING_UNITS[recording.channel]

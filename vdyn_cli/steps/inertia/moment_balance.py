@@ -150,7 +150,7 @@ class MomentBalance:
     ) -> Regression:
         """The wheel's inertia, shared, and each run's zero of the torque.
 
-        Rows are the windows' impulses Jw (simulated less measured gain of speed), whitened by their covariance there::
+        Rows are the windows' impulses Jw (simulated minus measured gain of speed), whitened by their covariance there::
 
             r = L^-1 R,    R = J (simulated - measured),    L L' = S_T + J^2 S_w,    J = (r0 / r) Jw
 

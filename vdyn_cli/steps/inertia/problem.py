@@ -142,7 +142,9 @@ class InertiaProblem(SimulatedProblem):
             balance, inertia = self._diagnosed
             return balance.regression(start.get("wheel_inertia", inertia), effects, unknowns)
         if self.swing is None:
-            raise InputError(Finding("inertia", "a period alone leaves nothing to compare", "", "add 'runs' or a log"))
+            raise InputError(
+                Finding("inertia", "a period alone gives no time series to compare", "", "add 'runs' or a log")
+            )
         return self.swing.regression(effects, unknowns)
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
@@ -173,7 +175,7 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
     Parameters
     ----------
     known : wheel_mass (kg) and wheel_radius (m), where there are runs. Without rolling_resistance, which is nearly
-        collinear with the torque's zero, that of any car tire is assumed.
+        collinear with the torque's zero, the value of a typical car tire.
 
     Raises
     ------
@@ -194,7 +196,7 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
     raise_all(f for run in balance.runs for f in too_little(run))
     findings = [f for log in data.runs for f in log.findings]
     if "rolling_resistance" not in known:
-        what = f"is not known: {ANY_TIRE.value} +- {ANY_TIRE.std} of any car tire is assumed"
+        what = f"is not known: {ANY_TIRE.value} +- {ANY_TIRE.std} assumed (typical car tire)"
         findings.append(Finding("rolling_resistance", what, "", "pass the coast-down's result with --known"))
     findings += [f for log in data.runs for f in radius_doubts(log, values["wheel_radius"])]
     return InertiaProblem(spec, data, given, balance, tuple(findings))

@@ -30,4 +30,4 @@ class InertiaSpec(TestSpec):
     """The description of a wheel-inertia test: runs on the road, a pendulum, or both."""
 
     settings: InertiaSettings = Field(InertiaSettings(), description="integration and accuracy of the sensors")
-    pendulum: Rig | None = Field(None, description="how the wheel was hung up and timed")
+    pendulum: Rig | None = Field(None, description="suspension and timing of the wheel")

@@ -38,10 +38,10 @@ def _origin(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia 
     both = f"road {_plus_minus(road.budget)}, pendulum {_plus_minus(pendulum.budget)} {UNIT}"
     apart = abs(standard_distance(road, pendulum))
     if radius_or_mass_exact(road):
-        return f"It is the pendulum's ({both}): the road's wheel mass or radius has no standard deviation."
+        return f"It is the value of the pendulum ({both}): the road's wheel mass or radius has no standard deviation."
     if answer is pendulum.budget:
         gap = closing_the_gap(road, pendulum)
-        return f"It is the pendulum's; the road disagrees by {apart:.1f} standard deviations ({both}). {gap}"
+        return f"It is the value of the pendulum; the road disagrees by {apart:.1f} standard deviations ({both}). {gap}"
     weight = answer.contributions[1].slope
     share = "nearly all" if weight > ALL else f"{weight:.0%}"
     agree = f"Road and pendulum agree within {apart:.1f} standard deviations ({both})"
@@ -69,7 +69,7 @@ def closing_the_gap(road: RoadInertia, pendulum: PendulumInertia) -> str:
     return (
         f"{abs(1000 * gap / slope['wheel_radius']):.2g} mm of wheel radius, "
         f"{abs(100 * gap / slope['torque_over_force_gain']):.2g} % between the gains of torque and force, or "
-        f"{abs(gap / slope['wheel_mass']):.2g} kg of wheel mass would close the gap."
+        f"{abs(gap / slope['wheel_mass']):.2g} kg of wheel mass would explain the difference."
     )
 
 
@@ -91,7 +91,7 @@ def tables(road: RoadInertia | None, pendulum: PendulumInertia | None) -> tuple[
     if road is not None and pendulum is not None:
         found.append(_comparison(road, pendulum))
     if road is not None:
-        caption = "What has no standard deviation counts as exact, although it is not free of error."
+        caption = "Inputs without a standard deviation are assumed exact, although they have errors."
         found += [road.budget.table("road_budget", "The road's uncertainty", UNIT, caption), _leverage_table(road)]
     if pendulum is not None:
         caption = "Slope: how the inertia moves when the input grows by one unit."

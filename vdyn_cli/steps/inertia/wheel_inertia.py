@@ -44,7 +44,7 @@ def pendulum_inertia(rig: Rig, swing: FittedSwing | None) -> PendulumInertia:
     exact = [name for name, given in hung.items() if given.std == 0]
     findings = []
     if exact:
-        what = f"{', '.join(exact)} without a standard deviation: taken as exact"
+        what = f"{', '.join(exact)} without a standard deviation: assumed exact"
         findings.append(Finding("pendulum", what, "", f"write '{exact[0]}: 1.234 +- 0.001 ...'"))
     if swing is None:
         period, doubts = rig.stated_period()
@@ -53,7 +53,7 @@ def pendulum_inertia(rig: Rig, swing: FittedSwing | None) -> PendulumInertia:
     period = MeasuredPeriod(Given(values["period"], std["period"]), degrees["period"])
     for time in swing.disturbances:
         what = f"the swing was disturbed at {time:.2f} s: the parts before and after are fitted as two swings"
-        remedy = "let it swing freely, and hang it so that it does not slip"
+        remedy = "let it swing freely, and fix the suspension so that it does not slip"
         findings.append(Finding(swing.recording.name, what, "", remedy))
     return PendulumInertia(inertia_budget(rig.kind, hung, period), period, swing, tuple(findings))
 

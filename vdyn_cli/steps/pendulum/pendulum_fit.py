@@ -212,7 +212,7 @@ def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
     frequency = _strongest(recording)
     (zero, cosine, sine), rest = _sine_fit(frequency, recording.time - recording.time[0], recording.values)
     if rest > 0.5 * float(np.var(recording.values)):
-        raise ResultError(Finding(name, "the recording shows no free swing", "no clear period", remedy))
+        raise ResultError(Finding(name, "the recording has no free swing", "no clear period", remedy))
     swings = float(recording.time[-1] - recording.time[0]) * frequency
     if swings < FEWEST_SWINGS:
         got = f"{swings:.1f} swings of {1 / frequency:.3g} s"
@@ -221,7 +221,10 @@ def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
     if recording.channel == "angular_rate":  # rate = w (sine cos - cosine sin)
         cosine, sine = -sine / w, cosine / w
     if np.hypot(cosine, sine) > LARGEST_SWING:
-        got, remedy = f"{np.degrees(np.hypot(cosine, sine)):.0f} deg", "check the unit of the channel, or let go lower"
+        got, remedy = (
+            f"{np.degrees(np.hypot(cosine, sine)):.0f} deg",
+            "check the unit of the channel, or release at a smaller angle",
+        )
         raise ResultError(Finding(name, "the swing is too wide for a pendulum", got, remedy))
     _, sizes = _amplitudes(recording, 1 / frequency)
     damping = -np.polyfit(np.arange(sizes.size) / frequency, np.log(np.maximum(sizes, 1e-12)), 1)[0]

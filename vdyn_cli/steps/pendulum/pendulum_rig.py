@@ -54,7 +54,7 @@ class Rig(Strict):
     kind: Literal["compound", "bifilar", "torsional"] = Field(
         description="compound: on a pivot; bifilar: on two cords; torsional: on a rod"
     )
-    mass: Mass | None = Field(None, description="mass of the hung wheel, kg")
+    mass: Mass | None = Field(None, description="mass of the suspended wheel, kg")
     pivot_distance: Length | None = Field(None, description="compound: from pivot to axle, m")
     separation: Length | None = Field(None, description="bifilar: between the two cords, m")
     length: Length | None = Field(None, description="bifilar: of the cords, m")
@@ -100,7 +100,7 @@ class Rig(Strict):
         return {name: getattr(self, name) for name in names}
 
     def geometry(self) -> dict[str, float]:
-        """The further parameters of the swing's model: none but for a bifilar pendulum."""
+        """The further parameters of the swing's model: none except for a bifilar pendulum."""
         if self.kind != "bifilar" or self.separation is None or self.length is None:
             return {}
         half = self.separation.value / 2
@@ -111,17 +111,17 @@ class Rig(Strict):
         findings = []
         amplitude = self.amplitude or STILL
         if self.amplitude is None and self.kind != "torsional":
-            what = "the amplitude of the timed swings is not given: the period is taken as that of small swings"
-            remedy = "add 'amplitude: 5 deg'; at 10 deg the period is 0.2 % long"
+            what = "the amplitude of the timed swings is not given: the period is assumed to be that of small swings"
+            remedy = "add 'amplitude: 5 deg'; at 10 deg the period is 0.2 % longer"
             findings.append(Finding("pendulum", what, "", remedy))
         if self.timing is None:
             assert self.period is not None
             if self.period.std == 0:
-                findings.append(Finding("pendulum.period", "has no standard deviation and is taken as exact"))
+                findings.append(Finding("pendulum.period", "has no standard deviation and is assumed exact"))
             return MeasuredPeriod(self.period, math.inf, amplitude), findings
         period, degrees, assumed = _timed(self.timing)
         if assumed:
-            what = f"one reading without a standard deviation: {HAND} s of a stopwatch in a hand is assumed"
+            what = f"one reading without a standard deviation: {HAND} s assumed (stopwatch by hand)"
             findings.append(Finding("pendulum.timing", what, "", "time the swings several times"))
         return MeasuredPeriod(period, degrees, amplitude), findings
 

@@ -12,9 +12,9 @@ torque and twist (or of the speeds of both ends, whose difference is the twist's
 Noise is in every channel; the readings are adjusted, each by its own noise, until this law holds and the twist is the
 integral of its rate. Plain least squares would lose some per cent of c.
 
-The log's stiffness is that of everything between its two sensors, joints and splines included, which is what the car
-feels: where there is a log its value is published. If it is softer than the drawing, the compliance in series is given.
-A plain half-shaft of 24 to 28 mm is 2 900 to 8 000 N m/rad; the paper's values are three to five times that.
+The log's stiffness includes all parts between its two sensors, also joints and splines, as in the car; where there
+is a log, its value is published. If it is softer than the drawing, the compliance in series is given. A plain
+half-shaft of 24 to 28 mm is 2 900 to 8 000 N m/rad; the paper's values are three to five times that.
 
 Assumes no free play, constant k and c, one shear modulus (79.3 +- 0.8 GPa, steel, where none is given).
 Sources: SAE 2017-01-1574, equation (26); any text on torsion of round bars for J.

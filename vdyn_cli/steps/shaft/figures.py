@@ -41,8 +41,9 @@ def _loop(name: str, logged: LoggedShaft) -> Figure:
     ends = np.array([min(t.min() for t in logged.twist), max(t.max() for t in logged.twist)])
     series.append(Series(f"{stiffness:.4g} {UNIT}", np.degrees(ends), stiffness * ends, role="simulated"))
     caption = (
-        "Measured torque, less damping and zero, over the twist. Good: one straight band through the origin. Bad: a "
-        "flat segment around zero (backlash), a bend (a joint that stiffens, a rubber coupling), an open loop (damping "
+        "Measured torque, minus damping and zero, over the twist. Good: one straight band through the origin. Bad: a "
+        "flat segment around zero (backlash), a curve (a joint that stiffens, a rubber coupling), an open loop "
+        "(damping "
         "that does not follow the rate, or torque and twist on different clocks)."
     )
     return Figure(f"loop_{name}", f"Torque over twist, {name}", caption, "twist in deg", "torque in N m", tuple(series))
@@ -64,7 +65,8 @@ def _compliance(side: ShaftSide) -> Figure:
     share = 100 * np.array(shares(side.sections))
     series = Series(side.name, np.arange(1.0, 1 + share.size), share, "bars")
     caption = (
-        "How much each section of the drawing adds to the twist. The tallest bars decide: their diameter enters with "
+        "Contribution of each section of the drawing to the twist. The tallest bars matter most: their diameter "
+        "enters with "
         "the fourth power, so 1 % of it is 4 % of their twist."
     )
     key, title = f"compliance_{side.name}", f"Twist of each section, {side.name}"
@@ -82,9 +84,9 @@ def _methods(sides: Sequence[ComparedStiffness]) -> Figure:
         half = np.array([100 * (b.interval95[1] - b.value) / published for b in budgets])
         series.append(Series(f"{compared.side.name}: {', '.join(compared.methods)}", x, value, "points", error=half))
     caption = (
-        "Stiffness by each method, in the order of the legend, less the published one, with 95 % intervals. Good: "
+        "Stiffness by each method, in the order of the legend, minus the published one, with 95 % intervals. Good: "
         "those of one side overlap. A log below its drawing: joints and splines twist too. A log above it: check "
         "gains, units and diameters."
     )
-    y_label = "stiffness less the published one in %"
+    y_label = "stiffness minus the published one in %"
     return Figure("ways", "Drawing against measurement", caption, "method", y_label, tuple(series))

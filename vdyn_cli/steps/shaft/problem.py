@@ -76,7 +76,7 @@ class ShaftProblem(SimulatedProblem):
         """
         logged = [side for side in self.sides if side.runs]
         if not logged:
-            raise InputError(Finding("shaft", "without a log there is nothing to compare", "", "add 'runs'"))
+            raise InputError(Finding("shaft", "without a log there is no measurement to compare", "", "add 'runs'"))
         return combined_regression({side.name: side.regression(effects, unknowns) for side in logged})
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
@@ -133,5 +133,5 @@ def _shear_modulus(spec: ShaftSpec, known: Parameters) -> tuple[Given, tuple[Fin
         return Given(known["shear_modulus"].value, known["shear_modulus"].std), ()
     if not spec.sections:
         return STEEL, ()
-    what = f"is not given: {STEEL.value / 1e9:g} +- {STEEL.std / 1e9:g} GPa of steel is assumed"
+    what = f"is not given: {STEEL.value / 1e9:g} +- {STEEL.std / 1e9:g} GPa assumed (steel)"
     return STEEL, (Finding("shear_modulus", what, "", "add 'shear_modulus: 79.3 +- 0.5 GPa'"),)

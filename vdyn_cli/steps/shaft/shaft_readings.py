@@ -124,7 +124,7 @@ def speed_ratio_doubts(log: Log, ratio: float) -> list[Finding]:
         ("wheel_speed", "motor_speed", wheel, motor / ratio),
     ):
         if np.nanmax(np.abs(still)) < DEAD * np.nanmax(np.abs(turns)) and _turned(log.time, turns) > MOST_TWIST:
-            what = f"stays below {DEAD:.0%} of {alive}: it did not measure"
+            what = f"stays below {DEAD:.0%} of {alive}: sensor failed or not connected"
             return [Finding(f"{log.name}, channel '{dead}'", what, "", "map 'twist' instead, or leave the run out")]
     turning = np.isfinite(motor) & np.isfinite(wheel) & (np.abs(wheel) > TURNING)
     if not turning.any():
@@ -148,7 +148,7 @@ def _too_gentle(run: ShaftReadings) -> list[Finding]:
     if move > max(LEAST_TORQUE * noise, 1e-9):
         return []
     got = f"standard deviation {move:.3g} N m, noise {noise:.3g} N m"
-    return [Finding(run.name, "the torque of the shaft hardly moves", got, "tip in and out hard in a low gear")]
+    return [Finding(run.name, "the shaft torque is nearly constant", got, "tip in and out hard in a low gear")]
 
 
 def _wrong_sign(run: ShaftReadings, twist_read: bool) -> list[Finding]:

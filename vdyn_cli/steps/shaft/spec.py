@@ -21,7 +21,7 @@ class SectionSpec(Strict):
     """A section of shaft between two steps of its diameter."""
 
     outer_diameter: Annotated[Given, Si("m", 1e-3, 0.5)] = Field(description="outside diameter, m")
-    inner_diameter: Annotated[Given, Si("m", 0, 0.5)] = Field(SOLID, description="bore, m; 0 where it is solid")
+    inner_diameter: Annotated[Given, Si("m", 0, 0.5)] = Field(SOLID, description="inner diameter, m; 0 if solid")
     length: Annotated[Given, Si("m", 1e-4, 5)] = Field(description="length along the shaft, m")
     end_diameter: Annotated[Given, Si("m", 1e-3, 0.5)] | None = Field(
         None, description="outside diameter at the other end, m, where the section tapers"
@@ -38,7 +38,7 @@ class SectionSpec(Strict):
 class ShaftRun(Run):
     """A tip-in or twist log of one shaft."""
 
-    side: SideName = Field(description="whose shaft it is, left or right")
+    side: SideName = Field(description="side of the shaft, left or right")
 
 
 class ShaftSettings(Strict):

@@ -63,9 +63,10 @@ def _disagreement(best: Budget, other: str, budget: Budget) -> tuple[str, str]:
     if best.value < budget.value and other == "drawing":
         series = 1 / best.value - 1 / budget.value
         return (
-            f"the shaft is {1 - best.value / budget.value:.0%} softer than its drawing: joints and splines with "
+            f"the shaft is {1 - best.value / budget.value:.0%} softer than calculated from its drawing: joints and "
+            "splines with "
             f"{series:.2g} rad/(N m) in series would explain it (20 to 60 % is usual)"
-        ), "none needed where the joints belong to the model's shaft"
+        ), "none, if the joints belong to the shaft of the model"
     what = "they disagree" + ("; joints cannot make a shaft stiffer than its bar" if other == "drawing" else "")
     return what, "check units and gains of torque and twist, diameters, shear modulus"
 
@@ -76,9 +77,10 @@ def _implausible(name: str, best: Budget) -> list[Finding]:
     if best.value > PLAIN[1]:
         what = f"{best.value / PLAIN[1]:.1f} times the stiffest plain half-shaft of 24 to 28 mm (2 900 to 8 000 {UNIT})"
         remedy = (
-            "check diameters (fourth power) and lengths; the paper's 16 576 and 29 292 are two to four times it too"
+            "check diameters (fourth power) and lengths; the paper's values, 16 576 and 29 292, exceed it two to "
+            "four times"
         )
     else:
         what = f"softer than a plain half-shaft of 24 to 28 mm (2 900 to 8 000 {UNIT})"
-        remedy = "check diameters (not radii), units and gear_ratio, unless it is no car's half-shaft"
+        remedy = "check diameters (not radii), units and gear_ratio, unless this is not the half-shaft of a car"
     return [Finding(f"shaft_stiffness_{name}", what, f"{best.value:.5g} {UNIT}", remedy)]

@@ -45,11 +45,14 @@ def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
     """Why a damping is not published: its interval holds zero, or lies below it."""
     got = f"{damping.value:.3g} +- {damping.std:.2g} N m s/rad"
     if damping.interval95[1] >= 0:
-        what, remedy = "is not determined by the log and not published", "log a sharper tip-in, so that the shaft rings"
+        what, remedy = (
+            "is not determined by the log and not published",
+            "log a sharper tip-in, so that the shaft oscillates",
+        )
         return Finding(name, what, got, remedy)
     late = -1e3 * damping.value / stiffness.value  # T(t) = k phi(t - d) reads as k phi - k d phi'
     remedy = f"the torque seems to be logged {late:.1f} ms after the twist: check the loggers' clocks"
-    return Finding(name, "is significantly negative, which no shaft's is, and not published", got, remedy)
+    return Finding(name, "is significantly negative, which is not physical, and not published", got, remedy)
 
 
 def tables(sides: Sequence[ComparedStiffness]) -> tuple[Table, ...]:

@@ -45,13 +45,13 @@ def friction_over_slip(curve: FittedCurve) -> Figure:
 
 
 def residual_over_slip(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> Figure:
-    """Measured less curve over the slip; ``residuals`` are curve less measured, N."""
+    """Measured minus curve over the slip; ``residuals`` are curve less measured, N."""
     series = tuple(
         Series(sweep.run, sweep.slip, -residual / sweep.load, "points", role="residual")
         for sweep, residual in zip(sweeps, residuals, strict=True)
     )
     caption = (
-        "What the curve leaves, in units of friction. Good: no shape. Bad: a wave near the knee (another curve), a "
+        "Residual of the curve, in units of friction. Good: no shape. Bad: a wave near the knee (another curve), a "
         "slope through zero (slip zero), or sweeps one above the other (load sensitivity)."
     )
-    return Figure("residual", "Measured less curve, over slip", caption, "slip", "friction", series)
+    return Figure("residual", "Measured minus curve, over slip", caption, "slip", "friction", series)

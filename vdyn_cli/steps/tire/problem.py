@@ -111,8 +111,8 @@ class TireProblem(SimulatedProblem):
                 continue
         if len(found) != 1:
             return ()
-        what = "contradicts the other sweeps, which make a curve without it"
-        return (Finding(found[0], what, remedy="check it: a wet or cold road, another load, a channel that failed"),)
+        what = "contradicts the other sweeps, which are consistent without it"
+        return (Finding(found[0], what, remedy="check for a wet or cold road, another load, or a failed channel"),)
 
 
 def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProblem:

@@ -5,16 +5,16 @@ output. The parameters' covariance C and the exact sensitivities S of an output 
 
     y +- 1.96 sqrt(S C S' + gusts + sensor noise)
 
-Outside the band the model is wrong; inside it the parameters are merely uncertain. The result says for every output
-and regime (launch, acceleration, cruise, coast, braking, low speed) how large the error is against sensor noise, how
-long it is outside and how long a right model would be, which parameter's uncertainty makes the band, and what the
-drives say about each parameter: its pull, the move over the standard deviation of that move.
+Outside the band the model is wrong; inside it the deviation is explained by uncertain parameters. The result says for
+every output and regime (launch, acceleration, cruise, coast, braking, low speed) how large the error is against sensor
+noise, how long it is outside and how long a correct model would be, which parameter's uncertainty makes the band, and
+the pull of each parameter: its change by the drives over the standard deviation of that change.
 
-``model: vehicle`` has 18 degrees of freedom and takes what all steps give; what no step gives is assumed with a wide
-prior, and reported. ``model: road_load`` is a mass on a road, for cars of which only mass, radius, ratio and road load
-are known (rolling_resistance and drag_area, or road_load_f0, f1, f2); it leaves out braked parts. ``windows`` cuts long
-trips into short windows and states the error of the speed at the end of each; ``powered`` takes those in which the
-torque is above zero throughout, since nobody brakes then.
+``model: vehicle`` has 18 degrees of freedom and takes the parameters of all steps; parameters that no step estimates
+are assumed with a wide prior, and reported. ``model: road_load`` is a mass on a road, for cars of which only mass,
+radius, ratio and road load are known (rolling_resistance and drag_area, or road_load_f0, f1, f2); it leaves out braked
+parts. ``windows`` cuts long trips into short windows and states the error of the speed at the end of each; ``powered``
+takes those in which the torque is above zero throughout, since the brakes are released then.
 
 Inputs: drive torque (or left and right), brake torque, grade, wind; what is not recorded is zero. They must
 have no gaps; outputs may have gaps. Publishes no parameters.

@@ -116,7 +116,12 @@ def _relinearized(setup: SimulationSetup, regression: Callable[[SimulationSetup]
 
 
 def fitted(setup: SimulationSetup, solution: Solution) -> SimulationSetup:
-    """The extended setup with its parameters at the estimates of a fit."""
+    """The extended setup with its parameters at the estimates of a fit.
+
+    Parameters
+    ----------
+    solution : of a fit whose unknowns include the parameters of the prior.
+    """
     moved = {n: solution.values[n] for n in setup.prior.names}
     prior = replace(setup.prior, values={**setup.prior.values, **moved})
     return replace(setup, prior=prior, baseline=None, extended=None)

@@ -20,7 +20,12 @@ ROADS_DRAWN = 4
 
 
 def comparisons(v: Validation) -> tuple[Comparison, ...]:
-    """Every output of every segment (of many segments some), measured and simulated."""
+    """Every output of every segment (of many segments some), measured and simulated.
+
+    Returns
+    -------
+    Simulated and measured in SI over the time in the drive, s.
+    """
     made = []
     for name in v.outputs:
         for k in range(0, len(v.bands), max(1, -(-len(v.bands) // MOST_DRAWN))):
@@ -47,15 +52,16 @@ def _error_figure(s: DriveSegment, name: str, band: PredictionBand) -> Figure:
     series = (
         Series("95 % with gusts and sensors", since, -band.half, "band", band.half, role="muted"),
         Series("95 % of the parameters alone", since, -own, "band", own, role="reference"),
-        Series("simulated less measured", since, np.where(s.stopping, np.nan, band.error), role="residual"),
+        Series("simulated minus measured", since, np.where(s.stopping, np.nan, band.error), role="residual"),
     )
     return Figure(
         f"band_{name}",
         f"{word.capitalize()}: error and prediction band, {short_name(s.name)}",
-        "Error (simulated less measured) with two bands: the narrow one from the uncertainty of the parameters, the "
+        "Error (simulated minus measured) with two bands: the narrow one from the uncertainty of the parameters, the "
         "wide one with gusts and sensor noise added. Good: the line stays within the wide band for about 95 % of the "
-        "time. Outside it the model is wrong, whatever the parameters; within it the parameters are merely uncertain. "
-        "The moment of coming to rest is left out, because every gust shifts it.",
+        "time. Outside it the model is wrong, whatever the parameters; within it uncertain parameters explain the "
+        "error. "
+        "The last moment before standstill is left out, because gusts shift it.",
         "time in the drive [s]",
         f"{word} [{CHANNELS[name].unit}]",
         series,
@@ -70,8 +76,8 @@ def tip_in_figure(found: TipIn) -> Figure:
         "tip_in",
         "Tip-in and back-out at 50 km/h: jerk",
         f"Jerk of the simulated car: up to {found.tip_in.jerk_peak:.1f} m/s^3 after tip-in, "
-        f"{found.back_out.jerk_peak:.1f} m/s^3 after back-out.{ringing} Good: one clean pulse. Bad: a train of pulses, "
-        "which is felt as shuffle.",
+        f"{found.back_out.jerk_peak:.1f} m/s^3 after back-out.{ringing} Good: one pulse. Bad: a series of pulses "
+        "(shuffle).",
         "time [s]",
         "jerk [m/s^3]",
         (Series("simulated", found.time, np.asarray(found.traces["jerk"]), role="simulated"),),
@@ -96,8 +102,8 @@ def road_figure(found: RoadFindings) -> Figure:
         "felt_slope",
         "The road's slope from the accelerometer",
         "Mean slope of every 100 m, uphill positive. Good: drives over the same road show the same hills, and a drive "
-        "back shows them mirrored; slopes of public roads stay within a few per cent. Bad: steps that last to the end, "
-        "which are a zero that moved.",
+        "back shows them mirrored; slopes of public roads stay within a few per cent. Bad: steps that last to the "
+        "end (a drifting zero).",
         "distance [km]",
         "slope [%]",
         series,

@@ -63,7 +63,10 @@ def refuse_foreign(setup: SimulationSetup) -> None:
 
 def _foreign(s: DriveSegment, miss: float) -> Finding:
     what = f"does not drive this speed: the simulation misses it by {miss:.0%} of its largest value"
-    remedy = "check that torque and speed are of one drive and one clock, then unit, gear_ratio, brake_torque and grade"
+    remedy = (
+        "check that torque and speed belong to one drive and one clock, then check unit, gear_ratio, "
+        "brake_torque and grade"
+    )
     torque = driving(s.inputs)
     speed = s.outputs["speed"]
     there = np.isfinite(speed)

@@ -6,7 +6,7 @@ before and after it, as many as lie on one line within the noise: a ramp stays a
 between samples, the corner is placed there (``broken_lines``); without it, tip-ins would be smoother than they were.
 
 Whenever a driver releases the pedal the torque returns to one level, which is estimated from all those pieces together:
-half a newton metre decides on which flank a gearing with play then rests.
+half a newton meter decides on which flank a gearing with play then rests.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class DriveInputs:
     Parameters
     ----------
     segments : what is simulated. model : whose inputs are wanted.
-    zero : N m, standard deviation of what the drive torque reads at no torque.
+    zero : N m, standard deviation of reading of the drive torque without torque.
     air_density : kg/m^3 at ``day`` (K), where each segment has the air of its own temperature; None: one air for all.
     """
 

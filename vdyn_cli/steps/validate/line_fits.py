@@ -1,6 +1,6 @@
 """Straight lines that end at every sample of a noisy signal, as long as the signal is straight.
 
-A line through a sample and its neighbours to one side is taken longer and longer while the intervals of its end meet
+A line through a sample and its neighbors to one side is taken longer and longer while the intervals of its end meet
 those of the shorter ones. (Intersection of confidence intervals: Katkovnik, IEEE Trans. Signal Process. 47 (1999)
 2567.)
 """
@@ -44,7 +44,12 @@ class LineFits:
 
 
 def lines_before(time: Array, values: Array, level: float) -> LineFits:
-    """LineFits from the samples before each sample (n,), whose white noise is of ``level``."""
+    """LineFits from the samples before each sample (n,), whose white noise is of ``level``.
+
+    Parameters
+    ----------
+    time : (n,) s, rising. values : (n,). level : standard deviation of the white noise, in the unit of values.
+    """
     best, variance = values.copy(), np.full(values.size, level**2)
     slopes, slope_variance = np.zeros(values.size), np.full(values.size, np.inf)
     reached = np.zeros(values.size, dtype=np.int64)
@@ -68,7 +73,12 @@ def lines_before(time: Array, values: Array, level: float) -> LineFits:
 
 
 def lines_after(time: Array, values: Array, level: float) -> LineFits:
-    """LineFits from the samples after each sample."""
+    """LineFits from the samples after each sample.
+
+    Parameters
+    ----------
+    time : (n,) s, rising. values : (n,). level : standard deviation of the white noise, in the unit of values.
+    """
     return lines_before(-time[::-1], values[::-1], level).turned
 
 

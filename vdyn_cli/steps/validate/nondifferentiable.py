@@ -125,7 +125,12 @@ class DifferentiableReference:
 
 
 def differentiable_reference(setup: SimulationSetup) -> DifferentiableReference:
-    """The reference of a car: without play, whether that is to be found or was found by an earlier step."""
+    """The reference of a car: without play, whether that is to be found or was found by an earlier step.
+
+    Parameters
+    ----------
+    setup : its parameters of play are set to zero; nothing else changes.
+    """
     bare = setup.bare
     if bare.nondifferentiable_prior:
         values = {**bare.prior.values, **dict.fromkeys(bare.nondifferentiable_prior, 0.0)}

@@ -42,7 +42,7 @@ class IntervalEstimate:
 
 @dataclass(frozen=True, eq=False)
 class HeldOutEnds:
-    """End errors of windows, simulated less measured, m/s.
+    """End errors of windows, simulated minus measured, m/s.
 
     Nothing is fitted to the drive itself: its start speeds and its slope are measured, its load is as stated.
 

@@ -55,7 +55,19 @@ class Posterior:
 
 
 def posterior(w: WhitenedDrives) -> Posterior:
-    """The posterior of the parameters by prior and drives."""
+    """The posterior of the parameters by prior and drives.
+
+    The linearized drives update the prior: C_post^-1 = C^-1 + J' J, with J the whitened sensitivities.
+
+    Parameters
+    ----------
+    w : whitened residuals and sensitivities of all drives, with the prior.
+
+    Notes
+    -----
+    The sensitivities are those at the start; the residuals are simulated again after every step of the fit. Assumes that
+    the sensitivities change little over the change of the parameters.
+    """
     regression, setup = w.regression, w.setup
     s, m = len(regression.shared), len(regression.own)
     known = prior_rows(regression.shared, np.zeros(s))[:, :-1]

@@ -5,9 +5,9 @@ the sensor (and of the torque sensor, through the car), the error of a right mod
 
     S L L' S'  +  G C G'  +  s^2
 
-at every sample. Outside the band the model is wrong; inside it the parameters are merely uncertain. How much time
-outside is too much is drawn from the same law: gusts and parameters move a whole drive at once, so that a right model
-too is outside for a while, or not at all.
+at every sample. Outside the band the model is wrong; inside it the deviation is explained by uncertain parameters. How
+much time outside is too much is drawn from the same law: gusts and parameters move a whole drive at once, so that a
+right model too is outside for a while, or not at all.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class PredictionBand:
 
     Parameters
     ----------
-    error : (n,) simulated less measured. measured : (n,).
+    error : (n,) simulated minus measured. measured : (n,).
     slopes : (n, k) sensitivities to the uncertain parameters. own_slopes : (n, m) to the segment's start and zeros.
     own : (n,) standard deviation by the parameters. gusts : (n,) by gusts, winds, unknown road, start and zeros.
     sensor : of the channel's own noise and of the torque sensor's through the car.
@@ -139,7 +139,7 @@ class BandTest:
 
     Parameters
     ----------
-    share : of the time outside the whole band; ``limit`` : what a right model stays below in 97.5 % of all cases.
+    share : of the time outside the whole band; ``limit`` : what a correct model stays below in 97.5 % of all cases.
     by_regime : (share, limit) of each regime that was driven.
     chance : how often a right model is at least so far outside, over the whole drive.
     """
@@ -151,7 +151,16 @@ class BandTest:
 
 
 def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) -> tuple[dict[str, BandTest], float]:
-    """Time outside of every output against Monte Carlo drives of a right model, and the p value of the worst output."""
+    """Time outside of every output against Monte Carlo drives of a right model, and the p value of the worst output.
+
+    Parameters
+    ----------
+    found : bands by output, one mapping per segment, from ``bands``.
+
+    Returns
+    -------
+    The test of each output, and the p value.
+    """
     outputs = list(dict.fromkeys(n for one in found for n in one))
     drawn = {n: _Tally() for n in outputs}
     rng = np.random.default_rng(SEED)
@@ -193,7 +202,7 @@ class _Tally:
         self.scatter = np.zeros((len(REGIMES), DRAWS))
 
     def add(self, marks: NDArray[np.int64], real: Array, fake: Array, alike: float) -> None:
-        """``alike``: neighbouring samples whose noise is the same, so that fewer are independent."""
+        """``alike``: neighboring samples whose noise is the same, so that fewer are independent."""
         for i in range(len(REGIMES)):
             here = marks == i
             self.count[i] += here.sum()

@@ -64,7 +64,7 @@ class ParameterPrior:
     names : those that have a standard deviation, k of them.
     std : (k,); correlation : (k, k).
     sources : of each name: the step that gave it, "given", or "assumed".
-    assumptions : findings about values that nobody gave.
+    assumptions : findings about values that are not given.
     """
 
     values: Mapping[str, float]
@@ -83,7 +83,7 @@ class ParameterPrior:
 def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior:
     """The prior of the parameters ``names`` of a model, SI.
 
-    Those that nobody gives follow from others or are assumed (vehicle_defaults), with a standard deviation of their
+    Those that are not given follow from others or are assumed (vehicle_defaults), with a standard deviation of their
     own. A stated road load F0, F1, F2 replaces rolling resistance and drag area where neither is known.
 
     Parameters
@@ -100,12 +100,17 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
     known.require(*full.missing, where="validate")
     assumed = dict(full.assumed)
     if "rotating_mass" in wanted and not {"rotating_mass"} & known.keys() and "wheel_inertia" not in known:
-        assumed["rotating_mass"] = f"{TURNING_SHARE:.1%} of the mass, as of wheels"
+        assumed["rotating_mass"] = f"{TURNING_SHARE:.1%} of the mass, typical for wheels"
     return _propagated(known, wanted, full, assumed)
 
 
 def with_accepted_effects(prior: ParameterPrior, sizes: Mapping[str, Estimate]) -> ParameterPrior:
-    """The prior with the amplitudes of effects that earlier steps accepted, with their standard deviations."""
+    """The prior with the amplitudes of effects that earlier steps accepted, with their standard deviations.
+
+    Parameters
+    ----------
+    sizes : amplitudes by name of the unknown, SI. An amplitude without a standard deviation is held almost fixed.
+    """
     std = [e.std if e.std > 0 else ALMOST * max(abs(e.value), 1.0) for e in sizes.values()]
     k, m = len(prior.names), len(sizes)
     correlation = np.eye(k + m)
@@ -203,7 +208,7 @@ def _refuse_unphysical(known: Parameters) -> None:
         elif quantity is not None and not quantity.allows(e.value):
             span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
             got = f"{e.value:.4g} {quantity.unit}".strip()
-            problems.append(Finding(where, f"lies outside what is physical ({span})", got, "check its unit and source"))
+            problems.append(Finding(where, f"is outside the physical range ({span})", got, "check its unit and source"))
     raise_all(problems)
     parts = {"wheelbase", "cg_to_front", "cg_to_rear"}
     if parts <= set(known):
@@ -219,7 +224,12 @@ def prior_unknowns(prior: ParameterPrior) -> tuple[Unknown, ...]:
 
 
 def near_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict[str, float]:
-    """Those of the values that are parameters', clipped to their bounds and to 5 standard deviations."""
+    """Those of the values that are parameters', clipped to their bounds and to 5 standard deviations.
+
+    Parameters
+    ----------
+    values : SI, by name; names that are not parameters of the prior are ignored.
+    """
     near = {}
     for u, std in zip(prior_unknowns(prior), prior.std.tolist(), strict=True):
         if u.name in values:

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 Marks = NDArray[np.int64]
 
 REGIMES = ("launch", "acceleration", "cruise", "coast", "braking", "low speed")
-SLOW = 3.0  # m/s, below which the car hardly moves
+SLOW = 3.0  # m/s, below which the car is almost at rest
 LAUNCHED = 6.0  # m/s, at which a start from rest is over
 STEADY = 0.3  # m/s^2 between cruising and accelerating
 PRESSED = 0.02  # of the largest brake torque: the brake is on
@@ -66,7 +66,16 @@ def _rate(time: Array, speed: Array) -> Array:
 
 
 def stops(time: Array, speed: Array) -> NDArray[np.bool_]:
-    """Samples from 1 m/s down to rest, and the moment in which the car settles."""
+    """Samples from 1 m/s down to rest, and the moment in which the car settles.
+
+    Parameters
+    ----------
+    time : (n,) s. speed : (n,) m/s, NaN where it is missing.
+
+    Returns
+    -------
+    (n,) mask.
+    """
     smooth = smoothed(time, speed)
     found = np.zeros(time.size, dtype=bool)
     rest = smooth < RESTING
@@ -78,7 +87,16 @@ def stops(time: Array, speed: Array) -> NDArray[np.bool_]:
 
 
 def smoothed(time: Array, speed: Array) -> Array:
-    """The speed averaged over 0.1 s; gaps bridged."""
+    """The speed averaged over 0.1 s; gaps bridged.
+
+    Parameters
+    ----------
+    time : (n,) s. speed : (n,) m/s, NaN where it is missing.
+
+    Returns
+    -------
+    (n,) m/s.
+    """
     good = np.isfinite(speed)
     speed = np.interp(time, time[good], speed[good])
     bins = cut(time, 0.1)

@@ -96,12 +96,12 @@ def _summary(v: Validation, names: tuple[str, ...]) -> FitSummary:
 
 
 def _unrecorded(logs: Sequence[Log], model: str) -> list[Finding]:
-    """Inputs taken as zero because nobody recorded them."""
+    """Inputs assumed zero because they are not recorded."""
     missing = [n for n in ("brake_torque", "grade") if not all(n in log for log in logs)]
     if not missing:
         return []
-    also = "" if model == "vehicle" or "brake_torque" not in missing else "; map brake_torque, or take powered windows"
-    return [Finding("channels", f"{' and '.join(missing)} not recorded: taken as zero{also}", minor=True)]
+    also = "" if model == "vehicle" or "brake_torque" not in missing else "; map brake_torque, or use powered windows"
+    return [Finding("channels", f"{' and '.join(missing)} not recorded: assumed zero{also}", minor=True)]
 
 
 def document(v: Validation) -> dict[str, Any]:

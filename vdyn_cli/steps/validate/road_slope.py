@@ -76,7 +76,12 @@ def felt_road(log: Log) -> RoadProfile:
 
 
 def with_slope(log: Log, road: RoadProfile) -> Log:
-    """The log with its road's slope as a channel."""
+    """The log with its road's slope as a channel.
+
+    Parameters
+    ----------
+    road : its slope is (n,), dimensionless, at the samples of the log.
+    """
     return replace(log, channels={**log.channels, SLOPE_CHANNEL: road.slope})
 
 
@@ -94,7 +99,7 @@ def _once(along: Array, values: Array) -> tuple[Array, Array]:
 @effect(
     on="grade",
     unknowns=(Quantity(DRIVE_SLOPE, "", "mean slope of a whole drive", "i", -0.03, 0.03),),
-    reference="roads lead up as often as down",
+    reference="assumed: mean slope of zero over all roads",
 )
 def _drive_slope(grade: Law, s: Signals, q: Signals) -> Number:
     """The mean slope of a whole drive, which the accelerometer's zero does not contain."""
@@ -111,9 +116,9 @@ def _lag(channel: str, on: str, sign: float) -> Effect:
 
     law.__name__ = name
     seconds = Quantity(name, "s", f"time by which the {channel} seems to lag", "tau", -0.5, 0.5)
-    return effect(
-        on=on, unknowns=(seconds,), reference="a slope that is resolved to seconds, and a driver who reacts to it"
-    )(law)
+    return effect(on=on, unknowns=(seconds,), reference="a slope resolved in seconds, and a driver who reacts to it")(
+        law
+    )
 
 
 MEAN_SLOPE: Effect = replace(_drive_slope, name=DRIVE_SLOPE)

@@ -141,7 +141,7 @@ def _problems(log: Log) -> list[Finding]:
     steps = np.diff(log.time)
     hole = int(np.argmax(steps))
     if steps[hole] > max(LONGEST_GAP * float(np.median(steps)), 0.02):
-        what = f"nothing is recorded for {steps[hole]:.2g} s: the torque is unknown"
+        what = f"no samples for {steps[hole]:.2g} s: the torque is unknown"
         remedy = "cut the run with from_time and to_time"
         found.append(Finding(f"{log.name}, at {log.time[hole]:.2f} s", what, "", remedy))
     for name in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS):
@@ -149,7 +149,7 @@ def _problems(log: Log) -> list[Finding]:
             found += _gaps(log, name)
     speed = np.isfinite(log["speed"])
     if speed.sum() < FEWEST:
-        found.append(Finding(f"{log.name}, channel 'speed'", f"holds a number in {speed.sum()} rows: too few"))
+        found.append(Finding(f"{log.name}, channel 'speed'", f"has values in only {speed.sum()} rows: too few"))
     return found
 
 
@@ -158,7 +158,7 @@ def _gaps(log: Log, name: str) -> list[Finding]:
     there = np.isfinite(log[name])
     where = f"{log.name}, channel '{name}'"
     if there.sum() < 2:
-        return [Finding(where, "holds no numbers", remedy="check the column, or take the channel out")]
+        return [Finding(where, "holds no numbers", remedy="check the column, or remove the channel")]
     at, speed = log.time[there], log.time[np.isfinite(log["speed"])]
     usual = float(np.median(np.diff(at)))
     slack = max(3 * usual, 0.05)
@@ -242,7 +242,12 @@ def _braked(log: Log) -> Mask:
 
 
 def driving(signals: Mapping[str, Array]) -> Array:
-    """(n,) N m, the drive torque of both sides together."""
+    """(n,) N m, the drive torque of both sides together.
+
+    Parameters
+    ----------
+    signals : (n,) each; ``drive_torque``, or ``drive_torque_left`` and ``drive_torque_right``, N m.
+    """
     if "drive_torque" in signals:
         return signals["drive_torque"]
     return signals["drive_torque_left"] + signals["drive_torque_right"]

@@ -81,7 +81,12 @@ class Sensors:
 
 
 def ideal_readings(seen: Simulated, s: DriveSegment) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Readings of perfect sensors in a simulated segment, (n,), and the derivatives, (n, k), by output."""
+    """Readings of perfect sensors in a simulated segment, (n,), and the derivatives, (n, k), by output.
+
+    Parameters
+    ----------
+    seen : the simulated segment; k unknowns. s : the segment with its inputs, for outputs that follow from others.
+    """
     names = [n for n in OUTPUTS if n in seen.outputs]
     values = {n: seen.outputs[n] for n in names}
     slopes = {n: seen.sensitivities[n] for n in names}

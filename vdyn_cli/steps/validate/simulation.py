@@ -36,7 +36,7 @@ EASE = 1.05  # of the step length: what the clock's own trembling may add
 
 @effect(
     on=("drive_torque", "drive_torque_left", "drive_torque_right"),
-    unknowns=(Quantity(TORQUE_ZERO, "N m", "what the drive torque reads at no torque, in one drive"),),
+    unknowns=(Quantity(TORQUE_ZERO, "N m", "reading of the drive torque without torque, in one drive"),),
     reference="a data sheet's zero",
 )
 def drive_torque_zero(drive_torque: Law, s: Signals, q: Signals) -> Number:

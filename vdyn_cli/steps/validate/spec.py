@@ -18,8 +18,8 @@ class WindowSettings(Strict):
     powered: bool = Field(True, description="use only windows in which the drive torque is above zero throughout")
     slowest: Annotated[Given, Si("m/s", 0, 100)] = Field(
         Given(SLOWEST),
-        description="use only windows that are faster than this, m/s: in town, bends and cold tires add resistance "
-        "that is not in the road load",
+        description="use only windows that are faster than this, m/s: in towns, curves and cold tires add "
+        "resistance that the road load does not contain",
     )
 
 
@@ -52,7 +52,7 @@ class GainSettings(Strict):
 
 
 class DriveSettings(Strict):
-    """Standard deviations of what differs between drives, where windows are cut from them and nobody recorded it."""
+    """Standard deviations of what differs between drives, where windows are cut from them and are not recorded."""
 
     slope: Annotated[Given, Si("", 0, 0.1)] = Field(
         Given(0.003), description="standard deviation of the mean slope of a drive (rise over run)"

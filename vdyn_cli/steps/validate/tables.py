@@ -39,9 +39,10 @@ def output_table(v: Validation) -> Table:
         "Error of every output over all drives",
         ("output", "unit", "rms", "bias", "largest", "sensor noise", "parameters", "outside", "limit", "chance"),
         tuple(rows),
-        "Error is simulated less measured; 'parameters' is the rms of the standard deviation that their uncertainty "
+        "Error is simulated minus measured; 'parameters' is the rms of the standard deviation that their uncertainty "
         "gives. 'outside' is the share of time outside the 95 % band. Gusts and parameters move a whole drive at once, "
-        "so a right model can be outside for longer than 5 %: it stays below 'limit' in 97.5 of 100 cases. 'chance' is "
+        "so a correct model can be outside for longer than 5 %: it stays below 'limit' in 97.5 of 100 cases. "
+        "'chance' is "
         "the p value of the time outside.",
     )
 
@@ -69,11 +70,11 @@ def regime_table(v: Validation) -> Table:
         "Error by regime",
         ("output", "regime", "rms", "bias", "largest", "expected rms", "outside", "limit", ""),
         tuple(rows),
-        "Launch: from rest to 6 m/s; low speed: below 3 m/s otherwise, without the moment of coming to rest, which "
-        "every gust shifts. 'expected rms' is what uncertain parameters, gusts and sensors explain. Good: rms near or "
-        "below it everywhere. 'look here': outside for longer than a right model is in 97.5 of 100 cases, regime by "
-        f"regime; of these {len(rows)} about {0.025 * len(rows):.0f} would be so by chance, which the sentence above "
-        "accounts for.",
+        "Launch: from rest to 6 m/s; low speed: below 3 m/s otherwise, without the last moment before standstill, "
+        "which gusts shift. 'expected rms' is what uncertain parameters, gusts and sensors explain. Good: rms near or "
+        "below it everywhere. 'look here': outside for longer than a correct model in 97.5 of 100 cases, regime by "
+        f"regime; of these {len(rows)} rows about {0.025 * len(rows):.0f} are expected by chance; the sentence above "
+        "accounts for that.",
     )
 
 
@@ -98,11 +99,11 @@ def share_table(v: Validation) -> Table:
         rows.append((words(name), std, ", ".join(leading)))
     return Table(
         "shares",
-        "Whose uncertainty makes the band",
+        "Contributions to the prediction band",
         ("output", "standard deviation", "share of its variance"),
         tuple(rows),
-        "Of the band that the parameters alone give, over all drives. To narrow it, measure the first parameter "
-        "better. Correlated parameters share their common part.",
+        "Contributions to the band of the parameters alone, over all drives. To narrow it, measure the first "
+        "parameter more accurately. Correlated parameters share their common part.",
     )
 
 
@@ -129,13 +130,13 @@ def parameter_table(v: Validation) -> Table:
     blind = f" Not identifiable from these drives: {', '.join(sorted(unseen))}." if unseen else ""
     return Table(
         "parameters",
-        "What the drives say about each parameter",
+        "Pull of each parameter",
         ("parameter", "from", "before", "after", "seen", "pull"),
         tuple(rows),
-        "'seen': how much of the uncertainty before the drives they remove (as a standard deviation). Pull: the move "
-        "that the drives ask for, over the standard deviation of such moves with a right model. Good: within ±2; "
-        "beyond ±2.5 that parameter, or something that acts like it, may be wrong. Nothing is published from this "
-        f"table: the estimates of the steps stand.{blind}",
+        "'seen': how much of the uncertainty before the drives they remove (as a standard deviation). Pull: the "
+        "change that the drives require, over its standard deviation with a correct model. Good: within ±2; "
+        "beyond ±2.5 that parameter, or an effect collinear with it, may be wrong. This table changes no parameter: "
+        f"the estimates of the steps stay.{blind}",
     )
 
 
@@ -173,12 +174,12 @@ def window_table(found: WindowEnds) -> Table:
     rows.append(("all trips alike", "", f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})", "", ""))
     return Table(
         "window_ends",
-        f"End speed of {found.length:.0f} s windows, simulated less measured",
+        f"End speed of {found.length:.0f} s windows, simulated minus measured",
         ("trip", "windows", "mean [m/s]", "scatter [m/s]", "too fast"),
         tuple(rows),
         "Each window is simulated from its measured start speed. Good: the mean over all trips is zero within its "
-        "95 % interval, which comes from the scatter between trips. Bad: nearly all windows end too fast (the car "
-        "resists more, weighs more or gets less torque than the model says) or too slow.",
+        "95 % interval, which comes from the scatter between trips. Bad: nearly all windows end too fast (resistance "
+        "or mass is larger, or torque smaller, than in the model) or too slow.",
     )
 
 
@@ -203,8 +204,9 @@ def _held_out(names: tuple[str, ...], ends: HeldOutEnds) -> Table:
         "End errors of held-out drives, m/s",
         ("drive", "windows", "mean before", "mean after", "rms before", "rms after"),
         tuple(rows),
-        "Simulated less measured speed at the end of each window. 'before' is the simulation as described; 'after' the "
-        "extended one, fitted to all other drives; of the drive itself only its start speeds and its accelerometer "
+        "Simulated minus measured speed at the end of each window. 'before' is the simulation as described; 'after' "
+        "is the extended one, fitted to all other drives; of the drive itself only its start speeds and its "
+        "accelerometer "
         "are used. Good: the mean is near zero after, and the rms falls in nearly every drive.",
     )
 
@@ -228,9 +230,9 @@ def _roads(found: RoadFindings) -> Table:
         "Roads and the accelerometer's zero",
         ("drive", "length [km]", "scatter of the slope [%]", "zero [m/s^2]", "+-"),
         tuple(rows),
-        "The slope of each 100 m is the measured specific force less the rate of the speed and the zero. The zero "
-        "makes the drive level from end to end but for a mean slope, which is estimated from the torque and the other "
-        "drives, since all share one sensor. A tilt of one degree is a zero of 0.17 m/s^2.",
+        "The slope of each 100 m is the measured specific force minus the rate of the speed and the zero. The zero "
+        "is chosen so that the slope of the whole drive is the mean slope, which is estimated from the torque and "
+        "the other drives (all share one sensor). A tilt of one degree is a zero of 0.17 m/s^2.",
     )
 
 
@@ -240,7 +242,7 @@ def _holding(found: RoadFindings) -> Table:
     if s is not None:
         cold, warm = s.cold - KELVIN, s.warm - KELVIN
         forces += [(f"60 at {warm:.0f} degC", s.in_warm), (f"60 at {cold:.0f} degC", s.in_cold)]
-        forces.append(("60: the cold needs more by", s.more))
+        forces.append(("60: increase by cold", s.more))
     rows = [
         (what, f"{f.value:.0f}", f"{f.std:.0f}", f"{f.interval95[0]:.0f} to {f.interval95[1]:.0f}")
         for what, f in forces
@@ -251,5 +253,5 @@ def _holding(found: RoadFindings) -> Table:
         ("speed [km/h]", "force [N]", "+-", "95 %"),
         tuple(rows),
         "Torque x gear ratio / radius at the sensor, in still air at the drives' mean temperature, driveline losses "
-        "included. It compares seasons, tires and loads, and does not need mass and loss separately.",
+        "included. It compares seasons, tires and loads without separate mass and loss.",
     )

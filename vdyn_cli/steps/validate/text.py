@@ -38,7 +38,10 @@ def sentence(v: Validation) -> str:
         names = ", ".join(words(n) for n in v.contradicted[:3])
         return f"{start}, within the band, but the drives contradict the prior of {names}."
     outputs = f"all {len(v.tests)} outputs stay" if len(v.tests) > 1 else f"{words(next(iter(v.tests)))} stays"
-    return f"{start}, and {outputs} within the prediction band: the model is as good as its parameters{_leading(v)}."
+    return (
+        f"{start}, and {outputs} within the prediction band: no error beyond the uncertainty of the "
+        f"parameters{_leading(v)}."
+    )
 
 
 def _leading(v: Validation) -> str:
@@ -57,7 +60,7 @@ def windows_sentence(found: WindowEnds) -> str:
     low, high = found.interval95
     way = "too fast" if found.mean > 0 else "too slow"
     error = (
-        f"After {found.length:.0f} s the simulated car runs {abs(found.mean):.2f} m/s {way} (95 %: {low:+.2f} to "
+        f"After {found.length:.0f} s the simulated car is {abs(found.mean):.2f} m/s {way} (95 %: {low:+.2f} to "
         f"{high:+.2f} m/s, {found.error.size} windows of {found.units} trips)"
     )
     if not (low > 0 or high < 0):
@@ -69,7 +72,8 @@ def windows_sentence(found: WindowEnds) -> str:
 def warnings(v: Validation) -> tuple[str, ...]:
     """Outputs outside their band, and parameters that the drives contradict."""
     made = [
-        f"{words(n)} is outside its prediction band for {v.tests[n].share:.1%} of the time; a right model stays below "
+        f"{words(n)} is outside its prediction band for {v.tests[n].share:.1%} of the time; a correct model stays "
+        "below "
         f"{v.tests[n].limit:.0%} in 97.5 of 100 cases"
         for n in v.outside
     ]
@@ -78,12 +82,12 @@ def warnings(v: Validation) -> tuple[str, ...]:
         i, q = b.names.index(name), PARAMETERS.get(name)
         if abs(after.pull[i]) > FARTHEST or (q and not q.lower <= after.values[i] <= q.upper):
             value = f"{words(name)} = {after.values[i]:.4g}"
-            made.append(f"estimate outside the physical range ({value}): something else is wrong")
+            made.append(f"estimate outside the physical range ({value}): another parameter or the data are wrong")
             continue
         made.append(
-            f"the drives ask for {words(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
-            f"{b.std[i]:.2g} ({after.pull[i]:+.1f} standard deviations of such a move; {by_chance:.0%} of right "
-            f"models show one beyond {LARGE_PULL:g}): it, or something that acts like it, may be wrong"
+            f"the drives require {words(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
+            f"{b.std[i]:.2g} ({after.pull[i]:+.1f} standard deviations of such a change; {by_chance:.0%} of correct "
+            f"models have one beyond {LARGE_PULL:g}): it, or an effect collinear with it, may be wrong"
         )
     return tuple(made)
 
@@ -113,17 +117,17 @@ def methods(v: Validation) -> str:
     )
     if "shaft_torque_left" in channels:
         text += (
-            "Drive and brake torque are averaged over as many neighbours as lie on a straight line within their noise. "
-            "The simulation is repeated with further noise of that size to learn how it correlates the other "
-            "channels. Rows below 2 m/s are shown, but have no weight. "
+            "Drive and brake torque are averaged over as many neighbors as lie on a straight line within their noise. "
+            "The simulation is repeated with additional noise of that amplitude; this gives the correlation of the "
+            "other channels. Rows below 2 m/s are shown, but have no weight. "
         )
     if "acceleration" in channels:
         text += (
             "Jerk is the slope of the specific force, measured and simulated, through the same low-pass "
-            f"(Gaussian, {JERK.corner:.1f} Hz), unless a jerk channel is there. "
+            f"(Gaussian, {JERK.corner:.1f} Hz), unless a jerk channel is logged. "
         )
     return text + (
-        "\n\nTime outside the band is compared with 400 Monte Carlo drives of a right model: parameters from their "
+        "\n\nTime outside the band is compared with 400 Monte Carlo drives of a correct model: parameters from their "
         "covariance, gusts, zeros and noise from theirs. All whitened rows and the parameters' covariance give the "
         "posterior of each parameter."
     )

@@ -32,7 +32,7 @@ class Validation:
     shown : those of tables and figures: on open roads at the fitted parameters, else the same.
     bands : of every output, for each segment. tests : of the time outside them, by output.
     chance : p value of the least likely of all outputs. posterior : of the parameters.
-    road : what an extended model tells of open roads, else None.
+    road : findings of an extended model about open roads, else None.
     """
 
     whitened: WhitenedDrives
@@ -63,7 +63,7 @@ class Validation:
         return [one[name] for one in self.bands if name in one]
 
     def errors(self, name: str) -> Array:
-        """(n,) finite errors of an output over all segments, simulated less measured."""
+        """(n,) finite errors of an output over all segments, simulated minus measured."""
         error = np.concatenate([one.error for one in self.bands_of(name)])
         return np.asarray(error[np.isfinite(error)])
 
@@ -91,6 +91,6 @@ class Validation:
 
     @property
     def contradicted(self) -> list[str]:
-        """Parameters that the drives contradict, the worst first, but for those without effect on a straight drive."""
+        """Parameters that the drives contradict, the worst first, except those without effect on a straight drive."""
         names, pull = self.prior.names, np.abs(np.nan_to_num(self.posterior.pull))
         return [names[i] for i in np.argsort(-pull) if pull[i] > LARGE_PULL and names[i] not in UNFELT]

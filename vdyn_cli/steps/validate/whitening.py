@@ -142,7 +142,7 @@ class WhitenedDrives:
 
 
 def errors(setup: SimulationSetup, run: int, outcome: SimulatedSegment) -> dict[str, Array]:
-    """Simulated less measured of every compared channel of a segment, each (n,)."""
+    """Simulated minus measured of every compared channel of a segment, each (n,)."""
     measured = setup.segments[run].outputs
     return {n: outcome.values[n] - measured[n] for n in setup.sensors.channels if n in measured}
 

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class WindowEnds:
-    """End errors of windows, simulated less measured end speed, m/s.
+    """End errors of windows, simulated minus measured end speed, m/s.
 
     Parameters
     ----------
@@ -39,7 +39,16 @@ class WindowEnds:
 
 
 def window_ends(w: WhitenedDrives, names: tuple[str, ...]) -> WindowEnds:
-    """The end error of every segment, and their mean with an interval over trips."""
+    """The end error of every segment, and their mean with an interval over trips.
+
+    Parameters
+    ----------
+    names : of the trips, by run number.
+
+    Returns
+    -------
+    Errors in m/s, simulated minus measured; 95 % interval of the mean by the scatter between trips.
+    """
     setup = w.setup
     run = np.array([s.run for s in setup.segments])
     error = np.array([o.values["speed"][-1] - s.end[0] for o, s in zip(setup.first, setup.segments, strict=True)])
