@@ -216,7 +216,8 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
 
     Returns
     -------
-    Findings on rejected segments, the air of the test, implausible values and the assumed zero of the accelerometer.
+    Findings on rejected segments, the air of the test, implausible values, the assumed zero of the accelerometer,
+    outlying runs and contradicted priors.
     """
     found = []
     if answer.coasting:  # of an open road most is left out, as the table shows
