@@ -143,6 +143,14 @@ def prior_rows(unknowns: tuple[Unknown, ...], values: Array) -> Array:
 
     L is the Cholesky factor of the priors' correlation, the identity where they are independent.
 
+    Parameters
+    ----------
+    values : (k,) of the k unknowns.
+
+    Returns
+    -------
+    (m, k + 1), one row for each of the m unknowns with a prior.
+
     Raises
     ------
     numpy.linalg.LinAlgError : the correlations are not positive definite.

@@ -212,7 +212,13 @@ def _parameters(answer: RoadLoadAnswer, frontal_area: Estimate | None) -> Parame
 
 
 def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
-    """What is doubtful about the runs and the result."""
+    """Warnings about the runs and the result.
+
+    Returns
+    -------
+    Findings on rejected segments, the air of the test, implausible values, the assumed zero of the accelerometer,
+    outlying runs and contradicted priors.
+    """
     found = []
     if answer.coasting:  # of an open road most is left out, as the table shows
         for r in answer.selection.rejected:

@@ -30,7 +30,12 @@ def sentence(estimates: Mapping[str, Estimate], peak: float | None) -> str:
 
 
 def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
-    """The warning that the sweeps determine the slope at zero slip alone."""
+    """The warning that the sweeps determine only the slope at zero slip.
+
+    Parameters
+    ----------
+    sweeps : none of them reaches the peak; the warning states their largest slip and friction.
+    """
     slip = max(float(np.abs(sweep.slip).max()) for sweep in sweeps)
     friction = max(float(np.max(np.abs(sweep.force / sweep.load))) for sweep in sweeps)
     return (

@@ -65,8 +65,8 @@ def posterior(w: WhitenedDrives) -> Posterior:
 
     Notes
     -----
-    The sensitivities are those at the start; the residuals are simulated again after every step of the fit. Assumes that
-    the sensitivities change little over the change of the parameters.
+    The sensitivities are those at the start; the residuals are simulated again after every step of the fit. Assumes
+    that the sensitivities change little over the change of the parameters.
     """
     regression, setup = w.regression, w.setup
     s, m = len(regression.shared), len(regression.own)
