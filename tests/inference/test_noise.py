@@ -61,7 +61,7 @@ def test_whitening_turns_a_covariance_into_one() -> None:
 
 
 def test_whitening_asks_for_one_description_of_the_noise() -> None:
-    with pytest.raises(ValueError, match="one of them"):
+    with pytest.raises(ValueError, match="either the covariance or its Cholesky factor"):
         whiten(np.zeros(2), np.zeros((2, 1)))
     with pytest.raises(ValueError, match="not positive definite"):
         whiten(np.zeros(2), np.zeros((2, 1)), covariance=-np.eye(2))
