@@ -36,6 +36,9 @@ DOORS = {
     "yaml": {"description"},
     "typer": {"cli"},
     "PIL": {"io"},
+    "asammdf": {"io"},
+    "pyarrow": {"io"},
+    "h5py": {"io"},
 }
 
 

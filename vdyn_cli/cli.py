@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import signal
 import sys
+import warnings
 from collections.abc import Callable
 from enum import IntEnum
 from pathlib import Path
@@ -14,7 +17,7 @@ import typer
 
 from vdyn_cli import steps
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.quantities.errors import InputError, VdynError, merge_similar
+from vdyn_cli.quantities.errors import InputError, VdynError, merge_similar, visible
 
 app = typer.Typer(
     help="Estimate and validate a longitudinal vehicle model from road-test logs.",
@@ -34,6 +37,7 @@ class Exit(IntEnum):
     GOOD = 0
     BUG = 70
     INTERRUPTED = 130
+    TERMINATED = 143
 
 
 Test = Annotated[Path, typer.Argument(metavar="TEST.yaml", help="Description of the test.", show_default=False)]
@@ -54,7 +58,8 @@ Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Print minor note
 
 
 def _say(text: str = "") -> None:
-    typer.echo(text, err=True)
+    with contextlib.suppress(OSError, ValueError):  # stderr is closed or full
+        typer.echo(visible(text, but="\n"), err=True)
 
 
 def _add_step(name: str) -> None:
@@ -110,6 +115,7 @@ def pipeline(
     raise typer.Exit(code)
 
 
+# Seven parameters: the options of the command line
 @app.command()
 def export(
     parameters: Annotated[Path, typer.Argument(metavar="PARAMETERS.json", show_default=False)],
@@ -117,12 +123,41 @@ def export(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the files.")] = Path("out"),
     name: Annotated[str, typer.Option("--name", help="Name of files and structs.")] = "vehicle",
     driven: Annotated[str, typer.Option("--driven", metavar="front|rear|both", help="Driven axle.")] = "front",
+    differential: Annotated[
+        str, typer.Option("--differential", metavar="open|locked", help="Joins the half-shafts.")
+    ] = "open",
     quiet: Quiet = False,
 ) -> None:
     """Export a parameter set: C, FMU, tire file, dynamometer coefficients, MATLAB."""
     from vdyn_cli.commands.run_export import run_export
 
-    run_export(parameters, to, output, name, driven, _teller(quiet, False))
+    run_export(parameters, to, output, name, driven, _teller(quiet, False), differential)
+
+
+@app.command()
+def channels(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log of any format.", show_default=False)],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Show the channels of a log: name, unit, rate, span, range, constant and duplicate ones."""
+    from vdyn_cli.commands.run_channels import channels_json, channels_table
+
+    typer.echo(channels_json(log) if as_json else channels_table(log), nl=not as_json)
+
+
+@app.command()
+def init(
+    step: Annotated[str, typer.Argument(metavar="STEP", show_default=False)],
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of any format.", show_default=False)],
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="TEST.yaml|-", help="New file; '-' writes to stdout.")
+    ] = "-",
+    quiet: Quiet = False,
+) -> None:
+    """Write a first description of unknown logs: channels guessed with the reason, and what is left to decide."""
+    from vdyn_cli.commands.run_init import run_init
+
+    run_init(step, logs, output, _teller(quiet, False))
 
 
 @app.command("list")
@@ -145,7 +180,7 @@ def explain(
 
 @app.command()
 def schema(
-    step: Annotated[str, typer.Argument(metavar="STEP|pipeline|result|parameters", show_default=False)],
+    step: Annotated[str, typer.Argument(metavar="STEP|pipeline|result|parameters|channels", show_default=False)],
 ) -> None:
     """Print the JSON schema of a step's YAML (for completion in editors), of a result or of parameters.json."""
     from vdyn_cli.commands.schema import json_schema
@@ -168,33 +203,63 @@ def check_plugin(
         typer.echo(line)
 
 
+class TerminatedError(BaseException):
+    """The system asks the program to end (SIGTERM)."""
+
+
 def main() -> None:
     """Run the command line; errors become messages and exit codes."""
-    # Many threads make small dense problems slower by an order of magnitude; must be set before numpy is imported.
-    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")
+    # One thread: more make small dense problems slower by an order of magnitude, and sums in another order change the
+    # last digits, whatever the user's environment says. Must be set before numpy is imported.
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
+        os.environ[variable] = "1"
+    if not os.environ.get("VDYN_DEBUG"):
+        warnings.simplefilter("ignore")  # of libraries; vdyn reports what is doubtful itself
+    with contextlib.suppress(ValueError, OSError):  # not in the main thread
+        signal.signal(signal.SIGTERM, _terminate)
     sys.exit(_run())
+
+
+def _terminate(number: int, frame: object) -> None:
+    raise TerminatedError
 
 
 def _run() -> int:
     try:
         code = app(standalone_mode=False)
+        if sys.stdout is not None:
+            sys.stdout.flush()
         return code if isinstance(code, int) else Exit.GOOD
     except VdynError as error:
         # Errors of single lines are listed one by one; errors that whole logs share are merged.
         in_lines = any(re.search(r":\d+$", f.where) for f in error.findings)
         _say("\n".join(str(f) for f in (error.findings if in_lines else merge_similar(error.findings, least=MERGED))))
         return error.exit_code
-    except (KeyboardInterrupt, typer.Abort):
-        _say("Interrupted. No incomplete file was written. A pipeline run again reuses the steps that are done.")
-        return Exit.INTERRUPTED
+    except (KeyboardInterrupt, typer.Abort, TerminatedError) as error:
+        ended = isinstance(error, TerminatedError)
+        _say(
+            f"{'Terminated' if ended else 'Interrupted'}. No incomplete file was written. A pipeline run again reuses "
+            "the steps that are done."
+        )
+        return Exit.TERMINATED if ended else Exit.INTERRUPTED
     except BrokenPipeError:
+        _forget_stdout()
         return Exit.GOOD
+    except OSError as error:
+        _forget_stdout()
+        _say(f"{error.filename or 'stdout'}: {error.strerror or error}")
+        return InputError.exit_code
     except Exception as error:
         if hasattr(error, "exit_code") and hasattr(error, "show"):  # a usage error of the command line
             error.show()
             return InputError.exit_code
         return _bug(error)
+
+
+def _forget_stdout() -> None:
+    """Drop what cannot be written, which Python would try again at its end."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _bug(error: Exception) -> int:

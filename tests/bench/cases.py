@@ -151,6 +151,11 @@ def _cg(seed: int, folder: Path) -> Made:
 
 def crossings(vehicle: Vehicle, seed: int, folder: Path, effects: Mapping[str, float] = NOTHING) -> Path:
     """Crossings of the bump."""
+    return describe_crossings(vehicle, folder, bump.campaign(vehicle, seed, effects))
+
+
+def describe_crossings(vehicle: Vehicle, folder: Path, records: Sequence[Record]) -> Path:
+    """The logs of crossings with their description."""
     channels = {
         "time": ("Time [s]", "s"),
         "front_load": ("Front Load [N]", "N"),
@@ -159,7 +164,6 @@ def crossings(vehicle: Vehicle, seed: int, folder: Path, effects: Mapping[str, f
         "vertical_acceleration": ("Vertical Accel [m/s^2]", "m/s^2"),
         "pitch_rate": ("Pitch Rate [deg/s]", "deg/s"),
     }
-    records = bump.campaign(vehicle, seed, effects)
     places = [{"distance_front": f"{bump.DISTANCE} +- {bump.DISTANCE_SD} m"} for _ in records]
     shape = bump.Bump()
     obstacle = {"height": shape.height, "width": shape.width, "shape": shape.shape}

@@ -75,6 +75,9 @@ class LineProblem:
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         return self.estimated(self.data, effects, unknowns)
 
+    def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        return {}
+
     def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> None:
         return None
 

@@ -309,7 +309,7 @@ def test_a_large_cause_is_named_though_its_law_is_not_exact(unlisted: float, nam
         assert verdict.answer is not None
         assert verdict.answer.effects == ("wave",)
         assert not verdict.answer.sufficient
-        assert told(case, verdict).endswith("of the misfit).")
+        assert told(case, verdict).endswith("of the rms misfit).")
 
 
 def test_two_errors_that_hid_each_other_are_told() -> None:
@@ -321,6 +321,8 @@ def test_two_errors_that_hid_each_other_are_told() -> None:
     assert verdict.answer is not None
     assert verdict.answer.effects == ("step",)
     assert verdict.gain is not None
-    assert verdict.gain.interval[1] < 0
+    assert verdict.gain.prediction_worse
+    assert verdict.gain.refitted
+    assert verdict.gain.positive  # of refitted models: no cause without a gain is named
     assert not verdict.gain.worse
     assert told(case, verdict).endswith("a stated parameter has an error that the effect had compensated.")

@@ -5,38 +5,50 @@ from __future__ import annotations
 from types import SimpleNamespace as Made
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.detection import detect
-from vdyn_cli.diagnosis.linearized import strongest_relinearized
+from vdyn_cli.diagnosis.linearized import best_of, large_alone
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
 
 
 class Fits:
-    """A strategy that knows the cost of each effect on its own linearization, and keeps what was requested of it."""
+    """A strategy that knows the cost of each effect on its own linearization, and keeps what was requested of it.
 
-    def __init__(self, costs: dict[str, float]) -> None:
-        self.costs, self.requested = costs, list[str]()
+    ``far``: effects that the common linearization cannot fit, as one that lies beyond its range there.
+    """
+
+    def __init__(self, costs: dict[str, float], far: tuple[str, ...] = (), missed: dict[str, float] | None = None):
+        self.costs, self.far, self.missed, self.requested = costs, far, missed or {}, list[str]()
+        self.relinearization = self
+        self.model = Made(amplitudes=lambda name: (f"{name}_size",), setup=Made(far_off=False))
 
     def fitted(self, effects: tuple[str, ...]) -> Any:
-        return Made(effects=effects) if effects[0] in self.costs else None
+        return None if effects[0] in self.far else Made(effects=effects, values={})
 
-    def relinearized(self, fitted: Any) -> Any:
-        self.requested.append(fitted.effects[0])
-        return Made(solution=Made(cost=self.costs[fitted.effects[0]]))
+    def nondifferentiable(self, effects: tuple[str, ...]) -> bool:
+        return False
+
+    def from_values(self, effects: tuple[str, ...], values: dict[str, float]) -> Any:
+        (name,) = effects
+        self.requested.append(name)
+        assert (values == {f"{name}_size": 7.0}) == (name in self.far)
+        runs = Made(regression=Made(log_noise=0.0))
+        made = Made(solution=Made(cost=self.costs.get(name)), error=self.missed.get(name, 1.0), runs=runs)
+        return made if name in self.costs else None
 
 
 def found(evidence: dict[str, float]) -> Any:
-    def strongest(among: Any) -> str | None:
-        return max(among, key=lambda n: evidence[n], default=None)
-
-    return Made(testable=tuple(evidence), scores=Made(evidence=evidence, strongest=strongest))
+    estimate = {n: np.array([7.0]) for n in evidence}
+    return Made(testable=tuple(evidence), scores=Made(evidence=evidence, estimate=estimate))
 
 
 def strongest(fits: Fits, evidence: dict[str, float]) -> str | None:
-    return strongest_relinearized(fits, found(evidence))  # type: ignore[arg-type]
+    alone = large_alone(fits, found(evidence))  # type: ignore[arg-type]
+    return best_of(alone, lambda fit: fit.error)  # type: ignore[attr-defined,no-any-return]
 
 
 def test_an_effect_of_less_evidence_may_explain_most_on_its_own_linearization() -> None:
@@ -52,8 +64,19 @@ def test_small_effects_are_not_relinearized() -> None:
 
 def test_nothing_is_relinearized_where_nothing_is_large() -> None:
     fits = Fits({"a": 1.0, "b": 0.0})
-    assert strongest(fits, {"a": 2.0, "b": 1.0}) == "a"
+    assert strongest(fits, {"a": 2.0, "b": 1.0}) is None
     assert not fits.requested
+
+
+def test_an_effect_beyond_its_range_on_the_common_linearization_is_tried_from_one_step_of_its_score() -> None:
+    fits = Fits({"gain": 1.0, "mass": 2.0}, far=("gain",))
+    assert strongest(fits, {"mass": 80.0, "gain": 70.0}) == "gain"
+
+
+def test_an_effect_that_leaves_a_large_error_is_not_the_best_however_likely_it_makes_it() -> None:
+    """Its own noise takes in what it leaves."""
+    fits = Fits({"scale": 1709.0, "gain": 233.0}, missed={"scale": 1.8, "gain": 29.0})
+    assert strongest(fits, {"gain": 995.0, "scale": 900.0}) == "scale"
 
 
 def test_refits_need_no_relinearization() -> None:
@@ -70,9 +93,9 @@ def test_the_strongest_of_many_are_compared_and_those_that_cannot_be_fitted_are_
     evidence = {f"c{k}": 50.0 - k for k in range(most + 2)}
     fits = Fits({n: 10.0 - k for k, n in enumerate(evidence) if k != 1})
     assert strongest(fits, evidence) == f"c{most - 1}"
-    assert fits.requested == [f"c{k}" for k in range(most) if k != 1]
+    assert fits.requested == [f"c{k}" for k in range(most)]
 
 
-@pytest.mark.parametrize(("evidence", "name"), [({"a": 50.0, "b": 60.0}, "b"), ({}, None)])
-def test_where_nothing_can_be_fitted_it_is_what_shows_most(evidence: dict[str, float], name: str | None) -> None:
-    assert strongest(Fits({}), evidence) == name
+@pytest.mark.parametrize("evidence", [{"a": 50.0, "b": 60.0}, {}])
+def test_where_nothing_can_be_fitted_there_is_no_best(evidence: dict[str, float]) -> None:
+    assert strongest(Fits({}), evidence) is None

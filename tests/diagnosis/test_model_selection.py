@@ -10,7 +10,7 @@ from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.full_model import FullModel
 from vdyn_cli.diagnosis.judgment import judge
-from vdyn_cli.diagnosis.model_selection import may_be_zero, simplest
+from vdyn_cli.diagnosis.model_selection import may_be_zero, nearly_sufficient, simplest
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import verdict_sentence
 
@@ -69,3 +69,21 @@ def test_a_cause_that_could_as_well_be_of_no_size_is_not_certain_enough():
     assert may_be_zero(model(), fitted("wind", -1.0, 0.6))
     assert not may_be_zero(model(), fitted("wind", -1.3, 0.6))
     assert not may_be_zero(model(), fitted("hills", 0.0, 1.0))  # of many unknowns no one speaks for all
+
+
+def left(cause: str, share: float, within: bool) -> CandidateModel:
+    fitted: Any = SimpleNamespace(solution=SimpleNamespace(cost=1.0))
+    return CandidateModel((cause,), fitted, 0.001, "profile", share, within)
+
+
+def test_a_law_of_slightly_another_shape_is_named_in_its_own_part_only():
+    assert [t.effects for t in nearly_sufficient([left("wave", 0.08, True), left("wind", 0.5, True)])] == [("wave",)]
+    assert nearly_sufficient([left("wave", 0.08, False)]) == ()
+    assert nearly_sufficient([left("wave", 0.02, False)])
+    assert nearly_sufficient([left("wave", 0.12, True)]) == ()
+
+
+def test_what_leaves_hardly_more_is_an_answer_too():
+    """What is left is the error of a law: of two laws that leave nearly as much none is better."""
+    tried = [left("wave", 0.06, True), left("wind", 0.10, False), left("hills", 0.11, True)]
+    assert [t.effects for t in nearly_sufficient(tried)] == [("wave",), ("wind",)]

@@ -10,6 +10,8 @@ import pytest
 
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.linearized import LinearizedStrategy, open_linearized
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.refit import spread_over
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Rows, Unknown
 
@@ -62,12 +64,12 @@ def test_lines_through_a_likely_size_find_the_true_one() -> None:
     assert abs(fitted.values["step"] - SIZE) > 30 * near.solution.std["step"]
 
 
-def test_what_does_not_knock_has_lines_laid_once() -> None:
+def test_what_does_not_knock_is_relinearized_until_it_settles() -> None:
+    """A gain of two or a speed of 3.6 is far beyond what one linearization, or one repeated once, can reach."""
     opened = bench(knocks=False)
     fitted = opened.fitted(("step",))
     assert fitted is not None
-    once, settled = opened.relinearized(fitted), bench(knocks=True).relinearized(fitted)
-    assert once.solution.cost > settled.solution.cost + 1.0
+    assert opened.relinearized(fitted).values["step"] == pytest.approx(SIZE, abs=0.1)
 
 
 @pytest.mark.parametrize(("bent", "passes"), [(False, 1), (True, 3)])
@@ -108,3 +110,12 @@ def test_lines_go_through_the_likely_size_where_it_explains_more_than_what_it_lo
 def test_of_what_it_does_not_look_like_nothing_is_tried() -> None:
     opened = bench(knocks=True)
     assert opened.about_likely("hat", opened) is opened
+
+
+def test_probes_are_spread_over_their_list_and_no_more_than_the_policy_says():
+    probes = tuple(0.1 * k for k in range(1, 19))
+    some = spread_over(probes, POLICY.most_probes)
+    assert len(some) == POLICY.most_probes
+    assert (some[0], some[-1]) == (probes[0], probes[-1])
+    assert spread_over((0.5, 1.0), POLICY.most_probes) == [0.5, 1.0]
+    assert spread_over((0.5,), POLICY.most_probes) == [0.5]

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from vdyn_cli.effects import catalogue
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.export.exported_vehicle import ExportedVehicle
 from vdyn_cli.export.parameter_file import ParameterFile, read_parameter_file
@@ -76,7 +77,7 @@ def document(
     }
     entry = {"std": 0.0, "interval95": [0.0, 0.0], "unit": "", "meaning": "", "source": "coastdown", "baseline": None}
     lasting = {
-        effect: {name: {**entry, "value": value} for name, value in unknowns.items()}
+        effect: {name: {**entry, "value": value, "unit": _unit(name)} for name, value in unknowns.items()}
         for effect, unknowns in extensions.items()
     }
     diagnosis = {"verdict": verdict, "causes": list(causes)}
@@ -88,6 +89,11 @@ def document(
         "extensions": lasting,
         "diagnosis": diagnosis,
     }
+
+
+def _unit(unknown: str) -> str:
+    """The SI unit of an effect's unknown; empty where no effect has it."""
+    return next((effect.unknowns[unknown].unit for effect in catalogue() if unknown in effect.unknowns), "")
 
 
 def written(folder: Path, **changes: Any) -> Path:

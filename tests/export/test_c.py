@@ -35,9 +35,13 @@ def test_the_worked_example_compiles_without_a_warning_and_runs(tmp_path):
     assert set(re.findall(r"#include (\S+)", text)) == {"<math.h>", "<stdio.h>", '"car.h"'}
 
 
-@pytest.mark.parametrize(("driven", "speed"), [("front", 0.0), ("rear", 0.0), ("both", 11.0)])
-def test_c_has_the_bits_of_python_through_standstill_and_braking(tmp_path, driven, speed):
-    car = exported_vehicle(given(tmp_path), driven)
+@pytest.mark.parametrize(
+    ("driven", "differential", "speed"),
+    [("front", "open", 0.0), ("rear", "open", 0.0), ("both", "open", 11.0), ("front", "locked", 0.0)],
+)
+def test_c_has_the_bits_of_python_through_standstill_and_braking(tmp_path, driven, differential, speed):
+    car = exported_vehicle(given(tmp_path), driven, differential)
+    assert f"Driven: {driven}, {differential} differential" in car.program("car", "a car").source
     compiled = Compiled(car.program("car", "a car"), tmp_path)
     time, inputs = stop_and_go()
     got = compiled.simulate(time, inputs, compiled.defaults(), (speed,))

@@ -12,7 +12,7 @@ from tests.plant.wind import Wind, gusts
 from vdyn_cli.inference import gust_covariance as gust_noise
 from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.inference.gust_covariance import RunNoise, Surroundings
-from vdyn_cli.inference.restricted_likelihood import NoisyRun, _likelihood, find_sizes, typical_sizes
+from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, restricted_likelihood, typical_sizes
 from vdyn_cli.quantities.constants import GRAVITY
 
 Array = NDArray[np.float64]
@@ -106,10 +106,12 @@ def test_restricted_likelihood_has_the_slopes_it_says() -> None:
     runs = drawn(3, 3)
     names = runs[0].noise.sources
     known = np.array([0.0, 4.0])
-    value, slopes = _likelihood(runs, SIZES, known)
+    value, slopes = restricted_likelihood(runs, SIZES, known)
     assert np.isfinite(value)
     for name in names:
-        up, down = (_likelihood(runs, {**SIZES, name: SIZES[name] * np.exp(s)}, known)[0] for s in (1e-4, -1e-4))
+        up, down = (
+            restricted_likelihood(runs, {**SIZES, name: SIZES[name] * np.exp(s)}, known)[0] for s in (1e-4, -1e-4)
+        )
         assert slopes[name] == pytest.approx((up - down) / 2e-4, rel=1e-3, abs=1e-4)
 
 

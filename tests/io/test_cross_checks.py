@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -122,12 +123,17 @@ def test_a_shaft_torque_that_reads_nothing_beside_one_that_does_did_not_measure(
         assert not with_cross_checks(log().with_channels(shaft_torque_left=left, shaft_torque_right=left)).findings
 
 
-def test_loads_that_are_not_the_weight_are_refused(tmp_path: Path, root: Path) -> None:
-    vehicle = (root / "configs" / "vehicle.yaml").read_text().replace("mass: 1588 +- 2 kg ", "mass: 1400 kg ")
-    (tmp_path / "vehicle.yaml").write_text(vehicle)
+def test_loads_that_are_not_the_weight_are_doubted_and_those_of_a_wheel_too_many_refused(
+    tmp_path: Path, root: Path
+) -> None:
+    given = (root / "configs" / "vehicle.yaml").read_text()
     path = described(tmp_path, root, "cg")
     path.write_text(path.read_text().replace(str(root / "configs" / "vehicle.yaml"), "vehicle.yaml"))
-    with pytest.raises(InputError, match=r"the axles carry 13\..% more"):
+    (tmp_path / "vehicle.yaml").write_text(given.replace("mass: 1588 +- 2 kg ", "mass: 1400 kg "))
+    warnings = write_step("cg", path, (), tmp_path / "out", None).result.fit.warnings
+    assert re.search(r"the axles carry 13\..% more", warnings[0])
+    (tmp_path / "vehicle.yaml").write_text(given.replace("mass: 1588 +- 2 kg ", "mass: 1250 kg "))
+    with pytest.raises(InputError, match=r"the axles carry 27\..% more"):
         write_step("cg", path, (), tmp_path / "out", None)
 
 

@@ -53,7 +53,7 @@ def test_what_is_no_file_or_may_not_be_read(tmp_path: Path, monkeypatch: pytest.
     def forbidden(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "open", forbidden)
+    monkeypatch.setattr(os, "open", forbidden)
     with pytest.raises(InputError, match="permission denied"):
         read_csv(tmp_path / "run.csv", COLUMNS)
 
@@ -211,5 +211,5 @@ def test_impossible_options(tmp_path: Path) -> None:
 def test_a_device_that_never_ends_is_refused() -> None:
     if not os.path.exists("/dev/zero"):
         pytest.skip("no /dev/zero here")
-    with pytest.raises(InputError, match=r"not a text file|is empty"):
+    with pytest.raises(InputError, match="is a device"):
         read_csv(Path("/dev/zero"), COLUMNS)

@@ -92,6 +92,6 @@ def test_another_reader_is_checked_and_converted_as_csv_is(monkeypatch: pytest.M
 
 
 def test_what_no_reader_matches_is_named(path: Path) -> None:
-    (path.parent / "run.mf4").write_bytes(b"MDF     4.10")
-    with pytest.raises(InputError, match="is an MDF/MF4 measurement, not a text log"):
-        read_log(path.parent / "run.mf4", MAPPING)
+    (path.parent / "run.tdms").write_bytes(b"TDSm\x0e\0\0\0")
+    with pytest.raises(InputError, match="is a TDMS measurement, not a text log"):
+        read_log(path.parent / "run.tdms", MAPPING)

@@ -247,6 +247,6 @@ def samples() -> Samples:
             " wheels together, from the line pressure (at rest: what the brakes could hold), 65 % of it in front. "
             "Long Accel is specific force along the road, forward positive. Every channel is on one clock; gusts "
             "and mean winds as in the coast-downs. driveline_inertia is that of the motor-generators at the driven "
-            "wheels, kg m^2. drive_2 has semicolons and decimal commas."
+            "wheels, kg m^2, before an open differential. drive_2 has semicolons and decimal commas."
         ),
     )

@@ -1,21 +1,23 @@
 """How the true car drives from rest to rest on a straight road: front-driven, on four tires with slip, pitching.
 
 States: way, speed, heave, pitch and their rates, four wheel speeds, four slips, and for each half-shaft its twist and
-the speed of its inner end. The planetary output's torque T i is shared equally by the two inner ends, each of which
-carries half of the motor-generators' inertia. Slip lags, sigma s' = (w r - v) - |v| s, and drives
-Fx = Fz D sin(C atan(b - E (b - atan b))), b = B s. Rolling resistance is a torque frr Fz r on each wheel: the road
-presses ahead of the wheel's center, so that the same torque, one from outside, lifts the car's nose. The body pitches
-as in ``cg_motion``: on a spring and damper per axle, on tires that do not give way vertically, with the wheels' spin in
-the balance of moments. Integrated by LSODA to a relative 1e-7.
+the speed of its inner end, which is a side gear of the differential. The planetary output's torque T i turns the
+carrier with the motor-generators; its pinions press on both side gears alike, by a force that keeps the carrier's speed
+at the mean of theirs (a constraint with its multiplier). Locked, both turn as one. The motors lie across the car, turn
+i times as fast as the wheels and the same way, and the body takes the torque that spins them up. Slip lags,
+sigma s' = (w r - v) - |v| s, and drives Fx = Fz D sin(C atan(b - E (b - atan b))), b = B s. Rolling resistance is a
+torque frr Fz r on each wheel: the road presses ahead of the wheel's center, so that the same torque, one from outside,
+lifts the car's nose. The body pitches as in ``cg_motion``: on a spring and damper per axle, on tires that do not give
+way vertically, with the wheels' spin in the balance of moments. Integrated by LSODA to a relative 1e-7.
 
 Hidden effects (``{name: size}``, SI, nothing at zero): extra_drag_area (m^2), headwind (m/s against the way out),
 road_grade (uphill on the way out), grade_profile (steepest slope of ``coast_motion.road_profile``),
 speed_dependent_rolling (s/m), tire_warmup (share at the start; fades with 600 s), temperature_rolling (1/K, at
 ``temperature``), brake_drag and brake_drag_fading (N at the road; 20 s), driveline_drag (N at the road, front axle),
 rotating_mass (kg), mass_error, wheel_radius, wheel_inertia, shaft_stiffness, shaft_damping, tire_relaxation (shares of
-the known value), motor_inertia (kg m^2 at the wheels), backlash (rad, half the gap of each half-shaft), torque_gain,
-torque_offset (N m), torque_delay (s), speed_scale, speed_delay (s): the sensor reads more, or late. In no
-catalogue, for controls: drag_bump (N at 15 m/s, 1.5 m/s wide).
+the known value), motor_inertia (kg m^2 at the wheels), driveline_viscous (N m s at the inner ends), backlash (rad,
+half the gap of each half-shaft), torque_gain, torque_offset (N m), torque_delay (s), speed_scale, speed_delay (s): the
+sensor reads more, or late. In no catalogue, for controls: drag_bump (N at 15 m/s, 1.5 m/s wide).
 """
 
 from __future__ import annotations
@@ -37,6 +39,7 @@ EFFECTS = (
     *("temperature_rolling", "brake_drag", "brake_drag_fading", "driveline_drag", "rotating_mass", "mass_error"),
     *("wheel_radius", "wheel_inertia", "shaft_stiffness", "shaft_damping", "tire_relaxation", "motor_inertia"),
     *("backlash", "torque_gain", "torque_offset", "torque_delay", "speed_scale", "speed_delay", "drag_bump"),
+    "driveline_viscous",
 )
 BRAKE_FRONT = 0.65
 TOLERANCE = 1e-7
@@ -101,7 +104,8 @@ class Drive:
         self.radius = vehicle.wheel_radius * (1.0 + q["wheel_radius"])
         self.air = 0.5 * pedals.air_density * (vehicle.drag_area + q["extra_drag_area"])
         self.wheel = vehicle.wheel_inertia * (1.0 + q["wheel_inertia"]) + q["rotating_mass"] * self.radius**2 / 4
-        self.end = 0.5 * (vehicle.driveline_inertia + q["motor_inertia"])
+        self.gear = vehicle.side_gear_inertia
+        self.motors = vehicle.driveline_inertia + q["motor_inertia"] - 2.0 * self.gear
         stiffer, damper = 1.0 + q["shaft_stiffness"], 1.0 + q["shaft_damping"]
         self.stiffness = vehicle.shaft_stiffness_left * stiffer, vehicle.shaft_stiffness_right * stiffer
         self.damping = vehicle.shaft_damping_left * damper, vehicle.shaft_damping_right * damper
@@ -124,6 +128,18 @@ class Drive:
             damping = self.damping[side] * tanh(beyond / TOUCH) * rate
             return sense * max(self.stiffness[side] * beyond + sense * damping, 0.0)
         return self.stiffness[side] * twist + self.damping[side] * rate
+
+    def final_drive(self, drive: float, left: float, right: float) -> tuple[float, float]:
+        """Angular accelerations of the two side gears, from the carrier's torque and those of the half-shafts.
+
+        Jc ac = T - 2 x, Js al = x - Tl, Js ar = x - Tr, 2 ac = al + ar, with x the pinions' torque on either gear.
+        """
+        if self.car.differential_locked:
+            together = (drive - left - right) / (self.motors + 2.0 * self.gear)
+            return together, together
+        pinion = 2.0 * drive / self.motors + (left + right) / self.gear
+        pinion /= 4.0 / self.motors + 2.0 / self.gear
+        return (pinion - left) / self.gear, (pinion - right) / self.gear
 
     def tire(self, load: float, slip: float, sliding: float, speed: float) -> float:
         """Longitudinal force; near rest the tread also damps, or the car would rock on its tires for ever."""
@@ -170,12 +186,14 @@ class Drive:
         acceleration = (pull - air) / self.mass - GRAVITY * sin(slope)
         lift = (loads[0] + loads[1]) / self.mass - GRAVITY * sqrt(1.0 - sin(slope) ** 2)
         moment = car.cg_to_front * loads[0] - car.cg_to_rear * loads[1] + car.cg_height * pull
+        loss = q["driveline_viscous"] * 0.5 * (inner_l + inner_r)
+        faster = self.final_drive(drive * car.gear_ratio - loss, torque[0], torque[1])
         moment += air * (car.drag_height - car.cg_height) + self.wheel * sum(spin_rates) + ahead
-        each = 0.5 * drive * car.gear_ratio
+        moment += self.motors / car.gear_ratio * 0.5 * sum(faster)
         return [
             self.pedals.uphill * speed, acceleration, z_rate, pitch_rate, lift, moment / car.pitch_inertia,
             *spin_rates, *slip_rates, inner_l - spin[0], inner_r - spin[1],
-            (each - torque[0]) / self.end, (each - torque[1]) / self.end,
+            *faster,
         ]  # fmt: skip
 
     def travel(self, times: Array, start: float = 0.0, tolerance: float = TOLERANCE) -> Trip:

@@ -41,8 +41,10 @@ class Vehicle:
     wheel_radius: float = 0.308
     wheel_mass: float = 20.0
     wheel_inertia: float = 1.25  # of one wheel
-    driveline_inertia: float = 3.3  # motor-generators, seen at the driven wheels together
-    gear_ratio: float = 3.267  # planetary output to driven wheels
+    driveline_inertia: float = 3.3  # motor-generators and differential, seen at the driven wheels together
+    side_gear_inertia: float = 0.004  # of that: each side gear of the differential with its joint
+    differential_locked: bool = False
+    gear_ratio: float = 3.267  # planetary output to driven wheels; motors turn so much faster, the same way
     tire_B: float = 12.0
     tire_C: float = 1.6
     tire_D: float = 1.0
@@ -166,4 +168,5 @@ def random_vehicle(seed: int) -> Vehicle:
         shaft_damping_left=between(25.0, 90.0),
         shaft_damping_right=between(25.0, 90.0),
         shear_modulus=between(77e9, 82e9),
+        side_gear_inertia=between(0.002, 0.008),
     )

@@ -75,9 +75,11 @@ def test_left_and_right_change_places_with_their_shafts() -> None:
         shaft_damping_left=REFERENCE.shaft_damping_right,
         shaft_damping_right=REFERENCE.shaft_damping_left,
     )
-    other = Drive(swapped, SHORT).travel(TIMES)
-    assert np.allclose(other.shaft_torque[0], PLAIN.shaft_torque[1], atol=0.1)
-    assert np.max(np.abs(PLAIN.shaft_torque[0] - PLAIN.shaft_torque[1])) > 2.0  # they do differ at tip-in
+    for locked in (False, True):
+        one, other = (Drive(car.but(differential_locked=locked), SHORT).travel(TIMES) for car in (REFERENCE, swapped))
+        assert np.allclose(other.shaft_torque[0], one.shaft_torque[1], atol=0.1)
+        apart = np.max(np.abs(one.shaft_torque[0] - one.shaft_torque[1]))
+        assert apart > 20.0 if locked else apart < 0.1  # unequal shafts; an open differential has equal torques
 
 
 def test_tightening_the_tolerance_changes_nothing_that_a_sensor_sees(monkeypatch: pytest.MonkeyPatch) -> None:

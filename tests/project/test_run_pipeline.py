@@ -10,42 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.project.pipeline_runs import run, silent
 from vdyn_cli.commands.run_pipeline import run_pipeline
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.diagnosis.policy import shared_level
 from vdyn_cli.project.pipeline import load_plan
 from vdyn_cli.quantities.vocabulary import TABLE
-
-
-def silent(text: str, detail: bool = False) -> None:
-    pass
-
-
-@pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
-    """A pipeline of three quick steps that has run, in a folder of its own: ``configs`` and ``out``."""
-    folder = tmp_path_factory.mktemp("done")
-    configs = folder / "configs"
-    configs.mkdir()
-    (folder / "sample_logs").symlink_to(root / "sample_logs")
-    for name in ("vehicle", "area", "cg", "tire"):
-        (configs / f"{name}.yaml").write_text((root / "configs" / f"{name}.yaml").read_text())
-    steps = "".join(f"  - {name}.yaml\n" for name in ("tire", "cg", "area"))
-    (configs / "pipeline.yaml").write_text(f"pipeline: a day\nvehicle: vehicle.yaml\nsteps:\n{steps}")
-    assert run(configs, "out")[0] == 0
-    return folder
-
-
-@pytest.fixture
-def day(done: Path, tmp_path: Path) -> Path:
-    """The configs of a copy of it."""
-    return shutil.copytree(done, tmp_path / "day", symlinks=True) / "configs"
-
-
-def run(day: Path, out: str, jobs: int = 1) -> tuple[int, dict]:  # type: ignore[type-arg]
-    folder = day.parent / out
-    code = run_pipeline(day / "pipeline.yaml", folder, keep_going=True, jobs=jobs, tell=silent)
-    return code, json.loads((folder / "parameters.json").read_text())
 
 
 def test_every_parameter_is_there_or_said_to_be_missing(day: Path) -> None:
@@ -60,6 +30,7 @@ def test_every_parameter_is_there_or_said_to_be_missing(day: Path) -> None:
     assert "a day" in page
 
 
+@pytest.mark.slow  # three whole pipelines
 def test_side_by_side_step_by_step_and_again_the_bytes_are_the_same(day: Path) -> None:
     run(day, "two", jobs=2)
     alone = day.parent / "alone"

@@ -10,13 +10,13 @@ import pytest
 from vdyn_cli import steps
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.parameter_json import read_parameters
 from vdyn_cli.quantities.parameters import (
     FORMAT,
     GIVERS,
     Estimate,
     MissingParameterError,
     Parameters,
-    read_parameters,
     to_document,
 )
 from vdyn_cli.quantities.vocabulary import PARAMETERS, TABLE

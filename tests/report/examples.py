@@ -348,7 +348,7 @@ def as_read(result: Result, folder: Path) -> StepRecord:
     """The record of a result after it was written as JSON and read again."""
     path = folder / f"{result.step}.json"
     path.write_text(to_json(record(result).document), encoding="utf-8")
-    return read_record(path)
+    return read_record(path)[0]
 
 
 def parameter_set(title: str, outcomes: Sequence[StepOutcome], **changes: Any) -> ParameterSet:

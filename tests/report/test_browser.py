@@ -11,6 +11,7 @@ from tests.report import chromium, examples
 from vdyn_cli.project.pipeline import StepOutcome
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.report import html
+from vdyn_cli.steps import Failure
 
 pytestmark = pytest.mark.skipif(chromium.find() is None, reason="no Chromium on the PATH to open the report with")
 
@@ -34,7 +35,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     outcomes.append(StepOutcome("cg", "failed", reason=reason, problems=(failure,), exit_code=1))
     page = html.render_pipeline(examples.parameter_set("A day", outcomes))
     (folder / "report.html").write_text(page, encoding="utf-8")
-    (folder / "cg.html").write_text(html.render_failure("cg", [failure]), encoding="utf-8")
+    refused = Failure((failure,)).refused("cg")
+    (folder / "cg.html").write_text(html.render(examples.record(refused)).page, encoding="utf-8")
     return folder
 
 

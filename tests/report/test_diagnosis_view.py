@@ -158,7 +158,7 @@ def test_the_gain_says_less_or_more(before: float, after: float, words: str) -> 
 
 
 @pytest.mark.parametrize(
-    ("certain", "ends"), [(True, "all channels together"), (False, "all channels together, not significant")]
+    ("certain", "ends"), [(True, "above the noise floor"), (False, "above the noise floor, not significant")]
 )
 def test_a_share_that_is_not_significant_says_so(certain: bool, ends: str) -> None:
     gain = shown(gain={**EXAMPLE["gain"], "certain": certain}).gain
@@ -169,7 +169,7 @@ def test_a_share_that_is_not_significant_says_so(certain: bool, ends: str) -> No
 def test_a_gain_of_other_channels_than_the_one_that_is_shown_says_so() -> None:
     gain = shown(gain={**EXAMPLE["gain"], "certain": True, "interval95": [-0.02, 0.03]}).gain
     assert gain is not None
-    assert plain(gain.explained).endswith("together; the change of the speed rms alone is not significant")
+    assert plain(gain.explained).endswith("noise floor; the change of the speed rms alone is not significant")
 
 
 def test_the_pipeline_shows_each_diagnosis_and_the_effects_that_it_keeps(tmp_path: Path) -> None:

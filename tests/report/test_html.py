@@ -221,13 +221,19 @@ def test_no_text_becomes_a_tag() -> None:
     rendered = html.render(record)
     harmless(rendered.page)
     finding = Finding(NASTY, NASTY, NASTY, NASTY)
-    harmless(html.render_failure(NASTY, [finding]))
+    refused = replace(record.result, refused=(finding,), parameters=Parameters())
+    harmless(html.render(StepRecord(refused, provenance)).page)  # type: ignore[arg-type]
     outcomes = (
         StepOutcome(NASTY, "done", record, rendered.section),
         StepOutcome("b", "failed", reason=NASTY, problems=(finding,), exit_code=1),
     )
     missing = dict.fromkeys(TABLE, NASTY)
     harmless(html.render_pipeline(ParameterSet(NASTY, record.result.parameters, missing, outcomes, provenance)))
+
+
+def test_a_withheld_parameter_is_shown_with_the_reason() -> None:
+    page = page_of(bare(withheld={"tire_C": "only the slope is determined"}))
+    assert "withheld: only the slope is determined" in Outline(page).text
 
 
 def test_a_result_of_nothing_is_a_page() -> None:

@@ -136,7 +136,7 @@ def step_checks(step: Step, example: Path, known_files: Sequence[Path] = ()) -> 
 def reader_checks(reader: Reader, log: Path) -> Mapping[str, Check]:
     """The contract of a reader, on a log of its format."""
     infos = reader.channels(log)
-    names = [c.name for c in infos]
+    names = [(c.name, c.group) for c in infos]
     clock = next((c for c in infos if is_clock(c.name)), infos[0])
     mapping = {("time" if c is clock else c.name): Column(c.name, c.unit, c.unit) for c in infos}
     first, second = (reader.read(log, mapping, ReadOptions(), log.name) for _ in range(2))
@@ -152,7 +152,7 @@ def reader_checks(reader: Reader, log: Path) -> Mapping[str, Check]:
         "matches": lambda: iter(() if reader.matches(log) else (f"does not match {log.name}",)),
         "refuses a missing file": lambda: iter(("matches a missing file",) if reader.matches(log / "none") else ()),
         "channels have names": lambda: (
-            f"{n!r} is empty or listed twice" for n in names if not n or names.count(n) > 1
+            f"{n[0]!r} is empty or listed twice" for n in names if not n[0] or names.count(n) > 1
         ),
         "reads the same log twice": same,
         "states the line of each sample": lambda: iter(() if first.source else ("the log has no source",)),

@@ -32,6 +32,8 @@ GLOSSARY = {
     "prior": "a given value with its standard deviation, where the data may change it",
     "pull": "change of a given value by the fit, in its standard deviations",
     "next test": "the manoeuvre that separates rival effects, with the expected distance in standard errors",
+    "refused": "why a result is not published: report and JSON then hold the diagnosis, and no parameters",
+    "withheld": "a parameter that the data do not determine, with the reason, beside those that they do",
     "finding": "one message: place, fact, number, remedy",
     "doubt": "a finding that makes the result doubtful; listed first",
     "known": "parameters of other steps, passed with --known",

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import get_args
 
-from vdyn_cli.export import Driven, ExportOptions, make
+from vdyn_cli.export import Differential, Driven, ExportOptions, make
 from vdyn_cli.export.parameter_file import read_parameter_file
 from vdyn_cli.io.files import write_whole
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -15,7 +15,10 @@ from vdyn_cli.quantities.errors import Finding, InputError
 Tell = Callable[..., None]
 
 
-def run_export(path: Path, form: str, folder: Path, name: str, driven: str, tell: Tell) -> None:
+# Seven parameters: the options of the command line
+def run_export(
+    path: Path, form: str, folder: Path, name: str, driven: str, tell: Tell, differential: str = "open"
+) -> None:
     """Write the files of one format into ``folder``; nothing is written before all are made.
 
     Raises
@@ -28,7 +31,11 @@ def run_export(path: Path, form: str, folder: Path, name: str, driven: str, tell
     axle = next((way for way in get_args(Driven) if way == driven), None)
     if axle is None:
         raise InputError(Finding("--driven", "is not an axle", repr(driven), f"write {', '.join(get_args(Driven))}"))
-    made = make(read_parameter_file(path), form, ExportOptions(name, axle))
+    kind = next((kind for kind in get_args(Differential) if kind == differential), None)
+    if kind is None:
+        remedy = f"write {', '.join(get_args(Differential))}"
+        raise InputError(Finding("--differential", "is not a differential", repr(differential), remedy))
+    made = make(read_parameter_file(path), form, ExportOptions(name, axle, kind))
     for file, data in made.files.items():
         write_whole(folder / file, data)
         tell(str(folder / file))

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from vdyn_cli.commands.run_step import Tell, write_step
-from vdyn_cli.commands.section_file import read_section
-from vdyn_cli.io.files import sha256, write_whole
+from vdyn_cli.commands.section_file import clean, read_section
+from vdyn_cli.commands.step_processes import side_by_side
+from vdyn_cli.io.files import sha256, write_together
+from vdyn_cli.io.folder_lock import pipeline_lock
+from vdyn_cli.project.execute import RefusedResultError
 from vdyn_cli.project.pipeline import ParameterSet, StepOutcome, Task, load_plan, parameter_set
 from vdyn_cli.project.result_document import StepRecord, read_record, step_command, to_json, versions
 from vdyn_cli.quantities.errors import Finding, InputError, VdynError
@@ -29,16 +33,19 @@ def run_pipeline(path: Path, folder: Path, *, keep_going: bool, jobs: int, tell:
 
     Raises
     ------
-    InputError : the pipeline's own description is wrong; the failure of a step is reported, not raised.
+    InputError : the pipeline's own description is wrong, or another run writes into the folder; the failure of a step
+        is reported, not raised.
     """
-    spec, source, tasks = load_plan(path)
-    run = _run_side_by_side if jobs > 1 else _run_in_turn
-    outcomes = run(tasks, folder, keep_going, jobs, _narrator(tell, len(tasks)))
-    found = parameter_set(spec, source, folder, outcomes)
     from vdyn_cli.report.html import render_pipeline
 
-    write_whole(folder / "report.html", render_pipeline(found))
-    write_whole(folder / "parameters.json", to_json(found.document))
+    spec, source, tasks = load_plan(path)
+    with pipeline_lock(folder):
+        clean(folder)
+        outcomes = _run(tasks, folder, keep_going, jobs, _narrator(tell, len(tasks)))
+        found = parameter_set(spec, source, outcomes)
+        # The page belongs to the parameters: at no moment does it show others.
+        page, document = render_pipeline(found), to_json(found.document)
+        write_together({folder / "parameters.json": document, folder / "report.html": page})
     _say_summary(found, folder, tell)
     return max((o.exit_code for o in outcomes), default=0)
 
@@ -60,39 +67,22 @@ def _narrator(tell: Tell, total: int) -> Callable[[StepOutcome, float], None]:
 Narrate = Callable[[StepOutcome, float], None]
 
 
-def _run_in_turn(
-    tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, narrate: Narrate
-) -> tuple[StepOutcome, ...]:
+def _run(tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, narrate: Narrate) -> tuple[StepOutcome, ...]:
     outcomes: dict[str, StepOutcome] = {}
+    attempt = partial(_attempt, folder=folder, keep_going=keep_going)
+    if jobs > 1 and len(tasks) > 1:
+        for outcome, seconds in side_by_side(tasks, jobs, attempt):
+            outcomes[outcome.name] = outcome
+            narrate(outcome, seconds)
+        return tuple(outcomes[t.name] for t in tasks)
     for task in tasks:
         start = time.perf_counter()
-        outcome = _attempt(task, folder, outcomes, keep_going)
-        outcomes[task.name] = outcome
-        narrate(outcome, time.perf_counter() - start)
+        outcomes[task.name] = attempt(task, outcomes)
+        narrate(outcomes[task.name], time.perf_counter() - start)
     return tuple(outcomes.values())
 
 
-def _run_side_by_side(
-    tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, narrate: Narrate
-) -> tuple[StepOutcome, ...]:
-    outcomes: dict[str, StepOutcome] = {}
-    waiting = list(tasks)
-    running: dict[Future[StepOutcome], float] = {}
-    with ProcessPoolExecutor(jobs) as pool:
-        while waiting or running:
-            for task in [t for t in waiting if all(n in outcomes for n in t.after)]:
-                waiting.remove(task)
-                future = pool.submit(_attempt, task, folder, dict(outcomes), keep_going)
-                running[future] = time.perf_counter()
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
-                outcome = future.result()
-                outcomes[outcome.name] = outcome
-                narrate(outcome, time.perf_counter() - running.pop(future))
-    return tuple(outcomes[t.name] for t in tasks)
-
-
-def _attempt(task: Task, folder: Path, outcomes: Mapping[str, StepOutcome], keep_going: bool) -> StepOutcome:
+def _attempt(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, keep_going: bool) -> StepOutcome:
     """Run, reuse or skip one step, given how the steps before it ended."""
     stopped = next((o for o in outcomes.values() if not o.good), None)
     if stopped is not None and not keep_going:
@@ -104,13 +94,17 @@ def _attempt(task: Task, folder: Path, outcomes: Mapping[str, StepOutcome], keep
     try:
         write_step(task.name, task.path, known, folder, task.level)
         # Read back, so that the page shows the same whether the step ran now or earlier.
-        return StepOutcome(task.name, "done", *_written(folder, task.name))
+        record, section, digest = _written(folder, task.name)
+        return StepOutcome(task.name, "done", record, section, digest=digest)
     except MissingParameterError as error:
         failed = [n for n in task.after if not outcomes[n].good]
         if failed:
             reason = f"skipped because it needs parameters from {' and '.join(failed)}"
             return StepOutcome(task.name, "skipped", reason=reason, problems=error.findings)
         return _failure(task, error)
+    except RefusedResultError as error:
+        section = read_section(folder, task.name) or ""
+        return replace(_failure(task, error), section=section, refused=error.record)
     except VdynError as error:
         return _failure(task, error)
     except Exception as error:  # a bug in one step must not cost the day's other results
@@ -123,26 +117,29 @@ def _failure(task: Task, error: VdynError) -> StepOutcome:
     return StepOutcome(task.name, "failed", reason=reason, problems=error.findings, exit_code=error.exit_code)
 
 
-def _written(folder: Path, name: str) -> tuple[StepRecord, str]:
-    """What stands in the folder of a step: its record, and its section, empty where none belongs to the record."""
-    return read_record(folder / f"{name}.json"), read_section(folder, name) or ""
+def _written(folder: Path, name: str) -> tuple[StepRecord, str, str]:
+    """What stands in the folder of a step: its record; its section, empty where record, page and section were not
+    written together; and the sha256 of the JSON."""
+    section = read_section(folder, name) or ""
+    record, digest = read_record(folder / f"{name}.json")
+    return record, section, digest
 
 
 def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> StepOutcome | None:
     """The earlier result where the same program made it from the same bytes, else None."""
     try:
-        record, section = _written(folder, task.name)
+        record, section, result = _written(folder, task.name)
         made = record.provenance
         by_name = {file.name: file for file in known}
         same = (
-            made.command == step_command(task.name, task.path, known, task.level)
+            record.result.step == task.name
+            and made.command == step_command(task.name, task.path, known, task.level)
             and made.versions == versions()
             and all(sha256(by_name.get(n, task.path.parent / n)) == digest for n, digest in made.inputs.items())
-            and (folder / f"{task.name}.html").is_file()
         )
-        return StepOutcome(task.name, "reused", record, section) if same and section else None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, InputError):
-        return None  # no earlier result, or one that this version did not write
+        return StepOutcome(task.name, "reused", record, section, digest=result) if same and section else None
+    except Exception:  # no earlier result, an edited one, or one that this version did not write: it is computed anew
+        return None
 
 
 def _say_summary(found: ParameterSet, folder: Path, tell: Tell) -> None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from vdyn_cli.commands.section_file import discard_section, write_section
-from vdyn_cli.io.files import write_whole
-from vdyn_cli.project.execute import execute
+from vdyn_cli.commands.section_file import section_lock, write_results
+from vdyn_cli.io.folder_lock import refuse_busy
+from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.result_document import StepRecord, to_json
-from vdyn_cli.quantities.errors import ResultError, merge_similar
+from vdyn_cli.quantities.errors import Finding, InputError, merge_similar
 from vdyn_cli.report.typography import estimate_text
 
 Tell = Callable[..., None]
@@ -30,14 +32,47 @@ def run_step(
     Raises
     ------
     InputError : the input is wrong; nothing is written.
-    ResultError : the result cannot be published; only the report is written, which says why.
+    RefusedResultError : the result cannot be published; report and JSON say why, and hold no parameters.
     """
+    refused: RefusedResultError | None = None
+    try:
+        if output == "-":
+            record = execute(name, path, known_files, level)
+        else:
+            refuse_busy(Path(output))
+            record = write_step(name, path, known_files, Path(output), level, section_lock)
+    except RefusedResultError as error:
+        refused, record = error, error.record
     if output == "-":
-        record = execute(name, path, known_files, level)
-        sys.stdout.write(to_json(record.document))
+        _write_out(to_json(record.document))
     else:
-        record = write_step(name, path, known_files, Path(output), level)
         tell(f"{Path(output) / name}.json and .html")
+    _tell_result(record, tell)
+    if refused is not None:
+        raise refused
+
+
+def _write_out(text: str) -> None:
+    """Write to stdout in UTF-8, whatever encoding the terminal has.
+
+    Raises
+    ------
+    InputError : stdout is closed or full. BrokenPipeError : its reader has ended.
+    """
+    try:
+        if sys.stdout is None:
+            raise OSError(errno.EBADF, "it is closed")
+        sys.stdout.buffer.write(text.encode("utf-8"))
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise InputError(Finding("stdout", f"can't be written: {why}", remedy="write into a folder with -o")) from None
+
+
+def _tell_result(record: StepRecord, tell: Tell) -> None:
+    """Print notes, warnings, parameters and the sentences of a record."""
     result = record.result
     for finding in merge_similar([f for f in result.findings if not f.doubt]):
         tell(f"note: {finding}", detail=finding.minor)
@@ -45,29 +80,43 @@ def run_step(
         tell(f"warning: {warning}")
     for key, estimate in result.parameters.items():
         tell(f"  {key:<30} {estimate_text(estimate)}")
+    for key, why in result.withheld.items():
+        tell(f"  {key:<30} withheld: {why}")
     tell(result.sentence)
     if result.diagnosis:
         tell(result.diagnosis.sentence)
 
 
-def write_step(name: str, path: Path, known_files: tuple[Path, ...], folder: Path, level: float | None) -> StepRecord:
-    """Run a step and write its report and JSON; for a result that cannot be published, only the report with the reason.
+def write_step(
+    name: str,
+    path: Path,
+    known_files: tuple[Path, ...],
+    folder: Path,
+    level: float | None,
+    lock: Callable[[Path], AbstractContextManager[object]] = nullcontext,
+) -> StepRecord:
+    """Run a step and write its report and JSON; of a result that is not published, with the reason.
+
+    Parameters
+    ----------
+    lock : (folder) -> keeps the folder while the results are written; the pipeline keeps it all the time.
 
     Raises
     ------
-    InputError, ResultError : as ``execute`` raises them.
+    InputError : as ``execute`` raises it. RefusedResultError : likewise, after the files were written.
     """
-    from vdyn_cli.report.html import render, render_failure
-
     try:
         record = execute(name, path, known_files, level)
-    except ResultError as error:
-        discard_section(folder, name)
-        write_whole(folder / f"{name}.html", render_failure(name, error.findings))
+    except RefusedResultError as error:
+        _write(error.record, name, folder, lock)
         raise
-    text = to_json(record.document)
-    rendered = render(record)
-    write_whole(folder / f"{name}.html", rendered.page)
-    write_whole(folder / f"{name}.json", text)
-    write_section(folder, name, rendered.section)
+    _write(record, name, folder, lock)
     return record
+
+
+def _write(record: StepRecord, name: str, folder: Path, lock: Callable[[Path], AbstractContextManager[object]]) -> None:
+    from vdyn_cli.report.html import render
+
+    rendered = render(record)
+    with lock(folder):
+        write_results(folder, name, to_json(record.document), rendered.page, rendered.section)

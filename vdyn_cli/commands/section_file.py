@@ -1,44 +1,76 @@
-"""The section that a step has on the pipeline's page, kept beside its JSON for pipelines that reuse the step.
+"""The results of a step in its folder: JSON, page, and the section of the pipeline's page, which belong together.
 
-A section holds figures and tables that the JSON does not. Its first line names the JSON that it belongs to.
+The section holds figures and tables that the JSON does not, for pipelines that reuse the step. Its first line names the
+sha256 of all three, so that an edited or mixed result is noticed and computed anew.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from vdyn_cli.io.files import sha256, write_whole
+from vdyn_cli.io.files import digest_of, remove_temporaries, sha256, write_together
+from vdyn_cli.io.folder_lock import step_lock
 
 FOLDER = ".sections"
 
 
-def write_section(folder: Path, name: str, section: str) -> None:
-    """Keep the section of a step whose JSON stands in the folder."""
-    write_whole(_path(folder, name), f"{_first_line(folder, name)}\n{section}")
+def write_results(folder: Path, name: str, document: str, page: str, section: str) -> None:
+    """Write JSON, section and page of a step; at no moment does a page stand beside another result's JSON.
 
-
-def read_section(folder: Path, name: str) -> str | None:
-    """The section that belongs to the step's JSON in the folder; None where there is none.
+    Assumes that the caller holds the folder (``section_lock``, or the lock of a pipeline).
 
     Raises
     ------
-    OSError : the JSON cannot be read.
+    InputError : the folder cannot be written.
+    """
+    first = _first_line(digest_of(document), digest_of(page), digest_of(section))
+    write_together(
+        {
+            folder / f"{name}.json": document,
+            _path(folder, name): f"{first}\n{section}",
+            folder / f"{name}.html": page,
+        }
+    )
+
+
+@contextmanager
+def section_lock(folder: Path) -> Iterator[None]:
+    """Keep the folder for the results of one step.
+
+    Raises
+    ------
+    InputError : a pipeline writes there, or the folder cannot be made.
+    """
+    with step_lock(folder, folder / FOLDER):
+        yield
+
+
+def clean(folder: Path) -> None:
+    """Remove what killed writers left, in a folder that the caller holds."""
+    remove_temporaries(folder)
+    remove_temporaries(folder / FOLDER)
+
+
+def read_section(folder: Path, name: str) -> str | None:
+    """The section of the step's result in the folder; None where JSON, page and section are not those written together.
+
+    Raises
+    ------
+    InputError : the JSON or the page cannot be read. OSError, ValueError : the section cannot be read.
     """
     path = _path(folder, name)
     if not path.is_file():
         return None
     first, _, section = path.read_bytes().decode("utf-8").partition("\n")
-    return section if first == _first_line(folder, name) else None
-
-
-def discard_section(folder: Path, name: str) -> None:
-    """Remove the section of a step that has failed, so that its earlier result is not reused with a failure page."""
-    _path(folder, name).unlink(missing_ok=True)
+    own = sha256(folder / f"{name}.json"), sha256(folder / f"{name}.html"), digest_of(section)
+    return section if first == _first_line(*own) else None
 
 
 def _path(folder: Path, name: str) -> Path:
     return folder / FOLDER / f"{name}.html"
 
 
-def _first_line(folder: Path, name: str) -> str:
-    return f"<!-- of the JSON with sha256 {sha256(folder / f'{name}.json')} -->"
+def _first_line(document: str, page: str, section: str) -> str:
+    return f"<!-- sha256 of the JSON {document}, the page {page}, this section {section} -->"

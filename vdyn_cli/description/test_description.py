@@ -30,7 +30,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 class Strict(BaseModel):
     """A part of a description: frozen, and an unknown key is an error."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, allow_inf_nan=False)
 
 
 @dataclass(frozen=True)
@@ -122,6 +122,11 @@ class Channel(Strict):
     column: str = Field(description="name of the column in the log's header")
     unit: str = Field(description="unit of the column, such as km/h; write '' for a dimensionless column")
     sign: Literal[1, -1] = Field(1, description="-1 where the logger's sign convention is the opposite of vdyn's")
+    group: str = Field(
+        "",
+        description="group of the column where a file has several of its name; of time: the group that gives the clock",
+    )
+    source: str = Field("", description="device or bus of the column where a file has several of this name")
 
 
 class Reading(Strict):
@@ -135,6 +140,11 @@ class Reading(Strict):
     )
     clock: Literal["strict", "drop"] = Field(
         "strict", description="strict: a time that steps back is an error; drop: its rows are dropped and reported"
+    )
+    split_times: Literal["elapsed", "intervals"] | None = Field(
+        None,
+        description="the logs are tables of speed levels and split times. elapsed: time since the first level; "
+        "intervals: time from the level of the row above",
     )
 
 
@@ -150,6 +160,9 @@ class Run(Strict):
 
     log: str | None = Field(None, description="path of the log, from the folder of this description")
     logs: list[str] | None = Field(None, description="paths of one log per logger, in the order of 'loggers'")
+    columns: dict[str, str] = Field(
+        {}, description="channel: its column in this run, where several runs stand in one table, such as {time: t2}"
+    )
     direction: Literal["out", "back"] | None = Field(None, description="direction of travel on the test track")
     start: Annotated[Given, Si("s")] | None = Field(
         None, description="start time of this log after the start of the first log, s"
@@ -173,14 +186,23 @@ class Diagnose(Strict):
     effects: Literal["all", "none"] | list[str] = Field(
         "all", description="candidate effects to test: all, none, or a list such as [headwind]"
     )
-    extend: Literal["never", "named"] | list[str] = Field(
-        "named", description="effects to add to the model: never any, those that are named, or a list of requested ones"
+    extend: Literal["never", "named", "learned"] | list[str] = Field(
+        "named",
+        description="effects to add to the model: never any, those of the catalogue that are named, also laws that are "
+        "learned from the data where no law of the catalogue suffices, or a list of requested effects",
+    )
+    matters: dict[str, str | float] = Field(
+        {},
+        description="what matters, by name: the main output in its unit (rms change) and parameters in their unit or "
+        "in % of their value, such as {speed: 0.05 m/s, rolling_resistance: 1 %}. A finding that changes all of them "
+        "by less is a note, and the verdict is adequate. Default: a tenth of the output's noise floor and of each "
+        "parameter's half interval",
     )
 
     @field_validator("effects", "extend", mode="before")
     @classmethod
     def _several(cls, value: Any, info: ValidationInfo) -> Any:
-        words = {"effects": "all, none", "extend": "never, named"}[info.field_name or ""]
+        words = {"effects": "all, none", "extend": "never, named, learned"}[info.field_name or ""]
         if isinstance(value, str) and value not in words.split(", "):
             raise PydanticCustomError("list", "takes {words}, or a list such as [headwind]", {"words": words})
         return value
@@ -193,7 +215,7 @@ class Diagnose(Strict):
             )
         if self.extend == []:
             raise PydanticCustomError(
-                "extend", "'extend' is an empty list. Write never, named, or a list such as [headwind]"
+                "extend", "'extend' is an empty list. Write never, named, learned, or a list such as [headwind]"
             )
         if self.effects == "none" and isinstance(self.extend, list):
             raise PydanticCustomError(
@@ -260,7 +282,8 @@ def with_vehicle_file(source: YamlSource) -> YamlSource:
         raise InputError(*(_from(f, source.where(("vehicle",))) for f in error.findings)) from None
     lines = {("vehicle", *location): place for location, place in vehicle.lines.items()}
     data = {**source.data, "vehicle": vehicle.data}
-    return YamlSource(source.path, data, {**source.lines, **lines}, (*source.included, vehicle.path))
+    digests = {**source.digests, **vehicle.digests}
+    return YamlSource(source.path, data, {**source.lines, **lines}, (*source.included, vehicle.path), digests)
 
 
 def _from(finding: Finding, where: str) -> Finding:

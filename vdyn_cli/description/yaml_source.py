@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
+from vdyn_cli.quantities.input_file import read_regular
 
 Location = tuple[str | int, ...]
 
@@ -20,12 +23,16 @@ MAX_NODES = 50_000
 
 @dataclass(frozen=True)
 class YamlSource:
-    """A YAML file's data, where each value stands (``coast.yaml:12``), and further files put into it."""
+    """A YAML file's data, where each value stands (``coast.yaml:12``), and further files put into it.
+
+    ``digests`` are the sha256 of the bytes read of each file.
+    """
 
     path: Path
     data: Any
     lines: Mapping[Location, str]
     included: tuple[Path, ...] = ()
+    digests: Mapping[Path, str] = field(default_factory=dict)
 
     def where(self, location: Location) -> str:
         """The place of a value, or of the nearest thing around it that the file holds."""
@@ -43,7 +50,7 @@ def load_yaml(path: Path) -> YamlSource:
     ------
     InputError : missing, too large, not UTF-8, not YAML, nested or aliased beyond reason, a key given twice.
     """
-    text = _read_text(path)
+    text, digest = _read_text(path)
     try:
         _refuse_bombs(text, path)
         loader = yaml.SafeLoader(text)
@@ -60,22 +67,23 @@ def load_yaml(path: Path) -> YamlSource:
         raise InputError(Finding(path.name, f"is not valid YAML: {str(error).splitlines()[0][:100]}")) from None
     if walker.findings:
         raise InputError(*walker.findings)
-    return YamlSource(path, data, walker.lines)
+    return YamlSource(path, data, walker.lines, digests={path: digest})
 
 
 def _line(path: Path, mark: Any) -> str:
     return f"{path.name}:{mark.line + 1}" if mark else path.name
 
 
-def _read_text(path: Path) -> str:
+def _read_text(path: Path) -> tuple[str, str]:
+    """The text, and the sha256 of its bytes."""
     try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise InputError(Finding(str(path), "is too large for a test description", f"{size} bytes"))
-        return path.read_bytes().decode("utf-8-sig")
+        data = read_regular(path, MAX_BYTES)
+        return data.decode("utf-8-sig"), sha256(data).hexdigest()
     except FileNotFoundError:
         raise InputError(Finding(str(path), "does not exist", remedy=_neighbors(path))) from None
     except OSError as error:
+        if error.errno == errno.EFBIG:
+            raise InputError(Finding(str(path), "is too large for a test description", str(error.strerror))) from None
         raise InputError(Finding(str(path), f"can't be read: {error.strerror}")) from None
     except UnicodeDecodeError:
         raise InputError(Finding(str(path), "is not UTF-8 text", remedy="save the file as UTF-8")) from None

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from math import inf
+from math import inf, sqrt
 
 from vdyn_cli.diagnosis.detection import Detection, is_testable, p_value
 from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.held_out_gain import rms_of
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import equivalent, scores
 from vdyn_cli.diagnosis.strategy import Strategy
@@ -26,7 +27,10 @@ class CandidateModel:
     ----------
     rest_p : chance that what is left of the other candidates and of the profiles is noise.
     rest_mostly : the candidate or profile that shows most in what is left.
-    rest_share : what that would explain further, as a share of the misfit (2 d(log likelihood)) explained so far.
+    rest_share : what that would explain further beyond chance, as a share of the rms misfit: the root of the ratio of
+        whitened sums of squares.
+    rest_in_part : whether that corrects a law that one of the effects corrects.
+    unphysical : a parameter of the baseline that is significantly outside its physical range; empty where none is.
     """
 
     effects: tuple[str, ...]
@@ -34,6 +38,8 @@ class CandidateModel:
     rest_p: float
     rest_mostly: str | None
     rest_share: float
+    rest_in_part: bool = False
+    unphysical: str = ""
 
     @property
     def cost(self) -> float:
@@ -42,13 +48,15 @@ class CandidateModel:
 
     @property
     def sufficient(self) -> bool:
-        """Whether what is left passes for noise."""
-        return self.rest_p > POLICY.rest_level
+        """Whether what is left passes for noise, with parameters that a vehicle can have."""
+        return self.rest_p > POLICY.rest_level and not self.unphysical
 
     @property
     def nearly_sufficient(self) -> bool:
-        """Whether next to nothing is left, be it noise or not."""
-        return self.rest_share < POLICY.negligible_rest
+        """Whether next to nothing is left, be it noise or not; one effect may leave more in its own part."""
+        alone = len(self.effects) == 1 and self.rest_in_part
+        least = POLICY.negligible_rest if alone else POLICY.exact_rest
+        return self.rest_share < least and not self.unphysical
 
 
 def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
@@ -82,10 +90,42 @@ def candidate_model(strategy: Strategy, effects: Sequence[str]) -> CandidateMode
     found = model.scores(fitted, [*candidates, *families])
     others = [n for n in candidates if n not in effects and is_testable(model, found, n)]
     strongest = found.strongest([*others, *families])
-    base = strategy.fitted(())
-    explained = 2 * (base.solution.cost - fitted.solution.cost) if base else 0.0
-    share = found.statistic[strongest] / explained if strongest and explained > 0 else inf
-    return CandidateModel(tuple(effects), fitted, p_value(model, fitted, found, others), strongest, share)
+    explained = _explained(strategy, fitted)
+    share = inf
+    if strongest and explained > 0:
+        left = max(found.statistic[strongest] - found.rank[strongest], 0.0)
+        share = sqrt(left / (explained + left))
+    within = strongest is not None and any(_same_part(model, e, strongest) for e in effects)
+    rest_p, unphysical = p_value(model, fitted, found, others), _unphysical(model, fitted)
+    return CandidateModel(tuple(effects), fitted, rest_p, strongest, share, within, unphysical)
+
+
+def _same_part(model: FullModel, effect: str, other: str) -> bool:
+    """Whether two effects or profiles correct a law in common."""
+    every = {**model.setup.families, **model.setup.candidates}
+    return bool(set(every[effect].on) & set(every[other].on))
+
+
+def _unphysical(model: FullModel, fitted: FittedModel) -> str:
+    """The first parameter of the baseline that is significantly outside its physical range."""
+    for u in model.regression.shared:
+        if u.physical is not None and u.name in fitted.solution.values:
+            value, margin = fitted.values[u.name], POLICY.needed_t * fitted.solution.std[u.name]
+            if not u.physical[0] - margin <= value <= u.physical[1] + margin:
+                return u.name
+    return ""
+
+
+def _explained(strategy: Strategy, fitted: FittedModel) -> float:
+    """The misfit that a fit explains, 2 d(log likelihood).
+
+    Where the baseline is far off, its fit on a linearization is no measure of it: the whitened squares of the fit are
+    scaled by the ratio of the main channel's squares, baseline over fit.
+    """
+    setup, base = strategy.model.setup, strategy.fitted(())
+    if setup.coarse_error is not None and fitted.effects:
+        return 2 * fitted.solution.cost * (setup.coarse_error((), ()) / max(rms_of(fitted.runs), 1e-12)) ** 2
+    return 2 * (base.solution.cost - fitted.solution.cost) if base else 0.0
 
 
 def _wrong_sign(model: FullModel, fitted: FittedModel, name: str) -> bool:

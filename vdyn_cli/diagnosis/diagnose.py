@@ -9,15 +9,21 @@ from vdyn_cli.diagnosis import diagnosis_record as record
 from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
 from vdyn_cli.diagnosis.extension import Extension, extended
-from vdyn_cli.diagnosis.judgment import Judgment, judge
+from vdyn_cli.diagnosis.judgment import Judgment, judge, resized
+from vdyn_cli.diagnosis.matters import limits_of
 from vdyn_cli.diagnosis.next_test import next_tests
+from vdyn_cli.diagnosis.open_answers import with_open_answers
+from vdyn_cli.diagnosis.part_figure import part_figure
+from vdyn_cli.diagnosis.part_judgment import PartJudgment, with_part
+from vdyn_cli.diagnosis.part_record import with_part_record
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.size_record import effect_sizes, published_size, remainder
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import amplitude_text, data_fault, not_possible, p_text, verdict_sentence
 from vdyn_cli.diagnosis.worst_segments import worst_segments
 from vdyn_cli.quantities.diagnosis import Diagnosis
-from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, Result
 from vdyn_cli.steps import Failure
@@ -34,32 +40,59 @@ def diagnosed(
 
     Parameters
     ----------
-    result : of the baseline.
+    result : of the baseline; one that is not published (``refused``) is diagnosed all the same.
     level : chance of a false alarm of this step.
     faults : sensors that did not measure; while there are any, no effect is named.
     doubts : reasons to doubt the result that were there before its estimate.
 
     Raises
     ------
-    InputError : the description names an effect that is not known, or that this model does not have.
+    InputError : the description names an effect that is not known, or that this model does not have, or a quantity
+        under ``matters`` that the result lacks.
     """
-    requested = prepared.spec.diagnose
-    if prepared.step.diagnosable is None or requested.effects == "none" or not result.comparisons:
-        return result  # nothing was simulated, as of a drawing alone
-    setup = setup_of(prepared, level)
     try:
+        return _diagnosed(prepared, result, level, faults, doubts)
+    except (ResultError, ArithmeticError) as error:  # of a fit with effects: the baseline's result stands
+        return _not_diagnosed(result, Failure.from_error(error).findings[0], faults)
+
+
+def _diagnosed(
+    prepared: PreparedStep, result: Result, level: float, faults: Sequence[Finding], doubts: Sequence[Finding]
+) -> Result:
+    requested = prepared.spec.diagnose
+    if prepared.step.diagnosable is None or requested.effects == "none":
+        return result
+    if not (result.comparisons or result.refused):
+        return result  # nothing was simulated, as of a drawing alone
+    try:
+        setup = setup_of(prepared, level)
         strategy = open_strategy(setup)
-        judgment = judge(strategy, faults)
+        judgment = judge(strategy, faults, limits_of(result, prepared.step.diagnosable.metric[1], requested.matters))
     except (ResultError, ArithmeticError) as error:
         return _not_diagnosed(result, Failure.from_error(error).findings[0], faults)
+    except InputError as error:
+        if not result.refused:
+            raise
+        return _not_diagnosed(result, error.findings[0], faults)
+    by_part = with_part(strategy, judgment, prepared.simulated)
+    strategy, judgment = by_part.strategy, resized(by_part.strategy, by_part.judgment, judgment)
     judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, result)
-    diagnosis = _described(prepared, strategy, judgment, extension, result)
-    diagnosis = _doubted(diagnosis, extension.result, extension.result or result, doubts)
-    notes = tuple(already_included(prepared, setup))
+    diagnosis = with_part_record(_described(prepared, strategy, judgment, extension, result), by_part)
+    final = with_open_answers(strategy, judgment, extension, prepared.simulated, result)
     if extension.result is None:
-        return replace(result, diagnosis=diagnosis, findings=(*result.findings, *extension.failed, *notes))
-    whole = replace(extension.result, diagnosis=diagnosis, findings=(*extension.result.findings, *notes))
-    return _beside_baseline(result, whole, extension, setup)
+        result = final
+    else:
+        extension = replace(extension, result=final)
+    diagnosis = _doubted(diagnosis, extension.result, extension.result or result, doubts)
+    notes = (*already_included(prepared, setup), *_note(diagnosis))
+    drawn = (part_figure(diagnosis.part),) if diagnosis.part is not None else ()
+    if extension.result is None:
+        findings = (*result.findings, *extension.failed, *notes)
+        return replace(result, diagnosis=diagnosis, findings=findings, figures=(*result.figures, *drawn))
+    findings = (*extension.result.findings, *_without_effects(result, extension), *notes)
+    figures = (*extension.result.figures, *drawn)
+    whole = replace(extension.result, diagnosis=diagnosis, findings=findings, figures=figures)
+    return _beside_baseline(result, whole, extension, by_part)
 
 
 def _described(
@@ -71,22 +104,49 @@ def _described(
     # Beside other effects than the judgment's, what was taken in has another amplitude than the judgment has for it.
     as_named = any(set(answer.effects) == set(extension.effects) for answer in judgment.answers)
     amplitudes = _fitted(judgment, setup) | (dict(extension.amplitudes) if as_named else {})
-    narrowed = isinstance(prepared.spec.diagnose.effects, list)
+    narrowed, last = isinstance(prepared.spec.diagnose.effects, list), extension.result
+    metric = prepared.step.diagnosable.metric
+    unit, exact = (
+        metric[1],
+        last if judgment.answer and set(judgment.answer.effects) == set(extension.effects) else None,
+    )
+    judgment = _with_noise_floor(judgment, last or base, unit)
+    size = published_size(judgment.size, base, exact, unit)
+    sizes = effect_sizes(strategy, judgment, base, exact, unit)
     return Diagnosis(
         verdict=judgment.verdict,
-        sentence=verdict_sentence(judgment, setup.candidates, amplitudes, narrowed),
+        sentence=verdict_sentence(judgment, setup.candidates, amplitudes, narrowed, size),
         p_value=found.p_value,
         evidence=record.evidence(found),
-        causes=record.causes(model, judgment, extension, {**amplitudes, **extension.amplitudes}),
+        causes=record.causes(model, judgment, extension, {**amplitudes, **extension.amplitudes}, sizes),
         extended=extension.effects,
         ambiguous=record.ambiguous(judgment),
         not_testable=record.not_testable(model, judgment.untestable),
-        gain=record.gain(judgment, prepared.step.diagnosable.metric),
+        gain=record.gain(judgment, metric),
+        size=size,
+        remainder=remainder(judgment),
+        material=judgment.material,
         where=worst_segments(base) if found.p_value <= setup.level else (),
         ranking=record.ranking(model, judgment),
         next_test=next_tests(strategy, judgment),
         not_extended=extension.failed[0].what if extension.failed else "",
     )
+
+
+def _with_noise_floor(judgment: Judgment, last: Result, unit: str) -> Judgment:
+    """The judgment whose gain in the main channel knows the noise floor of the last model."""
+    gain, fit = judgment.gain, last.fit
+    if gain is None or not gain.plain or fit.unit != unit or not fit.noise_floor > 0:
+        return judgment
+    return replace(judgment, gain=replace(gain, floor=fit.noise_floor))
+
+
+def _note(diagnosis: Diagnosis) -> tuple[Finding, ...]:
+    """A finding that does not matter, as a note."""
+    if diagnosis.material is not False:
+        return ()
+    remedy = "state what matters under diagnose.matters, if less is enough"
+    return (Finding("diagnosis", diagnosis.sentence, remedy=remedy, minor=True),)
 
 
 def _doubted(
@@ -115,12 +175,15 @@ def _fitted(judgment: Judgment, setup: DiagnosisSetup) -> dict[str, Estimate]:
     return {n: e for answer in judgment.answers for n, e in fitted_amplitudes(answer, setup).items()}
 
 
-def _beside_baseline(base: Result, extended_result: Result, extension: Extension, setup: DiagnosisSetup) -> Result:
+def _beside_baseline(base: Result, extended_result: Result, extension: Extension, found: PartJudgment) -> Result:
     """The extended result with the baseline's values and simulations beside its own, and the effects that last."""
+    setup, learned = found.strategy.model.setup, found.learned
     effects, amplitudes = [setup.candidates[e] for e in extension.effects], extension.amplitudes
     lasting = {e.name: {n: amplitudes[n] for n in e.unknowns if n in amplitudes} for e in effects if e.lasts}
+    laws = {learned.name: learned.definition} if learned is not None and learned.name in lasting else {}
+    none = None if base.refused else base.parameters  # a refused baseline has no values to compare with
     estimates = {
-        n: replace(e, baseline=base.parameters[n].value) if n in base.parameters else e
+        n: replace(e, baseline=None) if none is None else replace(e, baseline=none[n].value) if n in none else e
         for n, e in extended_result.parameters.items()
     }
     before = {(c.run, c.channel): c for c in base.comparisons}
@@ -128,9 +191,18 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
     return replace(
         extended_result,
         sentence=f"Extended by {labels}: {extended_result.sentence}",
-        parameters=Parameters(estimates, extended_result.parameters.correlation, lasting),
+        parameters=Parameters(estimates, extended_result.parameters.correlation, lasting, laws),
         comparisons=tuple(_with_baseline(c, before) for c in extended_result.comparisons),
     )
+
+
+def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
+    """A note on why the baseline could not be published, where the extension can."""
+    if not base.refused:
+        return ()
+    first = base.refused[0]
+    what = f"without {' and '.join(extension.effects)} there is no result: {first.where}: {first.what}"
+    return (Finding("diagnosis", what, first.got),)
 
 
 def _with_baseline(one: Comparison, baselines: Mapping[tuple[str, str], Comparison]) -> Comparison:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
@@ -11,7 +12,7 @@ from vdyn_cli.diagnosis.extension import Extension
 from vdyn_cli.diagnosis.full_model import FullModel
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.untestable import UntestableEffect
-from vdyn_cli.quantities.diagnosis import Amplitude, Cause, Evidence, Gain, NotTestable, Ranked
+from vdyn_cli.quantities.diagnosis import Amplitude, Cause, Evidence, Gain, NotTestable, Ranked, Size
 from vdyn_cli.quantities.parameters import Estimate
 
 # These choose words and what is shown, no verdict.
@@ -32,13 +33,17 @@ def evidence(found: Detection) -> Evidence:
 
 
 def causes(
-    model: FullModel, judgment: Judgment, extension: Extension, amplitudes: Mapping[str, Estimate]
+    model: FullModel,
+    judgment: Judgment,
+    extension: Extension,
+    amplitudes: Mapping[str, Estimate],
+    sizes: Mapping[str, Size],
 ) -> tuple[Cause, ...]:
     """The named effects, and those that the model was extended by.
 
     Parameters
     ----------
-    amplitudes : of all of them, as far as they were estimated.
+    amplitudes : of all of them, as far as they were estimated. sizes : what the named ones change.
     """
     named = judgment.answer.effects if judgment.answer else ()
     found = []
@@ -54,6 +59,7 @@ def causes(
                 sensor=effect.sensor,
                 lasts=effect.lasts,
                 biased=dict(extension.biased.get(name, {})),
+                size=sizes.get(name),
             )
         )
     return tuple(found)
@@ -116,12 +122,14 @@ def gain(judgment: Judgment, metric: tuple[str, str]) -> Gain | None:
         return None
     name, unit = metric if found.plain else ("error over its noise", "")
     return Gain(
-        metric=f"{name} rms",
+        metric=f"{name} rms" + (" of refitted models" if found.refitted else ""),
         unit=unit,
         before=found.before,
         after=found.after,
         interval95=found.interval,
         share_of_explainable=found.share,
+        noise_floor=found.floor or math.nan,
+        refitted=found.refitted,
         certain=found.better,
         held_out=True,
         folds=found.folds,

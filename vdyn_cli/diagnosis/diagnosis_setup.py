@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf, isfinite
 
 from vdyn_cli.description.test_description import Diagnose, TestSpec
 from vdyn_cli.diagnosis.policy import POLICY
@@ -14,7 +15,10 @@ from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps import Diagnosable, Problem, SimulatedProblem, Step, simulated
+from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.manoeuvre import Manoeuvre
+
+UNIFORM = 12**-0.5  # standard deviation of a uniform distribution over its width: what a range alone says
 
 
 @dataclass(frozen=True)
@@ -53,8 +57,11 @@ class DiagnosisSetup:
         which the step simulates: what a fit moves of them is no gain.
     nondifferentiable : an effect without a slope at zero is in the model from the start, so that the baseline is
         relinearized until it settles.
+    coarse_error : (effects, unknowns) -> rms error of the main channel at the unknowns' starts, nothing fitted, where
+        the baseline is far off: candidates are then tried from coarse starts, and an error is certain. None elsewhere.
     likely_size : (effect, start) -> the most likely amplitude of a nondifferentiable effect alone in the model and its
         gain in log likelihood; ``start(amplitude)`` are its unknowns. None where such effects are not looked for.
+    learned : names of those effects that were learned from these data.
     manoeuvres : (regression with every candidate in, its shared unknowns at the baseline's fit) -> what could be
         driven next, the least effort first.
     """
@@ -69,8 +76,15 @@ class DiagnosisSetup:
     level: float = POLICY.level
     linearized: bool = False
     nondifferentiable: bool = False
+    coarse_error: Callable[[Sequence[Effect], Sequence[Unknown]], float] | None = None
     likely_size: Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], tuple[float, float] | None] | None = None
+    learned: frozenset[str] = frozenset()
     manoeuvres: Callable[[Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = lambda regression, values: ()
+
+    @property
+    def far_off(self) -> bool:
+        """Whether the baseline misses by so much that no linearization about it reaches the cause."""
+        return self.coarse_error is not None
 
     @cached_property
     def candidates(self) -> Mapping[str, Effect]:
@@ -98,7 +112,7 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
         effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
     linearized = diagnosable.linearized(spec)
     return DiagnosisSetup(
-        regression=problem.regression,
+        regression=relaxed(problem.regression),
         effects=effects,
         profiles=problem.profiles,
         one_way=_one_way(spec) if diagnosable.two_way(spec) else "",
@@ -108,9 +122,43 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
         level=level,
         linearized=linearized,
         nondifferentiable=any(e.probes for e in carried),
+        coarse_error=problem.coarse_error if linearized else None,
         likely_size=problem.likely_size if linearized else None,
         manoeuvres=problem.plans,
     )
+
+
+def relaxed(regression: Callable[..., Regression], wide: bool = False) -> Callable[..., Regression]:
+    """A step's regression whose own unknowns no bound stops: a baseline at a bound is what a diagnosis starts from.
+
+    Unknowns with a prior are held by it alone. The others may leave their physical range by its width, and keep the
+    range as ``physical``, outside which an answer is not sufficient.
+
+    Parameters
+    ----------
+    regression : (effects, unknowns, start) -> the step's regression; ``unknowns`` of effects keep their bounds.
+    wide : give the others a prior as wide as their range, for baselines that the data do not determine.
+    """
+
+    def of(
+        effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
+    ) -> Regression:
+        full, kept = regression(effects, unknowns, start=start), {u.name for u in unknowns}
+        free = (u if u.name in kept else _unbounded(u, wide) for u in full.unknowns)
+        return replace(full, unknowns=tuple(free))
+
+    return of
+
+
+def _unbounded(u: Unknown, wide: bool) -> Unknown:
+    if u.prior is not None:
+        return replace(u, lower=-inf, upper=inf)
+    low, high = u.physical or (u.lower, u.upper)
+    width = high - low
+    if not isfinite(width):
+        return u
+    prior = (u.start, UNIFORM * width) if wide else None
+    return replace(u, lower=low - width, upper=high + width, prior=prior, physical=(low, high))
 
 
 def refuse_unknown(prepared: PreparedStep) -> None:

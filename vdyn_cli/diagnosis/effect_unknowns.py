@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Unknown
+
+COARSE = 3  # starts on either side of zero
+LOG_STEP = 2.0  # of a scale's logarithm in one step: a factor of 7
 
 
 def amplitudes_of(effect: Effect) -> tuple[str, ...]:
@@ -36,8 +41,9 @@ def unknowns_of(effect: Effect, prior: bool = False) -> tuple[Unknown, ...]:
             nominal = effect.nominal[name]
             found.append(Unknown(name, nominal, low, high, unit, (nominal, POLICY.shape_prior * (high - low))))
             continue
-        about_zero = (0.0, POLICY.catalogue_prior * reach(effect, name)) if prior else None
-        found.append(Unknown(name, 0.0, POLICY.range_factor * low, POLICY.range_factor * high, unit, about_zero))
+        low, high = bounds_of(effect, name)
+        std = POLICY.catalogue_prior * max((reach(effect, name), *map(abs, effect.possible.get(name, ()))))
+        found.append(Unknown(name, 0.0, low, high, unit, (0.0, std) if prior else None))
     return tuple(found)
 
 
@@ -45,6 +51,45 @@ def started_at(unknown: Unknown, values: Mapping[str, float]) -> Unknown:
     """The unknown with its start where ``values`` has it, within its range."""
     start = values.get(unknown.name, unknown.start)
     return replace(unknown, start=min(max(start, unknown.lower), unknown.upper))
+
+
+def bounds_of(effect: Effect, name: str) -> tuple[float, float]:
+    """Bounds of an amplitude in a fit: what is possible, else somewhat beyond the plausible range."""
+    quantity = effect.unknowns[name]
+    return effect.possible.get(name, (POLICY.range_factor * quantity.lower, POLICY.range_factor * quantity.upper))
+
+
+def is_scale(effect: Effect, name: str) -> bool:
+    """Whether an unknown e enters as the factor 1 + e, which a mistaken unit can make several times too large."""
+    return not effect.unknowns[name].unit and effect.possible.get(name, (-1.0,))[0] > -1.0
+
+
+def stepped(effect: Effect, name: str, about: float, to: float) -> float:
+    """The next point of linearization of an amplitude, from the last, ``about``, and the fit's value ``to``.
+
+    Of a scale 1 + e the step is taken in its logarithm, log(1 + e1) = log(1 + e0) + (e1 - e0) / (1 + e0), so that it
+    stays positive: a linear fit at e = 0 gives -1 for a gain of one half.
+    """
+    if is_scale(effect, name):
+        scale = 1.0 + about
+        to = scale * float(np.exp(np.clip((to - about) / scale, -LOG_STEP, LOG_STEP))) - 1.0
+    return float(np.clip(to, *bounds_of(effect, name)))
+
+
+def coarse_starts(effect: Effect) -> tuple[float, ...]:
+    """Amplitudes over the possible range from which a fit is started where the baseline is far off.
+
+    Shares of the range to either side of zero; of a scale 1 + e, equal steps of its logarithm. None for an effect that
+    has no range of its own beyond the plausible one: its linear fit is near enough.
+    """
+    first = amplitudes_of(effect)[0]
+    if first not in effect.possible:
+        return ()
+    low, high = bounds_of(effect, first)
+    if is_scale(effect, first):
+        factors = [POLICY.coarse_factor ** (k + 0.5) for k in range(COARSE)]
+        return tuple(f - 1.0 for up in factors for f in (1.0 / up, up) if low < f - 1.0 < high)
+    return tuple(end / 1.5 / POLICY.coarse_ratio**k for end in (low, high) if end for k in range(COARSE))
 
 
 def reach(effect: Effect, name: str) -> float:

@@ -47,19 +47,19 @@ def extended(
 
     Parameters
     ----------
-    extend : the description's: never, named, or the effects to take in.
+    extend : the description's: never, named, learned, or the effects to take in.
     problem : publishes the result with effects in its model.
     base : the baseline's result.
     """
     setup = strategy.model.setup
     wanted = _wanted(extend, setup, judgment)
     start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
-    result, failed = _published(problem, [setup.candidates[e] for e in wanted], start)
+    result, failed = publish_with(problem, [setup.candidates[e] for e in wanted], start)
     if isinstance(extend, list):  # who requests an effect needs to know that the model is without it
         failed = tuple(replace(f, doubt=True) for f in failed)
     if zero := _may_be_zero(judgment, setup, wanted, result):
         judgment = judgment.unknown(f"{zero} {ZERO}")
-        if extend == "named":
+        if extend in ("named", "learned"):
             result = None
     if result is None:
         return judgment, Extension(failed=failed)
@@ -71,15 +71,19 @@ def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment) 
     """The effects to extend the model by: those requested, or the named."""
     if isinstance(extend, list):
         return tuple(n for n in setup.candidates if n in extend)
-    return judgment.answer.effects if extend == "named" and judgment.answer is not None else ()
+    if judgment.answer is None or extend not in ("named", "learned"):
+        return ()
+    return judgment.answer.effects if extend == "learned" or not set(judgment.answer.effects) & setup.learned else ()
 
 
-def _published(
+def publish_with(
     problem: Problem, effects: Sequence[Effect], start: Mapping[str, float] = NO_VALUES
 ) -> tuple[Result | None, tuple[Finding, ...]]:
     """The step's estimate with effects in its model, or why there is none; shapes are free where the data allow it.
 
-    ``start``: values of the effects' unknowns, for steps to which that matters.
+    Parameters
+    ----------
+    effects : none gives no estimate. start : values of the effects' unknowns, for steps to which that matters.
     """
     if not effects:
         return None, ()
@@ -140,7 +144,7 @@ def _biased(
     found = {}
     for effect in effects:
         others = [setup.candidates[e] for e in effects if e != effect]
-        without = _published(problem, others)[0] if others and result.parameters else base
+        without = publish_with(problem, others)[0] if others and result.parameters else base
         found[effect] = {} if without is None else _difference(without, result)
     return found
 

@@ -1,7 +1,8 @@
 """The gain of the extension on held-out data: cross-validation over runs, the selection repeated in every fold.
 
-Each fold leaves one run out (or one block of time where runs are few), selects effects again by the same rule, refits
-to first order, and predicts what was left out. A run's own unknowns (a start speed) are fitted to the run itself, as in
+Each fold leaves one run out (or one block of time where runs are few), repeats the choice of the effects (detection,
+singles, pairs, forward selection; ``fold_selection`` says what is not repeated), refits to first order, and predicts
+what was left out. A run's own unknowns (a start speed) are fitted to the run itself, as in
 every prediction of a run. Where a step simulates at prior values and from the measured start, so do both predictions,
 before and after; of the fit they take the amplitudes.
 """
@@ -9,11 +10,13 @@ before and after; of the fit they take the amplitudes.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.diagnosis.finding_size import explained_share
+from vdyn_cli.diagnosis.fold_selection import information, sufficient
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.gain_variance import PredictionError, day_to_day_variance, prediction_error
 from vdyn_cli.diagnosis.linearized_system import LinearizedRuns, LinearizedSystem, initial_values
@@ -35,21 +38,36 @@ class HeldOutGain:
 
     Parameters
     ----------
-    plain : in the unit of the main channel; else in standard deviations of its noise.
+    plain : in the unit of the main channel; else in standard deviations of the noise of all channels.
     interval : 95 % of before - after on new logs of the same kind and number.
-    share : of the misfit above the noise (sum of squares of all channels together) that is gone.
-    better : whether the main channel, or all channels together, are predicted better with certainty.
+    better : whether the main channel, or all channels together, are predicted better with certainty, by the difference
+        of the errors or by their ratio.
     worse : whether refitted models predict all channels worse with certainty.
+    prediction_worse : whether the main channel is predicted worse with certainty.
+    refitted : the errors are those of refitted models, since predictions at prior values do not improve.
+    floor : rms that noise alone leaves, in the unit of ``before``.
     """
 
     before: float
     after: float
     plain: bool
     interval: tuple[float, float]
-    share: float
     folds: int
     better: bool
     worse: bool
+    prediction_worse: bool = False
+    refitted: bool = False
+    floor: float = 0.0
+
+    @property
+    def positive(self) -> bool:
+        """Whether the held-out error is smaller with the extension."""
+        return self.after < self.before
+
+    @property
+    def share(self) -> float:
+        """The share of the explainable rms error that is gone: (before - after) / (before - floor), 0 to 1."""
+        return explained_share(self.before, self.after, self.floor)
 
 
 @dataclass(frozen=True)
@@ -64,6 +82,9 @@ class _HeldOutError:
     plain: float = 0.0
     plain_rows: int = 0
     prediction: PredictionError | None = None
+
+
+_Errors = tuple[Sequence[_HeldOutError], Sequence[_HeldOutError]]  # before and after
 
 
 @dataclass(frozen=True)
@@ -112,9 +133,8 @@ def held_out_gain(
         drives = simulated[chosen]
         before.append(_error(without, first, priors, as_measured=True))
         after.append(_error(drives, _folds(drives.system, fewest)[k], values, as_measured=True))
-    if not priors:
-        before, after = [b for b, _ in fitted], [a for _, a in fitted]
-    return _summary(before, after, _worse(fitted))
+    refits = [b for b, _ in fitted], [a for _, a in fitted]
+    return _summary((before, after) if priors else refits, refits)
 
 
 def rms_of(runs: LinearizedRuns, fitted: bool = True) -> float:
@@ -141,12 +161,18 @@ def _folds(system: LinearizedSystem, fewest: int) -> list[Fold]:
 def _selected(
     strategy: Strategy, selection: Selection, fold: int, fewest: int, answer: Sequence[str]
 ) -> tuple[str, ...]:
-    """The effects that the fold would have selected: each time the one that then explains most.
+    """The effects that the fold would have selected: one that suffices, a pair that does, else by forward selection.
 
-    A further one is tested beside the fit with those before it, as it was in the whole: beside a large effect the
-    baseline's sensitivities do not show a small one.
+    In the latter, a further one is tested beside the fit with those before it, as it was in the whole: beside a large
+    effect the baseline's sensitivities do not show a small one. It ends with as many effects as the answer has.
     """
     model, at, found = strategy.model, selection.at, list[str]()
+    every = {n: model.amplitudes(n) for n in (*selection.candidates, *model.setup.families)}
+    kept = _kept(at.system, ~_folds(at.system, fewest)[fold][1])
+    found_here = information(kept, model.base, every, list(model.setup.families))
+    chosen = sufficient(found_here, selection.candidates, len(answer))
+    if chosen is not None:
+        return chosen
     for _ in answer:
         rest = _kept(at.system, ~_folds(at.system, fewest)[fold][1])
         others = {n: model.amplitudes(n) for n in selection.candidates if n not in found}
@@ -236,29 +262,49 @@ def _error_of_run(runs: LinearizedRuns, run: int, moved: Mapping[str, float], ow
     return _HeldOutError(float(left @ left), float(count), float(plain @ plain), plain.size, prediction)
 
 
-def _summary(before: Sequence[_HeldOutError], after: Sequence[_HeldOutError], worse: bool) -> HeldOutGain:
-    """Means over folds, the interval from their scatter; it holds for as many new runs, which scatter as well."""
+def _summary(predicted: _Errors, refits: _Errors) -> HeldOutGain:
+    """Means over folds, the interval from their scatter; it holds for as many new runs, which scatter as well.
+
+    Of the main channel's prediction; where that does not improve, of all channels'; else the same of refitted models.
+    """
+    before, after = predicted
     plain = all(m.plain_rows for m in (*before, *after))
-    errors = [[m.prediction for m in them if m.prediction is not None] for them in (before, after)]
-    modelled = day_to_day_variance(*errors) if plain and all(len(e) == len(before) for e in errors) else None
+    main, every = _gain(predicted, plain), _gain(predicted, False)
+    better = main.interval[0] > 0.0 or every.interval[0] > 0.0 or _ratio_certain(predicted)
+    shown = [main, every, *(replace(_gain(refits, p), refitted=True) for p in (plain, False))]
+    first = next((g for g in shown if g.positive), main)
+    return replace(first, better=better, worse=_worse(refits), prediction_worse=main.interval[1] < 0)
+
+
+def _ratio_certain(errors: _Errors) -> bool:
+    """Whether the ratio of the errors, all channels together, is below one with certainty (Student's t of its log).
+
+    An effect that is large in some runs and small in others scatters in the difference, and much less in the ratio.
+    """
+    ratios = [0.5 * np.log(b.squares / a.squares) for b, a in zip(*errors, strict=True) if a.squares > 0 < b.squares]
+    if len(ratios) < POLICY.fewest_predicted_runs:
+        return False
+    spread = float(np.std(ratios, ddof=1)) / np.sqrt(len(ratios))
+    return bool(np.mean(ratios) > t_quantile(len(ratios) - 1) * spread)
+
+
+def _gain(errors: _Errors, plain: bool) -> HeldOutGain:
+    """The gain in the main channel, or in all channels together."""
+    before, after = errors
+    known = [[m.prediction for m in them if m.prediction is not None] for them in errors]
+    modelled = day_to_day_variance(*known) if plain and all(len(e) == len(before) for e in known) else None
     rms_b, rms_a, half = _reduction(_sums(before, plain), _sums(after, plain), modelled)
     half = float(np.hypot(half, POLICY.prediction_exactness * rms_b))
-    squares_b, squares_a = sum(m.squares for m in before), sum(m.squares for m in after)
-    explainable = max(squares_b - sum(m.rows for m in before), 1e-12)
-    share = float(np.clip((squares_b - squares_a) / explainable, 0.0, 1.0))
     interval = rms_b - rms_a - half, rms_b - rms_a + half
-    all_b, all_a, half_all = _reduction(_sums(before, False), _sums(after, False))
-    better = interval[0] > 0.0 or all_b - all_a > half_all
-    return HeldOutGain(rms_b, rms_a, plain, interval, share, len(before), better, worse)
+    return HeldOutGain(rms_b, rms_a, plain, interval, len(before), False, False, floor=0.0 if plain else 1.0)
 
 
-def _worse(fitted: Sequence[tuple[_HeldOutError, _HeldOutError]]) -> bool:
+def _worse(refits: _Errors) -> bool:
     """Whether refitted models predict all channels together worse with certainty.
 
     At prior values they may although the effect is true: two errors that compensated each other are one left.
     """
-    first, then = (_sums([pair[k] for pair in fitted], False) for k in (0, 1))
-    before, after, half = _reduction(first, then)
+    before, after, half = _reduction(_sums(refits[0], False), _sums(refits[1], False))
     return before - after + half < 0
 
 

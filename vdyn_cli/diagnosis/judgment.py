@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 from vdyn_cli.diagnosis.candidate_models import CandidateModel, alternatives, forward_selection, pairs, singles
 from vdyn_cli.diagnosis.detection import Detection, detect
+from vdyn_cli.diagnosis.finding_size import FindingSize, Limits, finding_size, profile_matters
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.held_out_gain import HeldOutGain, Selection, held_out_gain
 from vdyn_cli.diagnosis.model_selection import (
@@ -31,6 +32,7 @@ from vdyn_cli.quantities.diagnosis import Verdict
 from vdyn_cli.quantities.errors import Finding
 
 HELD_OUT_WORSE = "the held-out error increases"
+NO_GAIN = "the held-out error does not decrease"
 NOT_SIGNIFICANT = "its amplitude is not significantly different from zero across blocks"
 IMITATED = "a free profile with fewer unknowns fits equally well"
 
@@ -47,6 +49,11 @@ class Judgment:
     tried : all single effects and sets that were tried.
     closest : for unknown, what explains most of it.
     gain : of the answer, on held-out data.
+    size : of the finding: of the answer, the first of several, or what comes closest.
+    material : whether it matters. What is significant and does not matter leaves the model adequate; ``note`` is then
+        what explains most of it, ``noted`` whether it would be an answer.
+    by_prior : most of the evidence is that the baseline contradicts a stated value, such as a drawing or a zero; an
+        output need not be predicted better then.
     """
 
     verdict: Verdict
@@ -58,6 +65,11 @@ class Judgment:
     tried: tuple[CandidateModel, ...] = ()
     gain: HeldOutGain | None = None
     closest: CandidateModel | None = None
+    size: FindingSize | None = None
+    material: bool | None = None
+    note: CandidateModel | None = None
+    noted: bool = False
+    by_prior: bool = False
 
     @property
     def answer(self) -> CandidateModel | None:
@@ -69,14 +81,21 @@ class Judgment:
         best = closest or min(self.answers, key=lambda t: t.cost, default=None)
         return replace(self, verdict="unknown", why=why, answers=(), gain=None, closest=best)
 
+    @property
+    def remainder(self) -> CandidateModel | None:
+        """What is asked for what remains: the answer, the best of several, or what comes closest."""
+        best = min(self.answers, key=lambda t: t.cost, default=None)
+        return best or self.closest or self.note
 
-def judge(strategy: Strategy, faults: Sequence[Finding] = ()) -> Judgment:
+
+def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | None = None) -> Judgment:
     """Detect a model error and name the effect. The false-alarm level is the setup's.
 
     Parameters
     ----------
     faults : sensors that did not measure: beside them neither an effect is named nor the model called adequate. Too
         few data are not testable all the same.
+    limits : what matters; None: everything that is significant.
 
     Raises
     ------
@@ -95,22 +114,67 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = ()) -> Judgment:
         return judgment
     focused, seen = strategy.focused(found)
     answers, tried = _answers(focused, seen)
-    judgment = replace(judgment, tried=tried)
-    if not answers:
-        return judgment.unknown(closest=min(tried, key=lambda t: t.cost, default=None))
-    if any(is_imitated(model, answer, seen) for answer in answers):
-        return judgment.unknown(IMITATED, answers[0])
-    first = answers[0]
-    if len(answers) == 1 and may_be_zero(model, strategy.relinearized(first.fitted)):
-        return judgment.unknown(NOT_SIGNIFICANT, first)
+    judgment = _sized(strategy, replace(judgment, tried=tried), answers, limits)
+    if not judgment.material:
+        return judgment
+    judgment = _named(strategy, judgment, answers, seen)
+    first = answers[0] if judgment.verdict != "unknown" else None
+    if first is None:
+        return judgment
     gain = None
     if len(answers) == 1 or len(first.effects) > 1:  # effects that all answers share have a gain, too
         gain = held_out_gain(strategy, base, first.fitted, Selection(found.testable, focused.fitted(()) or base))
-    if gain is not None and _refuted(strategy, gain, first, len(answers) > 1):
-        return judgment.unknown(HELD_OUT_WORSE, first)
+    if gain is None:
+        return judgment
+    by_prior = all(found.scores.stated[e] > POLICY.prior_information for e in first.effects)
+    if why := _refuted(strategy, gain, first, len(answers) > 1):
+        if why != NO_GAIN or not by_prior:
+            return judgment.unknown(why, first)
+        gain = None  # the baseline contradicts what is known beforehand: no output shows that
+    return replace(judgment, gain=gain, by_prior=by_prior)
+
+
+def resized(strategy: Strategy, judgment: Judgment, before: Judgment) -> Judgment:
+    """The judgment with the size of its own answer, where that is another one than ``before``."""
+    answer = judgment.answer
+    if answer is None or any(a.effects == answer.effects for a in before.answers):
+        return judgment
+    return replace(judgment, size=finding_size(strategy, judgment.base, answer.fitted))
+
+
+def _named(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...], seen: Detection) -> Judgment:
+    """The verdict on the answers, before their gain is known."""
+    model = strategy.model
+    if not answers:
+        return judgment.unknown(closest=min(judgment.tried, key=lambda t: t.cost, default=None))
+    first = answers[0]
+    if any(is_imitated(model, answer, seen) for answer in answers):
+        return judgment.unknown(IMITATED, first)
+    if len(answers) == 1 and may_be_zero(model, strategy.relinearized(first.fitted)):
+        return judgment.unknown(NOT_SIGNIFICANT, first)
     fault = len(answers) == 1 and all(model.setup.candidates[e].sensor for e in first.effects)
     verdict: Verdict = "ambiguous" if len(answers) > 1 else "data_fault" if fault else "named"
-    return replace(judgment, verdict=verdict, answers=answers, gain=gain)
+    return replace(judgment, verdict=verdict, answers=answers)
+
+
+def _sized(
+    strategy: Strategy, judgment: Judgment, answers: Sequence[CandidateModel], limits: Limits | None
+) -> Judgment:
+    """The judgment with the size of the finding, and whether that matters.
+
+    A finding matters if any of its answers does; without an answer, if what comes closest or a free profile does.
+    """
+    closest = min(judgment.tried, key=lambda t: t.cost, default=None)
+    best = answers[0] if answers else closest
+    size = None if best is None else finding_size(strategy, judgment.base, best.fitted)
+    judgment = replace(judgment, size=size, material=True)
+    if limits is None or size is None or limits.exceeded(size):
+        return judgment
+    if any(limits.exceeded(finding_size(strategy, judgment.base, a.fitted)) for a in answers[1:]):
+        return judgment
+    if not answers and profile_matters(strategy, judgment.base, limits):
+        return judgment
+    return replace(judgment, material=False, note=best, noted=bool(answers))
 
 
 def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel, ...], tuple[CandidateModel, ...]]:
@@ -118,7 +182,7 @@ def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel
     model, tried = strategy.model, singles(strategy, found)
     answers = simplest(model, not_significantly_worse(model, tried), tried)
     if answers or _one_profile_suffices(strategy):
-        return answers, tried
+        return answers or nearly_sufficient(tried), tried
     two = pairs(strategy, tried, found)
     answers = simplest(model, not_significantly_worse(model, (*tried, *two)), two)
     answers = answers or nearly_sufficient(tried) or nearly_sufficient((*tried, *two))
@@ -128,15 +192,18 @@ def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel
     return (() if chain is None else (chain, *alternatives(strategy, chain, found))), tried
 
 
-def _refuted(strategy: Strategy, gain: HeldOutGain, answer: CandidateModel, several: bool) -> bool:
-    """Whether held-out predictions get worse with certainty, however much of the fitted runs the answer explains.
+def _refuted(strategy: Strategy, gain: HeldOutGain, answer: CandidateModel, several: bool) -> str:
+    """Why held-out data refute the answer, however much of the fitted runs it explains; empty where they do not.
 
-    At prior values they may although the effect is true: two errors that compensated each other are one left.
+    They do where no held-out error decreases, or one increases with certainty. At prior values it may although the
+    effect is true: two errors that compensated each other are one left. Then the refitted models must predict better.
     """
     many = len(answer.effects) > POLICY.compensating_effects
     if several:
-        return many and gain.interval[1] < 0
-    return gain.worse or ((many or not strategy.prior_values) and gain.interval[1] < 0)
+        return HELD_OUT_WORSE if many and gain.prediction_worse else ""
+    if gain.worse or ((many or not strategy.prior_values) and gain.prediction_worse):
+        return HELD_OUT_WORSE
+    return "" if gain.positive else NO_GAIN
 
 
 def _insufficient(strategy: Strategy, found: Detection) -> str:

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from vdyn_cli.diagnosis.detection import Detection, detect
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.effect_unknowns import bounds_of, is_scale
 from vdyn_cli.diagnosis.full_model import LEAST_STEP, NO_VALUES, FittedModel, FullModel, full_model
+from vdyn_cli.diagnosis.held_out_gain import rms_of
 from vdyn_cli.diagnosis.linearized_system import initial_values, linearize, linearized_system
 from vdyn_cli.diagnosis.nested_fits import NestedFits
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.relinearization import Relinearization
-from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.diagnosis.relinearization import Relinearization, relaxed
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import ResultError
+
+
+def rms_alone(fit: FittedModel) -> float:
+    """Root mean square error of the main channel with a fit, each run's own unknowns fitted."""
+    return rms_of(fit.runs)
 
 
 @dataclass
@@ -37,8 +43,9 @@ class LinearizedStrategy:
         return {u.name: u.prior[0] for u in self.model.regression.shared if u.prior and u.name in base}
 
     def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
-        """See Strategy."""
-        return self._fits.fitted(effects)
+        """See Strategy. A scale that a linear fit drives beyond what is possible is no fit."""
+        made = self._fits.fitted(effects)
+        return None if made is None or _leaves_range(self.model.setup, made) else made
 
     def relinearized(self, fitted: FittedModel) -> FittedModel:
         """See Strategy."""
@@ -71,13 +78,48 @@ class LinearizedStrategy:
         The first linearization does not tell which candidates are worth a fit: of another tire relaxation it may give
         a tenth of the evidence that it gives of half-shaft damping, of which none is left about the relaxation.
         """
-        strongest = strongest_relinearized(self, found)
+        large = large_alone(self, found)
+        strongest = best_of(large) or found.scores.strongest(found.testable)
         if strongest is None:
             return self, found
-        near = self._about(strongest) if found.scores.evidence[strongest] > POLICY.large_t else self
+        is_large = self.model.setup.far_off or found.scores.evidence[strongest] > POLICY.large_t
+        near = self._about(strongest) if is_large else self
         there = self.about_likely(strongest, near)
         base = there.fitted(())
-        return (self, found) if there is self or base is None else (there, detect(there, base))
+        if there is self or base is None:
+            return self, found
+        seen = detect(there, base)
+        if there is near and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in large.items())):
+            self._replace_far(near, strongest, large)
+            shown = {n for n, fit in large.items() if fit is not None}  # in the unit of a scale that is large itself
+            seen = replace(seen, testable=tuple(n for n in found.scores.names if n in shown or n in seen.testable))
+        return there, seen
+
+    def _is_far(self, name: str, alone: FittedModel | None) -> bool:
+        """Whether the candidate's own amplitude differs from that of this linearization by more than chance."""
+        linear = self.fitted((name,))
+        if alone is None or linear is None:
+            return True
+        return any(
+            abs(alone.values[n] - linear.values[n]) > POLICY.needed_t * alone.solution.std[n]
+            for n in self.model.amplitudes(name)
+        )
+
+    def _replace_far(self, near: LinearizedStrategy, strongest: str, large: Mapping[str, FittedModel | None]) -> None:
+        """Give every other large candidate its fit on its own linearization: that of ``strongest`` is too far off.
+
+        Those whose best fit misses the main channel by far more than the best one does are no answer.
+        """
+        missed = {n: rms_alone(fit) for n, fit in large.items() if fit is not None}
+        least = min(missed.values(), default=0.0)
+        for name, fit in large.items():
+            if name == strongest or self.relinearization.nondifferentiable((name,)):
+                continue
+            kept = None
+            if fit is not None and missed[name] < POLICY.far_worse * least:
+                there = self._opened({n: fit.values[n] for n in (*self.model.base, *self.model.amplitudes(name))})
+                kept = there.fitted((name,)) if there is not None else None
+            near._fits.keep((name,), None if kept is None else _weighted_like(kept, near.model.regression))
 
     def _about(self, effect: str) -> LinearizedStrategy:
         """Linearized about the effect's amplitude, until that settles.
@@ -88,10 +130,10 @@ class LinearizedStrategy:
         before: dict[str, float] = {}
         for _ in range(0 if self.relinearization.nondifferentiable((effect,)) else POLICY.linearizations):
             fitted = near.fitted((effect,))
+            if near is self:
+                fitted = self.relinearization.from_values((effect,), fitted.values if fitted else NO_VALUES) or fitted
             if fitted is None:
                 break
-            if near is self:
-                fitted = self.relinearized(fitted)
             amplitudes = {n: fitted.values[n] for n in self.model.amplitudes(effect)}
             if before and _settled(fitted.solution, before):
                 break
@@ -134,23 +176,70 @@ class LinearizedStrategy:
             there.fitted(())
         except (ResultError, ArithmeticError):
             return None
-        there.relinearization.likely = self.relinearization.likely
+        there.relinearization = self.relinearization  # its fits do not depend on the point
         return there
 
 
-def strongest_relinearized(strategy: Strategy, found: Detection) -> str | None:
-    """The candidate that explains most, large ones compared each on its own linearization; None where none is visible.
+def large_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, FittedModel | None]:
+    """The strongest large candidates, each fitted alone on its own linearization; None where that fails.
 
-    On the baseline's linearization a wrong one may seem to explain several times more than the true one.
+    On the baseline's linearization a wrong one may seem to explain several times more than the true one, and the true
+    one may lie beyond its range: then its fit starts from one step of the score test.
     """
+    if strategy.model.setup.far_off:
+        return _far_alone(strategy, found)
     evidence = found.scores.evidence
-    large = sorted((n for n in found.testable if evidence[n] > POLICY.large_t), key=lambda n: -evidence[n])
-    large = large[: POLICY.most_relinearized]
-    if len(large) < 2:
-        return found.scores.strongest(found.testable)
-    fits = {n: strategy.fitted((n,)) for n in large}
-    costs = {n: strategy.relinearized(fit).solution.cost for n, fit in fits.items() if fit is not None}
-    return min(costs, key=costs.__getitem__, default=found.scores.strongest(large))
+    names = sorted((n for n in found.testable if evidence[n] > POLICY.large_t), key=lambda n: -evidence[n])
+    fits: dict[str, FittedModel | None] = {}
+    for name in names[: POLICY.most_relinearized]:
+        linear = strategy.fitted((name,))
+        if linear is not None and strategy.relinearization.nondifferentiable((name,)):
+            fits[name] = strategy.relinearized(linear)
+            continue
+        step = found.scores.estimate[name].tolist() if linear is None else ()
+        start = linear.values if linear else dict(zip(strategy.model.amplitudes(name), step, strict=True))
+        fits[name] = strategy.relinearization.from_values((name,), start)
+    return fits
+
+
+def _far_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, FittedModel | None]:
+    """Candidates fitted alone from the best of coarse starts: the scores of a baseline that is far off tell little."""
+    relinearization, starts = strategy.relinearization, {}
+    for name in found.testable:
+        linear = dict(zip(strategy.model.amplitudes(name), found.scores.estimate[name].tolist(), strict=True))
+        if (best := relinearization.coarse_start(name, linear)) is not None:
+            starts[name] = best
+    nearest = sorted(starts, key=lambda n: starts[n][0])[: POLICY.most_relinearized]
+    return {n: relinearization.from_values((n,), starts[n][1]) for n in nearest}
+
+
+def best_of(fits: Mapping[str, FittedModel | None], missed: Callable[[FittedModel], float] = rms_alone) -> str | None:
+    """The candidate that explains most, by its likelihood; None where none can be fitted.
+
+    Each fit has its own noise, which takes in what the candidate leaves: only those are compared that miss the main
+    channel about equally.
+
+    Parameters
+    ----------
+    missed : rms error of the main channel with a fit.
+    """
+    made = {n: fit for n, fit in fits.items() if fit is not None}
+    error = {n: missed(fit) for n, fit in made.items()}
+    least = min(error.values(), default=0.0)
+    near = [n for n in made if error[n] <= POLICY.far_worse * least]
+    return min(near, key=lambda n: made[n].solution.cost + made[n].runs.regression.log_noise, default=None)
+
+
+def _weighted_like(fit: FittedModel, other: Regression) -> FittedModel:
+    """The fit with its cost comparable to costs of a regression with another noise."""
+    cost = fit.solution.cost + fit.runs.regression.log_noise - other.log_noise
+    return replace(fit, solution=replace(fit.solution, cost=cost))
+
+
+def _leaves_range(setup: DiagnosisSetup, fitted: FittedModel) -> bool:
+    effects = [setup.candidates[e] for e in fitted.effects if e in setup.candidates]
+    bounds = {n: bounds_of(e, n) for e in effects for n in e.unknowns if is_scale(e, n)}
+    return any(not low < fitted.values[n] < high for n, (low, high) in bounds.items())
 
 
 def open_linearized(setup: DiagnosisSetup, about: Mapping[str, float] = NO_VALUES) -> LinearizedStrategy:
@@ -173,6 +262,7 @@ def open_linearized(setup: DiagnosisSetup, about: Mapping[str, float] = NO_VALUE
         return linearized(setup.regression(effects, unknowns, start=own))
 
     model = full_model(setup, regression, point)
+    model = replace(model, regression=relaxed(model.regression, setup))
     return LinearizedStrategy(model, Relinearization(setup, model.base))
 
 
@@ -180,7 +270,7 @@ def _baseline_values(setup: DiagnosisSetup) -> Mapping[str, float]:
     """The baseline's linear fit, relinearized until it settles where a nondifferentiable effect is in the model."""
     values: Mapping[str, float] = NO_VALUES
     for _ in range(1 + POLICY.linearizations * setup.nondifferentiable):
-        found = solve(linearized(setup.regression((), (), start=values)), tolerance=LEAST_STEP)
+        found = solve(linearized(setup.regression((), (), start=values)), tolerance=LEAST_STEP, unconverged=True)
         settled = values and _settled(found, values)
         values = found.values
         if settled:

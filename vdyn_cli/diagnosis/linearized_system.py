@@ -117,7 +117,7 @@ class LinearizedSystem:
     names : of the columns: the shared unknowns, then (where blocks are the units) every run's own as ``name#run``.
     columns : (n, p), J; y : (n,).
     label : (n,), the unit of each row, ascending.
-    run : (units,), the run of each unit, -1 for a prior.
+    run : (units,), the run of each unit, -1 for a stated prior, -2 for one whose size was estimated from the data.
     counts : (units,), rows of each before they were compressed.
     kind : what a unit is.
     """
@@ -174,7 +174,7 @@ class LinearizedSystem:
         priors, which = np.unique(self.label[known], return_inverse=True)
         label[known] = runs.size + which
         order = np.argsort(label, kind="stable")
-        units = np.concatenate([runs, -np.ones(priors.size, dtype=np.int64)])
+        units = np.concatenate([runs, self.run[priors]])
         counts = np.array([self.counts[self.run == k].sum() for k in runs], dtype=np.int64)
         counts = np.concatenate([counts, np.ones(len(units) - len(runs), dtype=np.int64)])
         return LinearizedSystem(self.names, self.columns[order], self.y[order], label[order], units, counts, "run")
@@ -212,9 +212,10 @@ def linearized_system(linear: LinearizedRuns, kind: Literal["auto", "run", "bloc
         for row in known:
             parts.append(_spread(row[None], s, m, k, runs))
             owner.append((-1, 1))
-    for row in prior_rows(regression.shared, linear.shared):
+    estimated = [u.prior_degrees < np.inf for u in regression.shared if u.prior]
+    for row, by_data in zip(prior_rows(regression.shared, linear.shared), estimated, strict=True):
         parts.append(np.concatenate([row[:-1], np.zeros(len(names) - s), -row[-1:]])[None])
-        owner.append((-1, 1))
+        owner.append((-2 if by_data else -1, 1))
     stacked = np.vstack(parts)
     label = np.repeat(np.arange(len(parts), dtype=np.int64), [len(p) for p in parts])
     run, count = np.array(owner, dtype=np.int64).T

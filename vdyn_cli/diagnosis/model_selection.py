@@ -29,9 +29,15 @@ def not_significantly_worse(model: FullModel, tried: Sequence[CandidateModel]) -
 
 
 def nearly_sufficient(tried: Sequence[CandidateModel]) -> tuple[CandidateModel, ...]:
-    """The candidate models that leave next to nothing of a large misfit, and that none beats significantly."""
-    least = min((t.cost for t in tried), default=0.0)
-    return tuple(t for t in tried if t.nearly_sufficient and not _significantly_worse(t, least))
+    """The candidate models that leave next to nothing of a large misfit, and those that leave hardly more.
+
+    What is left is then the error of the laws, not noise: a rival is worse only where it leaves ``rest_ratio`` times
+    as much. With another number of unknowns it is compared all the same: the number is small beside what is explained.
+    """
+    if not any(t.nearly_sufficient for t in tried):
+        return ()
+    least = min(t.rest_share for t in tried if t.nearly_sufficient)
+    return tuple(t for t in tried if t.rest_share <= POLICY.rest_ratio * least)
 
 
 def simplest(

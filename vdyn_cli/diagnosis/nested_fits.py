@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel, FullModel
 from vdyn_cli.diagnosis.linearized_system import linearize, linearized_system
-from vdyn_cli.inference import Regression, Solution, Unknown, solve
+from vdyn_cli.inference import Regression, Solution, solve
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.errors import ResultError
 
@@ -39,6 +39,10 @@ class NestedFits:
             self._made[key] = self._fit(key)
         return self._made[key]
 
+    def keep(self, effects: Sequence[str], fitted: FittedModel | None) -> None:
+        """Use this fit for these effects; None: they cannot be fitted."""
+        self._made[tuple(sorted(effects))] = fitted
+
     def _fit(self, effects: tuple[str, ...]) -> FittedModel | None:
         try:
             solution = self._solved(effects)
@@ -66,19 +70,12 @@ class NestedFits:
         failed: list[ResultError] = []
         for held in (free, nominal) if shapes else (free,):
             regression = restricted(full, held, before.solution if before else None)
-            if not effects:
-                regression = replace(regression, unknowns=tuple(map(_without_end_at_zero, regression.unknowns)))
             found = []
             for start in (regression, *self.starts(regression, others, held is free)):
                 try:
-                    found.append(solve(start, tolerance=LEAST_STEP))
+                    found.append(solve(start, tolerance=LEAST_STEP, unconverged=not effects))
                 except ResultError as error:
                     failed.append(error)
             if found:
                 return min(found, key=lambda s: s.cost)
         raise failed[-1]
-
-
-def _without_end_at_zero(u: Unknown) -> Unknown:
-    """A baseline that lacks an effect may be driven beyond zero: how far is what the diagnosis needs to see."""
-    return replace(u, lower=-u.upper) if u.lower >= 0 and u.prior is None else u

@@ -60,8 +60,7 @@ class RefitStrategy:
     def _starts(self, regression: Regression, effects: Sequence[str], shapes: bool) -> Iterator[Regression]:
         candidates = [self.model.setup.candidates[e] for e in effects if e in self.model.setup.candidates]
         for effect in candidates:
-            step = max(1, len(effect.probes) // POLICY.most_probes)
-            for probe in effect.probes[::step]:
+            for probe in spread_over(effect.probes, POLICY.most_probes):
                 # Bounded from below: a fit that returns to zero creeps, and the start at zero finds what is there.
                 floor = POLICY.probe_floor * min(effect.probes)
                 first = amplitudes_of(effect)[0]
@@ -81,6 +80,13 @@ class RefitStrategy:
                 for end in (quantity.lower, quantity.upper):
                     start = {shape: (nominal + end) / 2, first: some}
                     yield replace(regression, unknowns=tuple(started_at(u, start) for u in regression.unknowns))
+
+
+def spread_over(probes: Sequence[float], most: int) -> list[float]:
+    """At most so many of the probes, evenly over their list, first and last among them."""
+    last = len(probes) - 1
+    count = min(most, len(probes))
+    return [probes[round(i * last / max(count - 1, 1))] for i in range(count)]
 
 
 def open_refit(setup: DiagnosisSetup) -> RefitStrategy:

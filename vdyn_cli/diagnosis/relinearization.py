@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
-from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, started_at, unknowns_of
+from vdyn_cli.diagnosis.effect_unknowns import (
+    amplitudes_of,
+    bounds_of,
+    coarse_starts,
+    is_scale,
+    started_at,
+    stepped,
+    unknowns_of,
+)
 from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel
 from vdyn_cli.diagnosis.linearized_system import linearize, linearized_system
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
-from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.quantities.errors import Finding, ResultError
 
 
 @dataclass
@@ -35,16 +46,48 @@ class Relinearization:
 
         A nondifferentiable effect alone is linearized about its likely amplitude: a fit elsewhere tells none.
         """
-        effects = fitted.effects
-        if effects and effects not in self._fits:
-            sharp = self.nondifferentiable(effects)
-            if sharp and len(effects) == 1:
-                return self.about_likely(effects[0]) or fitted
+        if not fitted.effects:
+            return fitted
+        if self.nondifferentiable(fitted.effects) and len(fitted.effects) == 1:
+            return self.about_likely(fitted.effects[0]) or fitted
+        return self.from_values(fitted.effects, fitted.values) or fitted
+
+    def from_values(self, effects: tuple[str, ...], values: Mapping[str, float]) -> FittedModel | None:
+        """The fit with these effects alone, relinearized from these values until it settles; None where it fails."""
+        if effects not in self._fits:
             try:
-                self._fits[effects] = (self._twice if sharp else self._once)(effects, fitted.values)
+                fit = (self._twice if self.nondifferentiable(effects) else self._settled)(effects, values)
             except (ResultError, ArithmeticError):
-                self._fits[effects] = fitted
-        return self._fits[effects] if effects else fitted
+                return None
+            self._fits[effects] = fit
+        return self._fits[effects]
+
+    def coarse_start(self, effect: str, linear: Mapping[str, float]) -> tuple[float, dict[str, float]] | None:
+        """Where over its range a candidate alone comes closest, and the rms error of the main channel there.
+
+        Parameters
+        ----------
+        linear : its amplitudes by a linear fit, which are tried too.
+
+        Returns
+        -------
+        None for candidates of several amplitudes, and where nothing can be simulated.
+        """
+        one = self.setup.candidates[effect]
+        first, *others = amplitudes_of(one)
+        if others or self.setup.coarse_error is None:
+            return None
+        grid = coarse_starts(one)
+        tried = [*grid, stepped(one, first, 0.0, linear[first])] if first in linear else grid
+        best: tuple[float, dict[str, float]] | None = None
+        for size in tried:
+            try:
+                error = self.setup.coarse_error((one,), [started_at(u, {first: size}) for u in unknowns_of(one)])
+            except (ResultError, ArithmeticError):
+                continue
+            if best is None or error < best[0]:
+                best = error, {first: size}
+        return best
 
     def keep(self, fitted: FittedModel) -> None:
         """Use this fit for its effects."""
@@ -92,8 +135,30 @@ class Relinearization:
             self._last = {key: self.setup.regression(every, extra, start=start)}
         return self._last[key]
 
+    def _settled(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
+        """Relinearized about its own amplitudes until they move by little of their standard deviations.
+
+        Raises
+        ------
+        ResultError : a simulation is not finite, or an amplitude ends at its bound.
+        """
+        known = self.setup.candidates
+        owner = {n: known[e] for e in effects if e in known for n in amplitudes_of(known[e])}
+        point = {**about, **{n: stepped(e, n, 0.0, about[n]) for n, e in owner.items() if n in about}}
+        for _ in range(POLICY.most_linearizations):
+            fit = self._once(effects, point)
+            values, std = fit.values, fit.solution.std
+            if all(abs(values[n] - point.get(n, 0.0)) < POLICY.settled_std * std[n] for n in owner):
+                break
+            point = {**values, **{n: stepped(e, n, point.get(n, 0.0), values[n]) for n, e in owner.items()}}
+        for n, e in owner.items():
+            low, high = bounds_of(e, n)
+            if not low < fit.values[n] < high:
+                raise ResultError(Finding("fit", f"{n} leaves the possible range", f"{fit.values[n]:.3g}"))
+        return fit
+
     def _once(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
-        linear = linearized(self.alone(effects, about))
+        linear = relaxed(linearized(self.alone(effects, about)), self.setup)
         solution = solve(linear, tolerance=LEAST_STEP)
         runs = linearize(linear, solution.values, solution.per_run)
         return FittedModel(effects, solution, runs, linearized_system(runs))
@@ -101,3 +166,10 @@ class Relinearization:
     def _twice(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
         """Relinearized about what the first gave: nondifferentiable effects change the others' sensitivities."""
         return self._once(effects, self._once(effects, about).values)
+
+
+def relaxed(regression: Regression, setup: DiagnosisSetup) -> Regression:
+    """A linearized regression in which scales have no bounds: a linear fit may pass through what a scale cannot be."""
+    free = {n for e in setup.effects for n in amplitudes_of(e) if is_scale(e, n)}
+    wide = (replace(u, lower=-np.inf, upper=np.inf) if u.name in free else u for u in regression.unknowns)
+    return replace(regression, unknowns=tuple(wide))

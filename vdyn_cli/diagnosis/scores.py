@@ -37,7 +37,7 @@ class Scores:
     ----------
     groups : columns of each candidate.
     visibility : share of its sensitivity that is not collinear with what is fitted.
-    stated : share of its information that comes from priors.
+    stated : share of its information that comes from stated priors.
     statistic : T^2 of each candidate; rank : of its information matrix (0 where it is collinear).
     estimate, spread : one step's value of each unknown and its standard deviation, the candidate alone added.
     _left : (n, k), sensitivities less what is fitted; _contributions, _flippable : (units, k), (units, p, k), of the
@@ -153,12 +153,13 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
     visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
     seen = system.run >= 0
     known = left[~seen[system.label]]
+    believed = left[system.run[system.label] == -1]
     contributions = np.add.reduceat(left * y[:, None], system.starts, axis=0)
     for name, columns in zip(names, groups, strict=True):
         size = float(np.sum(whole[:, columns] ** 2))
         visibility[name] = float(np.sqrt(np.sum(left[:, columns] ** 2) / size)) if size else 0.0
         remains = float(np.sum(left[:, columns] ** 2))
-        stated[name] = float(np.sum(known[:, columns] ** 2)) / remains if remains else 0.0
+        stated[name] = float(np.sum(believed[:, columns] ** 2)) / remains if remains else 0.0
         information = left[:, columns].T @ left[:, columns]
         inverse, rank[name] = _inverse(information)
         total = contributions[:, columns].sum(axis=0)

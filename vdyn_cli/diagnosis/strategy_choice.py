@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
-from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from dataclasses import replace
+
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, relaxed
 from vdyn_cli.diagnosis.linearized import open_linearized
 from vdyn_cli.diagnosis.refit import open_refit
 from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.inference import RefusedFitError
 
 
 def open_strategy(setup: DiagnosisSetup) -> Strategy:
     """The linearized strategy where the step declares its model expensive, else the refit strategy.
 
+    Where the data do not determine the baseline's unknowns, these get priors as wide as their ranges, so that the
+    candidates are tried in the directions that the data do determine.
+
     Raises
     ------
-    ResultError : the baseline cannot be fitted, where that comes first.
+    ResultError : the baseline cannot be fitted.
     """
-    return open_linearized(setup) if setup.linearized else open_refit(setup)
+    try:
+        return _opened(setup)
+    except RefusedFitError:
+        return _opened(replace(setup, regression=relaxed(setup.regression, wide=True)))
+
+
+def _opened(setup: DiagnosisSetup) -> Strategy:
+    strategy: Strategy = open_linearized(setup) if setup.linearized else open_refit(setup)
+    strategy.fitted(())
+    return strategy

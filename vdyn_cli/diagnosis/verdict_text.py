@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import log
 
 from vdyn_cli.diagnosis.diagnosis_record import interchangeable
 from vdyn_cli.diagnosis.held_out_gain import HeldOutGain
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.effects import Effect
+from vdyn_cli.quantities.diagnosis import Size
 from vdyn_cli.quantities.number_text import decimals
 from vdyn_cli.quantities.parameters import Estimate
 
 # These choose words, no verdict.
 SHOWN = 4  # effects named in one sentence
+# A factor is a known one within its interval, or within 1 % where that is narrower, and never beyond 6 %.
+SAME_FACTOR, UNLIKE_FACTOR = 0.01, 0.06
+MANY_TIMES = 1.5  # a scale that is off by more is stated as a factor, too
 CLAUSE = ("that", "another")  # a label with one of them ends in what is no quantity
-NOTABLY = 1.05  # times the error before, from which a worse prediction is mentioned
 
 
 def verdict_sentence(
-    judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate], narrowed: bool = False
+    judgment: Judgment,
+    effects: Mapping[str, Effect],
+    amplitudes: Mapping[str, Estimate],
+    narrowed: bool = False,
+    size: Size | None = None,
 ) -> str:
     """The verdict as one sentence.
 
@@ -27,8 +35,11 @@ def verdict_sentence(
     effects : the candidates by name.
     amplitudes : of the unknowns of effects that were named or taken into the model.
     narrowed : whether the description restricts the candidates.
+    size : of the finding.
     """
     text = _sentence(judgment, effects, amplitudes)
+    if judgment.note is not None:
+        text = _immaterial(judgment, effects, amplitudes, size)
     if narrowed and effects:
         text += f" Only {', '.join(effects)} {'was' if len(effects) == 1 else 'were'} tested."
     return text
@@ -58,12 +69,35 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
     answer = judgment.answer
     named = " and ".join(_with_amplitude(effects[e], amplitudes) for e in answer.effects)
     several = len(answer.effects) > 1 or _plural(effects[answer.effects[0]].label)
-    text = f"{named} {'explain' if several else 'explains'} {_share(judgment.gain)}.{_compensated(judgment.gain)}"
+    text = f"{named} {'explain' if several else 'explains'} {_explained(judgment)}.{_compensated(judgment.gain)}"
     if judgment.verdict == "data_fault":
         return f"Data fault: {text}"
     if not answer.sufficient:
-        text += f" A small significant residual remains ({100 * answer.rest_share:.1g} % of the misfit)."
+        text += f" A small significant residual remains ({100 * answer.rest_share:.1g} % of the rms misfit)."
     return _capital(text)
+
+
+def _immaterial(
+    judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate], size: Size | None
+) -> str:
+    """What is significant and does not matter: the size first, then what it may be."""
+    assert judgment.note is not None
+    named = " with ".join(_with_amplitude(effects[e], amplitudes) for e in judgment.note.effects)
+    what = "would explain it" if judgment.noted else "comes closest to it"
+    text = f"No model error that matters: a deviation is significant ({p_text(judgment.detection.p_value)}) but small"
+    return f"{text}{size_text(size)}. {_capital(named)} {what}."
+
+
+def size_text(size: Size | None) -> str:
+    """The size of a finding after a colon: ": speed 0.012 m/s rms (noise floor 0.3 m/s), drag area 0.05 std"."""
+    if size is None:
+        return ""
+    unit = f" {size.unit}" if size.unit else ""
+    parts = [f"{size.output.replace('_', ' ')} {size.change:.2g}{unit} rms (noise floor {size.noise_floor:.2g}{unit})"]
+    if size.shifts_in_std:
+        name, most = max(size.shifts_in_std.items(), key=lambda item: abs(item[1]))
+        parts.append(f"parameters at most {abs(most):.1g} standard deviations ({name.replace('_', ' ')})")
+    return f": {', '.join(parts)}"
 
 
 def not_possible(why: str) -> str:
@@ -96,10 +130,17 @@ def _either(named: Sequence[str]) -> str:
 
 
 def _share(gain: HeldOutGain | None) -> str:
-    """The share of the sum of squares above the noise, on held-out data."""
+    """The share of the rms error above the noise floor that is gone, on held-out data."""
     if gain is None or not gain.better:
-        return "part of the misfit"
-    return f"{100 * gain.share:.0f} % of the misfit above the noise"
+        return "part of the rms error"
+    return f"{100 * gain.share:.0f} % of the rms error above the noise floor"
+
+
+def _explained(judgment: Judgment) -> str:
+    """What an answer explains: an error, or the contradiction to a stated value where no output shows it."""
+    if judgment.by_prior and (judgment.gain is None or not judgment.gain.better):
+        return "why the model without it contradicts a stated value"
+    return _share(judgment.gain)
 
 
 def _plural(label: str) -> bool:
@@ -109,7 +150,7 @@ def _plural(label: str) -> bool:
 
 def _compensated(gain: HeldOutGain | None) -> str:
     """Two errors that compensated each other are one left: parameters that are off as stated then show."""
-    if gain is None or gain.interval[1] >= 0 or gain.after < NOTABLY * gain.before:
+    if gain is None or not (gain.prediction_worse or gain.refitted):
         return ""
     return (
         " With it, the error of predictions with the stated parameters increases: a stated parameter has an "
@@ -135,7 +176,23 @@ def amplitude_text(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
     sense = f" {effect.sense}" if effect.sense else ""
     text = f"{scale * e.value:.{places}f} +- {half:.{places}f}{unit}{sense}"
     in_brackets = any(word in effect.label.split() for word in CLAUSE) and "(" not in text
-    return f" ({text})" if in_brackets else f" of {text}"
+    return (f" ({text})" if in_brackets else f" of {text}") + _factor_text(effect, e)
+
+
+def _factor_text(effect: Effect, e: Estimate) -> str:
+    """A scale that is off by a factor, with the usual mistake that makes it; empty where it is not."""
+    factor, half = 1.0 + e.value, 0.5 * (e.interval95[1] - e.interval95[0])
+    if not effect.mistakes or factor <= 0.0:
+        return ""
+    off = max(factor, 1.0 / factor)
+    exact = max(half / factor, SAME_FACTOR)
+    apart, mistake = min((abs(log(factor / known)), what) for known, what in effect.mistakes)
+    usual = f": {mistake}?" if apart < min(exact, UNLIKE_FACTOR) else ""
+    if not usual and off < MANY_TIMES:
+        return ""
+    if effect.sensor:
+        return f" (reads {off:.3g} times too {'high' if factor > 1.0 else 'low'}{usual})"
+    return f" ({factor:.3g} times the stated value{usual})"
 
 
 def _capital(text: str) -> str:

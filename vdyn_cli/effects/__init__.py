@@ -16,7 +16,9 @@ from typing import Literal
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.io.plugins import Plugin, plugins
 from vdyn_cli.quantities.errors import Finding, InputError
-from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.quantities.parameter_json import in_si
+from vdyn_cli.quantities.parameters import Estimate, Extensions
+from vdyn_cli.quantities.quantity import Quantity, UnitError
 
 Kind = Literal["within_run", "between_run"]
 GROUP = "vdyn.effects"
@@ -75,6 +77,10 @@ class Effect:
     tags : of PROPERTIES, and the situations in which it is a candidate (of SITUATIONS, or of a step of an installed
         package); without a situation it is a candidate wherever the model calls its laws.
     covers : unknowns of a step that lie within its own: with it in, they stay where they start.
+    possible : by unknown, bounds of a fit where a description or a unit can be wrong by more than 1.5 times the
+        plausible range: a factor of 3.6 in a speed.
+    mistakes : of a scale 1 + e, the factors that a usual mistake makes, each with the mistake: (3.6, "km/h read as
+        m/s").
     """
 
     name: str
@@ -93,6 +99,8 @@ class Effect:
     sense: str
     tags: frozenset[str]
     covers: tuple[str, ...]
+    possible: Mapping[str, tuple[float, float]]
+    mistakes: tuple[tuple[float, str], ...]
 
     @property
     def law(self) -> EffectLaw:
@@ -137,6 +145,8 @@ def effect(
     sense: str = "",
     tags: Collection[str] = frozenset(),
     covers: tuple[str, ...] = (),
+    possible: Mapping[str, tuple[float, float]] = MappingProxyType({}),
+    mistakes: tuple[tuple[float, str], ...] = (),
 ) -> Callable[[EffectLaw], Effect]:
     """Make a function ``law(element, s, q)`` an effect; it takes the name, and the docstring gives the summary.
 
@@ -163,6 +173,8 @@ def effect(
             sense=sense,
             tags=frozenset(tags),
             covers=covers,
+            possible=dict(possible),
+            mistakes=mistakes,
         )
 
     return make
@@ -194,6 +206,26 @@ def catalogue() -> tuple[Effect, ...]:
 def refused() -> tuple[Finding, ...]:
     """The effects of installed packages that are left out of the catalogue, and why."""
     return _found()[1]
+
+
+def extensions_in_si(extensions: Extensions, where: str, problems: list[Finding]) -> dict[str, dict[str, Estimate]]:
+    """The effects of a parameter file in SI units; those that this version does not know stay as they are.
+
+    Parameters
+    ----------
+    where : the file. problems : takes a finding for each unit that is not one of the effect's kind.
+    """
+    quantities = {name: quantity for one in catalogue() for name, quantity in one.unknowns.items()}
+    found: dict[str, dict[str, Estimate]] = {}
+    for effect_name, unknowns in extensions.items():
+        found[effect_name] = {}
+        for name, estimate in unknowns.items():
+            try:
+                quantity = quantities.get(name)
+                found[effect_name][name] = estimate if quantity is None else in_si(estimate, quantity)
+            except UnitError as error:
+                problems.append(Finding(f"{where}, extension '{effect_name}', '{name}'", str(error)))
+    return found
 
 
 @cache

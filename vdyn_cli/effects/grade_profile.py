@@ -27,7 +27,7 @@ def _slope(name: str, knot: int) -> Quantity:
     confirm="Log the position, and drive the segment both ways from several start points, or survey its height.",
     sense="uphill on the way out",
     tags={"test_only", "open_road"},
-    covers=("road_slope",),
+    covers=("road_slope", "shared_road"),
 )
 def grade_profile(grade: Law, s: Signals, q: Signals) -> Number:
     """A slope that changes along the road, and is met again, mirrored, on the way back.

@@ -16,6 +16,9 @@ from vdyn_cli.quantities.quantity import Quantity
     "too slowly.",
     alike=("rotating_mass", "torque_gain", "wheel_radius", "rolling_resistance", "drag_area"),
     confirm="Weigh the car as it was driven, with crew and fuel.",
+    # The rider of a light vehicle weighs more than the vehicle; a mass in lb is 2.2 times that in kg.
+    possible={"mass_error": (-0.6, 2.0)},
+    mistakes=((1 / 2.20462, "lb read as kg"), (2.20462, "kg read as lb")),
     tags={"open_road"},
 )
 def mass_error(parameters: Law, s: Signals, q: Signals) -> Number:

@@ -30,6 +30,6 @@ from vdyn_cli.quantities.quantity import Quantity
 def motor_inertia(parameters: Law, s: Signals, q: Signals) -> Number:
     """Motors, gears and shafts inside the half-shafts whose inertia is not in the model.
 
-    Jd + q, seen at the driven wheels together.
+    Jd + q, seen at the driven wheels together: of what turns with the differential's carrier.
     """
     return parameters(s.but(driveline_inertia=s.driveline_inertia + q.motor_inertia))

@@ -16,6 +16,20 @@ from vdyn_cli.quantities.quantity import Quantity
     "resistance and drag.",
     alike=("rolling_resistance", "drag_area", "wheel_radius", "mass_error", "torque_gain"),
     confirm="Compare the speed, integrated, with a measured distance: kilometer markers, GPS positions.",
+    # Units (km/h, mph, kn read as m/s or as each other: 1.15 to 3.6 times), pulses a turn, a gear ratio left out.
+    possible={"speed_scale_error": (-0.93, 14.0)},
+    mistakes=(
+        (3.6, "km/h read as m/s"),
+        (1 / 3.6, "m/s read as km/h"),
+        (2.23694, "mph read as m/s"),
+        (1 / 2.23694, "m/s read as mph"),
+        (1.60934, "km/h read as mph"),
+        (1 / 1.60934, "mph read as km/h"),
+        (1.94384, "kn read as m/s"),
+        (1 / 1.94384, "m/s read as kn"),
+        (2.0, "a diameter taken for the wheel's radius, or half the pulses a turn"),
+        (0.5, "a radius taken for the wheel's diameter, or twice the pulses a turn"),
+    ),
     tags={"sensor", "open_road"},
 )
 def speed_scale(speed: Law, s: Signals, q: Signals) -> Number:

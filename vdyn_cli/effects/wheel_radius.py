@@ -17,6 +17,9 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The same torque gives less force, and the wheels turn slower at the same speed of the car.",
     alike=("torque_gain", "mass_error", "speed_scale", "wheel_mass"),
     confirm="Roll ten turns of the wheel along a tape, loaded as driven.",
+    # A diameter for a radius, or a small wheel whose tire was left out.
+    possible={"wheel_radius_error": (-0.6, 1.2)},
+    mistakes=((0.5, "the diameter stated as radius"),),
     tags={"open_road", "wheel_spin"},
 )
 def wheel_radius(parameters: Law, s: Signals, q: Signals) -> Number:

@@ -131,8 +131,11 @@ class Course:
         for begin in range(0, total, rows):
             n = min(rows, total - begin)
             kernel(n, z, grid.inputs[begin:], grid.steps[begin:], self.constants, w, passed)
-            self._refuse_not_finite(grid, begin, passed[:n], w[:n])
             at = slice(-begin % sub, n, sub)  # of the substeps, those that begin a sample
+            with np.errstate(invalid="ignore", over="ignore"):  # what is not finite in the states remains so
+                finite = np.isfinite(z.sum() + w[at].sum())
+            if not finite:
+                self._refuse_not_finite(grid, begin, passed[:n], w[:n])
             samples = slice(-(-begin // sub), (begin + n - 1) // sub + 1)
             seen.readings[:, samples] = w[at, m * directions :].T
             if directions:
@@ -144,10 +147,7 @@ class Course:
                 seen.final[:] = passed[at][-1]
 
     def _refuse_not_finite(self, grid: Grid, begin: int, states: Array, w: Array) -> None:
-        # The sum is a cheap test; the full one excludes an overflow of the sum itself.
-        with np.errstate(invalid="ignore", over="ignore"):
-            if np.isfinite(states.sum() + w.sum()):
-                return
+        # Nothing is refused where only the sum overflows by which it was suspected.
         readings = w[:, w.shape[1] - self.readings :]
         for what, rows in (("", np.hstack([states, readings])), ("a derivative to an unknown", w)):
             if (row := first_not_finite(rows)) is not None:

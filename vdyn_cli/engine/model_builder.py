@@ -85,7 +85,7 @@ class ModelBuilder:
             value: Law = (lambda s: s) if law == "parameters" else (lambda s: s.value)
         else:
             name, value = law.__name__, law
-        s = Signals(**{**self._context, **signals})
+        s = Signals(**{**self._context, "place": at, **signals})
         for effect in self._effects:
             if name in effect.laws:
                 self.met.add(effect.name)

@@ -11,6 +11,7 @@ from vdyn_cli.export.parameter_file import ParameterFile
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 
 Driven = Literal["front", "rear", "both"]
+Differential = Literal["open", "locked"]
 
 # What each format is; its module has a function `made`.
 FORMATS: Mapping[str, str] = {
@@ -24,10 +25,11 @@ FORMATS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """The options of the command line: a name for files and structs, and the driven axle."""
+    """The options of the command line: a name for files and structs, the driven axle, and its differential."""
 
     name: str = "vehicle"
     driven: Driven = "front"
+    differential: Differential = "open"
 
 
 @dataclass(frozen=True)

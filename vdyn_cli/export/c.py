@@ -49,7 +49,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     ------
     InputError : parameters that are missing and have no default.
     """
-    car = exported_vehicle(parameter_file, options.driven)
+    car = exported_vehicle(parameter_file, options.driven, options.differential)
     title = f"{parameter_file.title} ({parameter_file.name})"
     program = car.program(options.name, title)
     name = options.name

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.effects import Effect, catalogue
@@ -13,7 +13,9 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.export.parameter_file import AcceptedEffect, ParameterFile, completed
 from vdyn_cli.export.quantity_texts import comment, of_parameter, of_signal, of_state
 from vdyn_cli.physics.models.vehicle import Driven, vehicle
+from vdyn_cli.physics.models.vehicle_axle import Differential
 from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps.learned_effect import learned_effects
 
 STEP = 1e-3  # s, the longest step that resolves half-shafts and wheel hop
 
@@ -30,7 +32,7 @@ class ExportedVehicle:
     assumed : the reason for the value of each parameter that was not given.
     accepted : the effects included, with their values.
     effect_notes : which effects are included, and why others are not.
-    driven : the driven axle.
+    driven, differential : the driven axle, and how its half-shafts are joined.
     """
 
     model: Model
@@ -42,34 +44,43 @@ class ExportedVehicle:
     accepted: tuple[AcceptedEffect, ...]
     effect_notes: tuple[str, ...]
     driven: Driven
+    differential: Differential
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Every assumption and every effect, a line each."""
         return (*(f"assumed {name}: {why}" for name, why in self.assumed.items()), *self.effect_notes)
 
+    @property
+    def _summary(self) -> str:
+        differential = f"{self.differential} differential" + ("s" if self.driven == "both" else "")
+        return f"SI units. Driven: {self.driven}, {differential}. Steps of at most {STEP:g} s."
+
     def program(self, name: str, title: str) -> CProgram:
         """The vehicle as C source with a start speed; the caller chooses steps of at most STEP."""
         comments = {n: comment(of_state(n)) for n in self.graph.states}
         comments |= {n: comment(q) + _assumption(self.assumed.get(n)) for n, q in self.quantities.items()}
-        lines = (title, f"SI units. Driven: {self.driven}. Steps of at most {STEP:g} s.", *self.effect_notes)
+        lines = (title, self._summary, *self.effect_notes)
         return c_program(
             self.graph, 1, name, start=("speed",), defaults=self.values, comments=comments, title="\n   ".join(lines)
         )
 
 
-def exported_vehicle(parameter_file: ParameterFile, driven: Driven) -> ExportedVehicle:
+def exported_vehicle(
+    parameter_file: ParameterFile, driven: Driven, differential: Differential = "open"
+) -> ExportedVehicle:
     """The vehicle of a parameter file.
 
     Raises
     ------
     InputError : parameters that are missing and have no default.
     """
-    model = vehicle(driven)
+    model = vehicle(driven, differential=differential)
     values, assumed = completed(parameter_file, model.parameters, "the full vehicle")
     context = {"heading": 0.0, "temperature": parameter_file.values.get("temperature", 293.15)}
-    included, notes = accepted_effects(model, parameter_file.effects)
-    known = {effect.name: effect for effect in catalogue()}
+    every = (*catalogue(), *learned_effects(parameter_file.parameters))
+    included, notes = accepted_effects(model, parameter_file.effects, every)
+    known = {effect.name: effect for effect in every}
     effects = tuple(known[one.effect] for one in included)
     graph = trace(model, effects)
     unknowns = {name: value for one in included for name, value in one.unknowns.items()}
@@ -77,19 +88,26 @@ def exported_vehicle(parameter_file: ParameterFile, driven: Driven) -> ExportedV
     quantities = {name: of_parameter(name) for name in (*model.parameters, *model.context)}
     quantities |= {name: of_signal(name) for name in (*model.inputs, *graph.outputs)}
     quantities |= {name: quantity for effect in effects for name, quantity in effect.unknowns.items()}
-    return ExportedVehicle(model, effects, graph, everything, quantities, assumed, included, notes, driven)
+    return ExportedVehicle(
+        model, effects, graph, everything, quantities, assumed, included, notes, driven, differential
+    )
 
 
 def accepted_effects(
-    model: Model, effects: Iterable[AcceptedEffect]
+    model: Model, effects: Iterable[AcceptedEffect], every: Sequence[Effect] = ()
 ) -> tuple[tuple[AcceptedEffect, ...], tuple[str, ...]]:
     """The effects that belong to the vehicle and that the model has an element for, with a note for each effect.
 
     A sensor fault, a wind or a slope belongs to the test day, not to the vehicle, and the published parameters are
     already corrected for it. The order is that of the catalogue, in which effects are applied everywhere.
+
+    Parameters
+    ----------
+    every : the catalogue, and learned laws behind it; the catalogue alone where none are given.
     """
-    known = {effect.name: effect for effect in catalogue()}
-    offers = {effect.name for effect in applicable(model, catalogue())}
+    every = tuple(every) or catalogue()
+    known = {effect.name: effect for effect in every}
+    offers = {effect.name for effect in applicable(model, every)}
     included: list[AcceptedEffect] = []
     notes: list[str] = []
     for one in effects:

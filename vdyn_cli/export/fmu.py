@@ -43,7 +43,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     ------
     InputError : parameters that are missing and have no default.
     """
-    car = exported_vehicle(parameter_file, options.driven)
+    car = exported_vehicle(parameter_file, options.driven, options.differential)
     name, title = options.name, f"{parameter_file.title} ({parameter_file.name})"
     program = car.program(name, title)
     variables = _variables(car)

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from vdyn_cli.effects import catalogue, extensions_in_si
 from vdyn_cli.export.quantity_texts import of_parameter
 from vdyn_cli.physics.models.vehicle_defaults import FOLLOWING, complete
 from vdyn_cli.quantities.errors import Finding, raise_all
-from vdyn_cli.quantities.parameters import GIVERS, Parameters, read_parameters
-from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.quantities.parameter_json import one_line, read_document
+from vdyn_cli.quantities.parameters import GIVERS, Parameters
+from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
+
+LONGEST_TITLE = 200  # characters; the header of a .tir line and of an FMU's description are not longer
 
 
 @dataclass(frozen=True)
@@ -52,16 +55,12 @@ def read_parameter_file(path: Path) -> ParameterFile:
 
     Raises
     ------
-    InputError : no such file; a value outside its physical range; an effect without its values. All at once.
+    InputError : no such file; a number that is not finite, in a wrong unit or outside its physical range; an effect
+        without its values. All at once.
     """
-    parameters = read_parameters(path)
-    document = json.loads(path.read_text(encoding="utf-8"))
-    findings = []
-    for name, estimate in parameters.items():
-        quantity = PARAMETERS.get(name)
-        if quantity is not None and not quantity.allows(estimate.value):
-            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
-            findings.append(Finding(f"{path}, parameter '{name}'", f"lies outside {span}", f"{estimate.value:g}"))
+    read = read_document(path)
+    document, findings = read.content, list[Finding]()
+    parameters = replace(read.parameters, extensions=extensions_in_si(read.parameters.extensions, str(path), findings))
     lasting = {
         effect: {name: estimate.value for name, estimate in unknowns.items()}
         for effect, unknowns in parameters.extensions.items()
@@ -70,9 +69,8 @@ def read_parameter_file(path: Path) -> ParameterFile:
     effects = (named | {effect: AcceptedEffect(effect, values) for effect, values in lasting.items()}).values()
     raise_all(findings)
     title = str(document.get("title") or f"result of vdyn {document.get('step', '')}".strip())
-    # The title is written into comments and XML.
-    title = "".join(letter if letter.isprintable() else " " for letter in title)
-    return ParameterFile(path.name, title, parameters, tuple(effects))
+    # The title and the file's name are written into comments and XML.
+    return ParameterFile(one_line(path.name), one_line(title)[:LONGEST_TITLE], parameters, tuple(effects))
 
 
 def _named_effects(diagnosis: Any, where: str, findings: list[Finding]) -> tuple[AcceptedEffect, ...]:
@@ -80,15 +78,24 @@ def _named_effects(diagnosis: Any, where: str, findings: list[Finding]) -> tuple
     if not isinstance(diagnosis, Mapping) or diagnosis.get("verdict") != "named":
         return ()
     found = []
-    for entry in diagnosis.get("causes") or ():
+    causes = diagnosis.get("causes")
+    quantities = {name: quantity for effect in catalogue() for name, quantity in effect.unknowns.items()}
+    for entry in causes if isinstance(causes, list) else ():
         try:
-            unknowns = {str(name): float(u["value"]) for name, u in entry["unknowns"].items()}
+            unknowns = {str(name): _in_si(u, quantities.get(name)) for name, u in entry["unknowns"].items()}
             if not all(map(math.isfinite, unknowns.values())):
                 raise ValueError(unknowns)
-            found.append(AcceptedEffect(str(entry["effect"]), unknowns))
-        except (KeyError, TypeError, ValueError, AttributeError):
+            found.append(AcceptedEffect(one_line(str(entry["effect"])), unknowns))
+        except UnitError as error:
+            findings.append(Finding(f"{where}, diagnosis", str(error), remedy="correct the unit of the effect's size"))
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
             findings.append(Finding(f"{where}, diagnosis", "an effect lacks its name or the values of its unknowns"))
     return tuple(found)
+
+
+def _in_si(unknown: Mapping[str, Any], quantity: Quantity | None) -> float:
+    value = float(unknown["value"])
+    return value if quantity is None else to_si(value, str(unknown.get("unit", quantity.unit)), quantity.unit)
 
 
 def completed(

@@ -5,7 +5,10 @@ from __future__ import annotations
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 
-WHEELS = {"_fl": "front left", "_fr": "front right", "_rl": "rear left", "_rr": "rear right"}
+PLACES = {
+    **{"_fl": "front left", "_fr": "front right", "_rl": "rear left", "_rr": "rear right"},
+    **{"_front": "front axle", "_rear": "rear axle"},
+}
 
 Q = Quantity
 _OWN = (
@@ -35,7 +38,8 @@ _OWN = (
     Q("rolling_bend", "", "-1 to 1, sense of the rolling resistance"),
     Q("brake_bend", "", "-1 to 1, sense of the friction in the brake"),
     Q("twist", "rad", "twist of the half-shaft"),
-    Q("inner_speed", "rad/s", "angular speed of the half-shaft's inner end"),
+    Q("carrier_speed", "rad/s", "angular speed of the differential's carrier, less the motor's turning with the body"),
+    Q("side_gear_speed", "rad/s", "half the difference of the side gears' speeds, left less right"),
 )
 OWN = {quantity.name: quantity for quantity in _OWN}
 
@@ -51,13 +55,13 @@ def of_signal(name: str) -> Quantity:
 
 
 def of_state(name: str) -> Quantity:
-    """Unit and meaning of a state, also of one wheel; for the state of an effect only its name is known."""
-    wheel = WHEELS.get(name[-3:])
-    stem = name[:-3] if wheel else name
+    """Unit and meaning of a state, also of a wheel or an axle; for the state of an effect only its name is known."""
+    ending = next((suffix for suffix in PLACES if name.endswith(suffix)), "")
+    place, stem = PLACES.get(ending), name.removesuffix(ending)
     known = OWN.get(stem) or CHANNELS.get(stem)
     if known is None:
         return Quantity(name, "", "")
-    return Quantity(name, known.unit, f"{known.meaning}, {wheel}" if wheel else known.meaning)
+    return Quantity(name, known.unit, f"{known.meaning}, {place}" if place else known.meaning)
 
 
 def comment(quantity: Quantity) -> str:

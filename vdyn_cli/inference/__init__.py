@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -14,11 +15,12 @@ from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.refusals import refusals
 from vdyn_cli.inference.regression import Loss, Point, Regression, Rows, Unknown, evaluate
 from vdyn_cli.inference.solution import Downweighted, Solution, Unit
-from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN, white_level, whiten
-from vdyn_cli.quantities.errors import Finding, ResultError, raise_all
+from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN, exceeds_noise, white_level, whiten
+from vdyn_cli.quantities.errors import Finding, ResultError
 
 __all__ = [
     "Downweighted",
+    "RefusedFitError",
     "Regression",
     "Rows",
     "Solution",
@@ -26,10 +28,49 @@ __all__ = [
     "Unknown",
     "approach",
     "equal_information_blocks",
+    "exceeds_noise",
     "solve",
+    "standing",
     "white_level",
     "whiten",
 ]
+
+
+class RefusedFitError(ResultError):
+    """A fit whose minimum cannot be published; where it stands can still be shown, and is what a diagnosis starts from.
+
+    Parameters
+    ----------
+    findings : why. regression : that was solved. ends : () -> where the fit ended, with its intervals.
+    """
+
+    def __init__(self, findings: Sequence[Finding], regression: Regression, ends: Callable[[], Solution]) -> None:
+        super().__init__(*findings)
+        self.regression = regression
+        self._ends = ends
+
+    def solution(self) -> Solution | None:
+        """Where the fit ended; None where its information is singular, so that it has no intervals."""
+        try:
+            return self._ends()
+        except (np.linalg.LinAlgError, ArithmeticError, ValueError):
+            return None
+
+
+def standing(fit: Callable[[], Solution]) -> Solution:
+    """A fit, or where it stands if it cannot be published: the place from which a diagnosis goes on.
+
+    Raises
+    ------
+    ResultError : the fit stands nowhere.
+    """
+    try:
+        return fit()
+    except RefusedFitError as error:
+        solution = error.solution()
+        if solution is None:
+            raise
+        return solution
 
 
 def solve(
@@ -39,6 +80,7 @@ def solve(
     units: Literal["auto", "run", "block"] = "auto",
     most_iterations: int = 200,
     tolerance: float = 0.0,
+    unconverged: bool = False,
 ) -> Solution:
     """Fit shared and per-run unknowns to all runs at once, with their uncertainty.
 
@@ -53,16 +95,18 @@ def solve(
     tolerance : convergence: largest predicted reduction of the sum of squares by a further step, in variances of one
         residual (1e-3 is 3 % of a standard deviation); 0 iterates to rounding. For nondifferentiable models, such as
         a wheel that leaves the road.
+    unconverged : accept a fit that did not converge, as the place from which a diagnosis goes on.
 
     Raises
     ------
-    ResultError
+    RefusedFitError
         The fit does not converge; the data do not determine the unknowns (the message names the combination that they
         do determine); or a value lies at its bound.
     """
     minimum, scale = _minimize(regression, robust, most_iterations, tolerance)
     solved = Solved(regression, minimum, robust, scale)
-    raise_all(refusals(solved), ResultError)
+    if findings := refusals(solved, unconverged):
+        raise RefusedFitError(findings, regression, lambda: infer(solved, units))
     return infer(solved, units)
 
 

@@ -18,7 +18,7 @@ Kind = Literal["run", "block"]
 
 FEWEST_RUNS = 6  # from which the run is the unit, if their information is even enough: t quantile 2.6 with 5 degrees
 BLOCKS = 12  # blocks within runs otherwise: more are shorter, and the residual autocorrelation would couple them
-PER_UNKNOWN = 3  # blocks at least per shared unknown: with fewer the fit absorbs most of their scatter
+PER_UNKNOWN = 3  # blocks at least per shared unknown without a prior: with fewer the fit absorbs their scatter
 FEWEST_BLOCKS = 8
 FEWEST_EFFECTIVE = 4.0  # effective number of units below which their scatter is not used: 3 degrees of freedom
 OUTLIER = 0.3  # weight below which a row is listed: a residual above 4.5 standard deviations with Huber's loss
@@ -117,9 +117,11 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
     """Covariance and degrees of freedom with the uncertainty of the priors added.
 
     The scatter of blocks does not show it: a prior is common to all blocks. Where the run is the unit, the scatter
-    contains the runs' own priors. Degrees of freedom after Satterthwaite, infinite for the priors' part.
+    contains the runs' own priors. Degrees of freedom after Satterthwaite, infinite for the part of stated priors.
     """
     rows = list(prior_rows(solved.regression.shared, np.zeros(solved.s))[:, :-1])
+    few = min((u.prior_degrees for u in solved.regression.shared if u.prior), default=np.inf)
+    estimated = [u.prior_degrees < np.inf for u in solved.regression.shared if u.prior]
     if kind == "block":
         own = [(i, u.prior[1]) for i, u in enumerate(solved.regression.own) if u.prior]
         rows += [follow[i] / std for follow in solved.follow for i, std in own]
@@ -128,6 +130,9 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
     scatter, total = np.diag(found.covariance), np.diag(covariance)
     growth = total / np.maximum(scatter, 1e-300)
     degrees = np.where(growth < MOSTLY_PRIOR, found.degrees * np.minimum(growth, MOSTLY_PRIOR) ** 2, np.inf)
+    if any(estimated):
+        share = np.sum(moved[: len(estimated)][estimated] ** 2, axis=0) / np.maximum(total, 1e-300)
+        degrees = 1.0 / (1.0 / degrees + share**2 / few)
     return covariance, degrees
 
 
@@ -163,7 +168,8 @@ def _blocks_of_runs(solved: Solved) -> NDArray[np.int64]:
     """Number of blocks of each run: its share of the information, at least one."""
     whole = solved.reduced.runs[:, :, :-1]
     information = np.sum((whole @ solved.covariance) * whole, axis=(1, 2))
-    blocks = max(BLOCKS, PER_UNKNOWN * solved.s)
+    free = sum(u.prior is None for u in solved.regression.shared)
+    blocks = max(BLOCKS, PER_UNKNOWN * free)
     quota = blocks * information / max(float(np.sum(information)), 1e-300)
     counts: NDArray[np.int64] = np.maximum(np.floor(quota), 1).astype(np.int64)
     missing = max(blocks - int(counts.sum()), 0)

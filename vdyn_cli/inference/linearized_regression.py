@@ -19,8 +19,8 @@ def linearized(regression: Regression) -> Regression:
     """The regression linearized at its start, each run reduced to one QR factor per block.
 
     For models that are expensive to simulate and whose unknowns have narrow priors: one pass over the logs, and every
-    later fit is cheap. The error grows with the square of the steps. The range of unknowns with a prior becomes
-    symmetric about their start: a linear model needs no bound at zero, and a diagnosis tests how far they move.
+    later fit is cheap. The error grows with the square of the steps. Nuisances with a prior lose their bounds: a linear
+    model needs none, the prior holds them, and how far they move is what a diagnosis tests.
     """
     x = regression.start()
     runs = len(regression.runs)
@@ -44,11 +44,11 @@ def linearized(regression: Regression) -> Regression:
             plain = plain[0] + plain[1] @ step, plain[1]
         return replace(rows, residual=rows.residual + rows.jacobian @ step, plain=plain)
 
-    return replace(regression, unknowns=tuple(map(_symmetric_range, regression.unknowns)), rows=at_point, narrow=None)
+    return replace(regression, unknowns=tuple(map(_without_bounds, regression.unknowns)), rows=at_point, narrow=None)
 
 
-def _symmetric_range(u: Unknown) -> Unknown:
-    return replace(u, lower=min(u.lower, 2.0 * u.start - u.upper)) if u.prior and u.nuisance else u
+def _without_bounds(u: Unknown) -> Unknown:
+    return replace(u, lower=-np.inf, upper=np.inf) if u.prior and u.nuisance else u
 
 
 def blocks_within(rows: Rows, wanted: int) -> int:

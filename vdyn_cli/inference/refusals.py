@@ -14,12 +14,17 @@ GIVEN = 0.1  # standard deviation of a prior, of the physical range, below which
 DRAWN = 1e-3  # share of the largest possible response from which a run's own unknown takes part in a null direction
 
 
-def refusals(solved: Solved) -> list[Finding]:
+def refusals(solved: Solved, unconverged: bool = False) -> list[Finding]:
     """The reasons to refuse the minimum as a result; the first kind found only, since it explains the others.
 
     In this order: runs without information, parameters that are not identifiable, no convergence, estimates at bounds.
+
+    Parameters
+    ----------
+    unconverged : accept a fit that did not converge.
     """
-    return _runs_without_information(solved) or _undetermined(solved) or _unconverged(solved) or _at_bounds(solved)
+    undetermined = _runs_without_information(solved) or _undetermined(solved)
+    return undetermined or ([] if unconverged else _unconverged(solved)) or _at_bounds(solved)
 
 
 def _runs_without_information(solved: Solved) -> list[Finding]:

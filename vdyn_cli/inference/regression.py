@@ -26,8 +26,10 @@ class Unknown:
     start, lower, upper : start value and physical range, in SI.
     prior : mean and standard deviation of the normal prior, or None.
     prior_correlation : of the prior with those of other unknowns, by name; independent of all that are not named.
+    prior_degrees : degrees of freedom behind the prior's standard deviation, where it was estimated from the data.
     per_run : every run has its own value.
     nuisance : a nuisance parameter: not reported, and ignored in the choice of the independent units.
+    physical : the range outside which no value can be published, where ``lower`` and ``upper`` are relaxed.
     """
 
     name: str
@@ -39,6 +41,8 @@ class Unknown:
     per_run: bool = False
     nuisance: bool = False
     prior_correlation: Mapping[str, float] = field(default_factory=dict)
+    prior_degrees: float = np.inf
+    physical: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,8 @@ class Regression:
     run_starts : (runs,) starts of a per-run unknown, by name, where one start does not suit all.
     narrow : ``narrow(names)`` gives the rows over those shared unknowns and the run's own, all others staying where
         they start: for models that cost less with fewer unknowns. None where nothing is saved.
+    log_noise : sum of the logarithms of the rows' noise, log |L| with covariance L L'. Costs of regressions that
+        estimate their own noise are comparable with it added: -log likelihood = cost + log |L| + constant.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -86,6 +92,7 @@ class Regression:
     rows: Callable[[int, Array], Rows]
     run_starts: Mapping[str, Array] = field(default_factory=dict)
     narrow: Callable[[Sequence[str]], Callable[[int, Array], Rows]] | None = None
+    log_noise: float = 0.0
 
     @property
     def shared(self) -> tuple[Unknown, ...]:

@@ -7,6 +7,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+# standard errors of the variance of white noise, noise^2 (2 / n)^0.5, by which a channel's must exceed it: below,
+# the channel may hold noise alone. Beyond, the intervals say what it tells.
+LEAST_EXCESS = 10.0
+ROUNDING = 1e-12  # of a variance
 NORMAL_FROM_MEDIAN = 1.482602218505602  # standard deviation of a normal variable per median absolute value
 
 
@@ -44,6 +48,20 @@ def white_level(trace: Array, time: Array | None = None) -> float:
     level = NORMAL_FROM_MEDIAN * float(np.median(np.abs(differences)))
     whole = float(np.sqrt(np.mean(differences**2)))
     return level if level > 1e-9 * whole else whole
+
+
+def exceeds_noise(spread: float, noise: float, count: int) -> bool:
+    """Whether a channel holds more than white noise, however small it is.
+
+    spread^2 - noise^2 > 10 noise^2 (2 / n)^0.5
+
+    Parameters
+    ----------
+    spread : standard deviation of the channel. noise : its white level, in the same unit.
+    count : number of samples, n.
+    """
+    chance = LEAST_EXCESS * noise**2 * float(np.sqrt(2.0 / max(count, 1)))
+    return spread**2 - noise**2 > max(chance, ROUNDING * spread**2) and spread > 0.0
 
 
 def whiten(

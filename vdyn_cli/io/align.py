@@ -250,15 +250,54 @@ def merge(reference: Log, others: Sequence[Log], shared: str) -> Log:
     return merged
 
 
-def _resampled(log: Log, channel: str, at: Array, step: float) -> tuple[Array, str]:
+def on_one_clock(reference: Log, others: Sequence[Log]) -> Log:
+    """Put channels of the same file that stand on other clocks on the reference's, saying how each was resampled.
+
+    Parameters
+    ----------
+    reference : gives the clock.
+    others : logs of channels that count the time from the same moment, so that no delay is estimated.
+
+    Returns
+    -------
+    Log : channels resampled as by `merge`; those whose samples have the same times are taken as they are.
+    """
+    added: dict[str, Array] = {}
+    how: dict[str, str] = {}
+    findings = list(reference.findings)
+    step = float(np.median(np.diff(reference.time))) if reference.time.size > 1 else 0.0
+    for other in others:
+        findings += other.findings
+        same = np.array_equal(other.time, reference.time)
+        gaps = None if same or other.time.size < 2 else Signal(other.time, other.time).gaps_at(reference.time)
+        for channel in other.channels:
+            added[channel], words = (
+                (other[channel], "") if same else _resampled(other, channel, reference.time, step, gaps)
+            )
+            if words:
+                how[channel] = words
+    for words in dict.fromkeys(how.values()):
+        names = ", ".join(f"'{name}'" for name, kind in how.items() if kind == words)
+        first = next(iter(reference.channels), "time")
+        what = f"resampled to the sampling times of '{first}': {names} ({words})"
+        remedy = "choose the clock of another group with the key 'group' of the channel 'time'"
+        findings.append(Finding(reference.name, what, remedy=remedy))
+    return replace(reference.with_channels(**added), findings=tuple(findings))
+
+
+def _resampled(
+    log: Log, channel: str, at: Array, step: float, gaps: NDArray[np.bool_] | None = None
+) -> tuple[Array, str]:
+    """A channel at other times, and how; ``gaps`` (n,): which times lie in gaps of its clock or beyond its ends."""
     written = np.isfinite(log[channel])
     if written.sum() < 2:
         return np.full(at.size, np.nan), "nothing written"
-    signal = Signal(log.time[written], log[channel][written])
+    whole = bool(written.all())
+    signal = Signal(log.time, log[channel]) if whole else Signal(log.time[written], log[channel][written])
     if signal.step < 0.75 * step:
         return signal.averages(at, step), f"means over {step:.4g} s"
     values = np.interp(at, signal.time, signal.values)
-    values[signal.gap_within(at, 0.0)] = np.nan
+    values[gaps if whole and gaps is not None else signal.gaps_at(at)] = np.nan
     return values, "straight lines between samples"
 
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.input_file import open_regular
+
+TEMPORARY = ".vdyn-tmp"  # ending of files that are being written
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
@@ -17,24 +22,54 @@ def write_whole(path: Path, content: str | bytes) -> None:
     ------
     InputError : the folder can't be made or written.
     """
-    data = content.encode("utf-8") if isinstance(content, str) else content
-    temporary: Path | None = None
+    write_together({path: content})
+
+
+def write_together(files: Mapping[Path, str | bytes]) -> None:
+    """Write files of which the first is the one that all others belong to.
+
+    All are written under temporary names before any is renamed into place. Earlier files of the others' names are
+    removed before the first is renamed, so that at no moment one stands beside a first that it does not belong to.
+
+    Raises
+    ------
+    InputError : a folder can't be made or written.
+    """
+    staged: dict[Path, Path] = {}
+    path = next(iter(files))
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-            temporary = Path(file.name)
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.chmod(0o666 & ~_umask())
-        temporary.replace(path)
-        temporary = None
-    except OSError as error:
-        finding = Finding(str(path), f"can't be written: {error.strerror}", remedy="choose another folder with -o")
+        for path, content in files.items():
+            _stage(path, content.encode("utf-8") if isinstance(content, str) else content, staged)
+        for path in list(files)[1:]:
+            path.unlink(missing_ok=True)
+        for path in files:
+            staged[path].replace(path)
+            del staged[path]
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        finding = Finding(str(path), f"can't be written: {why}", remedy="choose another folder with -o")
         raise InputError(finding) from None
     finally:
-        if temporary is not None:
+        for temporary in staged.values():
             temporary.unlink(missing_ok=True)
+
+
+def _stage(path: Path, data: bytes, staged: dict[Path, Path]) -> None:
+    """Write the data beside the file, and enter the temporary file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", suffix=TEMPORARY, delete=False) as file:
+        staged[path] = Path(file.name)
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    staged[path].chmod(0o666 & ~_umask())
+
+
+def remove_temporaries(folder: Path) -> None:
+    """Remove the temporary files of killed writers. Assumes that no other process writes to the folder."""
+    for left in folder.glob(f".*{TEMPORARY}") if folder.is_dir() else ():
+        with contextlib.suppress(OSError):
+            left.unlink()
 
 
 def _umask() -> int:
@@ -52,9 +87,14 @@ def sha256(path: Path) -> str:
     """
     digest = hashlib.sha256()
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             while piece := file.read(1 << 20):
                 digest.update(piece)
     except OSError as error:
         raise InputError(Finding(str(path), f"can't be read: {error.strerror}")) from None
     return digest.hexdigest()
+
+
+def digest_of(content: str | bytes) -> str:
+    """sha256 of the content of a file, text in UTF-8."""
+    return hashlib.sha256(content.encode("utf-8") if isinstance(content, str) else content).hexdigest()

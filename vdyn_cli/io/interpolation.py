@@ -18,6 +18,7 @@ SLOWEST = 200  # rows from one own row to the next, at most
 SHARPER = 2.5  # most own rows must bend by so much more than any others
 ROUNDED = 1.5  # steps of the resolution that rounding bends a straight line by, mostly
 WRITTEN = 1e-5  # of the largest value, at least: six digits, or single precision
+LEAST_STRAIGHT = 0.2  # of the bends: an interpolated channel has a quarter, half of those between its own rows
 ODD = 20.0  # times what most own rows bend: a glitch counts as so much
 
 
@@ -35,14 +36,19 @@ def own_rows(values: Array) -> Rows | None:
     first, last = int(moves[0]), int(moves[-1]) + 1
     if np.mean(steps[first:last] == 0.0) > STAIRS:
         return None
-    resolution = _resolution(values)
+    resolution = _resolution(values[:MOST])
+    if np.mean(bends < ROUNDED * resolution) < LEAST_STRAIGHT:
+        return None  # no k can do, which spares looking at each
     for k in range(min(SLOWEST, bends.size // FEWEST), 1, -1):  # every divisor of the true one would do
         turns = bends[: bends.size // k * k].reshape(-1, k)
         turns = turns[turns.any(axis=1)]
         if len(turns) < FEWEST:
             continue
-        own = int(np.argmax(np.sum(turns > ROUNDED * resolution, axis=0)))
+        bent = np.sum(turns > ROUNDED * resolution, axis=0)
+        own = int(np.argmax(bent))
         most = float(np.median(turns[:, own]))
+        if ODD * most > ROUNDED * resolution and 2 * (bent.sum() - bent[own]) > len(turns) * (k - 1):
+            continue  # more than half of the others bend: their median does
         others = np.minimum(np.delete(turns, own, axis=1), ODD * most)
         straight = float(np.median(others)) < ROUNDED * resolution
         if straight and most > SHARPER * float(others.mean(axis=0).max()):

@@ -9,13 +9,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vdyn_cli.io.csv.csv_reader import CSV
+from vdyn_cli.io.lvm_reader import READER as LVM
+from vdyn_cli.io.mat_reader import READER as MAT
+from vdyn_cli.io.mdf_reader import READER as MDF
+from vdyn_cli.io.parquet_reader import READER as PARQUET
 from vdyn_cli.io.plugins import plugins
 from vdyn_cli.io.quality.log_checks import checked
 from vdyn_cli.io.reader import Column, Reader, ReadOptions
 from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.input_file import open_regular
 from vdyn_cli.quantities.log import Log
 
 GROUP = "vdyn.readers"
+BUILT_IN: tuple[Reader, ...] = (MDF, PARQUET, MAT, LVM)  # beside CSV, which takes what no other reader matches
 
 
 def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:
@@ -28,7 +34,23 @@ def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:
             found.append(plugin.load(Reader))  # type: ignore[type-abstract]
         except InputError as error:
             refused += error.findings
-    return (*found, CSV), tuple(refused)
+    return (*found, *BUILT_IN, CSV), tuple(refused)
+
+
+def refuse_pipes(path: Path) -> None:
+    """Refuse what exists and is no regular file or folder, before a reader that does not look at it waits for ever.
+
+    Raises
+    ------
+    InputError : a named pipe, a device, a socket.
+    """
+    try:
+        if path.exists() and not path.is_dir():
+            open_regular(path).close()
+    except PermissionError:
+        return  # each reader says that in its own way
+    except (OSError, ValueError) as error:
+        raise InputError(Finding(str(path), f"cannot be read: {getattr(error, 'strerror', None) or error}")) from None
 
 
 def read_log(
@@ -47,6 +69,7 @@ def read_log(
     InputError : with every problem of the file. A file that no reader matches is read as text, so that the message
         says what it is.
     """
+    refuse_pipes(path)
     known, refused = readers()
     reader = next((r for r in known if r.matches(path)), known[-1])
     try:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.input_file import open_regular
 
 MOST_PIXELS = 60_000_000
 FORMATS = ("PNG", "JPEG")
@@ -24,7 +25,7 @@ def read_grey(path: Path, where: str = "") -> NDArray[np.float64]:
 
     place = where or str(path)
     try:
-        with Image.open(path, formats=FORMATS) as picture:
+        with open_regular(path) as file, Image.open(file, formats=FORMATS) as picture:
             wide, high = picture.size
             if wide * high > MOST_PIXELS:
                 got = f"{wide} x {high} pixels"

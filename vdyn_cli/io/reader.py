@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
@@ -16,7 +17,9 @@ from vdyn_cli.quantities.quantity import to_si
 
 Array = NDArray[np.float64]
 
-_CLOCK = re.compile(r"(time|t|zeit)\b", re.IGNORECASE)
+_CLOCK = re.compile(
+    r"((elapsed|log|sample)[ _]?time|time|timestamps?|zeit|x_value|t(?=_m?s\b|[^\w]|$))(?![a-z])", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,8 @@ class Column:
     sign : -1 where the logger's convention is the opposite.
     optional : a missing or empty column is left out rather than refused.
     where : file and line of the description that requests it.
+    group, source : the group of channels, or the device, where the file has several channels of this name; the group
+        of the channel ``time`` is the one whose clock the log gets.
     """
 
     column: str
@@ -38,6 +43,8 @@ class Column:
     sign: int = 1
     optional: bool = False
     where: str = ""
+    group: str = ""
+    source: str = ""
 
     def in_si(self, values: Array) -> Array:
         """Values (n,) of the file in SI with the sign of our convention."""
@@ -56,6 +63,7 @@ class ReadOptions:
     encoding : such as utf-8, cp1252, utf-16; guessed where None.
     clock : ``strict`` refuses a clock that does not rise, ``drop`` leaves out the rows that do not rise.
     header_row : line of the column names, counted from 1; searched where None.
+    split_times : the log is a table of speed levels and split times, ``elapsed`` or ``intervals``; a log where None.
     """
 
     delimiter: str | None = None
@@ -63,6 +71,7 @@ class ReadOptions:
     encoding: str | None = None
     clock: Literal["strict", "drop"] = "strict"
     header_row: int | None = None
+    split_times: Literal["elapsed", "intervals"] | None = None
 
 
 @dataclass(frozen=True)
@@ -74,17 +83,55 @@ class ChannelInfo:
     name, unit : as the file writes them; the unit is empty where the file states none.
     rate : written samples per second, NaN where the clock is not known.
     span : first and last time at which it is written, s; NaN where the clock is not known.
+    group, source : the group and the device that the file names for it; empty where it names none.
     """
 
     name: str
     unit: str
     rate: float
     span: tuple[float, float]
+    group: str = ""
+    source: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """A channel of a file with its samples.
+
+    Parameters
+    ----------
+    info : its name, unit, rate and span.
+    time : (n,) s, the clock of its samples; None where the file has none.
+    values : (n,) in the unit of the file, NaN where nothing is written; None where it holds no numbers.
+    """
+
+    info: ChannelInfo
+    time: Array | None
+    values: Array | None
+
+
+def channel_info(
+    name: str, unit: str, time: Array | None, values: Array | None, group: str = "", source: str = ""
+) -> ChannelInfo:
+    """Rate and span of a channel from its samples (n,) and their times (n,), either None where it has none."""
+    at = np.empty(0)
+    if time is not None and values is not None and time.size == values.size:
+        at = time[np.isfinite(values) & np.isfinite(time)]
+    duration = float(at[-1] - at[0]) if at.size > 1 else 0.0
+    rate = (at.size - 1) / duration if duration > 0 else math.nan
+    span = (float(at[0]), float(at[-1])) if at.size else (math.nan, math.nan)
+    return ChannelInfo(name, unit, rate, span, group, source)
 
 
 def is_clock(name: str) -> bool:
-    """Whether a channel's name in a file is that of a clock: it begins with the word time, t or Zeit."""
+    """Whether a channel's name in a file is that of a clock: it begins with a word such as time, t or Zeit."""
     return _CLOCK.match(name) is not None
+
+
+def rises(time: Array) -> bool:
+    """Whether the written values (n,) of a column never fall, and do not stand still, as a clock's."""
+    steps = np.diff(time[np.isfinite(time)])
+    return bool(steps.size and (steps >= 0.0).all() and (steps > 0.0).any())
 
 
 @runtime_checkable
@@ -113,9 +160,22 @@ class Reader(Protocol):
         Returns
         -------
         Log : time in SI, each channel NaN where nothing is written, nothing interpolated or sorted; ``source`` says
-            where the samples stand in the file.
+            where the samples stand in the file, and holds the channels on other clocks than the log's.
 
         Raises
         ------
         InputError : with every problem of the file.
+        """
+
+
+@runtime_checkable
+class Browsable(Protocol):
+    """A reader that hands out every channel of a file without being asked for it by name."""
+
+    def recordings(self, path: Path) -> Iterator[Recorded]:
+        """Every channel with its samples, in the file's order.
+
+        Raises
+        ------
+        InputError : the file cannot be read.
         """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -17,6 +17,9 @@ Kept = NDArray[np.bool_]
 LineOf = Callable[[int], int]
 
 _MOST_DROPPED = 0.2  # of the rows; a clock that is wrong more often than this is no clock
+SHORTEST, LONGEST = 0.05, 3e6  # s: a shaft swings for a tenth of a second; a month
+FINEST, COARSEST = 2e-6, 60.0  # s, mean step: torque sensors reach 250 kHz; nothing that moves is seen once a minute
+MOST_ACCELERATION = 60.0  # m/s^2, the bound of the channel 'acceleration': six times that of a tire on a dry road
 _ENOUGH = 200_000  # steps that give the usual step and its scatter well
 
 
@@ -29,7 +32,9 @@ class Rising:
     problems: tuple[Finding, ...] = ()
 
 
-def check_rising(time: Array, mode: Literal["strict", "drop"], where: str, line_of: LineOf) -> Rising:
+def check_rising(
+    time: Array, mode: Literal["strict", "drop"], where: str, line_of: LineOf, row: str = "line"
+) -> Rising:
     """Find rows whose time does not rise above all rows before.
 
     Parameters
@@ -38,6 +43,7 @@ def check_rising(time: Array, mode: Literal["strict", "drop"], where: str, line_
     mode : ``strict`` makes such rows a problem, ``drop`` leaves them out and says so.
     where : the file and its column.
     line_of : the file's line of a row.
+    row : what the file calls a row's place, in messages.
     """
     missing = np.isnan(time)
     if not missing.any() and (time[1:] > time[:-1]).all():
@@ -47,7 +53,7 @@ def check_rising(time: Array, mode: Literal["strict", "drop"], where: str, line_
     kept = ~missing
     kept[1:] &= filled[1:] > high[:-1]
     dropped = np.flatnonzero(~kept)
-    what = _description(time, high, dropped, line_of)
+    what = _description(time, high, dropped, line_of, row)
     share = dropped.size / time.size
     if mode == "drop" and share <= _MOST_DROPPED:
         left = f"{what}; {_count(dropped.size, 'row')} left out"
@@ -61,7 +67,7 @@ def check_rising(time: Array, mode: Literal["strict", "drop"], where: str, line_
     return Rising(kept, problems=(Finding(where, what, remedy=remedy),))
 
 
-def _description(time: Array, high: Array, dropped: NDArray[np.int64], line_of: LineOf) -> str:
+def _description(time: Array, high: Array, dropped: NDArray[np.int64], line_of: LineOf, row: str) -> str:
     """What is wrong with the rows that do not rise, and where."""
     before = high[np.maximum(dropped - 1, 0)]
     kinds = (
@@ -71,15 +77,15 @@ def _description(time: Array, high: Array, dropped: NDArray[np.int64], line_of: 
     )
     parts = []
     for words, which in kinds:
-        rows = dropped[which]
-        if rows.size:
-            parts.append(f"{words} in {_count(rows.size, 'row')} (line {lines_of(rows, line_of)})")
+        those = dropped[which]
+        if those.size:
+            parts.append(f"{words} in {_count(those.size, 'row')} ({row} {lines_of(those, line_of)})")
     back = np.flatnonzero(np.diff(time) < 0.0)
     text = "time " + ", ".join(parts)
     if back.size:
-        row = int(back[np.argmin(np.diff(time)[back])])
-        step = f"from {time[row]:.10g} s to {time[row + 1]:.10g} s"
-        text += f"; the largest step back is {step} at line {line_of(row + 1)}"
+        at = int(back[np.argmin(np.diff(time)[back])])
+        step = f"from {time[at]:.10g} s to {time[at + 1]:.10g} s"
+        text += f"; the largest step back is {step} at {row} {line_of(at + 1)}"
     return text
 
 
@@ -100,10 +106,10 @@ def check_steps(log: Log) -> tuple[Finding, ...]:
         lost = float(np.sum(steps[gaps]) - usual * gaps.size)
         what = (
             f"{_count(gaps.size, 'gap')} in the clock, {lost:.3g} s in all"
-            f" (typical step {usual:.4g} s): after line {lines_of(gaps, line_of)}"
+            f" (typical step {usual:.4g} s): after {log.row} {lines_of(gaps, line_of)}"
         )
         if gaps.size > 1:
-            what += f"; the longest is {steps[worst]:.4g} s after line {line_of(worst)}"
+            what += f"; the longest is {steps[worst]:.4g} s after {log.row} {line_of(worst)}"
         findings.append(Finding(where, what))
     if uneven > 0.1 * usual:
         what = f"uneven clock: 90 % of the steps lie between {low:.4g} s and {high:.4g} s"
@@ -113,6 +119,28 @@ def check_steps(log: Log) -> tuple[Finding, ...]:
         what = f"the typical step is {usual:.3g} s and the log lasts {time[-1] - time[0]:.4g} s"
         findings.append(Finding(where, what, remedy="check the unit of time"))
     return tuple(findings)
+
+
+def impossible_clock(log: Log) -> Iterator[Finding]:
+    """Why no log of a road vehicle has this clock: then its unit is another one.
+
+    Parameters
+    ----------
+    log : with its channels in SI.
+    """
+    duration, where = log.duration, f"{log.name}, channel 'time'"
+    usual = duration / max(log.time.size - 1, 1)
+    what = f"the log lasts {duration:.3g} s, with a sample every {usual:.3g} s"
+    remedy = "check the unit of time"
+    if not SHORTEST <= duration <= LONGEST or not FINEST <= usual <= COARSEST:
+        yield Finding(where, f"{what}: no road test does", remedy=remedy)
+        return
+    for name in ("speed", "vehicle_speed"):
+        values = log[name][np.isfinite(log[name])] if name in log else np.empty(0)
+        change = float(np.subtract(*np.quantile(values, (0.9, 0.1)))) if values.size else 0.0
+        if change > MOST_ACCELERATION * duration:
+            what = f"the log lasts {duration:.3g} s, in which '{name}' changes by {change:.3g} m/s"
+            yield Finding(where, what, remedy="check the units of time and speed")
 
 
 def lines_of(rows: Sequence[int] | NDArray[np.int64], line_of: LineOf, most: int = 4) -> str:

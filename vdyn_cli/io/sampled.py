@@ -38,6 +38,17 @@ class Signal:
         slope = (self.values[i + 1] - self.values[i]) / (self.time[i + 1] - self.time[i])
         return np.asarray(area[i] + into * (self.values[i] + slope * into / 2.0))
 
+    def gaps_at(self, at: Array) -> Flags:
+        """Which of some sorted times lie inside a gap or beyond an end."""
+        wide = np.flatnonzero(np.diff(self.time) > _GAP * self.step)
+        inside = np.zeros(at.size + 1, dtype=np.int64)
+        np.add.at(inside, np.searchsorted(at, self.time[wide], "right"), 1)
+        np.add.at(inside, np.searchsorted(at, self.time[wide + 1], "left"), -1)
+        first, last = np.searchsorted(at, self.time[0], "left"), np.searchsorted(at, self.time[-1], "right")
+        flags = np.cumsum(inside[:-1]) > 0
+        flags[:first] = flags[last:] = True
+        return np.asarray(flags)
+
     def gap_within(self, grid: Array, reach: float) -> Flags:
         """Grid points nearer than ``reach`` to a gap or beyond an end."""
         wide = np.concatenate([[0], np.cumsum(np.diff(self.time) > _GAP * self.step)])

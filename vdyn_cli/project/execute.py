@@ -16,6 +16,19 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
 
 
+class RefusedResultError(ResultError):
+    """A result that is not published: its findings say why.
+
+    Parameters
+    ----------
+    record : measured and simulated, diagnosis and reasons, without parameters; the step's JSON and report show it.
+    """
+
+    def __init__(self, record: StepRecord) -> None:
+        super().__init__(*record.result.refused)
+        self.record = record
+
+
 def execute(
     step_name: str, path: Path, known_files: Sequence[Path] = (), level: float | None = POLICY.level
 ) -> StepRecord:
@@ -30,28 +43,37 @@ def execute(
     Raises
     ------
     InputError : the description, a log or a parameter file is wrong.
-    ResultError : the input is well-formed, but the result cannot be published.
+    RefusedResultError : the input is well-formed, but the result cannot be published, with what can be shown of it.
     """
     step = load_step(step_name)
     inputs = gather(step, path, known_files)
     try:
         result = _estimated(step, inputs, level)
-        if isinstance(result, Failure):
-            raise result.error()
-    except (InputError, ResultError) as error:
+    except InputError as error:
         raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
-    result = _warned(replace(result, findings=(*inputs.findings, *result.findings)))
-    return StepRecord(result, provenance_of(inputs, step_command(step_name, path, known_files, level), known_files))
+    refused = tuple(_placed(f, inputs) for f in result.refused)
+    if refused:
+        refused = (*refused, *(f for f in _faults(inputs) if f not in refused))
+    result = _warned(replace(result, refused=refused, findings=(*inputs.findings, *result.findings)))
+    made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)
+    record = StepRecord(result, made)
+    if refused:
+        raise RefusedResultError(record)
+    return record
 
 
-def _estimated(step: Step, inputs: Inputs, level: float | None) -> Result | Failure:
-    """The diagnosed result; or the failure of the baseline, which is not diagnosed."""
-    prepared = PreparedStep(step, inputs.spec, inputs.known, step.prepare(inputs.spec, inputs.data, inputs.known))
+def _estimated(step: Step, inputs: Inputs, level: float | None) -> Result:
+    """The diagnosed result; where neither the baseline nor an extension can be published, with the reasons."""
+    try:
+        problem = step.prepare(inputs.spec, inputs.data, inputs.known)
+    except ResultError as error:
+        return Failure.from_error(error).refused(step.name)
+    prepared = PreparedStep(step, inputs.spec, inputs.known, problem)
+    if level is not None:
+        refuse_unknown(prepared)
+    found = published(problem)
+    result = found.refused(step.name) if isinstance(found, Failure) else found
     if level is None:
-        return published(prepared.problem)
-    refuse_unknown(prepared)
-    result = published(prepared.problem)
-    if isinstance(result, Failure):
         return result
     doubts = tuple(f for f in inputs.findings if f.doubt)
     return diagnosed(prepared, result, level, _faults(inputs, result.fit.runs), doubts)

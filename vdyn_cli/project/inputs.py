@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -21,15 +23,19 @@ from vdyn_cli.description.test_description import (
     load_spec,
 )
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
-from vdyn_cli.effects import candidates, refused
+from vdyn_cli.effects import candidates, extensions_in_si, refused
 from vdyn_cli.io.align import merge
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.reader import Column, ReadOptions
+from vdyn_cli.io.sample_times import impossible_clock
+from vdyn_cli.io.unchanged import read_unchanged
 from vdyn_cli.physics.laws.atmosphere import air_density
+from vdyn_cli.project.repeated_runs import repeated_runs
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.parameters import Estimate, Parameters, read_parameters
+from vdyn_cli.quantities.parameter_json import read_document
+from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Step
@@ -44,14 +50,14 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Inputs:
-    """Everything a step's estimate reads, and the files it came from."""
+    """Everything a step's estimate reads, and the files it came from, with the sha256 of the bytes that were read."""
 
     spec: Any
     source: YamlSource
     data: Any
     logs: tuple[Log, ...]
     known: Parameters
-    files: tuple[Path, ...]
+    files: Mapping[Path, str]
     findings: tuple[Finding, ...] = ()
 
 
@@ -68,25 +74,33 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     unreadable = _wrong_channels(step, spec, source)
     problems = [*unreadable, *_wrong_effects(step, spec, source), *_repeated(spec, source)]
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
-    known = stated
+    known, files = stated, dict(source.digests)
     for file in known_files:
-        later = _attempt(problems, read_parameters, file)
-        known = known.updated(later) if later is not None else known
+        if (later := _attempt(problems, _read_known, file)) is not None:
+            known, files[file] = known.updated(later[0]), later[1]
     # A wrong channel map would only repeat itself for every log.
-    read = [] if unreadable else [_attempt(problems, _read_run, step, spec, source, i) for i in range(len(spec.runs))]
+    runs = () if unreadable else range(len(spec.runs))
+    read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in runs]
     logs = tuple(log for log in read if log is not None)
-    data, extra = logs, None
+    problems += repeated_runs(logs, [source.where(("runs", i)) for i, log in enumerate(read) if log is not None])
+    data: Any = logs
     if step.load is not None:
-        extra = _attempt(problems, step.load, spec, path.parent, logs)
+        extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, logs))
+        if extra is not None:
+            data, own_files = extra
+            files |= own_files
     raise_all(problems)
-    if extra is not None:
-        data, own_files = extra
-    else:
-        own_files = ()
-    run_files = (path.parent / name for run in spec.runs for name in _log_names(run))
-    files = (path, *source.included, *run_files, *own_files, *known_files)
     findings = (*_overruled(stated, known, source), *(refused() if step.diagnosable else ()))
-    return Inputs(spec, source, data, logs, known, tuple(dict.fromkeys(files)), findings)
+    return Inputs(spec, source, data, logs, known, files, findings)
+
+
+def _read_known(file: Path) -> tuple[Parameters, str]:
+    """The parameters of a ``--known`` file, the effects among them in SI, and the sha256 of the file."""
+    problems: list[Finding] = []
+    read = read_document(file)
+    extensions = extensions_in_si(read.parameters.extensions, str(file), problems)
+    raise_all(problems)
+    return replace(read.parameters, extensions=extensions), read.digest
 
 
 def _overruled(stated: Parameters, known: Parameters, source: YamlSource) -> Iterator[Finding]:
@@ -166,15 +180,22 @@ def _there_are(names: Iterable[str]) -> str:
 
 
 def _repeated(spec: TestSpec, source: YamlSource) -> list[Finding]:
-    """Runs that are the same stretch of the same log: they would count as independent evidence."""
-    seen: dict[tuple[object, ...], int] = {}
+    """Runs whose time windows in the same log overlap: they would count as independent evidence."""
+    seen: dict[tuple[str, ...], list[tuple[float, float, int]]] = {}
     findings = []
     for i, run in enumerate(spec.runs):
-        key = (*_log_names(run), run.from_time, run.to_time)
-        if key in seen:
-            where, first = source.where(("runs", i)), source.where(("runs", seen[key]))
-            findings.append(Finding(where, "the same log is listed twice", f"{_log_names(run)[0]}, first at {first}"))
-        seen.setdefault(key, i)
+        start = run.from_time.value if run.from_time else -np.inf
+        stop = run.to_time.value if run.to_time else np.inf
+        columns = (f"{channel}: {column}" for channel, column in sorted(run.columns.items()))
+        others = seen.setdefault((*map(os.path.normpath, _log_names(run)), *columns), [])
+        for first, last, k in others:
+            if min(stop, last) > max(start, first):
+                same = (start, stop) == (first, last)
+                what = "the same log is listed twice" if same else "the time window overlaps that of another run"
+                got = f"{_log_names(run)[0]}, first at {source.where(('runs', k))}"
+                findings.append(Finding(source.where(("runs", i)), what, got))
+                break
+        others.append((start, stop, i))
     return findings
 
 
@@ -188,8 +209,8 @@ def _log_names(run: Run) -> list[str]:
     return [run.log] if run.log is not None else list(run.logs or [])
 
 
-def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int) -> Log:
-    """One run's log, from one logger or merged from several, cut to its window."""
+def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]) -> Log:
+    """One run's log, from one logger or merged from several, cut to its window; enters its files with their sha256."""
     run = spec.runs[index]
     names = _log_names(run)
     loggers = spec.loggers or [Logger(channels=spec.channels, reading=spec.reading)]
@@ -197,16 +218,24 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int) -> Log
     if len(names) != len(loggers):
         remedy = "give one log per entry of 'loggers', in the same order"
         raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
-    problems: list[Finding] = []
+    problems = _unmapped(run, spec, source, ("runs", index, "columns"))
     read = []
     for name, logger, (channels, at) in zip(names, loggers, _channel_maps(spec), strict=True):
+        own = {n: c.model_copy(update={"column": run.columns[n]}) for n, c in channels.items() if n in run.columns}
+        channels = {**channels, **own}
         columns = {n: _column(step.channels()[n], c, source, (*at, n)) for n, c in channels.items()}
         options = ReadOptions(**logger.reading.model_dump())
-        read.append(_attempt(problems, read_log, source.path.parent / name, columns, options, name))
+        called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
+        file = source.path.parent / name
+        reader = partial(_log_and_file, file, columns, options, called)
+        read.append(_attempt(problems, read_unchanged, reader, (file,)))
     raise_all(problems)
-    logs = [log for log in read if log is not None]
+    logs = [one[0] for one in read if one is not None]
+    for one in read:
+        files |= one[1] if one is not None else {}
     log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
-    log = with_cross_checks(_summed(step, _within_physics(step, log)))
+    # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
+    log = with_cross_checks(_summed(step, _within_physics(step, log)), refuse="driving" not in step.situations)
     if run.from_time is None and run.to_time is None:
         return log
     start = run.from_time.value if run.from_time else log.time[0]
@@ -217,6 +246,23 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int) -> Log
         raise InputError(Finding(place, "the time window holds no samples of the log", got))
     headers = {n: c.column for one in loggers for n, c in one.channels.items()}
     return replace(cut, findings=tuple(f for f in cut.findings if not (f.fault and _cut_out(f, cut, headers))))
+
+
+def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:
+    """Columns of a run for channels that no logger maps, so that they would have no unit."""
+    mapped = [n for channels, _ in _channel_maps(spec) for n in channels]
+    remedy = "map it, with its unit, under channels"
+    return [
+        Finding(source.where((*at, n)), f"channel '{n}' is not mapped", run.columns[n], remedy)
+        for n in run.columns
+        if n not in mapped
+    ]
+
+
+def _log_and_file(
+    file: Path, columns: Mapping[str, Column], options: ReadOptions, name: str
+) -> tuple[Log, tuple[Path, ...]]:
+    return read_log(file, columns, options, name), (file,)
 
 
 def _cut_out(fault: Finding, cut: Log, headers: Mapping[str, str]) -> bool:
@@ -232,13 +278,14 @@ def _longest_rest(values: Array) -> int:
 
 
 def _within_physics(step: Step, log: Log) -> Log:
-    """The log, unless a channel holds what no vehicle does: then its unit is likely another one.
+    """The log, unless its clock or a channel is that of no vehicle: then its unit is likely another one.
 
     Raises
     ------
-    InputError : a hundredth of a channel's samples or more lie outside its physical range, all channels at once.
+    InputError : an impossible clock, or a hundredth of a channel's samples or more outside its physical range; all
+        channels at once.
     """
-    problems = []
+    problems = list(impossible_clock(log))
     for name, quantity in step.channels().items():
         values = log[name] if name in log and name != "time" else None
         if values is None or not np.isfinite(values).any():
@@ -255,7 +302,10 @@ def _within_physics(step: Step, log: Log) -> Log:
 
 
 def _column(quantity: Quantity, channel: Channel, source: YamlSource, at: Location) -> Column:
-    return Column(channel.column, channel.unit, quantity.unit, channel.sign, where=source.where(at))
+    place = source.where(at)
+    return Column(
+        channel.column, channel.unit, quantity.unit, channel.sign, False, place, channel.group, channel.source
+    )
 
 
 def _summed(step: Step, log: Log) -> Log:

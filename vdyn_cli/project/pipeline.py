@@ -12,7 +12,6 @@ from pydantic import Field
 from vdyn_cli.description.test_description import Strict, Vehicle, load_spec
 from vdyn_cli.description.yaml_source import YamlSource, load_yaml
 from vdyn_cli.diagnosis.policy import POLICY, shared_level
-from vdyn_cli.io.files import sha256
 from vdyn_cli.project.inputs import given_parameters
 from vdyn_cli.project.result_document import Provenance, StepRecord, versions
 from vdyn_cli.quantities.diagnosis import Diagnosis
@@ -41,6 +40,8 @@ class StepOutcome:
     ----------
     record : its result, as read from the JSON that stands in the folder; None where it failed or was skipped.
     section : its HTML on the page of the pipeline, with figures, tables and methods; empty where there is no record.
+    refused : the record of a result that was not published; without parameters.
+    digest : sha256 of the JSON of the record.
     reason : why it failed or was skipped, in one sentence.
     problems : why it failed or was skipped, one finding for each problem.
     """
@@ -52,6 +53,8 @@ class StepOutcome:
     reason: str = ""
     problems: tuple[Finding, ...] = ()
     exit_code: int = 0
+    refused: StepRecord | None = None
+    digest: str = ""
 
     @property
     def good(self) -> bool:
@@ -70,8 +73,9 @@ class StepOutcome:
 
     @property
     def diagnosis(self) -> Diagnosis | None:
-        """The diagnosis of its result, None where none was made."""
-        return None if self.record is None else self.record.result.diagnosis
+        """The diagnosis of its result, published or not; None where none was made."""
+        shown = self.record or self.refused
+        return None if shown is None else shown.result.diagnosis
 
 
 @dataclass(frozen=True)
@@ -194,24 +198,22 @@ def in_order(steps: Mapping[str, Step]) -> tuple[str, ...]:
     return tuple(done)
 
 
-def parameter_set(
-    spec: PipelineSpec, source: YamlSource, folder: Path, outcomes: Sequence[StepOutcome]
-) -> ParameterSet:
+def parameter_set(spec: PipelineSpec, source: YamlSource, outcomes: Sequence[StepOutcome]) -> ParameterSet:
     """The full parameter set: what was given, what each step estimated, and what is missing and why.
 
     Parameters
     ----------
     source : the pipeline's description, with the files that it includes.
-    folder : holds the JSON files of the steps.
     """
     known = given_parameters(spec.vehicle)
     for outcome in outcomes:
         if outcome.record is not None:
             known = known.updated(outcome.record.result.parameters)
-    ordered = Parameters({n: known[n] for n in (*TABLE, *known) if n in known}, known.correlation, known.extensions)
+    estimates = {n: known[n] for n in (*TABLE, *known) if n in known}
+    ordered = Parameters(estimates, known.correlation, known.extensions, known.laws)
     failed = {o.name: o.sentence for o in outcomes if not o.good}
-    files = (source.path, *source.included, *(folder / f"{o.name}.json" for o in outcomes if o.good))
-    inputs = {f.name: sha256(f) for f in files}
+    inputs = {file.name: digest for file, digest in source.digests.items()}
+    inputs |= {f"{o.name}.json": o.digest for o in outcomes if o.good}
     provenance = Provenance(inputs, None, versions(), f"vdyn pipeline {source.path.name}")
     missing = {name: _why_missing(name, failed, outcomes) for name in TABLE if name not in known}
     return ParameterSet(spec.pipeline, ordered, missing, tuple(outcomes), provenance)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache, cached_property
@@ -13,12 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.io.files import sha256
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, merge_similar
-from vdyn_cli.quantities.parameters import FORMAT, read_parameters, to_document
+from vdyn_cli.quantities.parameter_json import read_document
+from vdyn_cli.quantities.parameters import FORMAT, to_document
 from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.quantities.result_schema import ResultDocument
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,8 @@ class StepRecord:
             "format": FORMAT,
             "step": result.step,
             "sentence": result.sentence,
+            "refused": [asdict(f) for f in result.refused],
+            "withheld": dict(result.withheld),
             **to_document(result.parameters),
             "fit": {
                 "runs": list(fit.runs),
@@ -105,15 +109,17 @@ def provenance_of(inputs: Inputs, command: str, known_files: Sequence[Path]) -> 
     return Provenance(files, inputs.spec.model_dump(mode="json", exclude_none=True), versions(), command)
 
 
-def read_record(path: Path) -> StepRecord:
-    """Read a step's JSON back into a record.
+def read_record(path: Path) -> tuple[StepRecord, str]:
+    """Read a step's JSON back into a record, and the sha256 of the JSON.
 
     Raises
     ------
-    InputError : no parameter file. OSError, ValueError, KeyError, TypeError : not written by this version.
+    InputError : no parameter file, or that of a refused result. OSError, ValueError, KeyError, TypeError : another
+        version wrote it.
     """
-    parameters = read_parameters(path)
-    document = json.loads(path.read_text(encoding="utf-8"))
+    read = read_document(path)
+    document, parameters = read.content, read.parameters
+    ResultDocument.model_validate(document)
     fit, made = document["fit"], document["provenance"]
     diagnosis: Any = document["diagnosis"] and Diagnosis.model_validate(document["diagnosis"])
     summary = FitSummary(
@@ -136,8 +142,10 @@ def read_record(path: Path) -> StepRecord:
         "",
         findings=findings,
         diagnosis=diagnosis,
+        withheld=document["withheld"],
     )
-    return StepRecord(result, Provenance(made["inputs"], made["settings"], made["versions"], str(made["command"])))
+    provenance = Provenance(made["inputs"], made["settings"], made["versions"], str(made["command"]))
+    return StepRecord(result, provenance), read.digest
 
 
 def _number(value: float | None) -> float:
@@ -152,10 +160,16 @@ def _effects(result: Result) -> dict[str, Any]:
     return {"effects": found} if found else {}
 
 
-def fingerprints(files: Sequence[Path], folder: Path, known_files: Sequence[Path]) -> dict[str, str]:
-    """sha256 of every input, under its path from the description's folder; parameter files under their bare name."""
-    known = set(known_files)
-    return {file.name if file in known else os.path.relpath(file, folder): sha256(file) for file in files}
+def fingerprints(files: Mapping[Path, str], folder: Path, known_files: Sequence[Path]) -> dict[str, str]:
+    """sha256 of every input, under its path from the description's folder; parameter files under their bare name.
+
+    Parameters
+    ----------
+    files : every input, with the sha256 of the bytes that were read.
+    """
+    names = Counter(file.name for file in known_files)
+    bare = {file for file in known_files if names[file.name] == 1}
+    return {file.name if file in bare else os.path.relpath(file, folder): digest for file, digest in files.items()}
 
 
 def step_command(step: str, path: Path, known_files: Sequence[Path], level: float | None = POLICY.level) -> str:
@@ -178,8 +192,10 @@ def versions() -> dict[str, str]:
 
 
 def to_json(document: Mapping[str, Any]) -> str:
-    """Readable JSON text; numbers that are not finite become null, as JSON has none."""
-    return json.dumps(_plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    """Readable JSON text. Numbers that are not finite become null, as JSON has none; lone surrogates become escapes, as
+    UTF-8 has none: file names in another encoding hold them."""
+    text = json.dumps(_plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _plain(value: Any) -> Any:

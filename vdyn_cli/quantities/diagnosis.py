@@ -50,10 +50,47 @@ class Evidence(Record):
     smallest_p: Number
 
 
+class PointChange(Record):
+    """The change of the main output at one sample of a run; ``at`` says which."""
+
+    run: str
+    at: str
+    change: Number
+
+
+class Size(Record):
+    """The size of a finding in three currencies.
+
+    ``change`` is the rms change of ``output``, in ``unit``, beside ``noise_floor``, what noise alone leaves there;
+    ``points`` the change at stated samples. ``shifts_in_std`` is the shift of each parameter in its standard
+    deviations. ``share_of_rms`` is (before - after) / (before - noise_floor) of the rms error of the output.
+    """
+
+    output: str
+    unit: str
+    change: Number
+    noise_floor: Number
+    points: tuple[PointChange, ...]
+    shifts_in_std: dict[str, Number]
+    share_of_rms: Number
+
+
+class Remainder(Record):
+    """What an answer leaves: its share of the rms misfit, and the chance that it is noise.
+
+    ``share_of_rms`` is the root of the whitened sum of squares that the strongest other candidate or free profile
+    (``mostly``) would still explain beyond chance, over that of the whole misfit.
+    """
+
+    share_of_rms: Number
+    p_value: float
+    mostly: str | None
+
+
 class Cause(Record):
     """An effect that was named, or taken into the model because the description requests it.
 
-    ``biased`` is by how much each published parameter was off without the effect.
+    ``biased`` is by how much each published parameter was off without the effect; ``size`` what it changes.
     """
 
     effect: str
@@ -64,6 +101,7 @@ class Cause(Record):
     sensor: bool
     lasts: bool
     biased: dict[str, Number]
+    size: Size | None = None
 
 
 class NotTestable(Record):
@@ -77,7 +115,12 @@ class NotTestable(Record):
 
 
 class Gain(Record):
-    """Held-out error before and after the extension; ``interval95`` is that of before less after, in ``unit``."""
+    """Held-out error before and after the extension; ``interval95`` is that of before less after, in ``unit``.
+
+    ``share_of_explainable`` is (before - after) / (before - noise_floor), by rms: the share of the error that the
+    noise does not explain. ``refitted`` says that the errors are those of refitted models, not of predictions with
+    the parameters as stated.
+    """
 
     metric: str
     unit: str
@@ -85,6 +128,8 @@ class Gain(Record):
     after: Number
     interval95: tuple[Number, Number]
     share_of_explainable: Number
+    noise_floor: Number = math.nan
+    refitted: bool = False
     certain: bool
     held_out: bool
     folds: int
@@ -121,10 +166,82 @@ class NextTest(Record):
     runs: int | None
 
 
+class CurvePoint(Record):
+    """The law of a part at one value of its coordinate, with a 95 % interval that holds for the point."""
+
+    at: Number
+    value: Number
+    interval95: tuple[Number, Number]
+    place: str = ""
+
+
+class PartLaw(Record):
+    """A law of the catalogue, or a learned one, within the part.
+
+    ``share_of_curve`` is the share of the curve's rms deviation from the baseline's law that it explains,
+    ``share_of_rms`` that of the rms error that the part explains; ``values`` are the law at the curve's points.
+    """
+
+    effect: str
+    label: str
+    share_of_curve: Number
+    share_of_rms: Number
+    values: tuple[Number, ...]
+
+
+class FaultyPart(Record):
+    """The part of the model that is at fault, whatever its law: an element's or a sensor's curve over one coordinate.
+
+    Parameters
+    ----------
+    element : with its place, such as ``damper_rear``; the element alone where all its places are at fault.
+    curve : the whole law, the baseline's included, over the range that the data cover; of a sensor, its error.
+    baseline : the baseline's law at the same points, refitted without the part's addition.
+    gauge : what the curve is defined up to.
+    share_of_rms : of the rms error above the noise.
+    explains : whether the part suffices to explain the misfit.
+    """
+
+    element: str
+    label: str
+    coordinate: str
+    coordinate_unit: str
+    unit: str
+    curve: tuple[CurvePoint, ...]
+    baseline: tuple[Number, ...]
+    gauge: str
+    share_of_rms: Number
+    explains: bool
+    rivals: tuple[str, ...] = ()
+    law: PartLaw | None = None
+
+
+class LearnedLaw(Record):
+    """A law found in the data: a table, or a formula that does as well.
+
+    Parameters
+    ----------
+    form : table, step, saturation, line, power, bump, knee or periodic.
+    formula : the addition to the baseline's law, in words of its coefficients.
+    indistinguishable : other forms that these data cannot tell from it.
+    table : the addition over the coordinate, with its interval.
+    """
+
+    effect: str
+    element: str
+    form: str
+    formula: str
+    coefficients: dict[str, Amplitude]
+    indistinguishable: tuple[str, ...]
+    table: tuple[CurvePoint, ...]
+
+
 class Diagnosis(Record):
     """The whole diagnosis of one step.
 
-    ``ambiguous`` holds sets of which one effect each makes the answer. ``doubt`` says why the result is in doubt
+    ``ambiguous`` holds sets of which one effect each makes the answer. ``material`` says whether a significant finding
+    matters (None: there is none), ``size`` how large it is, ``remainder`` what its answer leaves. ``part`` is the part
+    of the model at fault, ``learned`` its law where no listed one suffices. ``doubt`` says why the result is in doubt
     whatever the verdict; ``not_extended`` why the model could not be extended.
     """
 
@@ -137,8 +254,13 @@ class Diagnosis(Record):
     ambiguous: tuple[tuple[str, ...], ...] = ()
     not_testable: tuple[NotTestable, ...] = ()
     gain: Gain | None = None
+    size: Size | None = None
+    remainder: Remainder | None = None
+    material: bool | None = None
     where: tuple[WorstSegment, ...] = ()
     ranking: tuple[Ranked, ...] = ()
     next_test: tuple[NextTest, ...] = ()
+    part: FaultyPart | None = None
+    learned: LearnedLaw | None = None
     doubt: str = ""
     not_extended: str = ""

@@ -7,6 +7,23 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+LONGEST_NAME = 100  # characters of names that are compared for a misspelling; headers of loggers have up to some 60
+MOST_COMPARED = 2000  # names that are compared, in about 0.1 s
+
+
+# What moves a terminal's cursor, sets its colors, ends a line, or turns the direction of writing; lone surrogates.
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def visible(text: str, but: str = "") -> str:
+    """The text with control characters written as escapes, so that no name from a file acts on a terminal.
+
+    Parameters
+    ----------
+    but : characters that stay.
+    """
+    return _CONTROL.sub(lambda m: m[0] if m[0] in but else m[0].encode("unicode_escape").decode(), text)
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -32,11 +49,11 @@ class Finding:
     doubt: bool = False
 
     def __str__(self) -> str:
-        text = f"{self.where}: {self.what}"
+        text = f"{visible(self.where)}: {visible(self.what)}"
         if self.got:
-            text += f" (got {self.got})"
+            text += f" (got {visible(self.got)})"
         if self.remedy:
-            text += f"\n    -> {self.remedy}"
+            text += f"\n    -> {visible(self.remedy)}"
         return text
 
 
@@ -72,12 +89,23 @@ def raise_all(findings: Iterable[Finding], error: type[VdynError] = InputError) 
         raise error(*found)
 
 
+def close_names(name: str, known: Iterable[str]) -> list[str]:
+    """Up to three of the known names that are spelled alike.
+
+    Assumes names of at most 100 characters: the time is that of the product of two lengths, so longer ones are left
+    out, and of more than 2000 names the first ones are compared.
+    """
+    from difflib import get_close_matches
+    from itertools import islice
+
+    short = islice((k for k in known if len(k) <= LONGEST_NAME), MOST_COMPARED)
+    return get_close_matches(name, list(short), 3, 0.6) if len(name) <= LONGEST_NAME else []
+
+
 def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
     """The remedy for a misspelled name: up to three close names, case ignored, or ``otherwise`` where none is close."""
-    from difflib import get_close_matches
-
     plain = {k.lower(): k for k in reversed(tuple(known))}
-    near = [plain[k] for k in get_close_matches(name.lower(), plain, 3, 0.6)]
+    near = [plain[k] for k in close_names(name.lower(), plain)]
     return f"did you mean {' or '.join(near)}?" if near else otherwise
 
 

@@ -22,11 +22,16 @@ class LogSource:
     columns : the file's name of each channel.
     line_of : the file's line of a sample.
     problems : what makes the log unusable, kept so that one message holds them and those of its channels.
+    row : what the file calls a sample's place, in messages: line, row, sample.
+    others : the mapped channels of the same file that stand on other clocks, one log a clock; all clocks of a file
+        count the time from the same moment.
     """
 
     columns: Mapping[str, str]
     line_of: Callable[[int], int]
     problems: tuple[Finding, ...] = ()
+    row: str = "line"
+    others: tuple[Log, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +93,11 @@ class Log:
     def line(self, sample: int) -> int:
         """The file's line of a sample; its number, counted from 1, where the log was not read from a file."""
         return self.source.line_of(sample) if self.source else sample + 1
+
+    @property
+    def row(self) -> str:
+        """What a sample's place in the file is called in messages: line, row, sample."""
+        return self.source.row if self.source else "line"
 
     def between(self, start: float, stop: float) -> Log:
         """The part with start <= time <= stop, as views; empty when no sample lies there."""

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+
+if TYPE_CHECKING:
+    from vdyn_cli.quantities.law_definition import LawDefinition
 
 FORMAT = "vdyn/parameters/1"
 
@@ -25,7 +26,8 @@ class Estimate:
     """One parameter's value with what is known of its error, in SI units.
 
     ``source`` is ``given``, ``measured`` or the step that estimated it; ``baseline`` is the value
-    before the model was extended by a named effect. ``std`` 0 means: given as exact.
+    before the model was extended by a named effect. ``std`` 0 means: given as exact. ``spans`` names the answers of
+    the diagnosis whose values the interval holds beside its own, where the data leave several open.
     """
 
     value: float
@@ -35,6 +37,7 @@ class Estimate:
     meaning: str
     source: str
     baseline: float | None = None
+    spans: tuple[str, ...] = ()
 
     @classmethod
     def given(cls, quantity: Quantity, value: float, std: float = 0.0, source: str = "given") -> Estimate:
@@ -59,12 +62,14 @@ Extensions = Mapping[str, Mapping[str, Estimate]]
 class Parameters(Mapping[str, Estimate]):
     """Named estimates, with the correlation of those estimated together.
 
-    ``extensions`` are the accepted effects that belong to the vehicle: effect, its unknowns, their estimates.
+    ``extensions`` are the accepted effects that belong to the vehicle: effect, its unknowns, their estimates; ``laws``
+    define those of them that were learned.
     """
 
     estimates: Mapping[str, Estimate] = field(default_factory=dict)
     correlation: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     extensions: Extensions = field(default_factory=dict)
+    laws: Mapping[str, LawDefinition] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Estimate:
         return self.estimates[name]
@@ -86,7 +91,8 @@ class Parameters(Mapping[str, Estimate]):
         for name, row in later.correlation.items():
             correlation[name] = {**correlation.get(name, {}), **row}
         extensions = {**self.extensions, **later.extensions}
-        return Parameters({**self.estimates, **later.estimates}, correlation, extensions)
+        laws = {**self.laws, **later.laws}
+        return Parameters({**self.estimates, **later.estimates}, correlation, extensions, laws)
 
     def require(self, *names: str, where: str) -> None:
         """Raise if a parameter is missing, with all missing ones and the steps that estimate them.
@@ -139,6 +145,7 @@ def to_document(parameters: Parameters) -> dict[str, Any]:
             effect: {name: _entry(e) for name, e in unknowns.items()}
             for effect, unknowns in parameters.extensions.items()
         },
+        **({"laws": {n: law.model_dump(mode="json") for n, law in parameters.laws.items()}} if parameters.laws else {}),
     }
 
 
@@ -151,53 +158,5 @@ def _entry(e: Estimate) -> dict[str, Any]:
         "meaning": e.meaning,
         "baseline": e.baseline,
         "source": e.source,
+        "spans": list(e.spans),
     }
-
-
-def read_parameters(path: Path) -> Parameters:
-    """Read a parameter JSON that a step or the pipeline wrote.
-
-    Raises
-    ------
-    InputError : missing or unreadable file, another format, a malformed entry (all at once).
-    """
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(Finding(str(path), f"can't be read: {error.strerror}")) from None
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise InputError(Finding(str(path), "is not JSON", str(error)[:80])) from None
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        got = repr(document.get("format")) if isinstance(document, dict) else type(document).__name__
-        remedy = "pass a JSON written by a vdyn step"
-        raise InputError(Finding(str(path), f"is not a parameter file of format {FORMAT}", got, remedy))
-    findings: list[Finding] = []
-    estimates = _estimates(document.get("parameters"), f"{path}, parameter", findings)
-    entries = document.get("extensions")
-    extensions = {
-        str(effect): _estimates(unknowns, f"{path}, extension '{effect}',", findings)
-        for effect, unknowns in (entries if isinstance(entries, dict) else {}).items()
-    }
-    if findings:
-        raise InputError(*findings)
-    return Parameters(estimates, document.get("correlation") or {}, extensions)
-
-
-def _estimates(entries: Any, where: str, findings: list[Finding]) -> dict[str, Estimate]:
-    found = {}
-    for name, entry in (entries if isinstance(entries, dict) else {}).items():
-        try:
-            low, high = entry["interval95"]
-            baseline = entry.get("baseline")
-            found[name] = Estimate(
-                float(entry["value"]),
-                float(entry["std"]),
-                (float(low), float(high)),
-                str(entry["unit"]),
-                str(entry["meaning"]),
-                str(entry["source"]),
-                None if baseline is None else float(baseline),
-            )
-        except (KeyError, TypeError, ValueError, AttributeError):
-            findings.append(Finding(f"{where} '{name}'", "lacks value, std, interval95, unit or source"))
-    return found

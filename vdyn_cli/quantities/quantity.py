@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from vdyn_cli.quantities import unit_grammar
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -46,7 +48,8 @@ _SPELLINGS = (
     "kilogram_meter_squared = kilogram * meter ** 2 = kgm2",
 )
 
-_TOWER = re.compile(r"(?:\*\*|\^)\s*(?:-?\d{2,}|[-\d.]+\s*(?:\*\*|\^))")  # powers of powers would be computed
+LONGEST = 100  # characters of a quantity: a number of full precision, its deviation, and a unit have some 90
+_BY_KIND = {("g", "m/s^2"): "g_0"} | {(u, "rad/s"): "rpm" for u in ("1/min", "min^-1", "min-1", "u/min", "rev/min")}
 
 
 @cache
@@ -62,17 +65,20 @@ def _registry() -> UnitRegistry[Any]:
 @cache
 def _scale(unit: str, si_unit: str) -> tuple[float, float]:
     """(factor, offset) with SI value = factor * value + offset."""
-    if len(unit) > 40 or _TOWER.search(unit):
-        raise UnitError(f"'{unit[:40]}' is not a unit")
+    # An accelerometer's "g" is standard gravity, not the gram; a rotating shaft's "1/min" counts revolutions.
+    text = _BY_KIND.get((unit[: unit_grammar.LONGEST].strip().lower(), si_unit), unit)
+    if wrong := unit_grammar.why_no_unit(text):
+        raise UnitError(f"'{unit[:40]}' {wrong}")
     registry = _registry()
-    # An accelerometer's "g" is standard gravity, not the gram.
-    text = "g_0" if unit.strip() == "g" and si_unit == "m/s^2" else unit
     try:
         zero = registry.Quantity(0.0, text or "1").to(si_unit or "1").magnitude
         one = registry.Quantity(1.0, text or "1").to(si_unit or "1").magnitude
+        factor, offset = float(one - zero), float(zero)
     except Exception as error:  # pint raises a dozen kinds, tokenizer errors among them
         raise UnitError(_why(unit, si_unit, error)) from None
-    return float(one - zero), float(zero)
+    if factor == 0.0 or not (math.isfinite(factor) and math.isfinite(offset)):
+        raise UnitError(f"'{unit}' is not a unit")
+    return factor, offset
 
 
 def _why(unit: str, si_unit: str, error: Exception) -> str:
@@ -117,15 +123,25 @@ def parse(text: str | float, si_unit: str) -> Given:
 
     Raises
     ------
-    UnitError : not a number with a unit, unknown unit, or another dimension.
+    UnitError : not a number with a unit, unknown unit, another dimension, or a number that is not finite.
     """
     if isinstance(text, (int, float)) and not isinstance(text, bool):
-        return Given(float(text))
-    match = _MEASURED.match(str(text))
+        return _finite(text, 0.0, str(text))
+    text = str(text)
+    match = _MEASURED.match(text) if len(text) <= LONGEST else None
     if match is None:
-        raise UnitError(f"'{text}' is not a number with a unit, such as '1 {si_unit}'")
+        raise UnitError(f"'{text[:40]}' is not a number with a unit, such as '1 {si_unit}'")
     number, spread, unit = match.groups()
-    if not unit:
-        unit = si_unit
-    factor, offset = _scale(unit, si_unit)
-    return Given(float(number) * factor + offset, abs(float(spread) * factor) if spread else 0.0)
+    factor, offset = _scale(unit or si_unit, si_unit)
+    return _finite(float(number) * factor + offset, abs(float(spread) * factor) if spread else 0.0, text)
+
+
+def _finite(value: float, std: float, text: str) -> Given:
+    """The number, unless it or its standard deviation is too large for one, infinite or not a number."""
+    try:
+        found = Given(float(value), std)
+    except OverflowError:  # an integer of more than 308 digits
+        found = Given(math.inf)
+    if not (math.isfinite(found.value) and math.isfinite(found.std)):
+        raise UnitError(f"'{text[:40]}' is not a finite number")
+    return found

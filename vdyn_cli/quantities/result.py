@@ -113,7 +113,8 @@ class Result:
 
     ``sentence`` is the closing sentence an engineer would say; ``extra`` holds further numbers for the JSON
     (for example the road load in dynamometer units), keyed by topic. ``amplitudes`` are the estimates of the unknowns
-    of effects that the model was extended by.
+    of effects that the model was extended by. ``refused`` says why the result is not published: it is then without
+    parameters. ``withheld`` are parameters that the data do not determine, each with the reason.
     """
 
     step: str
@@ -128,3 +129,5 @@ class Result:
     extra: Mapping[str, Any] = field(default_factory=dict)
     diagnosis: Diagnosis | None = None
     amplitudes: Mapping[str, Estimate] = field(default_factory=dict)
+    refused: tuple[Finding, ...] = ()
+    withheld: Mapping[str, str] = field(default_factory=dict)

@@ -5,19 +5,29 @@ A number that is not finite has no form in JSON: it is written as null, so that 
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from vdyn_cli.quantities.diagnosis import Diagnosis
+from vdyn_cli.quantities.law_definition import LawDefinition
 
 
 class Entry(BaseModel):
     """A part of a result: frozen, and an unknown key is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _null_is_no_number(cls, data: Any) -> Any:
+        numbers = {name for name, field in cls.model_fields.items() if field.annotation is float}
+        if not isinstance(data, dict):
+            return data
+        return {k: math.nan if v is None and k in numbers else v for k, v in data.items()}
 
 
 class EstimateEntry(Entry):
@@ -30,6 +40,12 @@ class EstimateEntry(Entry):
     meaning: str = Field(description="meaning of the parameter")
     baseline: float | None = Field(description="estimate without the extension of the model, in 'unit'; null if given")
     source: str = Field(description="'given', 'measured', or the step that estimated it")
+    spans: list[str] = Field(
+        [],
+        description="answers of the diagnosis whose values the interval holds beside the fit's own: names of effects "
+        "joined by ' + ', 'baseline', or 'unexplained' for a bias by what no effect explains; empty where the fit "
+        "alone gives the interval",
+    )
 
 
 class FitEntry(Entry):
@@ -87,6 +103,9 @@ class ParameterSetDocument(BaseModel):
     extensions: dict[str, dict[str, EstimateEntry]] = Field(
         description="effects that extend the model and belong to the vehicle: effect, its unknowns, their estimates"
     )
+    laws: dict[str, LawDefinition] = Field(
+        {}, description="definitions of the learned laws among the extensions, from which other steps rebuild them"
+    )
     provenance: ProvenanceDocument = Field(description="inputs, settings, versions and command")
 
 
@@ -96,6 +115,10 @@ class ResultDocument(ParameterSetDocument):
     model_config = ConfigDict(frozen=True, extra="allow")
 
     sentence: str = Field(description="the result in one sentence")
+    refused: list[FindingEntry] = Field(
+        description="why the result is not published; there are no parameters then. Empty for a published result"
+    )
+    withheld: dict[str, str] = Field(description="parameters that the data do not determine, each with the reason")
     fit: FitEntry = Field(description="how well the model follows the data")
     findings: list[FindingEntry] = Field(description="notes and doubts about inputs and result")
     diagnosis: Diagnosis | None = Field(description="errors of the model; null without a diagnosis")
@@ -116,6 +139,34 @@ class ParametersDocument(ParameterSetDocument):
     title: str = Field(description="title of the pipeline")
     missing: dict[str, str] = Field(description="parameters without a value, and why")
     steps: dict[str, StepSummary] = Field(description="how each step ended")
+
+
+class ChannelEntry(Entry):
+    """One channel of a log."""
+
+    column: str = Field(description="name as a description's 'column' states it")
+    group: str = Field(description="group of the channel in the file; empty where it has none")
+    source: str = Field(description="device or bus that the file names; empty where it names none")
+    unit: str = Field(description="unit that the file states; empty where it states none")
+    rate: float | None = Field(description="written samples per second, Hz; null without a clock")
+    span: tuple[float, float] | None = Field(description="first and last time with a sample, s; null without a clock")
+    state: Literal["clock", "varies", "constant", "empty", "text"] = Field(description="what the samples do")
+    samples: int = Field(description="number of written samples")
+    lowest: float | None = Field(description="smallest sample, in 'unit'")
+    highest: float | None = Field(description="largest sample, in 'unit'")
+    rest: tuple[float, float, float] | None = Field(
+        description="longest rest of a channel that otherwise varies: from (s), to (s), value in 'unit'; null if short"
+    )
+    same_as: str = Field(description="first channel of the file with the same samples; empty where there is none")
+    repeated: int = Field(description="how many channels of the file have this name")
+
+
+class ChannelsDocument(Entry):
+    """What ``vdyn channels --json`` writes: every channel of one log."""
+
+    format: Literal["vdyn/channels/1"] = Field(description="name and version of this format")
+    log: str = Field(description="name of the file")
+    channels: list[ChannelEntry] = Field(description="the channels in the order of the file")
 
 
 class _NumbersOrNull(GenerateJsonSchema):

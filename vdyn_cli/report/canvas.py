@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
+import logging
 import math
+import os
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.report import typography
 
 if TYPE_CHECKING:
@@ -65,18 +70,32 @@ class LegendEntry:
     alpha: float = 1.0
 
 
-def style() -> Any:
+@contextlib.contextmanager
+def style() -> Iterator[None]:
     """The drawing settings as a context, so that the user's own matplotlib settings have no influence."""
-    import matplotlib
+    matplotlib = _matplotlib()
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_STYLE)
+        yield
 
-    return matplotlib.rc_context(_STYLE)
+
+def _matplotlib() -> Any:
+    """The library, imported where no ``matplotlibrc`` lies: it reads one from the working directory."""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of its cache, not of the report
+    os.environ["MATPLOTLIBRC"] = os.devnull
+    try:
+        with contextlib.chdir(Path(__file__).parent):
+            import matplotlib
+    except OSError as error:
+        remedy = "set MPLCONFIGDIR to a folder that can be written"
+        raise InputError(Finding("matplotlib", "has no folder for its cache", str(error)[:80], remedy)) from None
+    return matplotlib
 
 
 def every_stroke() -> Any:
     """A context in which lines keep all their points: a dot is a stroke of no length and would be simplified away."""
-    import matplotlib
-
-    return matplotlib.rc_context({"path.simplify": False})
+    return _matplotlib().rc_context({"path.simplify": False})
 
 
 def sheet(width: float, height: float) -> Sheet:

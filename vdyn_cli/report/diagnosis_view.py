@@ -11,6 +11,7 @@ from vdyn_cli.quantities.diagnosis import Diagnosis, Gain
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.report import diagnosis_tables as tables
 from vdyn_cli.report import effect_labels, typography
+from vdyn_cli.report.size_table import remainder_note, sizes
 from vdyn_cli.report.text_table import TextTable
 
 # verdict: (label, mood)
@@ -79,6 +80,7 @@ def diagnosis_section(
     known = {n: e.value for n, e in parameters.items()}
     shown = (
         tables.identified(source.causes, known),
+        sizes(source),
         tables.next_tests(source.next_test, answered=source.verdict in ("adequate", *_EXPLAINED)),
         tables.ranking(source.ranking),
         tables.not_testable(source.not_testable, known),
@@ -88,7 +90,9 @@ def diagnosis_section(
         "fair" if mood == "good" and source.doubt else mood,
         typography.prose(source.sentence),
         _gain_bars(source.gain) if source.gain else None,
-        tuple(note for note in (_evidence(source), _ambiguous(source), _extended(source)) if note),
+        tuple(
+            note for note in (_evidence(source), _ambiguous(source), remainder_note(source), _extended(source)) if note
+        ),
         tuple(t for t in shown if t is not None),
         tables.worst_segments(source.where),
         source.verdict in _UNEXPLAINED or (source.verdict in _EXPLAINED and not source.extended),
@@ -116,7 +120,7 @@ def _gain_bars(gain: Gain) -> GainBars | None:
         round(100 * after / largest, 1),
         _change(before, after),
         f"{typography.significant(low, 2)} to {typography.significant(high, 2)} {unit}".strip(),
-        f"{share}{typography.NARROW}% of the misfit above noise, all channels together{doubt}"
+        f"{share}{typography.NARROW}% of the rms error above the noise floor{doubt}"
         if math.isfinite(gain.share_of_explainable)
         else "",
         gain.held_out,

@@ -1,19 +1,15 @@
-"""Self-contained pages of a step, of a failure and of a pipeline: same input, same bytes, nothing fetched."""
+"""Self-contained pages of a step, published or refused, and of a pipeline: same input, same bytes, nothing fetched."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.project.result_document import StepRecord
-from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.report import typography
 from vdyn_cli.report.pipeline_page import render_pipeline
-from vdyn_cli.report.provenance_view import finding_texts
 from vdyn_cli.report.step_page import step_page
-from vdyn_cli.report.template import fill, markup
+from vdyn_cli.report.template import fill
 
-__all__ = ["RenderedStep", "render", "render_failure", "render_pipeline"]
+__all__ = ["RenderedStep", "render", "render_pipeline"]
 
 
 @dataclass(frozen=True)
@@ -30,15 +26,3 @@ def render(record: StepRecord) -> RenderedStep:
     title = f"{shown.title or shown.step}: {shown.sentence}"
     page = fill("page.html", title=title, name=shown.step, nav=shown.nav, body=shown.section(level=1))
     return RenderedStep(page, str(shown.section(level=2)))
-
-
-def render_failure(name: str, findings: Sequence[Finding]) -> str:
-    """The page of a step whose result cannot be published: every reason with its remedy, and no parameters.
-
-    Parameters
-    ----------
-    name : of the step.
-    """
-    shown = typography.clean(name)
-    body = markup(fill("failure.html", name=shown, findings=[finding_texts(f) for f in findings]))
-    return fill("page.html", title=f"{shown}: no result", name=shown, nav=(), body=body)

@@ -8,14 +8,17 @@ from dataclasses import dataclass
 
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.report import typography
+from vdyn_cli.report import effect_labels, typography
 
 Symbol = tuple[tuple[str, str], ...]  # base and subscript of each part
 
 
 @dataclass(frozen=True)
 class ParameterRow:
-    """One line of a parameter table; ``before`` is empty where no extension moved the value."""
+    """One line of a parameter table; ``before`` is empty where no extension moved the value.
+
+    ``spans``: the answers whose values the interval holds, where the diagnosis leaves several open.
+    """
 
     key: str
     name: str
@@ -28,6 +31,7 @@ class ParameterRow:
     source: str
     before: str
     shift: str
+    spans: str
 
 
 def parameter_rows(estimates: Mapping[str, Estimate]) -> tuple[ParameterRow, ...]:
@@ -56,12 +60,49 @@ def _parameter_row(key: str, e: Estimate) -> ParameterRow:
         typography.clean(e.source),
         before,
         shift,
+        ", ".join(_answer(one) for one in e.spans),
     )
+
+
+def _answer(name: str) -> str:
+    if name in ("baseline", "unexplained"):
+        return {"baseline": "the baseline", "unexplained": "what no effect explains"}[name]
+    return effect_labels.combined(name.replace(" + ", "+"))
 
 
 def shown_symbol(key: str, text: str) -> Symbol:
     """The textbook symbol, none where the name ends with it ("tire B")."""
     return () if text and typography.name(key).endswith(f" {text}") else typography.symbol(text)
+
+
+@dataclass(frozen=True)
+class MissingRow:
+    """A parameter without a value: why, and which step estimates it."""
+
+    name: str
+    symbol: Symbol
+    unit: str
+    meaning: str
+    why: str
+    giver: str
+
+
+def missing_row(name: str, why: str, giver: str) -> MissingRow:
+    """The row of a parameter of the vocabulary without a value.
+
+    Parameters
+    ----------
+    why : why it has none. giver : the step that estimates it; empty where that need not be said.
+    """
+    quantity = PARAMETERS[name]
+    return MissingRow(
+        typography.title(name),
+        shown_symbol(name, quantity.symbol),
+        typography.unit(quantity.unit),
+        typography.prose(quantity.meaning),
+        typography.prose(why),
+        giver,
+    )
 
 
 def _shift(e: Estimate, rounded: typography.RoundedEstimate) -> tuple[str, str]:

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 from vdyn_cli.project.pipeline import ParameterSet, StepOutcome
 from vdyn_cli.quantities.parameters import GIVERS
-from vdyn_cli.quantities.vocabulary import TABLE
 from vdyn_cli.report import typography
 from vdyn_cli.report.diagnosis_tables import extensions
 from vdyn_cli.report.diagnosis_view import DiagnosisSection, diagnosis_section
-from vdyn_cli.report.parameter_table import Symbol, parameter_rows, shown_symbol, widths
+from vdyn_cli.report.parameter_table import missing_row, parameter_rows, widths
 from vdyn_cli.report.provenance_view import finding_texts, provenance_view
 from vdyn_cli.report.template import fill, markup, slug
 
@@ -32,18 +31,6 @@ class StepRow:
     section: Markup
 
 
-@dataclass(frozen=True)
-class MissingRow:
-    """A parameter of the full set that is not known: why, and which step estimates it."""
-
-    name: str
-    symbol: Symbol
-    unit: str
-    meaning: str
-    why: str
-    giver: str
-
-
 def render_pipeline(found: ParameterSet) -> str:
     """The page of a pipeline as HTML text.
 
@@ -51,7 +38,7 @@ def render_pipeline(found: ParameterSet) -> str:
     """
     rows = [_step_row(o) for o in found.outcomes]
     parameters = parameter_rows(found.parameters)
-    missing = [_missing_row(name, why) for name, why in found.missing.items()]
+    missing = [missing_row(name, why, GIVERS.get(name, "")) for name, why in found.missing.items()]
     good = sum(o.good for o in found.outcomes)
     warned = sum(bool(o.findings) for o in found.outcomes if o.good)
     title = typography.prose(found.title) or "Test day"
@@ -83,18 +70,6 @@ def _step_row(outcome: StepOutcome) -> StepRow:
         diagnosis_section(outcome.diagnosis),
         tuple(finding_texts(f) for f in outcome.findings),
         markup(outcome.section),
-    )
-
-
-def _missing_row(name: str, why: str) -> MissingRow:
-    quantity = TABLE[name]
-    return MissingRow(
-        typography.title(name),
-        shown_symbol(name, quantity.symbol),
-        typography.unit(quantity.unit),
-        typography.prose(quantity.meaning),
-        typography.prose(why),
-        GIVERS.get(name, ""),
     )
 
 

@@ -13,7 +13,16 @@ from vdyn_cli.report.chips import Chip, chips
 from vdyn_cli.report.diagnosis_view import DiagnosisSection, diagnosis_section
 from vdyn_cli.report.figures import figure_svg
 from vdyn_cli.report.panels import ChannelTraces, channel_traces
-from vdyn_cli.report.parameter_table import Heat, ParameterRow, correlation, parameter_rows, strongest, widths
+from vdyn_cli.report.parameter_table import (
+    Heat,
+    MissingRow,
+    ParameterRow,
+    correlation,
+    missing_row,
+    parameter_rows,
+    strongest,
+    widths,
+)
 from vdyn_cli.report.provenance_view import ProvenanceView, finding_texts, provenance_view
 from vdyn_cli.report.template import fill, markup, slug
 from vdyn_cli.report.text_table import TextTable, run_table, text_table
@@ -42,6 +51,8 @@ class StepPage:
     ----------
     slug : begins every id of the page.
     about : what the step is, in a few words.
+    refused : why there is no result; empty for a published one.
+    withheld : parameters that the data do not determine.
     """
 
     slug: str
@@ -52,6 +63,8 @@ class StepPage:
     diagnosis: DiagnosisSection | None
     chips: tuple[Chip, ...]
     parameters: tuple[ParameterRow, ...]
+    refused: tuple[Mapping[str, str], ...]
+    withheld: tuple[MissingRow, ...]
     warnings: tuple[str, ...]
     comparisons: tuple[Plot, ...]
     maps: tuple[Plot, ...]
@@ -129,6 +142,8 @@ def step_page(record: StepRecord) -> StepPage:
             doubted=bool(section and section.incomplete) or bool(result.fit.warnings),
         ),
         parameters=parameter_rows(result.parameters),
+        refused=tuple(finding_texts(f) for f in result.refused),
+        withheld=tuple(missing_row(name, why, "") for name, why in result.withheld.items()),
         warnings=tuple(typography.prose(w) for w in result.fit.warnings),
         comparisons=tuple(_comparison(c, f"{name}-run{i}") for i, c in enumerate(grouped)),
         maps=_maps(grouped, name),

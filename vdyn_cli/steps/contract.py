@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import nan
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.quantities.result import FitSummary, Result
 
 if TYPE_CHECKING:
     from vdyn_cli.description.test_description import TestSpec
     from vdyn_cli.effects import Effect
     from vdyn_cli.engine.model import Model
-    from vdyn_cli.inference import Regression, Unknown
+    from vdyn_cli.inference import Regression, Solution, Unknown
+    from vdyn_cli.inference.qr_factors import Array
     from vdyn_cli.quantities.log import Log
-    from vdyn_cli.quantities.parameters import Parameters
-    from vdyn_cli.quantities.result import Result
+    from vdyn_cli.steps.free_part import Part
     from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 NO_VALUES: Mapping[str, float] = MappingProxyType({})
@@ -28,19 +31,51 @@ NO_VALUES: Mapping[str, float] = MappingProxyType({})
 class Failure:
     """A fit or a result that cannot be published, as a value that can be handed on.
 
-    ``findings`` say why; ``from_error`` keeps them, ``error`` raises them again at the edge of the program.
+    ``findings`` say why; ``shown`` is the unpublished result, so that a page can show where its simulation fails; None
+    where no simulation exists.
     """
 
     findings: tuple[Finding, ...]
+    shown: Result | None = None
 
     @classmethod
     def from_error(cls, error: ResultError | ArithmeticError) -> Failure:
         """The failure that an exception reports."""
+        if isinstance(error, UnpublishedError):
+            return cls(error.findings, error.shown)
         return cls(error.findings if isinstance(error, ResultError) else (Finding("fit", str(error)),))
 
-    def error(self) -> ResultError:
-        """The same findings as an exception, for the command that ends with it."""
-        return ResultError(*self.findings)
+    def refused(self, step: str) -> Result:
+        """The result as a record of the refusal: what was simulated, why it is not published, and no parameters.
+
+        Parameters
+        ----------
+        step : name of the step.
+        """
+        shown = self.shown or Result(step, "", Parameters(), FitSummary((), nan, nan, "", ()), "")
+        first = self.findings[0]
+        place = "" if first.where in ("fit", step) else f"{first.where}: "
+        return replace(
+            shown,
+            sentence=f"No result: {place}{first.what}.",
+            parameters=Parameters(),
+            amplitudes={},
+            extra={},
+            refused=self.findings,
+        )
+
+
+class UnpublishedError(ResultError):
+    """A result that cannot be published, with what can be shown of it.
+
+    Parameters
+    ----------
+    findings : why. shown : the result as far as it goes; its parameters are not used.
+    """
+
+    def __init__(self, findings: Sequence[Finding], shown: Result) -> None:
+        super().__init__(*findings)
+        self.shown = shown
 
 
 class Problem(Protocol):
@@ -54,7 +89,8 @@ class Problem(Protocol):
 
         Raises
         ------
-        ResultError : the result cannot be published. InputError : the data contradict the description.
+        ResultError : the result cannot be published; an UnpublishedError where a simulation exists that can be shown.
+        InputError : the data contradict the description.
         """
 
 
@@ -70,8 +106,22 @@ class SimulatedProblem(Problem, Protocol):
         """Free profiles over the coordinates of the model's laws (speed, time, position, deflection rate ...)."""
 
     @property
+    def parts(self) -> tuple[Part, ...]:
+        """The model's elements and sensors, each free over one coordinate; none, unless a step says otherwise."""
+        return ()
+
+    @property
     def duration(self) -> float:
         """Length of the longest run, s."""
+
+    @property
+    def coarse_error(self) -> Callable[[Sequence[Effect], Sequence[Unknown]], float] | None:
+        """(effects, unknowns) -> rms error of the main channel at the unknowns' starts, with nothing fitted.
+
+        Where the baseline misses by so much that no linearization about it reaches the cause: an error is then
+        certain, and candidates are tried from coarse starts. None elsewhere, and unless a step says otherwise.
+        """
+        return None
 
     def regression(
         self,
@@ -87,12 +137,36 @@ class SimulatedProblem(Problem, Protocol):
         start : values of the step's own shared unknowns about which a linearized problem is linearized.
         """
 
+    def regression_like(
+        self, known: Regression, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
+    ) -> Regression:
+        """The regression with other effects in the model and the noise of a ``known`` regression of this problem.
+
+        Parameters
+        ----------
+        start : as in ``regression``. Steps whose noise costs nothing to estimate make the regression anew.
+        """
+        return self.regression(effects, unknowns, start)
+
     def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
         """The most likely size of a nondifferentiable effect alone in the model, and the gain in log likelihood.
 
         ``start(size)`` gives the effect's unknowns. None, unless a step says otherwise: it tests no such effects.
         """
         return None
+
+    def coordinate(self, part: Part, solution: Solution) -> Array | None:
+        """The values (n,) of a part's coordinate in the runs, at the baseline's solution; None: all of its span."""
+        return None
+
+    def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """Published parameters that follow from fitted ones; none, unless a step says otherwise.
+
+        Parameters
+        ----------
+        values : of the fitted shared unknowns, SI; those that are not given have their known value.
+        """
+        return {}
 
     def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
         """What could be driven next, the least effort first; nothing, unless a step says otherwise.
@@ -108,6 +182,24 @@ class SimulatedProblem(Problem, Protocol):
 def simulated(step: Step, problem: Problem) -> SimulatedProblem | None:
     """The problem as one that can be diagnosed; None for a step that simulates nothing."""
     return cast(SimulatedProblem, problem) if step.diagnosable is not None else None
+
+
+def unpublished(error: ResultError, shown: Callable[[Solution], Result]) -> ResultError:
+    """The error of a fit that cannot be published, with the result that ``shown`` makes of where the fit stands.
+
+    The error itself where the fit stands nowhere, or nothing can be simulated there.
+    """
+    from vdyn_cli.inference import RefusedFitError
+
+    if not isinstance(error, RefusedFitError):
+        return error
+    solution = error.solution()
+    try:
+        return error if solution is None else UnpublishedError(error.findings, shown(solution))
+    except UnpublishedError as further:  # the result is refused for another reason, too
+        return UnpublishedError(error.findings, further.shown)
+    except (ResultError, ArithmeticError, ValueError):
+        return error
 
 
 def published(problem: Problem, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result | Failure:

@@ -22,18 +22,23 @@ HOPS = (
 
 
 @cache
-def table(speed: float, driven: str = "front", changed: tuple[tuple[str, float], ...] = ()) -> dict[str, Mode]:
-    found = modes(parameters(**dict(changed)), speed, driven)  # type: ignore[arg-type]
+def table(
+    speed: float, driven: str = "front", changed: tuple[tuple[str, float], ...] = (), differential: str = "open"
+) -> dict[str, Mode]:
+    found = modes(parameters(**dict(changed)), speed, driven, differential)  # type: ignore[arg-type]
     assert len({mode.name for mode in found}) == len(found)
     return {mode.name: mode for mode in found}
 
 
 @pytest.mark.parametrize("speed", [2.0, 20.0, 40.0])
 @pytest.mark.parametrize("driven", ["front", "rear", "both"])
-def test_every_motion_has_its_mode(speed, driven):
-    found = table(speed, driven)
+@pytest.mark.parametrize("differential", ["open", "locked"])
+def test_every_motion_has_its_mode_and_each_differential_one_shuffle(speed, driven, differential):
+    found = table(speed, driven, (), differential)
     assert {*BODY, *HOPS} <= found.keys()
-    assert sum("driveline shuffle" in name for name in found) == (4 if driven == "both" else 2)
+    shuffles = [name for name in found if "shuffle" in name]
+    both = ["driveline shuffle front", "driveline shuffle rear"]
+    assert sorted(shuffles) == (both if driven == "both" else ["driveline shuffle"])
     assert sum("tire slip" in name for name in found) == 4
     assert all(mode.damping > 0 for mode in found.values())
     frequencies = [mode.frequency for mode in found.values()]
@@ -60,22 +65,32 @@ def test_on_stiff_tires_the_driveline_swings_on_its_shafts_alone():
     outer = car["mass"] * car["wheel_radius"] ** 2 + 4 * car["wheel_inertia"]
     closed = math.sqrt(4e4 * (1 / inner + 1 / outer)) / (2 * math.pi)
     assert found["driveline shuffle"].frequency == pytest.approx(closed, rel=0.01)
-    assert "driveline shuffle, against each other" in found
 
 
-def test_unlike_shafts_have_a_mode_each_and_the_stiffer_is_faster():
-    found = table(15.0)
-    left, right = found["driveline shuffle left"], found["driveline shuffle right"]
-    assert left.frequency > right.frequency
-    assert left.frequency_slopes["shaft_stiffness_left"] > 10 * abs(left.frequency_slopes["shaft_stiffness_right"])
-    assert next(iter(left.parts)) == "driveline shuffle front"
+def test_unlike_shafts_of_an_open_differential_swing_as_one_shaft_of_their_compliances():
+    """Equal torques twist the softer one more: 1/k = (1/kl + 1/kr) / 4 between carrier and car; locked, k = kl + kr."""
+    stiff = {"tire_B": 4000.0, "tire_relaxation_length": 0.02, "shaft_damping_left": 5.0, "shaft_damping_right": 5.0}
+    car = parameters(**stiff, shaft_stiffness_left=3e4, shaft_stiffness_right=1.2e4)
+    inner, outer = car["driveline_inertia"], car["mass"] * car["wheel_radius"] ** 2 + 4 * car["wheel_inertia"]
+    for differential, stiffness in (("open", 4 / (1 / 3e4 + 1 / 1.2e4)), ("locked", 4.2e4)):
+        found = {mode.name: mode for mode in modes(car, 3.0, "front", differential)}
+        closed = math.sqrt(stiffness * (1 / inner + 1 / outer)) / (2 * math.pi)
+        assert found["driveline shuffle"].frequency == pytest.approx(closed, rel=0.01), differential
+
+
+def test_the_softer_shaft_moves_the_shuffle_more():
+    shuffle = table(15.0)["driveline shuffle"]
+    slopes, p = shuffle.frequency_slopes, parameters()
+    ratio = p["shaft_stiffness_left"] / p["shaft_stiffness_right"]
+    assert slopes["shaft_stiffness_right"] / slopes["shaft_stiffness_left"] == pytest.approx(ratio, rel=0.1)
+    assert next(iter(shuffle.parts)) == "driveline shuffle front"
 
 
 @pytest.mark.parametrize("name", ["mass", "shaft_stiffness_left", "tire_D", "suspension_damping_front", "wheel_radius"])
 def test_slopes_are_those_of_the_table(name):
     value, middle = parameters()[name], table(15.0)
     ahead, behind = (table(15.0, "front", ((name, value * (1 + sign * 1e-4)),)) for sign in (1, -1))
-    for mode in ("bounce", "pitch", "driveline shuffle left", "driveline shuffle right", "wheel hop front"):
+    for mode in ("bounce", "pitch", "driveline shuffle", "tire slip front", "wheel hop front"):
         for slope, quantity in (("frequency_slopes", "frequency"), ("damping_slopes", "damping")):
             difference = (getattr(ahead[mode], quantity) - getattr(behind[mode], quantity)) / 2e-4
             size = getattr(middle[mode], quantity)

@@ -19,7 +19,13 @@ def test_what_is_known_stands_and_what_follows_from_it_is_said():
 
 def test_what_nothing_can_stand_for_is_missing():
     done = complete(("mass", "unsprung_mass_front", "shaft_stiffness_left", "shaft_damping_left"), {})
-    assert done.missing == ("mass", "unsprung_mass_front", "shaft_stiffness_left", "shaft_damping_left")
+    assert done.missing == ("mass", "shaft_stiffness_left")
+
+
+def test_a_default_that_follows_from_what_is_missing_is_not_demanded():
+    """The yaw inertia follows from the pitch inertia, which is to be given; a drag area follows from two others."""
+    done = complete(("pitch_inertia", "yaw_inertia", "drag_area", "rolling_speed"), {})
+    assert done.missing == ("pitch_inertia", "drag_area")
 
 
 def test_the_driveline_is_what_the_rotating_mass_leaves():

@@ -21,7 +21,7 @@ _PLANT = (
     *("suspension_damping_front", "suspension_damping_rear", "tire_vertical_stiffness", "wheel_inertia"),
     *("wheel_radius", "tire_B", "tire_C", "tire_D", "tire_E", "tire_relaxation_length", "rolling_resistance"),
     *("drag_area", "drag_height", "gear_ratio", "driveline_inertia", "shaft_stiffness_left"),
-    *("shaft_stiffness_right", "shaft_damping_left", "shaft_damping_right"),
+    *("shaft_stiffness_right", "shaft_damping_left", "shaft_damping_right", "side_gear_inertia"),
 )
 
 
@@ -31,7 +31,7 @@ def parameters(car: Vehicle = REFERENCE, **changed: float) -> dict[str, float]:
     found |= {"roll_inertia": 0.3 * car.pitch_inertia, "yaw_inertia": 1.1 * car.pitch_inertia, "air_density": 1.225}
     found |= {"tire_vertical_damping": 200.0, "tire_load_sensitivity": 2e-5, "tire_cornering_stiffness": 18.0}
     found |= {"rolling_speed": 0.0, "wind_variance": 0.0, "driveline_efficiency": 1.0, "brake_share_front": 0.65}
-    found |= {"hub_swing": 1.0, "driveline_pitch": 1.0}
+    found |= {"hub_swing": 1.0, "driveline_pitch": 1.0, "motor_reaction": 1.0 / car.gear_ratio}
     return found | changed
 
 
@@ -43,14 +43,22 @@ def drive(time: Array, start: dict[str, float] | None = None, **inputs: ArrayLik
 
 
 @cache
-def _simulator(driven: str, substeps: int) -> Simulator:
-    return Simulator(vehicle(driven), parameters(), substeps=substeps)  # type: ignore[arg-type]
+def _simulator(driven: str, substeps: int, differential: str) -> Simulator:
+    model = vehicle(driven, differential=differential)  # type: ignore[arg-type]
+    return Simulator(model, {name: parameters()[name] for name in model.parameters}, substeps=substeps)
 
 
-def simulate(run: Drive, car: dict[str, float] | None = None, driven: str = "front", substeps: int = 1) -> Simulated:
+def simulate(
+    run: Drive,
+    car: dict[str, float] | None = None,
+    driven: str = "front",
+    substeps: int = 1,
+    differential: str = "open",
+) -> Simulated:
     """Outputs and states of a drive by the reference car, or with other ``car`` parameters."""
-    given = Drive(run.time, run.inputs, run.start, car or {}, run.context)
-    return _simulator(driven, substeps)(given, states=True)
+    simulator = _simulator(driven, substeps, differential)
+    own = {name: value for name, value in (car or {}).items() if name in simulator.model.parameters}
+    return simulator(Drive(run.time, run.inputs, run.start, own, run.context), states=True)
 
 
 def pedals(time: Array, *knots: tuple[float, float, float]) -> dict[str, Array]:

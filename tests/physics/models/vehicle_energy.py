@@ -11,6 +11,7 @@ from vdyn_cli.engine.simulate import Simulated
 
 Array = NDArray[np.float64]
 G = 9.80665
+HELD = 0.8e-3  # s by which the model's side gears lag
 PLACES = {"fl": (1, 1), "fr": (1, -1), "rl": (-1, 1), "rr": (-1, -1)}
 
 
@@ -36,8 +37,7 @@ class Account:
         self.forward: dict[str, Array] = {}
         for at, (end, side) in PLACES.items():
             self._corner(at, "front" if end > 0 else "rear", side, brake, lightness)
-        for at, side in (("fl", "left"), ("fr", "right")):
-            self._shaft(at, side, drive * p["gear_ratio"] / 2)
+        self._driveline(drive * p["gear_ratio"])
         air = 0.5 * p["air_density"] * p["drag_area"] * x["speed"] * np.abs(x["speed"])
         self.lost += air * (x["speed"] - (p["drag_height"] - p["cg_height"]) * x["pitch_rate"])
 
@@ -84,13 +84,23 @@ class Account:
         self.lost += p["rolling_resistance"] * load * rim * sense(x[f"rolling_bend_{at}"], rim, 0.1)
         self.lost += brake / 2 / r * rub * sense(x[f"brake_bend_{at}"], rub, 1e-3)
 
-    def _shaft(self, at: str, side: str, torque: Array) -> None:
+    def _driveline(self, torque: Array) -> None:
+        """Motor on the body, carrier, side gears (with the inertia by which the model holds them back), half-shafts."""
         p, x = self.p, self.x
-        twist, inner = x[f"twist_{at}"], x[f"inner_speed_{at}"]
-        self.kinetic += 0.5 * p["driveline_inertia"] / 2 * inner**2
-        self.stored += 0.5 * p[f"shaft_stiffness_{side}"] * twist**2
-        self.lost += p[f"shaft_damping_{side}"] * (inner - x[f"wheel_speed_{at}"] - x["pitch_rate"]) ** 2
-        self.put_in = self.put_in + torque * inner
+        carrier = x["carrier_speed_front"] + p["motor_reaction"] * x["pitch_rate"]
+        self.kinetic += 0.5 * p["driveline_inertia"] * x["carrier_speed_front"] ** 2
+        self.put_in = self.put_in + torque * carrier
+        apart = np.zeros(self.run.time.size)
+        if "side_gear_speed_front" in x:
+            stiffness = p["shaft_stiffness_left"] + p["shaft_stiffness_right"]
+            inertia = 2 * p["side_gear_inertia"] + stiffness * HELD**2
+            rate = (self.run.outputs["shaft_torque_right"] - self.run.outputs["shaft_torque_left"]) / inertia
+            apart = x["side_gear_speed_front"] + HELD * rate
+            self.kinetic += 0.5 * inertia * x["side_gear_speed_front"] ** 2
+            self.lost += inertia * HELD * rate**2
+        for at, side, inner in (("fl", "left", carrier + apart), ("fr", "right", carrier - apart)):
+            self.stored += 0.5 * p[f"shaft_stiffness_{side}"] * x[f"twist_{at}"] ** 2
+            self.lost += p[f"shaft_damping_{side}"] * (inner - x[f"wheel_speed_{at}"] - x["pitch_rate"]) ** 2
 
 
 def sense(bend: Array, speed: Array, time: float) -> Array:

@@ -26,7 +26,7 @@ def spec(photo: plant.Photo | None = None, **more: object) -> AreaSpec:
     if photo is not None:
         box = {"width": photo.box_width, "height": photo.box_height}
         box |= dict(zip(("left", "top", "right", "bottom"), photo.box, strict=True))
-    return AreaSpec.model_validate({"test": "area", "image": "car.png", "box": box, **more})
+    return AreaSpec.model_validate({"test": "area", "image": "car.png", **{"box": box, **more}})
 
 
 def run(photo: plant.Photo, folder: Path, **more: object) -> Result:
@@ -146,9 +146,24 @@ def test_a_mask_of_another_size_is_refused(tmp_path: Path) -> None:
 def test_a_picture_without_a_car_is_no_result(grey: np.ndarray, says: str, tmp_path: Path) -> None:
     (tmp_path / "car.png").write_bytes(_png(grey))
     assert STEP.load is not None
-    data, _ = STEP.load(spec(), tmp_path, ())
+    square = spec(box={"width": "1.7 m", "height": "1.7 m"})
+    data, _ = STEP.load(square, tmp_path, ())
     with pytest.raises(ResultError, match=says):
-        STEP.estimate(spec(), data, Parameters())
+        STEP.estimate(square, data, Parameters())
+
+
+@pytest.mark.parametrize(("stretched", "refused"), [(2.0, True), (1.12, True), (1.05, False)])
+def test_pixels_are_square(stretched: float, refused: bool, tmp_path: Path) -> None:
+    """A box whose width was read wrongly scales the area by as much."""
+    photo = plant.photo(REFERENCE, 6)
+    edges = dict(zip(("left", "top", "right", "bottom"), photo.box, strict=True))
+    box = {"width": stretched * photo.box_width, "height": photo.box_height, **edges}
+    if refused:
+        with pytest.raises(InputError, match="pixels are square"):
+            run(photo, tmp_path, box=box)
+    else:
+        found = run(photo, tmp_path, box=box).findings
+        assert any("scales across and down differ" in f.what and f.doubt for f in found)
 
 
 def test_a_box_outside_the_picture_and_an_area_of_no_car(tmp_path: Path) -> None:

@@ -137,7 +137,8 @@ def test_a_known_grade_is_reckoned_with() -> None:
     ]
     with_grade = estimate(spec_of(runs), logs, known(REFERENCE))
     without = estimate(spec_of(runs), logs_of(runs), known(REFERENCE))
-    assert with_grade.parameters["rolling_resistance"].std < 0.3 * without.parameters["rolling_resistance"].std
+    # An unknown constant slope is part of the random road: it widens the interval less than a force of no direction.
+    assert with_grade.parameters["rolling_resistance"].std < 0.6 * without.parameters["rolling_resistance"].std
     assert abs(off(with_grade, "rolling_resistance", 0.0095)) < 3.5
 
 
@@ -160,7 +161,7 @@ def test_the_sample_logs_give_their_truth(root: Path) -> None:
     accuracy = result.extra["accuracy"]
     assert accuracy["pairs"] == 4
     assert 0 < accuracy["r83"]["worst"] == accuracy["wltp"]["worst"] < 0.05
-    assert {t.key for t in result.tables} == {"coefficients", "forces", "times"}
+    assert {t.key for t in result.tables} == {"coefficients", "forces", "times", "influence"}
     assert 2 <= len(result.figures) <= 5
     assert len(result.comparisons) == 8
     assert not [f for f in result.findings if "coast_" not in f.where]  # the logs' own remarks apart

@@ -23,7 +23,7 @@ from tests.plant.sensors import ACCELEROMETER
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.cli import app
 from vdyn_cli.io.csv.csv_reader import Column, read_csv
-from vdyn_cli.quantities.parameters import read_parameters
+from vdyn_cli.quantities.parameter_json import read_parameters
 
 SEED = 1
 EIGHT = coast.WIDE.but(rate=5.0)
@@ -107,10 +107,12 @@ def test_nothing_hidden_is_adequate(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_drag_that_no_effect_describes_is_unknown(tmp_path: Path) -> None:
+def test_a_drag_that_no_effect_describes_is_learned_as_a_law_of_the_resistance(tmp_path: Path) -> None:
     told = document(described(tmp_path, {"drag_bump": 25.0}))["diagnosis"]
-    assert told["verdict"] == "unknown"
-    assert told["causes"] == []
+    assert told["verdict"] == "named"
+    assert [c["effect"] for c in told["causes"]] == ["learned_road_load"]
+    assert told["part"]["element"] == told["learned"]["element"] == "road_load"
+    assert told["extended"] == []  # only 'extend: learned' takes it in
     assert told["where"]
     assert told["next_test"]
 
@@ -206,7 +208,9 @@ def test_logs_that_hold_nothing_are_refused_in_words(what: str, tmp_path: Path) 
             csv.writer(file).writerows([head, *rows])
     code, text, error = vdyn("coastdown", path, "-o", "-")
     assert code == 1
-    assert text == ""
+    refused = json.loads(text)
+    assert "coastdown_0.csv: rejected" in refused["sentence"]
+    assert not refused["parameters"]
     assert "bug" not in error
     assert "coastdown_0.csv: rejected" in error
 

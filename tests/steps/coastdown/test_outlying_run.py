@@ -23,7 +23,7 @@ def reported(result: Result) -> list[str]:
 def test_a_brake_that_held_in_one_run_is_reported(seed: int, odd: int) -> None:
     runs = list(coast.campaign(REFERENCE, seed, EIGHT))
     runs[odd] = coast.campaign(REFERENCE, seed, EIGHT, {"brake_drag": 90.0})[odd]
-    (found,) = reported(STEP.estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))
+    *_, found = reported(STEP.estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))
     assert found.startswith(f"run_{odd + 1}.csv resistance is")
     assert 60 < float(found.split("resistance is ")[1].split(" N")[0]) < 120
 

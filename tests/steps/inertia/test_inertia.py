@@ -142,6 +142,23 @@ def test_a_wrong_sign_is_noticed_and_the_line_is_named(car: tuple[Vehicle, tuple
     assert len(error.value.findings) == 3  # one a log, and no other channel
 
 
+def test_the_energy_decides_an_overall_sign_that_vibration_hides(car: tuple[Vehicle, tuple[Log, ...]]) -> None:
+    vehicle, data = car
+    shaken = []
+    for log in data:
+        shake = np.sin(
+            2 * np.pi * 31.0 * log.time
+        )  # of the hub: the samples' correlation with the acceleration is lost
+        channels = {
+            "hub_torque": -log["hub_torque"] + 4000.0 * vehicle.wheel_radius * shake,
+            "hub_force_x": -log["hub_force_x"] + 4000.0 * shake,
+            "acceleration": log["acceleration"] + 20.0 * np.cos(2 * np.pi * 31.0 * log.time),
+        }
+        shaken.append(log.with_channels(**channels))
+    with pytest.raises(InputError, match=r"(?s)kinetic energy falls.*add 'sign: -1' to its channel"):
+        STEP.estimate(SPEC, InertiaData(tuple(shaken)), known(vehicle))
+
+
 def test_gaps_and_missing_values_are_left_out(car: tuple[Vehicle, tuple[Log, ...]]) -> None:
     vehicle, data = car
     whole = STEP.estimate(SPEC, InertiaData(data), known(vehicle)).parameters["wheel_inertia"]
@@ -161,7 +178,7 @@ def test_logs_that_cannot_serve_are_refused(car: tuple[Vehicle, tuple[Log, ...]]
     vehicle, (log, *_) = car
     cases = {
         "is too short": log.between(5.0, 6.0),
-        "wheel speed is nearly constant": log.with_channels(wheel_speed=np.full(log.time.size, 40.0)),
+        "wheel speed is constant within its noise": log.with_channels(wheel_speed=np.full(log.time.size, 40.0)),
         "the channel is empty": log.with_channels(hub_force_x=np.full(log.time.size, np.nan)),
     }
     for message, bad in cases.items():

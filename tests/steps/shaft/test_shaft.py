@@ -11,7 +11,8 @@ from tests.effects.recovered import unknowns
 from tests.plant import shaft as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from tests.steps.shaft.test_shaft_fit import log
-from vdyn_cli.effects import candidates
+from vdyn_cli.effects import candidates, catalogue
+from vdyn_cli.inference import Unknown
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
@@ -96,6 +97,18 @@ def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:
     assert "33%" in finding.what
 
 
+def test_a_drawing_that_the_log_contradicts_is_told_also_where_joints_explain_it() -> None:
+    vehicle = random_vehicle(3)
+    data = (log(vehicle, 3, series_compliance=0.25 / plant.truth(vehicle)["shaft_stiffness_left"]),)
+    joints = next(effect for effect in catalogue() if effect.name == "series_compliance")
+    unknown = Unknown("series_compliance", 0.0, -2e-6, 2e-4, "rad/(N m)")
+    problem = STEP.prepare(spec(vehicle, runs=RUN), data, Parameters())
+    (finding,) = (f for f in problem.publish((joints,), (unknown,)).findings if f.where == "left, log and drawing")
+    assert finding.doubt
+    assert "20% softer than calculated from its drawing" in finding.what
+    assert "a drawing that is wrong by as much looks the same" in finding.what
+
+
 def test_a_log_stiffer_than_the_drawing_contradicts() -> None:
     vehicle = random_vehicle(4)
     data = log(vehicle, 4)
@@ -158,7 +171,7 @@ def test_what_cannot_serve_is_refused_with_the_line_to_change() -> None:
         "(?s)twist: the twist falls .* add 'sign: -1' to its channel, or to shaft_torque": data.with_channels(
             shaft_torque=-data["shaft_torque"]
         ),
-        "nearly constant": still,
+        "constant within its noise": still,
         "too short": data.between(0.0, 0.1),
     }
     for message, bad in cases.items():

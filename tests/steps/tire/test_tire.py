@@ -73,7 +73,8 @@ def test_a_peak_out_of_reach_leaves_the_slope_alone() -> None:
     assert low < vehicle.tire_longitudinal_stiffness < high
     assert (high - low) / 2 < 0.15 * vehicle.tire_longitudinal_stiffness
     assert any("only the product" in w for w in result.fit.warnings)
-    assert "do not reach" in result.sentence
+    assert "do not determine its peak" in result.sentence
+    assert set(result.withheld) == set(SHAPE)
 
 
 def test_the_radius_deviation_is_carried_into_the_slope() -> None:

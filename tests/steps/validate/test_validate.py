@@ -15,13 +15,16 @@ from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
 from vdyn_cli.effects import catalogue
 from vdyn_cli.inference import Unknown
+from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.quantities.errors import InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
+from vdyn_cli.steps.contract import UnpublishedError
 from vdyn_cli.steps.validate.noise import DEPARTURE
+from vdyn_cli.steps.validate.problem import dropped_effects
 from vdyn_cli.steps.validate.segments import OUTPUTS
 from vdyn_cli.steps.validate.spec import ValidateSettings
 from vdyn_cli.steps.validate.whitening import whiten_drives
@@ -179,6 +182,18 @@ def test_what_earlier_steps_found_beside_the_parameters_is_simulated_and_not_sou
     assert "headwind" in candidates
 
 
+def test_an_effect_of_an_earlier_step_that_the_model_cannot_take_is_reported(root: Path, tmp_path: Path) -> None:
+    found = inputs(root, tmp_path, true_parameters(), (1,), model="road_load")
+    size = Estimate(0.4, 0.02, (0.36, 0.44), "N", "of another test", "bump")
+    extensions = {"suspension_friction": {"suspension_friction": size}, "seal_drag": {"seal_drag": size}}
+    problem = prepared(replace(found, known=replace(found.known, extensions=extensions)))
+    dropped = dropped_effects(problem)
+    assert [f.where for f in dropped] == ["extensions.suspension_friction", "extensions.seal_drag"]
+    assert "its law is not in this model" in dropped[0].what
+    assert "no such effect is installed" in dropped[1].what
+    assert not any(f.minor for f in dropped)
+
+
 def test_a_mass_on_a_road_follows_the_drives_too(root: Path, tmp_path: Path) -> None:
     result = validated(root, tmp_path, (1, 2, 3), model="road_load")
     found = numbers(result)
@@ -226,27 +241,32 @@ def test_torque_and_speed_of_different_length_are_refused(root: Path, tmp_path: 
     assert "differ in length or clock" in said
 
 
-def test_torque_and_speed_on_clocks_that_do_not_match_are_refused(root: Path, tmp_path: Path) -> None:
+def test_torque_and_speed_of_different_drives_are_an_error_that_no_candidate_explains(
+    root: Path, tmp_path: Path
+) -> None:
     """Two loggers whose files are of different drives: no delay makes them agree."""
-    path = described(root, tmp_path)
+    path = described(root, tmp_path, model="road_load")
     data = yaml.safe_load(path.read_text())
     channels, reading = data.pop("channels"), {}
     torque = {n: channels.pop(n) for n in ("drive_torque", "brake_torque")}
     shared = {"time": channels["time"], "speed": channels["speed"]}
     data["loggers"] = [{"channels": channels, "reading": reading}, {"channels": {**shared, **torque}}]
-    logs = [str(root / "sample_logs" / f"drive_{k}.csv") for k in (1, 3)]
-    data["runs"] = [{"logs": logs, "direction": "out"}]
+    mixed = [[str(root / "sample_logs" / f"drive_{k}.csv") for k in pair] for pair in ((1, 3), (2, 3))]
+    data["runs"] = [{"logs": logs, "direction": way} for logs, way in zip(mixed, ("out", "back"), strict=True)]
     path.write_text(yaml.safe_dump(data))
-    with pytest.raises(InputError) as caught:
-        write_step("validate", path, (known_file(tmp_path, true_parameters()),), tmp_path / "out", None)
-    assert "does not drive this speed" in str(caught.value)
-    assert "belong to one drive and one clock" in str(caught.value)
-    assert not (tmp_path / "out").exists()
+    with pytest.raises(RefusedResultError, match="does not drive this speed") as caught:
+        execute("validate", path, (known_file(tmp_path, true_parameters()),))
+    assert all("belong to one drive and one clock" in f.remedy for f in caught.value.findings)
+    document = caught.value.record.document
+    assert not document["parameters"]
+    assert document["diagnosis"]["verdict"] == "unknown"
+    assert not document["diagnosis"]["causes"]
 
 
 def test_a_torque_of_the_wrong_sign_is_reported(root: Path, tmp_path: Path) -> None:
     found = inputs(root, tmp_path, true_parameters(), model="road_load")
-    assert "add 'sign: -1'" in refusal(found, changed(found, drive_torque=lambda v: -v))
+    with pytest.raises(UnpublishedError, match="add 'sign: -1'"):
+        prepared(replace(found, data=changed(found, drive_torque=lambda v: -v))).publish()
 
 
 def test_a_hole_in_the_clock_is_refused(root: Path, tmp_path: Path) -> None:
@@ -270,10 +290,9 @@ def test_parameters_outside_what_is_physical_are_refused(root: Path, tmp_path: P
     parameters = true_parameters()
     wild = replace(parameters["wheel_radius"], value=30.8)
     odd = replace(parameters["tire_C"], value=float("nan"))
-    found = inputs(root, tmp_path, replace(parameters, estimates={**parameters.estimates, "wheel_radius": wild}))
-    said = refusal(found, found.data)
-    assert "parameter 'wheel_radius'" in said
-    assert "outside the physical range (0.05 to 1 m)" in said
+    with pytest.raises(InputError, match=r"parameter 'wheel_radius': lies outside 0.05 to 1 m"):
+        inputs(root, tmp_path, replace(parameters, estimates={**parameters.estimates, "wheel_radius": wild}))
+    found = inputs(root, tmp_path, parameters)
     known = replace(parameters, estimates={**parameters.estimates, "tire_C": odd})
     assert "parameter 'tire_C'" in refusal(replace(found, known=known), found.data)
 
@@ -295,7 +314,7 @@ def test_a_model_that_no_step_follows_is_an_answer_that_is_not_good(root: Path, 
     known = known_file(tmp_path, replace(parameters, estimates={**parameters.estimates, **changed}))
     with pytest.raises(ResultError, match="step"):
         write_step("validate", path, (known,), tmp_path / "out", None)
-    assert {p.name for p in (tmp_path / "out").iterdir()} == {"validate.html"}
+    assert {"validate.html", "validate.json"} <= {p.name for p in (tmp_path / "out").iterdir()}
 
 
 def test_left_and_right_torques_drive_the_same_car(root: Path, tmp_path: Path) -> None:

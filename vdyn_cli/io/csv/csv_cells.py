@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from vdyn_cli.quantities.quantity import UnitError, to_si
+LONGEST = 400  # characters of a cell that can be a number: the longest float64 in plain digits has some 330
 
 NOT_WRITTEN = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "#n/a", "null", "none", "<na>", "-nan"})
 
@@ -22,28 +22,11 @@ _GROUPED = {
     ",": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d*"),  # 1.234,5
 }
 _TRUTH = {"true": 1.0, "false": 0.0}
-_UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
 
 
 def tidy(name: str) -> str:
     """A header cell without outer or repeated blanks and line breaks."""
     return " ".join(name.split())
-
-
-def unit_text(cell: str) -> str:
-    """A unit as a header writes it, without its brackets."""
-    return tidy(cell).strip("[](){}<> ")
-
-
-def is_unit(text: str) -> bool:
-    """Whether a text from a file is a unit; what cannot be one is not given to the parser of units."""
-    if _UNIT.fullmatch(text) is None:
-        return False
-    try:
-        to_si(1.0, text, text)
-    except UnitError:
-        return False
-    return True
 
 
 def is_written(text: str) -> bool:
@@ -53,12 +36,12 @@ def is_written(text: str) -> bool:
 
 def is_number(text: str) -> bool:
     """Whether a cell is a number, with either decimal mark."""
-    return _NUMBER.fullmatch(text.strip()) is not None
+    return len(text) <= LONGEST and _NUMBER.fullmatch(text.strip()) is not None
 
 
 def decimal_mark(text: str) -> str:
     """The decimal mark of a number; empty for a whole number or no number."""
-    match = _NUMBER.fullmatch(text.strip())
+    match = _NUMBER.fullmatch(text.strip()) if len(text) <= LONGEST else None
     if match is None:
         return ""
     return "." if match["dot"] else "," if match["comma"] else ""
@@ -70,6 +53,8 @@ def number_of(text: str, decimal: str) -> tuple[float | None, bool]:
     True and false count as 1 and 0. A separator is one only in a number that has both marks: ``1.234`` is ambiguous.
     """
     text = text.strip()
+    if len(text) > LONGEST:
+        return None, False
     separator = "," if decimal == "." else "."
     grouped = _GROUPED[decimal].fullmatch(text) is not None
     if grouped:

@@ -6,15 +6,18 @@ import csv
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
+from typing import Literal
 
-from vdyn_cli.io.csv.csv_cells import decimal_mark, is_number, is_unit, is_written, tidy, unit_text
+from vdyn_cli.io.csv.csv_cells import decimal_mark, is_number, is_written, tidy
+from vdyn_cli.io.file_units import is_unit, unit_text
 from vdyn_cli.io.reader import ReadOptions
-from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED, Finding, InputError
 
 _HEADS = (1 << 16, 1 << 20)  # bytes to look at; the second for files of thousands of columns
 _RECORDS = 1000
 _SHOWN = 200  # rows that show the decimal mark
 _DELIMITERS = (";", "\t", ",", "|", " ")
+_LONGEST_RECORD = 8  # lines of a row; beyond, a stray quote, such as that of 5" wheels, has swallowed lines
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
 
 
@@ -62,7 +65,7 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
         lines = lines[:_RECORDS]
         # Latin-1 gives one character a byte, whatever the encoding; header cells are decoded by themselves.
         text = [line.decode("latin-1") for line in lines]
-        choices = [(d, _records(text, d)) for d in _delimiters(options, text, name)]
+        choices = [(d, records) for d in _delimiters(options, text, name) for records in _ways_to_quote(text, d)]
         tables = [t for d, records in choices if (t := _table(d, records, encoding, wanted, options)) is not None]
         if tables:
             table = max(tables, key=lambda t: (t.hits, t.score))
@@ -82,26 +85,33 @@ def _delimiters(options: ReadOptions, lines: Sequence[str], name: str) -> list[s
     return [given]
 
 
-def _records(lines: Sequence[str], delimiter: str) -> list[_Record]:
-    """Rows with the line each starts on; a quoted cell may run over a line end."""
-    for quoting in (csv.QUOTE_MINIMAL, csv.QUOTE_NONE):
-        reader = csv.reader(
-            (line.strip(" ") if delimiter == " " else line for line in lines),
-            delimiter=delimiter,
-            skipinitialspace=delimiter == " ",
-            quoting=quoting,
-        )
-        records, line, longest = [], 1, 0
-        try:
-            for fields in reader:
-                records.append(_Record(line, fields))
-                longest = max(longest, reader.line_num + 1 - line)
-                line = reader.line_num + 1
-        except csv.Error:
-            continue
-        if longest <= 8:  # else a stray quote, such as that of 5" wheels, has swallowed lines
-            return records
-    return []
+def _ways_to_quote(lines: Sequence[str], delimiter: str) -> list[list[_Record]]:
+    """Rows whose quoted cells may run over line ends; and, where there are such cells, rows in which a quote is a
+    letter: two stray quotes in the head of a file look like one long cell."""
+    quoted, longest = _records(lines, delimiter, csv.QUOTE_MINIMAL)
+    if longest == 1:
+        return [quoted]
+    plain = _records(lines, delimiter, csv.QUOTE_NONE)[0]
+    return [quoted, plain] if longest <= _LONGEST_RECORD else [plain]
+
+
+def _records(lines: Sequence[str], delimiter: str, quoting: Literal[0, 3]) -> tuple[list[_Record], int]:
+    """Rows with the line each starts on, and the number of lines of the longest; none where quotes are not closed."""
+    reader = csv.reader(
+        (line.strip(" ") if delimiter == " " else line for line in lines),
+        delimiter=delimiter,
+        skipinitialspace=delimiter == " ",
+        quoting=quoting,
+    )
+    records, line, longest = [], 1, 1
+    try:
+        for fields in reader:
+            records.append(_Record(line, fields))
+            longest = max(longest, reader.line_num + 1 - line)
+            line = reader.line_num + 1
+    except csv.Error:
+        return [], _LONGEST_RECORD + 1
+    return records, longest
 
 
 @dataclass(frozen=True)
@@ -134,7 +144,8 @@ def _table(
     header = cells[at]
     if header[:1] == ["#"] and at + 1 < len(records) and len(header) == len(records[at + 1].fields) + 1:
         header = header[1:]  # a header written as a comment
-    clock = header.index(wanted[0]) if wanted and wanted[0] in header else None
+    # A table of split times may begin with levels that no vehicle passed.
+    clock = header.index(wanted[0]) if wanted and wanted[0] in header and options.split_times is None else None
     below = range(at + 1, len(records))
     start = next((i for i in below if _is_numbers(records[i].fields, clock)), None)
     if start is None:  # the clock may be a time of day, which deserves a message of its own
@@ -178,7 +189,8 @@ def _likely_header(records: list[_Record], cells: list[list[str]], wanted: Seque
 
 
 def _resemblance(name: str, cells: Sequence[str]) -> float:
-    return max(SequenceMatcher(None, name.lower(), cell.lower()).ratio() for cell in cells)
+    some = (cell[:LONGEST_NAME].lower() for cell in cells[:MOST_COMPARED])
+    return max(SequenceMatcher(None, name[:LONGEST_NAME].lower(), cell).ratio() for cell in some)
 
 
 def _is_numbers(fields: Sequence[str], clock: int | None) -> bool:

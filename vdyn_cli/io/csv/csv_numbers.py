@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.csv.csv_cells import NOT_WRITTEN, is_written, number_of
+from vdyn_cli.io.csv.csv_cells import LONGEST, NOT_WRITTEN, is_written, number_of
 from vdyn_cli.io.csv.csv_layout import Layout
 from vdyn_cli.quantities.errors import Finding, InputError
 
@@ -21,6 +21,7 @@ MOST_BAD = 1000  # cells that are no numbers, after which reading on would only 
 
 _WHITE = r"\s+"
 _END_MARK = b"\x1a"  # as DOS programs write it
+_BLANK = b" \t\r\n"
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,10 @@ def read_numbers(
     line, skip, last = layout.first_line, layout.offset, b""
     for block in blocks:
         text, skip = block[skip:].rstrip(_END_MARK), 0
-        if not text:
+        if not text.strip(_BLANK):  # a whole block without a cell, which as rows would cost a hundred times its size
+            line += _count_lines(text) if text else 0
+            rows.append(row)
+            lines.append(line)
             continue
         table, cells, n_grouped = _parse(text, layout, positions, encoding, f"{name}:{line}")
         size, height = table[positions[0]].size, _count_lines(text)
@@ -204,7 +208,7 @@ def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T]
 
 
 def _shown(cell: object, encoding: str) -> str:
-    return str(cell).encode("latin-1", "replace").decode(encoding, "replace").strip()
+    return str(cell)[:LONGEST].encode("latin-1", "replace").decode(encoding, "replace").strip()
 
 
 def _converted(cells: NDArray[np.object_], decimal: str) -> tuple[Array, list[int], int]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
@@ -18,9 +17,10 @@ from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.io.csv.csv_source import is_other_format, open_source
 from vdyn_cli.io.quality.log_checks import checked
-from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, is_clock
+from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded, channel_info, is_clock, rises
 from vdyn_cli.io.sample_times import LineOf, check_rising
-from vdyn_cli.quantities.errors import Finding, raise_all
+from vdyn_cli.io.split_times import split_instants
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
@@ -44,11 +44,17 @@ class CsvReader:
         ------
         InputError : no such file, no header, no numbers.
         """
-        layout, numbers = _whole_table(path)
+        return tuple(found.info for found in self.recordings(path))
+
+    def recordings(self, path: Path) -> Iterator[Recorded]:
+        """Every named column with its samples; text, and what stands below the data, counts as not written."""
+        layout, numbers, text = _whole_table(path)
         names = {i: cell for i, cell in enumerate(layout.header) if cell}
-        clock = next((i for i, cell in names.items() if is_clock(cell)), None)
-        time = None if clock is None else _seconds(numbers.columns[clock], unit_in_header(layout, clock))
-        return tuple(_info(name, unit_in_header(layout, i), time, numbers.columns[i]) for i, name in names.items())
+        clocks = [i for i, cell in names.items() if is_clock(cell) and i not in text and rises(numbers.columns[i])]
+        time = _seconds(numbers.columns[clocks[0]], unit_in_header(layout, clocks[0])) if clocks else None
+        for i, name in names.items():
+            values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
+            yield Recorded(channel_info(name, unit_in_header(layout, i), time, values), time, values)
 
     def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
         """The mapped columns in the file's units; see ``vdyn_cli.io.reader.Reader``.
@@ -90,13 +96,31 @@ def read_csv(
     return checked(CSV.read(path, columns, options or ReadOptions(), name or path.name), columns)
 
 
-def _whole_table(path: Path) -> tuple[Layout, Numbers]:
-    """Every column of a file whose mapping is not known."""
-    with open_source(path) as source:
-        first = next(source.blocks, b"")
-        layout = find_layout(first, source.encoding, (), ReadOptions(), path.name)
-        positions = range(len(layout.header))
-        return layout, read_numbers(chain([first], source.blocks), layout, positions, source.encoding, path.name)
+def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
+    """Every column of a file whose mapping is not known, and which columns hold text."""
+    text: frozenset[int] = frozenset()
+    while True:
+        with open_source(path) as source:
+            first = next(source.blocks, b"")
+            layout = find_layout(first, source.encoding, (), ReadOptions(), path.name)
+            positions = [i for i in range(len(layout.header)) if i not in text]
+            if not positions:
+                what = "holds text only, no column of numbers"
+                raise InputError(Finding(path.name, what, remedy="export the log again, with its data"))
+            numbers = read_numbers(chain([first], source.blocks), layout, positions, source.encoding, path.name)
+        bad = [cell.column for cell in numbers.bad]
+        most = max((bad.count(i) for i in set(bad)), default=0)
+        worse = {i for i in positions if bad.count(i) and _is_text(bad.count(i), numbers.columns[i])}
+        # Reading stops at many cells of text: without the column that has most of them, it goes on.
+        worse |= {i for i in positions if not numbers.complete and bad.count(i) == most}
+        if not worse:
+            return layout, numbers, text
+        text |= worse
+
+
+def _is_text(bad: int, values: Array) -> bool:
+    """Whether more cells of a column are text than numbers."""
+    return bad > int(np.count_nonzero(np.isfinite(values)))
 
 
 def _seconds(time: Array, unit: str) -> Array:
@@ -104,13 +128,6 @@ def _seconds(time: Array, unit: str) -> Array:
         return to_si(time, unit or "s", "s")
     except UnitError:
         return time
-
-
-def _info(name: str, unit: str, time: Array | None, values: Array) -> ChannelInfo:
-    at = time[np.isfinite(values) & np.isfinite(time)] if time is not None else np.empty(0)
-    duration = float(at[-1] - at[0]) if at.size > 1 else 0.0
-    rate = (at.size - 1) / duration if duration > 0 else math.nan
-    return ChannelInfo(name, unit, rate, (float(at[0]), float(at[-1])) if at.size else (math.nan, math.nan))
 
 
 def _read(
@@ -146,6 +163,11 @@ def _rising(
 ) -> _Written:
     if kept is not None:
         raw = {channel: values[kept] for channel, values in raw.items()}
+    if options.split_times is not None:
+        table = split_instants(raw["time"], options.split_times, where)
+        raise_all(table.problems)
+        raw = {channel: values[table.rows] for channel, values in raw.items()} | {"time": table.time}
+        kept = table.rows if kept is None else kept[table.rows]
     time = raw["time"] = clock.in_si(raw["time"])
     rising = check_rising(time, options.clock, where, partial(_line, lines, kept))
     if rising.kept is not None:

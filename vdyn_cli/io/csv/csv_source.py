@@ -12,9 +12,12 @@ from pathlib import Path
 from typing import BinaryIO, cast
 
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
+from vdyn_cli.quantities.input_file import open_regular
 
 BLOCK = 1 << 20  # bytes; a few blocks in memory are small beside the channels, and larger ones are not faster
 _LONGEST_LINE = 64 << 20
+_MOST_RATIO = 250  # unpacked bytes per byte of a gzip: logs of numbers reach some 20, blank lines alone 1000
+_MOST_UNPACKED = 64 << 20  # bytes that are unpacked whatever the ratio; they cost a second
 
 # In these every ASCII byte means itself, so numbers and delimiters can be read without decoding the file.
 _KEEPS_ASCII = {"utf-8", "ascii", "iso8859-1", "cp1252", "iso8859-15", "cp1250", "cp850", "mac-roman"}
@@ -47,7 +50,7 @@ class CsvSource:
 def is_other_format(path: Path) -> bool:
     """Whether the file's first bytes are those of a known format that is no text."""
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             head = stream.read(max(map(len, _FORMATS)))
     except (OSError, ValueError):
         return False
@@ -89,7 +92,7 @@ def _lookup(path: Path, encoding: str | None) -> str | None:
 @contextmanager
 def _open(path: Path) -> Iterator[BinaryIO]:
     try:
-        raw = path.open("rb")
+        raw = open_regular(path)
     except FileNotFoundError:
         raise InputError(Finding(str(path), "no such file", remedy=_similar(path))) from None
     except IsADirectoryError:
@@ -112,7 +115,7 @@ def _similar(path: Path) -> str:
 
 
 def _chunks(path: Path, stream: BinaryIO, size: int) -> Iterator[bytes]:
-    done = 0
+    done, most = 0, max(_MOST_UNPACKED, _MOST_RATIO * _size(path))
     while True:
         try:
             chunk = stream.read(size)
@@ -124,7 +127,17 @@ def _chunks(path: Path, stream: BinaryIO, size: int) -> Iterator[bytes]:
         if not chunk:
             return
         done += len(chunk)
+        if done > most:
+            what = f"the gzip file unpacks to more than {_MOST_RATIO} times its size: it holds no log"
+            raise InputError(Finding(str(path), what, remedy="unpack it and look at its content"))
         yield chunk
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except (OSError, ValueError):
+        return 0
 
 
 def _sniff(path: Path, first: bytes, known: str | None) -> tuple[str, int]:

@@ -15,7 +15,6 @@ from vdyn_cli.quantities.vocabulary import TREMBLING
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
-LineOf = Callable[[int], int]
 
 _LEVELS = 16  # a channel of so few values is a switch or a gear, which may rest anywhere
 _SAMPLE = 20_000  # values that show how fine a channel is
@@ -33,6 +32,19 @@ class Quality:
 
     findings: tuple[Finding, ...] = ()
     problems: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """The file's number of each sample that is checked, and what the file calls it: line, row, sample."""
+
+    number: Callable[[int], int]
+    called: str
+
+    def span(self, start: int, length: int) -> str:
+        """Where a stretch of samples stands in the file."""
+        first, last = self.number(start), self.number(start + length - 1)
+        return f"{self.called} {first}" if first == last else f"{self.called}s {first} to {last}"
 
 
 @dataclass(frozen=True)
@@ -68,21 +80,19 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
 
     *Interpolated*: it bends at every k-th row only: see ``own_rows``.
     """
-    values, where, line_of = log[channel], log.place(channel), log.line
+    values, where, every = log[channel], log.place(channel), _Rows(log.line, log.row)
     missing = np.isnan(values)
     rows: Rows | None = None
     findings: list[Finding] = []
     if missing.any():
         rows = np.flatnonzero(~missing)
-        found, useless = _missing(missing, rows, where, line_of)
+        found, useless = _missing(missing, rows, where, every)
         if useless:
             return Quality(problems=(found,))
         findings.append(found)
         values = values[rows]
 
-    def line(index: int) -> int:
-        return line_of(int(index if rows is None else rows[index]))
-
+    line = _Rows(lambda index: log.line(int(index if rows is None else rows[index])), log.row)
     if values.size >= _STUCK and values[0] != 0.0 and channel in TREMBLING and np.all(values == values[0]):
         what = "is constant throughout: sensor failed or not connected"
         remedy = "remove the channel, or repair the sensor and repeat the test"
@@ -101,7 +111,7 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
     return Quality(tuple(findings))
 
 
-def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, line_of: LineOf) -> tuple[Finding, bool]:
+def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, every: _Rows) -> tuple[Finding, bool]:
     """The finding about missing values, and whether they make the channel useless."""
     n = missing.size
     if rows.size == 0:
@@ -117,7 +127,7 @@ def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, line_of: LineOf
     share = (n - rows.size) / n
     what = (
         f"has no value in {n - rows.size} of {n} rows ({share:.2g} of them), {_times(len(runs))},"
-        f" the longest in {_span(longest, line_of)}"
+        f" the longest in {every.span(*longest)}"
     )
     if share > 0.5:
         return Finding(where, what, remedy="map another column, or cut the log to where the channel was recorded"), True
@@ -142,6 +152,8 @@ def _equal_runs(values: Array) -> _Runs:
 
 def _held(values: Array, runs: _Runs, where: str) -> tuple[int, list[Finding]]:
     """How many rows each value is held for, 1 where it is not."""
+    if runs.length.size > values.size / 1.5:
+        return 1, []  # then more than half of the stretches are single rows
     usual = int(np.median(runs.length))
     near = np.abs(runs.length - usual) <= (0 if usual < 5 else 1)
     if usual < 2 or runs.length.size < 30 or near.mean() < 0.8:
@@ -165,15 +177,16 @@ def _interpolated(values: Array, where: str) -> list[Finding]:
 
 
 def _clipped(
-    values: Array, runs: _Runs, named_extreme: tuple[str, float], unit: str, where: str, line: LineOf
+    values: Array, runs: _Runs, named_extreme: tuple[str, float], unit: str, where: str, line: _Rows
 ) -> list[Finding]:
     word, extreme = named_extreme
     if extreme == 0.0 or (extreme == 100.0 and unit in ("%", "percent")) or (extreme == 1.0 and unit in ("", "1")):
         return []
-    value = values[runs.start]
-    at = np.flatnonzero((value == extreme) & (runs.length >= _CLIPPED))
+    at = np.flatnonzero(runs.length >= _CLIPPED)
+    at = at[values[runs.start[at]] == extreme]
     if at.size == 0:
         return []
+    value = values[runs.start]
     at = at[runs.length[at] >= 3.0 * _usual_hold(values, value, runs)]
     overshoot, quantum = _overshoot(values, extreme, runs.start[at].astype(np.intp), runs.length[at])
     cut = at[overshoot > 5.0 * quantum]
@@ -188,7 +201,7 @@ def _clipped(
     why = "frozen, or clipped" if alone else "clipped"
     what = (
         f"is at its {word} value, {extreme:.6g} {unit}, {_times(cut.size)}, {int(length.sum())} samples in all,"
-        f" the longest in {_span((int(runs.start[worst]), int(runs.length[worst])), line)}: {why}"
+        f" the longest in {line.span(int(runs.start[worst]), int(runs.length[worst]))}: {why}"
     )
     remedy = "the true values exceed it: check the sensor's range, or remove these runs"
     return [Finding(where, what, remedy=remedy)]
@@ -222,7 +235,9 @@ def _quantum(values: Array) -> float:
     return float(steps.min()) if steps.size else 0.0
 
 
-def _frozen(values: Array, runs: _Runs, held: int, unit: str, where: str, line: LineOf) -> list[Finding]:
+def _frozen(values: Array, runs: _Runs, held: int, unit: str, where: str, line: _Rows) -> list[Finding]:
+    if runs.length.max() < _FROZEN * held:
+        return []
     lengths = np.sort(runs.length)
     # Rests come in every length; a fault stands alone, far above the longest of the ordinary stretches.
     above = np.flatnonzero((lengths[1:] >= _APART * lengths[:-1]) & (lengths[1:] >= _FROZEN * held)) + 1
@@ -236,7 +251,7 @@ def _frozen(values: Array, runs: _Runs, held: int, unit: str, where: str, line: 
         rest = value[i] in (0.0, values.max(), values.min()) or np.count_nonzero(value[long] == value[i]) > 1
         if rest or len(found) == _MOST or not _broken_off(values, *span):
             continue
-        what = f"is constant at {value[i]:.6g} {unit} for {span[1]} samples in {_span(span, line)}: sensor frozen"
+        what = f"is constant at {value[i]:.6g} {unit} for {span[1]} samples in {line.span(*span)}: sensor frozen"
         remedy = "cut this part with from_time or to_time, or remove the run"
         found.append(Finding(where, what, remedy=remedy, fault=True, doubt=True))
     return found
@@ -256,8 +271,3 @@ def _broken_off(values: Array, start: int, length: int) -> bool:
 
 def _times(n: int) -> str:
     return "once" if n == 1 else f"{n} times"
-
-
-def _span(run: tuple[int, int], line: LineOf) -> str:
-    first, last = line(run[0]), line(run[0] + run[1] - 1)
-    return f"line {first}" if first == last else f"lines {first} to {last}"

@@ -24,11 +24,16 @@ BEND, BENT = 0.2, 0.05  # a tight bend parts them by so much, for so much of the
 LIVELY = 0.8  # m/s^2, standard deviation of the acceleration above which its scale can be checked: slopes are less
 
 
-def with_cross_checks(log: Log) -> Log:
+def with_cross_checks(log: Log, refuse: bool = True) -> Log:
     """The log with a finding for every pair of channels that contradict each other.
 
     Position moves by the integral of speed; speed changes by the integral of acceleration (that an accelerometer also
     feels slopes hardly matters where the car is driven and braked hard).
+
+    Parameters
+    ----------
+    refuse : refuse scales that differ by more than a quarter; else they are findings, too, for a step that can tell
+        which of the two channels is wrong.
 
     Raises
     ------
@@ -44,7 +49,7 @@ def with_cross_checks(log: Log) -> Log:
         finding = Finding(
             log.name, what, "", turned if ratio < 0 else "check units and scale of both channels", doubt=True
         )
-        if off > REFUSED:
+        if refuse and off > REFUSED:
             raise InputError(finding, *(f for f in log.findings if f.fault))
         findings.append(finding)
     findings += [f for left, right in AXLES if left in log and right in log for f in _apart(log, left, right)]
@@ -121,6 +126,8 @@ def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | Non
         return None
     time, speed, change = time[good], speed[good], _integral(time[good], acceleration[good])
     ends = np.searchsorted(time, np.arange(time[0], time[-1], STRETCH))
+    if ends.size < 3:
+        return None
     by_speed, by_force = np.diff(speed[ends]), np.diff(change[ends])
     by_speed, by_force = by_speed - by_speed.mean(), by_force - by_force.mean()
     alike = float(by_force @ by_speed)

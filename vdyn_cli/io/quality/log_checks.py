@@ -5,32 +5,49 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from vdyn_cli.io.align import on_one_clock
 from vdyn_cli.io.quality.channel_quality import check_channel
 from vdyn_cli.io.reader import Column
 from vdyn_cli.io.sample_times import check_steps
-from vdyn_cli.quantities.errors import raise_all
+from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
 
 
 def checked(log: Log, mapping: Mapping[str, Column]) -> Log:
-    """A log as a reader gives it, with its clock and channels checked, in SI.
+    """A log as a reader gives it, with its clock and channels checked, in SI and on one clock.
+
+    Channels on other clocks than the log's are checked as they were sampled, before anything is resampled.
 
     Raises
     ------
     InputError : with the problems of the file and of every channel that is needed.
     """
-    problems = list(log.source.problems) if log.source else []
-    findings = list(log.findings) if problems else [*log.findings, *check_steps(log)]
+    others = list(log.source.others) if log.source else []
+    problems: list[Finding] = []
+    found = [_checked(log, mapping, problems)]
+    del log
+    while others:  # each channel of a large file is freed as soon as it is converted
+        found.append(_checked(others.pop(0), mapping, problems))
+    raise_all(dict.fromkeys(problems))
+    return on_one_clock(found[0], found[1:])
+
+
+def _checked(log: Log, mapping: Mapping[str, Column], problems: list[Finding]) -> Log:
+    """The channels of one clock, checked and in SI; what is wrong is added to the problems."""
+    own = list(log.source.problems) if log.source else []
+    findings = list(log.findings) if own else [*log.findings, *check_steps(log)]
     for channel in log.channels:
         quality = check_channel(log, channel, mapping[channel].unit)
         findings += quality.findings
         if not mapping[channel].optional:
-            problems += quality.problems
+            own += quality.problems
         elif quality.problems:
             findings += [replace(p, remedy=f"channel '{channel}' is left out") for p in quality.problems]
             log = replace(log, channels={k: v for k, v in log.channels.items() if k != channel})
-    raise_all(problems)
+    problems += own
     name, time, written = log.name, log.time, dict(log.channels)
+    if own:
+        return Log(name, time, {}, tuple(findings))
     del log  # each channel of a large file is freed as soon as it is converted
     channels = {channel: mapping[channel].in_si(written.pop(channel)) for channel in list(written)}
     return Log(name, time, channels, tuple(findings))

@@ -23,6 +23,16 @@ def drive(s: Signals) -> Number:
     return s.driveline_efficiency * s.drive_torque * s.gear_ratio / s.wheel_radius
 
 
+def spin_loss(s: Signals) -> Number:
+    """Loss between the torque's sensor and the driven wheels, N m at the wheels: T = c V / r, none in the baseline.
+
+    Parameters
+    ----------
+    s : viscous c in N m s, speed V in m/s, wheel_radius r in m. Assumes driven wheels that roll with little slip.
+    """
+    return s.viscous * s.speed / s.wheel_radius
+
+
 def driveline(s: Signals) -> Number:
     """Spin loss of the driveline, N at the tire contacts, against the motion; independent of the torque.
 

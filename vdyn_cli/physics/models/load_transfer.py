@@ -17,6 +17,7 @@ GIVEN = (
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
 MOMENTS = ("loads", "motion")  # their sum is zero where loads and motion agree
+SPEED_RATE = "speed_rate"  # m/s^2, rate of the speed by the accelerometer, to compare with the speed that is logged
 UNIT = "unit"  # N, what one newton read stands for: what makes the moments comparable with the loads' noise
 MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed")
 
@@ -49,11 +50,13 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     e.sensor(UNIT, e("wheel_force", "_unit", value=1.0))
     weight = e(climb, mass=p.mass, grade=e("grade", value=0.0))
     read = e("acceleration", value=u.acceleration) - p.acceleration_zero
+    rate = read - p.slope_felt * weight / p.mass
+    e.sensor(SPEED_RATE, rate)
     e.sensor(
         MOMENTS[1],
         e(
             motion_moment,
-            acceleration=read - p.slope_felt * weight / p.mass,
+            acceleration=rate,
             pitch=u.pitch,
             pitch_rate=u.pitch_rate,
             pitch_acceleration=u.pitch_acceleration,

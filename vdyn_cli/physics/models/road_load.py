@@ -10,7 +10,7 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.air_drag import air, gust_drag
 from vdyn_cli.physics.laws.brake import brake
-from vdyn_cli.physics.laws.driveline import drive, driveline
+from vdyn_cli.physics.laws.driveline import drive, driveline, spin_loss
 from vdyn_cli.physics.laws.grade_resistance import climb, slope
 from vdyn_cli.physics.laws.rolling_resistance import rolling
 from vdyn_cli.physics.laws.standstill_friction import turned
@@ -69,7 +69,9 @@ def road_load(
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
         rate = (
-            _drive_force(e, u, driven, felt) - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)
+            _drive_force(e, u, driven, felt, speed)
+            - _resistance(e, u, speed, grade)
+            - e(climb, mass=e.p.mass, grade=grade)
         ) / (e.p.mass + e.p.rotating_mass)
         e.integrate(speed=rate)
         e.sensor("speed", state, rate)
@@ -92,12 +94,12 @@ def road_load(
     )
 
 
-def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, throughout: bool) -> Number:
+def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, throughout: bool, speed: Number) -> Number:
     if driven == "torque":
         torque = e("drive_torque", value=u.drive_torque)
         always: dict[str, Number] = {"driven": 1.0} if throughout else {}
         radius, ratio = e.p.wheel_radius, e.p.gear_ratio
-        return e(
+        force = e(
             drive,
             drive_torque=torque,
             gear_ratio=ratio,
@@ -105,6 +107,7 @@ def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, throughout: b
             driveline_efficiency=e.p.driveline_efficiency,
             **always,
         )
+        return force - e(spin_loss, viscous=0.0, speed=speed, wheel_radius=radius) / radius
     return e("drive_force", value=u.drive_force) if driven == "force" else 0.0
 
 

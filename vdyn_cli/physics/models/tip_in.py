@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.physics.models.vehicle import Driven, vehicle
+from vdyn_cli.physics.models.vehicle_axle import Differential
 from vdyn_cli.physics.models.vibration_modes import cruise
 
 Array = NDArray[np.float64]
@@ -65,11 +66,13 @@ class TipIn:
     back_out: Phase
 
 
+# Seven parameters: the car, what it drives, and the pedal
 def tip_in(
     parameters: Mapping[str, float],
     speed: float,
     torque_step: float,
     driven: Driven = "front",
+    differential: Differential = "open",
     rise: float = 0.05,
     hold: float = 2.0,
 ) -> TipIn:
@@ -80,7 +83,7 @@ def tip_in(
     parameters : values of all parameters of ``models.vehicle``.
     speed : m/s, of the cruise.
     torque_step : N m at the planetary output, beyond what the cruise takes.
-    driven : the driven axle, or "both" (half-shafts are then the front axle's).
+    driven, differential : as of ``models.vehicle``; where both axles are driven the half-shafts are the front axle's.
     rise, hold : s, in which the torque moves, and for which it then stays.
 
     Raises
@@ -92,7 +95,7 @@ def tip_in(
     Flat road, no wind. Frequency and damping come from the simulated torque alone (``ringing``), so that for small
     steps they can be compared with the eigenmodes.
     """
-    state, model = cruise(parameters, speed, driven), vehicle(driven)
+    state, model = cruise(parameters, speed, driven, differential), vehicle(driven, differential=differential)
     moves = (BEFORE, BEFORE + rise + hold)
     n = round((moves[1] + rise + hold) / STEP) + 1
     time: Array = np.linspace(0.0, (n - 1) * STEP, n)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from typing import Literal
 
@@ -9,9 +10,10 @@ from vdyn_cli.engine.maths import cos, sin, sqrt
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.air_drag import air, gust_drag
-from vdyn_cli.physics.laws.driveline import drive
+from vdyn_cli.physics.laws.driveline import drive, spin_loss
 from vdyn_cli.physics.laws.grade_resistance import climb
 from vdyn_cli.physics.models.half_car import sprung_body
+from vdyn_cli.physics.models.vehicle_axle import Axle, Differential, driven_axle
 from vdyn_cli.physics.models.vehicle_corner import corner
 from vdyn_cli.physics.models.vehicle_parts import CORNERS, Body, Forces
 from vdyn_cli.quantities.constants import GRAVITY
@@ -33,32 +35,39 @@ TIRES = (
 AIR = ("drag_area", "drag_height", "air_density", "wind_variance")
 AXLE_TORQUE = ("gear_ratio", "driveline_efficiency")
 DRIVELINE = (
-    *("driveline_inertia", "shaft_stiffness_left", "shaft_stiffness_right"),
+    *("driveline_inertia", "motor_reaction", "shaft_stiffness_left", "shaft_stiffness_right"),
     *("shaft_damping_left", "shaft_damping_right", "brake_share_front", "hub_swing", "driveline_pitch"),
 )
+SIDE_GEARS = ("side_gear_inertia",)
+AXLES = ("front", "rear")
 ROAD = tuple(f"road{at.name}" for at in CORNERS)
 
 
-@cache
-def vehicle(driven: Driven = "front", torque: Torque = "axle", located: bool = False) -> Model:
+def vehicle(
+    driven: Driven = "front", torque: Torque = "axle", located: bool = False, differential: Differential = "open"
+) -> Model:
     """Rigid chassis with 6 degrees of freedom, 4 suspensions, 4 spinning wheels and a half-shaft to each driven one.
 
     M (V' - vy yaw')   = sum Fx - Fd - M g sin(grade)          M (vy' + V yaw') = sum Fy
     Ms z''             = -sum S + Ms g (1 - cos(grade))        mw zw'' = S + Fz - F0 + mw g (1 - cos(grade))
     I pitch''          = -sum l S + (h - r) sum Fx + sum T + (hd - h) Fd
     Ir roll''          = -sum b S + h sum Fy                   Iz yaw'' = sum (l Fy - b Fx)
-    J om'              = T - Fx r - Rr r                       Je omi'  = Td - Ts
+    J om'              = T - Fx r - Rr r                       Jd wc' = Td - Tl - Tr
 
     over the wheels: Fx, Fy, Fz between tire and road, S of spring and damper beyond rest, T what the body turns the
-    wheel with (half-shaft less brake) and so is turned back by, Td the drive torque at the inner end of a half-shaft.
+    wheel with (half-shaft less brake) and so is turned back by, Td the drive torque at a differential's carrier and
+    Tl, Tr the torques of its two half-shafts (``driven_axle``). The pitch also holds a (Td - Tl - Tr), the rotor's.
 
     Parameters
     ----------
     driven : the driven axle, or "both".
     torque : "axle": input drive_torque, N m at the planetary output, shared equally by all driven wheels; "sides":
-        inputs drive_torque_left and _right, N m at the half-shafts' inner ends (a side's two where both are driven).
+        inputs drive_torque_left and _right, N m at the half-shafts' inner ends (a side's two where both are driven):
+        a motor on each side and no differential.
     located : heading times the state ``position`` is the road's coordinate, m, which a drive's start gives; the context
         then also holds road_begin and road_end, between which the drives took place.
+    differential : how the half-shafts of a driven axle are joined, where ``torque`` is "axle": "open" (equal torques)
+        or "locked" (equal speeds of their inner ends). Where both axles are driven each has its motor and differential.
 
     Returns
     -------
@@ -81,32 +90,45 @@ def vehicle(driven: Driven = "front", torque: Torque = "axle", located: bool = F
     make ``driveline_pitch`` less than 1, the share of the pitching that the inner ends follow; wheels turn with respect
     to the road.
     Assumes small angles, no steering, roll centers on the ground, vertical wheel travel, no aerodynamic lift, no
-    gyroscopic moments, an open differential, and half of ``driveline_inertia`` on each side of it.
+    gyroscopic moments, no friction in the differential. Half-shafts have no mass of their own: of a stepped bar it
+    turns at 1 kHz and more, and its stiffness is that of its sections in series.
     Source: the model described in doi:10.4271/2017-01-1574; equations of motion by virtual work.
     """
+    return _vehicle(driven, torque, located, differential)
+
+
+@cache
+def _vehicle(driven: Driven, torque: Torque, located: bool, differential: Differential) -> Model:
+    axles = AXLES if driven == "both" else (driven,)
+    side_gears = SIDE_GEARS if torque == "axle" and differential == "open" else ()
+    inputs = {"axle": ("drive_torque",), "sides": ("drive_torque_left", "drive_torque_right")}[torque]
 
     def assemble(e: ModelBuilder, u: Signals) -> None:
         body = _body(e, u)
-        axles = ("front", "rear") if driven == "both" else (driven,)
         torques = _drive_torques(e, u, torque, 2 * len(axles))
         total = Forces()
-        for at in CORNERS:
-            turned_by = torques[at.side] if at.axle in axles else None
-            total = total + corner(e, u, at, body, turned_by, 1.0 / (2 * len(axles)))
+        for name in AXLES:
+            left, right = (at for at in CORNERS if at.axle == name)
+            shafts: Mapping[str, Number] = {}
+            if name in axles:
+                axle = Axle((left, right), 1.0 / len(axles), differential if torque == "axle" else None)
+                turned = driven_axle(e, axle, body, torques)
+                shafts, total = turned.shafts, total + Forces(pitch=turned.reaction)
+            for at in (left, right):
+                driven_by = (shafts[at.name], 0.5 / len(axles)) if shafts else None
+                total = total + corner(e, u, at, body, driven_by)
         _move(e, u, body, total)
-        front = axles[0] == "front"
         for at in CORNERS:
             e.sensor(f"wheel_speed{at.name}", e.state(f"wheel_speed{at.name}"), e.rates[f"wheel_speed{at.name}"])
-        for at in CORNERS[:2] if front else CORNERS[2:]:
+        for at in CORNERS[:2] if axles[0] == "front" else CORNERS[2:]:
             e.sensor(f"shaft_torque_{at.side}", total.shafts[at.name])
         e.sensor("front_load", total.loads["_fl"] + total.loads["_fr"])
         e.sensor("rear_load", total.loads["_rl"] + total.loads["_rr"])
 
-    inputs = {"axle": ("drive_torque",), "sides": ("drive_torque_left", "drive_torque_right")}[torque]
     return Model(
         name="vehicle",
         assemble=assemble,
-        parameters=(*BODY, *TIRES, *AIR, *(AXLE_TORQUE if torque == "axle" else ()), *DRIVELINE),
+        parameters=(*BODY, *TIRES, *AIR, *(AXLE_TORQUE if torque == "axle" else ()), *DRIVELINE, *side_gears),
         inputs=(*inputs, "brake_torque", "grade", "wind_speed", "elapsed", *ROAD),
         context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
     )
@@ -154,7 +176,8 @@ def _drive_torques(e: ModelBuilder, u: Signals, torque: Torque, wheels: int) -> 
         wheel_radius=p.wheel_radius,
         driveline_efficiency=p.driveline_efficiency,
     )
-    return dict.fromkeys(("left", "right"), force * p.wheel_radius / wheels)
+    loss = e(spin_loss, viscous=0.0, speed=e.state("speed"), wheel_radius=p.wheel_radius)
+    return dict.fromkeys(("left", "right"), (force * p.wheel_radius - loss) / wheels)
 
 
 def _move(e: ModelBuilder, u: Signals, body: Body, total: Forces) -> None:

@@ -14,15 +14,12 @@ from vdyn_cli.quantities.constants import GRAVITY
 CONTACT_LAG = 2e-3  # s, within which a tire's damping follows the road's height
 
 
-def corner(
-    e: ModelBuilder, u: Signals, at: Corner, body: Body, drive_torque: Number | None, driven_share: float
-) -> Forces:
+def corner(e: ModelBuilder, u: Signals, at: Corner, body: Body, driven: tuple[Number, float] | None) -> Forces:
     """One wheel's motion; returns what it does to the body.
 
     Parameters
     ----------
-    drive_torque : N m at the inner end of its half-shaft; None where there is none.
-    driven_share : the part of all driven wheels that one stands for.
+    driven : torque of its half-shaft (N m) and its share of the driven wheels; None where there is none.
     """
     p = e.p
     along = p.cg_to_front if at.axle == "front" else p.cg_to_front - p.wheelbase  # ahead of the whole car's center
@@ -33,7 +30,7 @@ def corner(
     speed = body.speed - across * body.yaw_rate + swing * body.pitch_rate
     sideways = body.lateral_speed + along * body.yaw_rate + p.cg_height * body.roll_rate
     forward, left = _contact(e, at, speed, sideways, load, static)
-    torque, shaft_torque = spin(e, u, at, body, (load, forward), (drive_torque, driven_share))
+    torque = spin(e, u, at, body, (load, forward), driven)
     return Forces(
         forward=forward,
         left=left,
@@ -42,7 +39,7 @@ def corner(
         roll=p.cg_height * left - across * strut,
         yaw=along * left - across * forward,
         loads={at.name: load},
-        shafts={} if shaft_torque is None else {at.name: shaft_torque},
+        shafts={} if driven is None else {at.name: driven[0]},
     )
 
 

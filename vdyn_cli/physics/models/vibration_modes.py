@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.engine.linearize import Root, SteadyState, steady
 from vdyn_cli.physics.models.vehicle import Driven, vehicle
+from vdyn_cli.physics.models.vehicle_axle import Differential
 
 ONE_SIDED = 0.65  # the share of a pair from which on a mode is called after its side
 LEAST_PART = 0.02  # smaller participants are not told
+
+SHUFFLE, SIDE_GEARS = "driveline shuffle", "side gears"
+TWISTING = 0.15  # share of the driveline, from which on a mode twists the half-shafts
+CONDENSED = 0.25  # share of the side gears, from which on it is the condensation of a differential that moves
 
 # What the states are about; those that end in a corner are grouped by axle.
 _BODY = {
@@ -28,15 +33,16 @@ _CORNER = {
     "wheel_height": "wheel hop",
     "wheel_rate": "wheel hop",
     "contact": "wheel hop",
-    "twist": "driveline shuffle",
-    "inner_speed": "driveline shuffle",
+    "twist": SHUFFLE,
+    "carrier_speed": SHUFFLE,
+    "side_gear_speed": SIDE_GEARS,
     "wheel_speed": "tire slip",
     "slip": "tire slip",
     "lateral_slip": "sway",
     "rolling_bend": "rolling resistance",
     "brake_bend": "brake",
 }
-_SEEN_IN = {"wheel hop": "wheel_height", "driveline shuffle": "twist", "tire slip": "slip"}
+_SEEN_IN = {"wheel hop": "wheel_height", "tire slip": "slip"}
 _AXLES = {"f": "front", "r": "rear"}
 _SIDES = {"l": "left", "r": "right"}
 
@@ -76,7 +82,9 @@ class Mode:
         return _strongest(self.damping_slopes, count)
 
 
-def modes(parameters: Mapping[str, float], speed: float, driven: Driven = "front") -> tuple[Mode, ...]:
+def modes(
+    parameters: Mapping[str, float], speed: float, driven: Driven = "front", differential: Differential = "open"
+) -> tuple[Mode, ...]:
     """The modes of the vehicle that swing, slowest first.
 
     x' = f(x, u, p) about the cruise at ``speed``: A = df/dx, A v = s v. Slopes are exact, as the cruise itself moves
@@ -86,7 +94,7 @@ def modes(parameters: Mapping[str, float], speed: float, driven: Driven = "front
     ----------
     parameters : values of all parameters of ``models.vehicle``.
     speed : m/s, above zero.
-    driven : the driven axle, or "both".
+    driven, differential : as of ``models.vehicle``.
 
     Raises
     ------
@@ -95,17 +103,20 @@ def modes(parameters: Mapping[str, float], speed: float, driven: Driven = "front
     Notes
     -----
     Straight, on a flat road without wind, at the torque that holds the speed. Motions so damped that they do not swing
-    are left out. Source: textbook modal analysis; shares as participation factors.
+    are left out, and so is that of an open differential's side gears, which the model condenses.
+    Source: textbook modal analysis; shares as participation factors.
     """
-    state = cruise(parameters, speed, driven)
-    swinging = [root for root in state.roots if root.value.imag > 1e-6 * abs(root.value)]
-    names = _slower_is_shuffle(_named([_candidates(root) for root in swinging]))
+    state = cruise(parameters, speed, driven, differential)
+    swinging = [root for root in state.roots if root.value.imag > 1e-6 * abs(root.value) and not _condensed(root)]
+    names = _slower_is_shuffle(_named([_candidates(root) for root in swinging]), [_parts(root) for root in swinging])
     return tuple(_mode(root, name, parameters) for root, name in zip(swinging, names, strict=True))
 
 
-def cruise(parameters: Mapping[str, float], speed: float, driven: Driven = "front") -> SteadyState:
+def cruise(
+    parameters: Mapping[str, float], speed: float, driven: Driven = "front", differential: Differential = "open"
+) -> SteadyState:
     """The vehicle at a steady speed (m/s) on a flat road: all states, the torque that holds it, all eigenvalues."""
-    model = vehicle(driven)
+    model = vehicle(driven, differential=differential)
     context = {"heading": 1.0, "temperature": 293.15}
     known = {name: parameters[name] for name in model.parameters}
     return steady(model, known, dict.fromkeys(model.inputs, 0.0), {"speed": speed}, ("drive_torque",), context)
@@ -123,6 +134,11 @@ def _mode(root: Root, name: str, parameters: Mapping[str, float]) -> Mode:
         by_damping[parameter] = -(relative.real * size - s.real * growth) / size**2
     told = sorted(((n, share) for n, share in _parts(root).items() if share >= LEAST_PART), key=lambda part: -part[1])
     return Mode(name, size / (2 * math.pi), -s.real / size, dict(told), by_frequency, by_damping)
+
+
+def _condensed(root: Root) -> bool:
+    """Whether it is the side gears that move against their half-shafts."""
+    return sum(share for name, share in _parts(root).items() if name.startswith(SIDE_GEARS)) > CONDENSED
 
 
 def _parts(root: Root) -> dict[str, float]:
@@ -146,14 +162,13 @@ def _motion(state: str) -> tuple[str, str]:
 def _candidates(root: Root) -> dict[str, float]:
     """Names that would fit a mode, each with how well it does."""
     found: dict[str, float] = {}
-    axles = {corner[0] for state in root.shape for what, corner in [_motion(state)] if what == "driveline shuffle"}
+    axles = {corner[0] for state in root.shape for what, corner in [_motion(state)] if what == SHUFFLE}
     for name, share in _parts(root).items():
         what, _, axle = name.rpartition(" ")
-        if what not in _SEEN_IN:
-            found[name] = share
-            continue
-        short = "" if what == "driveline shuffle" and len(axles) == 1 else f" {axle}"
-        found |= {f"{what}{short}{suffix}": share * part for suffix, part in _sides(root, what, axle[0]).items()}
+        if what in _SEEN_IN:
+            found |= {f"{name}{suffix}": share * part for suffix, part in _sides(root, what, axle[0]).items()}
+        else:
+            found[what if what == SHUFFLE and len(axles) == 1 else name] = share
     return found
 
 
@@ -183,20 +198,24 @@ def _named(candidates: list[dict[str, float]]) -> list[str]:
     return [chosen[index] for index in range(len(candidates))]
 
 
-def _slower_is_shuffle(names: list[str]) -> list[str]:
-    """Of the two ways in which a driven wheel twists its shaft, the slower is the shuffle; names are slowest first.
+def _slower_is_shuffle(names: list[str], parts: Sequence[Mapping[str, float]]) -> list[str]:
+    """Of the ways in which driven wheels twist their half-shafts, the slowest is the shuffle; names are slowest first.
 
-    In the slower one the driveline swings against the car, in the faster one the wheel between shaft and tire.
+    In the slowest one the driveline swings against the car, in the faster ones the wheels between shaft and tire.
     """
     ordered = list(names)
-    for name in names:
-        what, _, which = name.partition("shuffle")
-        if what != "driveline ":
+    for axle in _AXLES.values():
+        twisting = [k for k, held in enumerate(parts) if held.get(f"{SHUFFLE} {axle}", 0.0) > TWISTING]
+        ours = [k for k in twisting if ordered[k].startswith((SHUFFLE, f"tire slip {axle}"))]
+        shuffles = [k for k in ours if ordered[k] in (SHUFFLE, f"{SHUFFLE} {axle}")]
+        if not ours or min(ours) in shuffles:
             continue
-        for axle in ("", " front", " rear"):
-            other = f"tire slip{axle}{which}"
-            if other in names and names.index(other) < names.index(name):
-                ordered[names.index(other)], ordered[names.index(name)] = name, other
+        slowest = min(ours)
+        alone = not any(f"{SHUFFLE} {other}" in held for held in parts for other in _AXLES.values() if other != axle)
+        name = ordered[shuffles[0]] if shuffles else SHUFFLE if alone else f"{SHUFFLE} {axle}"
+        if shuffles:
+            ordered[shuffles[0]] = ordered[slowest]
+        ordered[slowest] = name
     return ordered
 
 

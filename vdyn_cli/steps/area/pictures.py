@@ -22,6 +22,9 @@ class Pictures:
     exclude: Array | None
 
 
+ALIKE = 1.1  # ratio of the scales across and down: lenses and cameras held askew reach 1.03, slips of the ruler more
+
+
 class BoxEdges(NamedTuple):
     """The box in the picture, pixels from the upper left corner."""
 
@@ -76,7 +79,7 @@ def box_edges(box: ReferenceBox, photo: Array) -> BoxEdges:
 
     Raises
     ------
-    InputError : the edges have the wrong order or lie outside the picture.
+    InputError : the edges have the wrong order or lie outside the picture; the box's size does not fit its edges.
     """
     rows, columns = photo.shape
     left, right = (float(e if e is not None else default) for e, default in ((box.left, 0), (box.right, columns)))
@@ -84,4 +87,10 @@ def box_edges(box: ReferenceBox, photo: Array) -> BoxEdges:
     if not (0 <= left < right <= columns and 0 <= top < bottom <= rows):
         got = f"left {left:g}, top {top:g}, right {right:g}, bottom {bottom:g} in {columns} x {rows}"
         raise InputError(Finding("box", "does not lie in the picture", got, "pixels count from the upper left corner"))
-    return BoxEdges(left, top, right, bottom)
+    edges = BoxEdges(left, top, right, bottom)
+    across, down = box.width.value / edges.across, box.height.value / edges.down
+    if not 1 / ALIKE < across / down < ALIKE:
+        got = f"{1000 * across:.3g} mm per pixel across, {1000 * down:.3g} mm down"
+        remedy = "pixels are square: check width and height of the box, and its edges in the picture"
+        raise InputError(Finding("box", "its size and its edges contradict each other", got, remedy))
+    return edges

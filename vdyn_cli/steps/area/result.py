@@ -15,6 +15,7 @@ from vdyn_cli.steps.area.silhouette import Array, Silhouette
 from vdyn_cli.steps.area.spec import AreaSpec
 
 CORNER = 0.5  # pixels, standard deviation of a box corner read from the picture: rounding alone gives 0.29
+SKEWED = 0.02  # relative difference of the scales that a camera held askew by 10 degrees makes
 DROPPED = 0.001  # share of the area in small pieces that is worth a look
 BEYOND = 3  # pixels by which the silhouette may reach beyond the box: the blur of its edge
 
@@ -83,6 +84,13 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
     if across or rows.min() < top - BEYOND or rows.max() + 1 > bottom + BEYOND:
         remedy = "exclude mirrors and antennas; otherwise check the box's edges"
         found.append(Finding(spec.image, "the silhouette reaches beyond the box", remedy=remedy))
+    across, down = spec.box.width.value / edges.across, spec.box.height.value / edges.down
+    stds = (g.std / g.value for g in (spec.box.width, spec.box.height))
+    corners = (CORNER * 2**0.5 / pixels for pixels in (edges.across, edges.down))
+    if abs(across / down - 1.0) > max(SKEWED, 3.0 * float(np.linalg.norm([*stds, *corners]))):
+        got = f"{1000 * across:.4g} mm per pixel across, {1000 * down:.4g} mm down"
+        remedy = "pixels are square: check width, height and edges of the box"
+        found.append(Finding(spec.image, "the scales across and down differ", got, remedy, doubt=True))
     if spec.settings.camera_distance is None:
         remedy = "give camera_distance and vehicle_depth: 0.3 m of depth at 30 m is 2 % of area"
         found.append(Finding(spec.image, "perspective is not corrected", remedy=remedy))

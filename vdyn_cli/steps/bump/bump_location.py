@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 LEAD, TAIL = 0.1, 0.6  # s of the response before the front axle meets the bump and after the rear axle has left it
 REACH = 1.0  # s by which an axle's change may lie elsewhere than expected, beyond the delay itself
 NEARLY = 0.7  # of the best score: a place as good as that, near the stated distance, is preferred
+CLOCKS = 0.2  # s by which clocks of two loggers may differ: the range of the candidate effect
 ROUNDS, SAME_SPEED = 3, 0.02  # of the search, since the speed at the bump shapes the response; relative
 
 
@@ -29,7 +30,7 @@ class BumpLocation:
     distance : m from the log's start to the bump's near edge, front axle.
     speed : m/s there.
     correlation : of the loads with the response, 0 to 1.
-    gain : of each channel, measured over simulated; 1 for the typical car.
+    gain : of each channel, measured over simulated; 1 for the typical car. Of the body's at the best shift in time.
     delay : s from the front load's change to the rear load's, each found by itself.
     """
 
@@ -65,6 +66,7 @@ def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, st
             break
     part = slice(max(at, 0), at + next(iter(response.values())).size)
     gain, correlation = _gains({n: c[part] for n, c in changes.items()}, response)
+    gain |= {n: _shifted_gain(changes[n], response[n], at, step) for n in gain if n not in LOADS}
     meets = at + round(LEAD / step)
     distance = float(np.interp(clock[0] + meets * step, log.time, way))
     return BumpLocation(distance, speed, correlation, gain, _delay(changes, response, at, wheelbase / speed, step))
@@ -133,6 +135,18 @@ def _gains(changes: Mapping[str, Array], response: Mapping[str, Array]) -> tuple
             measured += float(change @ change)
             expected += float(wanted @ wanted)
     return gain, product / max(np.sqrt(measured * expected), 1e-300)
+
+
+def _shifted_gain(change: Array, response: Array, at: int, step: float) -> float:
+    """Gain over the response at the shift, up to CLOCKS, at which they match best: there its sign is the channel's.
+
+    The body's channels may come from a logger whose clock differs from that of the loads.
+    """
+    score = _correlation(change, response)
+    here, reach = at + response.size - 1, round(CLOCKS / step)
+    near = score[max(here - reach, 0) : here + reach + 1]
+    best = float(near[np.argmax(np.abs(near))]) if near.size else 0.0
+    return best / max(float(response @ response), 1e-300)
 
 
 def _delay(changes: Mapping[str, Array], response: Mapping[str, Array], at: int, expected: float, step: float) -> float:

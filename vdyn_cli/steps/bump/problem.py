@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown
+from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.physics.models.half_car import half_car, half_car_on_profile
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Parameters
@@ -18,10 +19,12 @@ from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.known_car import known_car
 from vdyn_cli.steps.bump.measured_profile import BumpData
 from vdyn_cli.steps.bump.noise import ChannelWeights
+from vdyn_cli.steps.bump.parts import bump_parts, coordinate_of
 from vdyn_cli.steps.bump.result import bump_result
 from vdyn_cli.steps.bump.selection import select_crossings
 from vdyn_cli.steps.bump.spec import BumpSpec
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError, unpublished
+from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile
 
 FREE_FORCE = 500.0  # N, plausible size of a free profile: some 6 % of an axle's load
@@ -61,6 +64,15 @@ class BumpProblem(SimulatedProblem):
             profile("tire_over_compression", "tire_vertical", "compression", (-STROKE, STROKE), FREE_FORCE, "N"),
         )
 
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Dampers, springs, tires and sensors, each free over its coordinate."""
+        return bump_parts(self.fit.channels)
+
+    def coordinate(self, part: Part, solution: Solution) -> Array | None:
+        """Strokes, their rates and deflections as the baseline simulates them; readings as measured."""
+        return coordinate_of(part, self.fit, solution)
+
     def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> BumpFit:
         """The fit with effects in the half car, and their unknowns, shared by all crossings."""
         return replace(self.fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))
@@ -83,6 +95,12 @@ class BumpProblem(SimulatedProblem):
         """
         try:
             fit, solution = self.fit_with(effects, unknowns).solve()
+        except RefusedFitError as error:
+            fit, why = self.fit_with(effects, unknowns), (*error.findings, text.NOT_DETERMINED)
+            found = unpublished(error, lambda solution: bump_result(fit, solution, self.findings))
+            if isinstance(found, UnpublishedError):
+                raise UnpublishedError(why, found.shown) from None
+            raise ResultError(*why) from None
         except ResultError as error:
             raise ResultError(*error.findings, text.NOT_DETERMINED) from None
         return bump_result(fit, solution, self.findings)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.inference import exceeds_noise, white_level
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
@@ -18,11 +19,13 @@ from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 Array = NDArray[np.float64]
 
 SHORTEST = 2.0  # s: a run must hold a squat and a dive, of half a second each, and the way in and out
-LEAST_ACCELERATION = 0.5  # m/s^2, standard deviation: less moves loads by 1 % of the weight, as zeros and grades do
-# of a weight without stated uncertainty, by which the loads may differ: scales and load cells agree to 1 %, and four
-# wheels outside hub sensors, 20 kg each, are 5 % of a car
-DOUBTED, REFUSED = 0.015, 0.08
+GENTLE = 0.5  # m/s^2, standard deviation: less moves loads by 1 % of the weight, as zeros and grades do
+FEWEST_SAMPLES = 10  # of an acceleration that says anything
+# of a weight without stated uncertainty, by which the loads may differ: scales and load cells agree to 1 %. A gain of
+# the loads can be read, and is a candidate effect; the load of a wheel that is not mapped, a quarter, cannot.
+DOUBTED, REFUSED = 0.015, 0.2
 SLOW, FEWEST_SLOW = 10.0, 100  # m/s, and samples: below, lift is less than 0.2 % of the weight
+WEAK = "acceleration and braking are too weak"
 CERTAIN = 0.3  # correlation that makes a sign certain: by chance, 100 independent samples reach it once in 400
 
 
@@ -31,7 +34,7 @@ def ready_runs(spec: CgSpec, logs: Sequence[Log]) -> tuple[Log, ...]:
 
     Raises
     ------
-    InputError : no runs, runs too short or too gentle, no pitch, or a sign that contradicts physics.
+    InputError : no runs, runs too short or without acceleration, no pitch, or a sign that contradicts physics.
     """
     if not logs:
         raise InputError(Finding("runs", "no run is given", remedy="list accelerate-and-brake runs under runs"))
@@ -51,6 +54,17 @@ def ready_runs(spec: CgSpec, logs: Sequence[Log]) -> tuple[Log, ...]:
     return tuple(ready)
 
 
+def gentle_doubts(logs: Sequence[Log]) -> tuple[Finding, ...]:
+    """A doubt for each run whose accelerations are so small that zeros and grades move the loads as much."""
+    found = []
+    for log in logs:
+        spread = float(np.nanstd(log["acceleration"]))
+        if spread < GENTLE:
+            got, remedy = f"standard deviation {spread:.2g} m/s^2", "accelerate and brake with 3 m/s^2 or more"
+            found.append(Finding(f"{log.name}, acceleration", WEAK, got, remedy, doubt=True))
+    return tuple(found)
+
+
 def weight_doubts(logs: Sequence[Log], vehicle: KnownVehicle, load_zero: float) -> tuple[Finding, ...]:
     """The loads of both axles against the weight, at speeds at which the air carries nothing.
 
@@ -62,7 +76,7 @@ def weight_doubts(logs: Sequence[Log], vehicle: KnownVehicle, load_zero: float) 
 
     Raises
     ------
-    InputError : they differ by more than the wheels outside hub sensors could weigh.
+    InputError : they differ by about the load of a wheel.
     """
     sums = [_carried(log) for log in logs if "rear_load" in log]
     if not sums:
@@ -79,6 +93,14 @@ def weight_doubts(logs: Sequence[Log], vehicle: KnownVehicle, load_zero: float) 
     if abs(share) > REFUSED:
         raise InputError(finding)
     return (finding,)
+
+
+def _exceeds_noise(acceleration: Array, time: Array) -> bool:
+    good = np.isfinite(acceleration)
+    count = int(np.count_nonzero(good))
+    if count < FEWEST_SAMPLES:
+        return False
+    return exceeds_noise(float(np.std(acceleration[good])), white_level(acceleration[good], time[good]), count)
 
 
 def _carried(log: Log) -> float:
@@ -99,10 +121,9 @@ def _errors(log: Log) -> list[Finding]:
         return [Finding(log.name, f"is shorter than {SHORTEST:g} s", f"{log.duration:.2f} s")]
     acceleration, load = log["acceleration"], log["front_load"]
     empty = not np.isfinite(acceleration).any()
-    if empty or np.nanstd(acceleration) < LEAST_ACCELERATION:
+    if empty or not _exceeds_noise(acceleration, log.time):
         got = "empty" if empty else f"standard deviation {np.nanstd(acceleration):.2g} m/s^2"
-        what, remedy = "acceleration and braking are too weak", "accelerate and brake with 3 m/s^2 or more"
-        return [Finding(f"{log.name}, acceleration", what, got, remedy)]
+        return [Finding(f"{log.name}, acceleration", WEAK, got, "accelerate and brake with 3 m/s^2 or more")]
     negative = [n for n in LOADS if n in log and np.nanmedian(log[n]) < 0]
     if negative:
         return [wrong_sign(log.name, n, "negative axle load: loads must be positive") for n in negative]

@@ -12,7 +12,10 @@ from vdyn_cli.steps.cg.spec import CgSpec
 
 # m, of the tires under the weight of a car where their stiffness is not known: it only matters to axles that bounce.
 TIRE_DEFLECTION = 0.0195
-DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": 0.0, "drag_height": 0.6}  # m, kg/m^3, m^2, m
+# Passenger cars: 0.5 to 0.8 m^2 (Hucho, Aerodynamics of Road Vehicles). Without any drag, the moment that the air has
+# about the road would be a model error that the diagnosis finds and cannot name.
+USUAL_DRAG_AREA, DRAG_AREA_STD = 0.65, 0.15  # m^2
+DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": USUAL_DRAG_AREA, "drag_height": 0.6}  # m, kg/m^3
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,11 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
     std = {n: known[n].std for n in values if n in known and known[n].std > 0}
     if "drag_area" not in known:
         remedy = "give drag_area, or pass the result of 'vdyn coastdown' with --known"
-        findings.append(Finding("cg", "the moment of the air drag is left out (some 1 % of height)", "", remedy))
+        std["drag_area"] = DRAG_AREA_STD
+        what = (
+            f"drag_area is not given: {USUAL_DRAG_AREA} +- {DRAG_AREA_STD} m^2 assumed, which changes the height by 1 %"
+        )
+        findings.append(Finding("cg", what, "", remedy))
     usual = values["mass"] * GRAVITY / 2 / TIRE_DEFLECTION
     values["tire_vertical_stiffness"] = known.value("tire_vertical_stiffness", usual)
     values["slope_felt"] = 1.0 if spec.settings.accelerometer == "body" else 0.0

@@ -13,15 +13,16 @@ from numpy.typing import NDArray
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
+from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.inference.iterate import until_settled
-from vdyn_cli.physics.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT, UNIT
-from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.physics.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT, SPEED_RATE, UNIT
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg.load_windows import LoadWindows
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
+from vdyn_cli.steps.cg.speed_change import SpeedChange, with_speed
 from vdyn_cli.steps.contract import NO_VALUES
 
 Array = NDArray[np.float64]
@@ -73,6 +74,7 @@ class LoadFit:
     Parameters
     ----------
     known : parameters that are not estimated, by name, SI.
+    speeds : of each run, the speed as a second reading of the accelerometer; None where it is not logged whole.
     load_zero : standard deviation of the zero of one wheel's load, N.
     effects, effect_unknowns : corrections of the balance, and their unknowns, shared by all runs.
     """
@@ -82,6 +84,7 @@ class LoadFit:
     load_zero: float
     effects: tuple[Effect, ...] = ()
     effect_unknowns: tuple[Unknown, ...] = ()
+    speeds: tuple[SpeedChange | None, ...] = ()
 
     @property
     def model(self) -> Model:
@@ -141,9 +144,9 @@ class LoadFit:
 
         settled = until_settled(refit, self.first_solution, MOST_ROUNDS - 1, SETTLED)
         if not settled.converged:
-            raise ResultError(
-                Finding("fit", "the fit of the moment balance does not converge", remedy="check units and signs")
-            )
+            finding = Finding("fit", "the fit of the moment balance does not converge", remedy="check units and signs")
+            last = settled.state
+            raise RefusedFitError([finding], self.regression(self.place(last)), lambda: last)
         return settled.state
 
     def place(self, solution: Solution, start: Mapping[str, float] = NO_VALUES) -> Array:
@@ -180,7 +183,12 @@ class LoadFit:
             windows, here = self.runs[run], whitened_runs[run]
             balance, slopes = self._balance(windows, here.true, theta)
             residual = here.residual + whitened(here.factor, balance - here.expected)
-            return Rows(residual, whitened(here.factor, slopes[:, : theta.size]), time=windows.middle)
+            balanced = Rows(residual, whitened(here.factor, slopes[:, : theta.size]), time=windows.middle)
+            speed = self.speeds[run] if self.speeds else None
+            if speed is None:
+                return balanced
+            simulated = self._simulated(self.measured[run].still, theta)
+            return with_speed(balanced, speed, simulated.outputs[SPEED_RATE], simulated.sensitivities[SPEED_RATE])
 
         begin = at if start is None else start
         begun = [replace(u, start=value) for u, value in zip(shared, begin[:s].tolist(), strict=True)]
@@ -210,9 +218,7 @@ class LoadFit:
 
     def _balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
         """Integrated balances (k,), and their derivatives (k, j) to all of the simulator's unknowns and the rate."""
-        values = np.zeros(len(self.simulator.unknowns))
-        values[: theta.size] = theta
-        still, turning = (self.simulator(drive, values) for drive in (inputs.still, inputs.turning))
+        still, turning = (self._simulated(drive, theta) for drive in (inputs.still, inputs.turning))
         change = windows.change(inputs.pitch_rate)
 
         def integrated(quiet: Array, moving: Array) -> Array:
@@ -230,6 +236,10 @@ class LoadFit:
         unit = float(still.outputs[UNIT][0])
         slopes = slopes - np.outer(balance, still.sensitivities[UNIT][0] / unit)
         return balance / unit, np.column_stack([slopes, per_rate]) / unit
+
+    def _simulated(self, drive: Drive, theta: Array) -> Simulated:
+        """The model at a run's local unknowns, the zeros of the channels behind them at zero."""
+        return self.simulator(drive, np.append(theta, np.zeros(len(self.simulator.unknowns) - theta.size)))
 
     def _partials(self, slopes: Array, windows: LoadWindows) -> dict[str, Array]:
         """Derivative (k,) of the mean balance to each channel, and to the pitch acceleration."""

@@ -10,25 +10,29 @@ import numpy as np
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Solution, Unknown, solve
+from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, solve, standing
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.cg.gps_zero import gps_zero
-from vdyn_cli.steps.cg.input_checks import ready_runs, weight_doubts
+from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_doubts
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle
-from vdyn_cli.steps.cg.load_fit import LoadFit
+from vdyn_cli.steps.cg.load_fit import Array, LoadFit
 from vdyn_cli.steps.cg.load_windows import cut_windows
+from vdyn_cli.steps.cg.parts import balance_parts
 from vdyn_cli.steps.cg.result import cg_result
 from vdyn_cli.steps.cg.spec import CgSpec
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
+from vdyn_cli.steps.cg.speed_change import speed_change
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.effect_estimates import unbounded
+from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 
 FREE_MOMENT = 500.0  # N m, plausible size of a free profile: a tenth of the moment of braking at 6 m/s^2
 ROUNDS = 2  # of the fit with all effects, for noise and true channels: they only serve the linearization there
 TOLERANCE = 1e-2  # of one residual's variance that a further step of that fit may still gain
+MISFIT = 1.5  # squares per row of that fit, beyond which something large is left that it does not follow
 HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
@@ -63,6 +67,11 @@ class CgProblem(SimulatedProblem):
         )
 
     @property
+    def parts(self) -> tuple[Part, ...]:
+        """The moment over acceleration and pitch rate, load readings over their value."""
+        return balance_parts(self.logs)
+
+    @property
     def duration(self) -> float:
         """Length of the longest run, s."""
         return max(log.duration for log in self.logs)
@@ -71,6 +80,11 @@ class CgProblem(SimulatedProblem):
     def baseline(self) -> Solution:
         """The fit without effects; raises ResultError as ``publish``."""
         return self.fit.solve()
+
+    @cached_property
+    def _first(self) -> Solution:
+        """The first fit without effects, wherever it ends."""
+        return standing(lambda: self.fit.first_solution)
 
     def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoadFit:
         """The fit with effects in the balance, and their unknowns, shared by all runs."""
@@ -87,20 +101,46 @@ class CgProblem(SimulatedProblem):
         Noise and true channels are as the fit with all effects leaves them, where the runs determine that (with priors
         on ``unknowns`` they always do), else as at the start.
 
-        Raises
-        ------
-        ResultError : the runs do not determine the unknowns without effects.
+        It begins at the fit without effects, wherever that stands.
         """
         if not unknowns:
-            return self.fit.regression(self.fit.place(self.baseline), self.fit.place(self.baseline, start))
-        fit, whole = (self.fit_with(effects, x) for x in (unknowns, unbounded(unknowns)))
-        at = first = fit.place(self.fit.first_solution)
+            here = standing(lambda: self.baseline)
+            return self.fit.regression(self.fit.place(here), self.fit.place(here, start))
+        fit = self.fit_with(effects, unknowns)
+        return fit.regression(self._place(fit), fit.place(self._first, start))
+
+    def _place(self, fit: LoadFit) -> Array:
+        """Where noise and true channels are taken: at the fit with all effects of ``fit``.
+
+        Where that fit fails, or does not follow the loads, at the best of the fits with one effect: far from a large
+        effect the wrong noise and channels hide it from a linearization.
+        """
+        whole = replace(fit, effect_unknowns=unbounded(fit.effect_unknowns))
+        at, misfit = fit.place(self._first), np.inf
         try:
             for _ in range(ROUNDS):
-                at = whole.place(solve(whole.regression(at), tolerance=TOLERANCE))
+                solution = solve(whole.regression(at), tolerance=TOLERANCE)
+                at, misfit = whole.place(solution), _misfit(solution)
         except ResultError:
-            at = first
-        return fit.regression(at, fit.place(self.fit.first_solution, start))
+            at, misfit = fit.place(self._first), np.inf
+        if misfit < MISFIT:
+            return at
+        own = {profile.name for profile in self.profiles}
+        for effect in (e for e in fit.effects if e.name not in own):
+            unknowns = tuple(u for u in fit.effect_unknowns if u.name in effect.unknowns)
+            alone = self.fit_with((effect,), [replace(u, prior=None) for u in unknowns])
+            try:
+                solution = alone.solve()
+            except ResultError:
+                continue
+            if _misfit(solution) < misfit:
+                at, misfit = fit.place(solution), _misfit(solution)
+        return at
+
+    def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """The distance from the center of gravity to the front axle."""
+        rear = values.get("cg_to_rear", self.baseline.values["cg_to_rear"])
+        return {"cg_to_front": self.vehicle.values["wheelbase"] - rear}
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         """Fit height, position and pitch inertia to all runs at once, with accepted effects in the balance.
@@ -109,10 +149,17 @@ class CgProblem(SimulatedProblem):
         ------
         ResultError : the runs do not determine the unknowns, or the balance does not settle.
         """
-        if not unknowns:
-            return cg_result(self.fit, self.baseline, self.vehicle, self.findings)
-        fit = self.fit_with(effects, unknowns)
-        return cg_result(fit, fit.solve(), self.vehicle, self.findings)
+        fit = self.fit_with(effects, unknowns) if unknowns else self.fit
+        try:
+            return cg_result(fit, fit.solve() if unknowns else self.baseline, self.vehicle, self.findings)
+        except RefusedFitError as error:
+            exact = replace(self.vehicle, std={})
+            raise unpublished(error, lambda solution: cg_result(fit, solution, exact, self.findings)) from None
+
+
+def _misfit(solution: Solution) -> float:
+    """Sum of squares of the whitened residuals per row: 1 where noise alone is left."""
+    return 2.0 * solution.cost / sum(r.size for r in solution.residuals)
 
 
 def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
@@ -129,8 +176,10 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     vehicle = known_vehicle(spec, known)
     load_zero = spec.settings.load_zero.value
     headings = [HEADING[run.direction] for run in spec.runs] or [0.0] * len(logs)
-    runs = tuple(cut_windows(log, way) for log, way in zip(ready_runs(spec, logs), headings, strict=True))
-    findings = [*vehicle.findings, *weight_doubts(logs, vehicle, load_zero)]
+    ready = ready_runs(spec, logs)
+    runs = tuple(cut_windows(log, way) for log, way in zip(ready, headings, strict=True))
+    speeds = tuple(speed_change(log) for log in ready)
+    findings = [*vehicle.findings, *weight_doubts(logs, vehicle, load_zero), *gentle_doubts(ready)]
     findings += gps_zero(logs) if spec.settings.accelerometer == "gps" else []
     findings += [f for log in logs for f in log.findings]
-    return CgProblem(tuple(logs), vehicle, LoadFit(runs, vehicle.values, load_zero), tuple(findings))
+    return CgProblem(tuple(logs), vehicle, LoadFit(runs, vehicle.values, load_zero, speeds=speeds), tuple(findings))

@@ -12,67 +12,18 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive
-from vdyn_cli.inference import Unknown, white_level
+from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.bins import Bins, Nodes, cut, nodes
 from vdyn_cli.physics.models.road_load import DriveSignal, road_load
 from vdyn_cli.steps.coastdown.road_position import road_ends
+from vdyn_cli.steps.coastdown.road_run import RoadRun
+from vdyn_cli.steps.coastdown.shared_road import RoadLayout, road_layout
 
 Array = NDArray[np.float64]
 AccelerometerUse = Literal["none", "beside", "alone"]
 
 BIN_WIDTH = 2.0  # s: a quarter of the usual gust; on an open road torque and force are not sampled together either
-LOWEST_LEVEL = 1e-4  # in SI, of the white noise in a channel: a simulated log has none
 FEWEST_BINS, MOST_BINS = 8, 200  # of a run: the covariance stays small
-
-
-@dataclass(frozen=True)
-class RoadRun:
-    """One run as the fit sees it.
-
-    Parameters
-    ----------
-    time, speed : (n,) s, m/s; finite.
-    inputs : grade, wind_speed, and the drive's torque or force: (n,) each, or one number.
-    acceleration : (n,) m/s^2 specific force, NaN where missing; its zero is already subtracted where ``zero_std`` (the
-        standard deviation of that zero, m/s^2) is positive.
-    part : (n,), label of the window of each row.
-    heading : +1 out, -1 back, 0 unknown. start : s since the first run began. temperature : K.
-    air_density : kg/m^3 of this run, None for the campaign's.
-    since : s of the log that go before the first row.
-    place : m, road coordinate at the first row; None where it is unknown.
-    """
-
-    name: str
-    time: Array
-    speed: Array
-    inputs: Mapping[str, Array | float]
-    part: NDArray[np.int64]
-    acceleration: Array | None = None
-    zero_std: float = 0.0
-    heading: float = 0.0
-    start: float = 0.0
-    temperature: float = 293.15
-    air_density: float | None = None
-    since: float = 0.0
-    place: float | None = None
-
-    @cached_property
-    def distance(self) -> Array:
-        """Distance driven at each row, (n,) m."""
-        return np.asarray(np.r_[0.0, np.cumsum(np.diff(self.time) * (self.speed[1:] + self.speed[:-1]) / 2)])
-
-    @property
-    def levels(self) -> dict[str, float]:
-        """White noise in a sample of each measured channel, in its unit."""
-        channels = {"speed": self.speed, "acceleration": self.acceleration, **self.inputs}
-        found = {n: channels.get(n) for n in ("speed", "acceleration", "drive_torque", "drive_force")}
-        return {n: max(white_level(c, self.time), LOWEST_LEVEL) for n, c in found.items() if isinstance(c, np.ndarray)}
-
-    def channel(self, name: str) -> Array:
-        """A fitted channel, speed or acceleration, (n,)."""
-        values = self.speed if name == "speed" else self.acceleration
-        assert values is not None
-        return values
 
 
 @dataclass(frozen=True)
@@ -88,6 +39,12 @@ class Campaign:
     white : plain least squares, as if the sensors' noise were all there is.
     levels : white noise in the samples of each run's channels.
     road : first and last road coordinate, m; None unless every run has a place on it.
+    air_share : relative standard deviation of the air density where runs have densities of their own.
+    roughness : stated standard deviation of the road's slope, at least; None where nothing is stated.
+    turn : m, between the starts of both directions over the same road, where it was found (shared_road.road_layout).
+    spectrum : of the road (shared_road.SPECTRA).
+    shifts : m, by which each run began farther along than assumed, where position is not logged.
+    level_road : an effect describes the road, so that no random one is in the noise.
     """
 
     runs: tuple[RoadRun, ...]
@@ -98,6 +55,29 @@ class Campaign:
     white: bool
     levels: tuple[Mapping[str, float], ...]
     road: tuple[float, float] | None
+    air_share: float = 0.0
+    roughness: float | None = None
+    turn: float | None = None
+    spectrum: int = 0
+    shifts: tuple[float, ...] = ()
+    level_road: bool = False
+
+    @cached_property
+    def layout(self) -> RoadLayout | None:
+        """Where the runs met the road that they share; None where the noise holds none.
+
+        Plain least squares has no such noise, an accelerometer sees the slope itself, a logged grade is the road, and
+        drives without a logged position need not begin at one place.
+        """
+        placed = self.road is not None
+        if self.white or self.level_road or self.accelerometer != "none" or not (placed or self.drive == "coasting"):
+            return None
+        if all(isinstance(r.inputs["grade"], np.ndarray) for r in self.runs):
+            return None
+        layout = road_layout(self.runs, self.turn, self.spectrum)
+        for run, shift in enumerate(self.shifts):
+            layout = layout.moved(run, shift)
+        return layout
 
     @cached_property
     def bins(self) -> tuple[Bins, ...]:

@@ -5,7 +5,9 @@ Over n pairs with mean T and standard deviation s::
 
     p = t s / (sqrt(n) T)
 
-with t = 3.2 ... 2.2 and p <= 2 % in UN Regulation 83 (70/220/EEC), t = 4.3 ... 2.3 and p <= 3 % in WLTP (UN GTR 15).
+with p <= 2 % over at least four pairs in UN Regulation 83 (70/220/EEC) and p <= 3 % over at least three in WLTP (UN GTR
+15). Both print t rounded to a decimal; here it is Student's 97.5 % quantile with n - 1 degrees of freedom itself (2.26
+for ten pairs, where Regulation 83 prints 2.2 and WLTP 2.3).
 """
 
 from __future__ import annotations
@@ -22,8 +24,7 @@ from vdyn_cli.steps.coastdown.segments import CoastSegment
 
 Array = NDArray[np.float64]
 
-R83 = {4: 3.2, 5: 2.8, 6: 2.6, 7: 2.5, 8: 2.4, 9: 2.3} | dict.fromkeys(range(10, 16), 2.2)
-WLTP = {3: 4.3, 4: 3.2, 5: 2.8, 6: 2.6, 7: 2.5, 8: 2.4, 9: 2.3, 10: 2.3}
+R83_PAIRS, WLTP_PAIRS = 4, 3  # fewest pairs
 R83_LIMIT, WLTP_LIMIT = 0.02, 0.03
 HALF_STEP = 5 / 3.6  # m/s to either side of a reference speed
 REFERENCE_STEP = 10 / 3.6  # m/s between reference speeds
@@ -66,10 +67,10 @@ class CoastTimes:
 
 
 def paired_runs(segments: Sequence[CoastSegment], directions: Sequence[str | None]) -> list[tuple[int, int]]:
-    """The k-th run out with the k-th run back, as indices."""
-    out = [k for k, s in enumerate(segments) if directions[s.run] == "out"]
-    back = [k for k, s in enumerate(segments) if directions[s.run] == "back"]
-    return list(zip(out, back, strict=False))
+    """The k-th run out of the description with the k-th run back, as indices of segments; both must be kept."""
+    at = {s.run: k for k, s in reversed(list(enumerate(segments)))}
+    out, back = ([i for i, way in enumerate(directions) if way == wanted] for wanted in ("out", "back"))
+    return [(at[a], at[b]) for a, b in zip(out, back, strict=False) if a in at and b in at]
 
 
 def coast_times(segments: Sequence[CoastSegment], directions: Sequence[str | None]) -> list[CoastTimes]:
@@ -92,8 +93,7 @@ def coast_times(segments: Sequence[CoastSegment], directions: Sequence[str | Non
 def _with_accuracy(speed: float, times: Array) -> CoastTimes:
     n = times.size
     spread = float(np.std(times, ddof=1) / np.sqrt(n) / np.mean(times)) if n > 1 else np.nan
-    factors = (table.get(min(n, max(table))) if n >= min(table) else None for table in (R83, WLTP))
-    r83, wltp = (None if t is None else t * spread for t in factors)
+    r83, wltp = (t_quantile(n - 1.0) * spread if n >= least else None for least in (R83_PAIRS, WLTP_PAIRS))
     return CoastTimes(speed, speed + HALF_STEP, speed - HALF_STEP, times, r83, wltp)
 
 

@@ -36,9 +36,16 @@ def comparisons(fit: RoadLoadFit) -> tuple[Comparison, ...]:
     return tuple(found)
 
 
-def figures(fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes]) -> tuple[Figure, ...]:
-    """The road load, its residuals over speed and over runs, and the joint region of the main parameters."""
-    made = (_road_load(fit, load, times), _residual_force(fit), _run_forces(fit), _ellipse(fit))
+def figures(
+    fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes], agreement: Figure | None
+) -> tuple[Figure, ...]:
+    """The road load, its residuals over speed and over runs, and the joint region of the main parameters.
+
+    Parameters
+    ----------
+    times : of pairs of coasts. agreement : of the fit with local decelerations.
+    """
+    made = (_road_load(fit, load, times), agreement, _residual_force(fit), _run_forces(fit), _ellipse(fit))
     return tuple(f for f in made if f is not None)
 
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vdyn_cli.inference import gust_covariance
 from vdyn_cli.inference.gust_covariance import RunNoise, Surroundings
-from vdyn_cli.steps.coastdown.campaign import Campaign, RoadRun
+from vdyn_cli.steps.coastdown.campaign import Campaign
+from vdyn_cli.steps.coastdown.road_run import RoadRun
+
+Array = NDArray[np.float64]
 
 
 def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
@@ -18,6 +22,39 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
     ----------
     run : index of the run. at : the model's parameters in SI, at which the car answers to gusts and slopes.
     """
+    surroundings = _surroundings(campaign, run, at)
+    if campaign.white:
+        return gust_covariance.white_noise(surroundings, campaign.channels)
+    law = {
+        "none": gust_covariance.speed_noise,
+        "beside": gust_covariance.speed_and_force_noise,
+        "alone": gust_covariance.force_noise,
+    }[campaign.accelerometer]
+    return law(surroundings)
+
+
+def road_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Array:
+    """Response of a run's rows to the road that all runs share, (b, m), m/s per unit of each of its unknowns.
+
+    The unknowns are independent with the standard deviation of the road's slope; (b, 0) where no road is shared.
+    """
+    layout, bins = campaign.layout, campaign.bins[run]
+    if layout is None:
+        return np.zeros((bins.time.size, 0))
+    return slope_response(campaign, run, at) @ (bins.mean(layout.weights(run)) @ layout.factor)
+
+
+def slope_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Array:
+    """Response of a run's rows to an uphill slope in each of its bins, (b, b), m/s.
+
+    Parameters
+    ----------
+    run : index of the run. at : the model's parameters in SI.
+    """
+    return gust_covariance.slope_response(_surroundings(campaign, run, at))
+
+
+def _surroundings(campaign: Campaign, run: int, at: Mapping[str, float]) -> Surroundings:
     one, bins = campaign.runs[run], campaign.bins[run]
     inertia = at["mass"] + at["rotating_mass"]
     density = one.air_density if one.air_density is not None else at["air_density"]
@@ -25,7 +62,7 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
     flow = np.maximum(bins.mean(one.speed) + (bins.mean(wind) if isinstance(wind, np.ndarray) else float(wind)), 0.0)
     pull = density * at["drag_area"] * flow / inertia
     levels = campaign.levels[0 if campaign.white else run]  # in plain least squares a level only scales the cost
-    surroundings = Surroundings(
+    return Surroundings(
         bins=bins,
         pull=pull,
         fade=pull if campaign.accelerometer == "none" else np.zeros_like(pull),
@@ -36,14 +73,6 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
         zero=one.zero_std,
         driven=campaign.drive != "coasting",
     )
-    if campaign.white:
-        return gust_covariance.white_noise(surroundings, campaign.channels)
-    law = {
-        "none": gust_covariance.speed_noise,
-        "beside": gust_covariance.speed_and_force_noise,
-        "alone": gust_covariance.force_noise,
-    }[campaign.accelerometer]
-    return law(surroundings)
 
 
 def wind_variance(sizes: Mapping[str, float]) -> float:

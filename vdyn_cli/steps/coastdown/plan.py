@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import Regression
-from vdyn_cli.steps.coastdown.campaign import Campaign, RoadRun
+from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.expected_accuracy import LONGEST, STEP, coasting_clock
 from vdyn_cli.steps.coastdown.road_load_fit import effects_of, rows_of, transferred
+from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 Array = NDArray[np.float64]
@@ -117,6 +118,7 @@ def _pair(campaign: Campaign, one: _PlannedCoast, values: Mapping[str, float]) -
         campaign,
         runs=tuple(_run(campaign, one, at, heading) for heading in (1.0, -1.0)),
         levels=(levels, levels),
+        shifts=(),
     )
 
 

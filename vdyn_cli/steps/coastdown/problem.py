@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.inference import RefusedFitError, Regression, Unknown
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
@@ -17,17 +18,29 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
-from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Array, Campaign, RoadRun, road_of
+from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Array, Campaign, road_of
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
+from vdyn_cli.steps.coastdown.parts import road_parts
 from vdyn_cli.steps.coastdown.plan import next_coasts
+from vdyn_cli.steps.coastdown.quality import quality_of
+from vdyn_cli.steps.coastdown.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.result import RoadLoadAnswer, doubts, result_of
-from vdyn_cli.steps.coastdown.road_load_fit import fit_road_load, regression_with_effects
+from vdyn_cli.steps.coastdown.road_load_fit import (
+    RoadLoadFit,
+    fit_road_load,
+    regression_with_effects,
+    rows_of,
+    with_noise_of,
+)
 from vdyn_cli.steps.coastdown.road_position import first_place
+from vdyn_cli.steps.coastdown.road_run import RoadRun
+from vdyn_cli.steps.coastdown.road_search import located
 from vdyn_cli.steps.coastdown.segments import CoastSegment, split
 from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
+from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
@@ -59,6 +72,11 @@ class CoastdownProblem(SimulatedProblem):
         """The road load as these runs are driven and measured."""
         return self.campaign.model
 
+    @cached_property
+    def placed(self) -> Campaign:
+        """The campaign, both directions on one road where the data say so."""
+        return located(self.campaign)
+
     @property
     def profiles(self) -> tuple[Effect, ...]:
         """Forces that are free over the speed and over the day."""
@@ -68,6 +86,11 @@ class CoastdownProblem(SimulatedProblem):
             profile("force_over_speed", "driveline", "speed", speed, FREE_FORCE, "N"),
             profile("force_over_day", "driveline", "elapsed", day, FREE_FORCE, "N"),
         )
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The resistance over speed, direction and time, the road over position, the speed reading."""
+        return road_parts(self.campaign)
 
     @property
     def duration(self) -> float:
@@ -84,7 +107,13 @@ class CoastdownProblem(SimulatedProblem):
 
         ``start`` is not used: the regression is nonlinear and is solved from its own start.
         """
-        return regression_with_effects(self.campaign, effects, unknowns)
+        return regression_with_effects(self.placed, effects, unknowns)
+
+    def regression_like(
+        self, known: Regression, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
+    ) -> Regression:
+        """See ``SimulatedProblem``: with the noise sizes of the known regression."""
+        return with_noise_of(known, effects, unknowns)
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         """Fit the road load, with accepted effects in the model, and describe it.
@@ -95,10 +124,28 @@ class CoastdownProblem(SimulatedProblem):
         """
         covered = {n for e in effects for n in e.covers}
         own = tuple(u for u in self.campaign.unknowns if u.name not in covered)
-        fit = fit_road_load(replace(self.campaign, unknowns=own), effects, unknowns)
-        answer = RoadLoadAnswer(fit, self.spec, self.selection, self.zeros, tuple(effects))
+        try:
+            fit = fit_road_load(replace(self.placed, unknowns=own), effects, unknowns)
+        except RefusedFitError as error:
+            regression = error.regression
+            raise unpublished(
+                error, lambda s: self._result(RoadLoadFit(rows_of(regression), regression, s), effects, unknowns)
+            ) from None
+        return self._result(fit, effects, unknowns)
+
+    def _result(self, fit: RoadLoadFit, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Result:
+        quality = quality_of(fit)
+        answer = RoadLoadAnswer(quality.fit, self.spec, self.selection, self.zeros, quality, tuple(effects))
         findings = (*self.findings, *doubts(answer), *(f for log in self.logs for f in log.findings))
         return result_of(answer, self.known.estimates.get("frontal_area"), unknowns, findings)
+
+    def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """The road load as tested, and the drag coefficient where the frontal area is known."""
+        at = {**self.campaign.values, **values}
+        load = road_load_of(at, (), np.zeros((0, 0)), 1.0)
+        found = dict(zip(("road_load_f0", "road_load_f1", "road_load_f2"), load.coefficients.tolist(), strict=True))
+        area = self.known.estimates.get("frontal_area")
+        return found if area is None else {**found, "drag_coefficient": at["drag_area"] / area.value}
 
     def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
         """Coasts that could be driven next."""
@@ -131,11 +178,17 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
         runs = tuple(replace(r, acceleration=None) for r in runs)
     elif zeros:
         runs = tuple(_without_zero(r, zeros[r.name]) for r in runs)
+    air_share = 0.0
+    if any(r.air_density is not None for r in runs):  # one density for all cannot be free beside them
+        air_share = given["air_density"].std / given["air_density"].value
+        given = {**given, "air_density": replace(given["air_density"], std=0.0)}
     values = model_values(given, use, drive)
     both_ways = {"out", "back"} <= {spec.runs[s.run].direction for s in segments}
     unknowns = campaign_unknowns(given, values, use, spec.settings.terms, both_ways)
     white, levels = spec.settings.noise == "white", tuple(r.levels for r in runs)
+    rough = spec.settings.road.roughness.value if spec.settings.road.roughness else None
     campaign = Campaign(runs, drive, values, unknowns, use, white, levels, road_of(runs))
+    campaign = replace(campaign, air_share=air_share, roughness=rough, level_road=rough == 0)
     findings = (*assumptions(known), *direction_findings(spec.runs, logs, segments, use))
     return CoastdownProblem(spec, tuple(logs), known, campaign, selection, zeros, findings)
 
@@ -157,7 +210,7 @@ def _road_run(
         inputs[f"drive_{drive}"] = log[f"drive_{drive}"]
     day = known["temperature"].value if "temperature" in known else None
     density = None  # the campaign's, unless this run had a temperature of its own
-    if run.temperature and day and not known["air_density"].std:
+    if run.temperature and day:
         density = known["air_density"].value * day / run.temperature.value
     return RoadRun(
         segment.name,

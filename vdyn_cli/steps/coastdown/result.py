@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -29,7 +29,9 @@ from vdyn_cli.steps.coastdown.expected_accuracy import (
 from vdyn_cli.steps.coastdown.lasting_force import lasting_force, resists
 from vdyn_cli.steps.coastdown.noise import noise_of
 from vdyn_cli.steps.coastdown.outlying_run import outlying_run
+from vdyn_cli.steps.coastdown.quality import FitQuality, physical_sizes
 from vdyn_cli.steps.coastdown.reference_conditions import (
+    ROLLING_BY_TEMPERATURE,
     Conditions,
     RoadLoad,
     corrected_load,
@@ -61,13 +63,14 @@ class RoadLoadAnswer:
 
     Parameters
     ----------
-    effects : accepted effects, in the model. zeros : of the accelerometer, by run.
+    quality : of the fit. effects : accepted effects, in the model. zeros : of the accelerometer, by run.
     """
 
     fit: RoadLoadFit
     spec: CoastdownSpec
     selection: SegmentSelection
     zeros: Mapping[str, AccelerometerZero]
+    quality: FitQuality
     effects: tuple[Effect, ...] = ()
 
     @property
@@ -90,7 +93,7 @@ class RoadLoadAnswer:
         """Air and mass during the runs; None where the temperature is unknown."""
         if self.spec.environment.temperature is None and not all(r.temperature for r in self.spec.runs):
             return None
-        return Conditions(self.temperature, self.fit.at["air_density"], self.fit.at["mass"])
+        return Conditions(self.temperature, _air_density(self.fit), self.fit.at["mass"])
 
     @cached_property
     def reference(self) -> Conditions:
@@ -102,17 +105,26 @@ class RoadLoadAnswer:
     @cached_property
     def load(self) -> RoadLoad:
         """The road load as tested, with accepted effects that belong to the car."""
-        solution, at = self.fit.solution, self.fit.at
+        return self._load_at(self.temperature)
+
+    def _load_at(self, temperature: float) -> RoadLoad:
+        """The road load in the air of the test, tires at a temperature (K) by the accepted effects."""
+        solution, at = self.fit.solution, {**self.fit.at, "air_density": _air_density(self.fit)}
         lasting: dict[str, Array] = {}
         for effect in filter(resists, self.effects):
-            lasting |= lasting_force(effect, at, self.fit.speeds, self.temperature)
+            lasting |= lasting_force(effect, at, self.fit.speeds, temperature)
         degrees = [solution.degrees[n] for n in solution.names if n in MAIN]
         return road_load_of(at, solution.names, solution.covariance, min(degrees, default=1e6), lasting)
 
     @cached_property
     def corrected(self) -> RoadLoad | None:
-        """The road load under reference conditions."""
-        return None if self.test is None else corrected_load(self.load, self.test, self.reference)
+        """The road load under reference conditions, by the temperature law in force."""
+        if self.test is None:
+            return None
+        if _warmed(self) is None:
+            return corrected_load(self.load, self.test, self.reference)
+        there = replace(self.test, temperature=self.reference.temperature)
+        return corrected_load(self._load_at(self.reference.temperature), there, self.reference)
 
     @property
     def loads(self) -> dict[str, RoadLoad]:
@@ -143,6 +155,12 @@ class RoadLoadAnswer:
         for name in MAIN:
             value = self.fit.at[name]
             std, interval = solution.std.get(name, 0.0), solution.interval95.get(name, (value, value))
+            if name == "drag_area" and std > 0 and (share := self.fit.campaign.air_share):
+                wider = float(np.hypot(std, share * value)) / std
+                std, interval = (
+                    wider * std,
+                    (value + wider * (interval[0] - value), value + wider * (interval[1] - value)),
+                )
             found[name] = Estimate.of(name, value, std, interval, "given" if name in self.fixed else SOURCE)
         return found
 
@@ -166,6 +184,26 @@ class RoadLoadAnswer:
         return text.separation(None if self.fixed else correlation, *self.expected)
 
 
+def _air_density(fit: RoadLoadFit) -> float:
+    """Mean over the runs, kg/m^3: a run with a temperature of its own has a density of its own."""
+    given = fit.at["air_density"]
+    return float(np.mean([given if r.air_density is None else r.air_density for r in fit.campaign.runs]))
+
+
+def _warmed(answer: RoadLoadAnswer) -> Effect | None:
+    """The accepted effect that describes how the resistance depends on temperature, if there is one."""
+    own = (e for e in answer.effects if "between_runs" in e.tags and e.lasts and "rolling" in e.on)
+    return next((e for e in own if any(answer.fit.at.get(n) for n in e.unknowns)), None)
+
+
+def _temperature_law(answer: RoadLoadAnswer) -> str:
+    """The law by which the rolling part is corrected, in words."""
+    effect = _warmed(answer)
+    if effect is None:
+        return f"{100 * ROLLING_BY_TEMPERATURE:.2g} % per kelvin (UN GTR 15)"
+    return f"the fitted law of {effect.label}"
+
+
 def result_of(
     answer: RoadLoadAnswer, frontal_area: Estimate | None, unknowns: Sequence[Unknown], findings: tuple[Finding, ...]
 ) -> Result:
@@ -178,15 +216,16 @@ def result_of(
     fit = answer.fit
     tables = [text.coefficients(answer.loads), text.forces(answer.loads, answer.table_speeds)]
     tables += [text.times(answer.times, answer.load, fit.inertia)] if answer.times else []
+    tables += [answer.quality.table()]
     tables += [text.rejections(answer.selection.rejected)] if answer.selection.rejected else []
     return Result(
         SOURCE,
         text.sentence(answer.main, answer.fixed, answer.load, answer.quoted, fit.campaign),
         _parameters(answer, frontal_area),
         _summary(answer),
-        text.methods(fit, answer.separation, answer.test, answer.reference),
+        text.methods(fit, answer.separation, answer.test, answer.reference, _temperature_law(answer)),
         figures.comparisons(fit),
-        figures.figures(fit, answer.load, answer.times),
+        figures.figures(fit, answer.load, answer.times, answer.quality.figure(answer.load)),
         tuple(tables),
         findings,
         _extra(answer),
@@ -198,7 +237,11 @@ def _parameters(answer: RoadLoadAnswer, frontal_area: Estimate | None) -> Parame
     """The estimated parameters with their correlation; with the frontal area also the drag coefficient."""
     solution, load = answer.fit.solution, answer.load
     found = dict(answer.main)
-    if frontal_area is not None:
+    given = answer.spec.settings.fix.drag_coefficient
+    if given is not None:
+        low, high = given.value - NORMAL95 * given.std, given.value + NORMAL95 * given.std
+        found["drag_coefficient"] = Estimate.of("drag_coefficient", given.value, given.std, (low, high), "given")
+    elif frontal_area is not None:
         found["drag_coefficient"] = _drag_coefficient(found["drag_area"], frontal_area)
     if (name := "driveline_efficiency") in solution.names:
         found[name] = Estimate.of(name, solution.values[name], solution.std[name], solution.interval95[name], SOURCE)
@@ -236,7 +279,7 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
     if answer.zeros and not any(z.by_elevation for z in answer.zeros.values()):
         what = "the accelerometer's zero assumes a mean slope of zero over all roads"
         found.append(Finding("channels", what, remedy="map 'elevation' if the logs have it, or add more logs"))
-    return (*found, *_outlying_runs(answer), *_contradicted_givens(answer))
+    return (*found, *answer.quality.findings(), *_outlying_runs(answer), *_contradicted_givens(answer))
 
 
 def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
@@ -290,7 +333,7 @@ def _summary(answer: RoadLoadAnswer) -> FitSummary:
         rms=float(np.sqrt(np.mean(np.concatenate(misses) ** 2))),
         noise_floor=_noise_floor(fit, name),
         unit=unit,
-        unknowns=tuple(n for n in solution.names if n not in answer.fixed),
+        unknowns=tuple(n for n in solution.names if n not in answer.fixed and n not in fit.rows.road),
         interval_unit=solution.unit,
         interval_units=solution.n_units,
         held_out_rms=held_out_rms(fit),
@@ -303,9 +346,9 @@ def _noise_floor(fit: RoadLoadFit, channel: str) -> float:
     level = float(np.median([levels[channel] for levels in fit.campaign.levels]))
     if channel != "speed" or fit.campaign.white:
         return level
-    at = fit.at
+    at, sizes = fit.at, physical_sizes(fit)
     variances = [
-        np.diag(noise_of(fit.campaign, k, at).covariance(fit.sizes))[: bins.first.size]
+        np.diag(noise_of(fit.campaign, k, at).covariance(sizes))[: bins.first.size]
         for k, bins in enumerate(fit.campaign.bins)
     ]
     return float(np.hypot(level, np.sqrt(np.mean(np.concatenate(variances)))))
@@ -327,6 +370,7 @@ def _extra(answer: RoadLoadAnswer) -> dict[str, Any]:
         ],
         "separation": {"now": _as_dict(now), "wider": _as_dict(wider), "words": answer.separation},
         "noise": dict(answer.fit.sizes),
+        "quality": answer.quality.document(),
         "accelerometer_zero": {n: {"value": z.value, "std": z.std} for n, z in answer.zeros.items()},
     }
 

@@ -13,19 +13,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model_builder import Correction
-from vdyn_cli.engine.simulate import Simulated, Simulator
+from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, approach, solve, whiten
+from vdyn_cli.inference.gust_covariance import SOURCES
 from vdyn_cli.inference.iterate import until_settled
-from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
+from vdyn_cli.inference.restricted_likelihood import (
+    NoisyRun,
+    RandomUnknowns,
+    find_sizes,
+    typical_sizes,
+)
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.coastdown.campaign import Campaign
-from vdyn_cli.steps.coastdown.noise import noise_of, wind_variance
+from vdyn_cli.steps.coastdown.noise import noise_of, road_response, wind_variance
+from vdyn_cli.steps.coastdown.shared_road import (
+    describes_road,
+    independent_slopes,
+    road_unknowns,
+    slope_factor,
+)
 from vdyn_cli.steps.coastdown.start_values import started
 
 Array = NDArray[np.float64]
@@ -36,6 +49,7 @@ SIZES_SETTLED = 0.05  # of the logarithm of a noise size
 SETTLED = 1.0  # standard deviations that a round may move an estimate: within them the model is nearly linear
 CONVERGED = 1e-6  # of one residual variance: a further step would move a value by 1e-3 of its standard deviation
 START = "start.speed"
+ROUGHNESS = "roughness"
 
 
 @dataclass(frozen=True)
@@ -47,6 +61,11 @@ class RoadLoadRows:
     shared : names of the shared unknowns. at : value of every parameter of the model at which the noise was computed.
     sizes : of the noise, by source (gust_covariance.SOURCES).
     factors : of each run's covariance, lower triangular (m, m), or (m,) where it is diagonal.
+    road : names of the unknowns of the road that the runs share, linear and independent with a prior of one each.
+    slopes : (b, k) of each run, response of its rows to them where the road's roughness is one.
+    center : (k,) the road's unknowns times the roughness, with which the runs are simulated; the rest is linear.
+    drives : the runs with that slope.
+    hills : names of the unknowns of an effect that describes the road: slopes at equal knots along it.
     """
 
     campaign: Campaign
@@ -55,22 +74,43 @@ class RoadLoadRows:
     at: Mapping[str, float]
     sizes: Mapping[str, float]
     factors: tuple[Array, ...]
+    road: tuple[str, ...] = ()
+    slopes: tuple[Array, ...] = ()
+    center: Array | None = None
+    drives: tuple[Drive, ...] = ()
+    hills: tuple[str, ...] = ()
+
+    @property
+    def simulated(self) -> tuple[str, ...]:
+        """The shared unknowns that enter the simulation."""
+        return tuple(n for n in self.shared if n not in set(self.road))
+
+    @cached_property
+    def road_columns(self) -> NDArray[np.intp]:
+        """Indices of the road's unknowns among the shared ones."""
+        return np.array([self.shared.index(n) for n in self.road], dtype=np.intp)
 
     def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
         """Residual (m,), simulated minus measured, and derivatives (m, s + own) of one run, before whitening."""
-        campaign, k = self.campaign, theta.size
+        campaign, shared = self.campaign, theta[: len(self.shared)]
+        inside = np.delete(np.arange(theta.size), self.road_columns)
+        used = np.delete(shared, self.road_columns)
         start = theta[-1] if campaign.speed_fitted else campaign.runs[run].speed[0]
         try:
-            seen = self.simulator(
-                campaign.fit_drives[run], [*theta[: len(self.shared)], start, self.at["wind_variance"]]
-            )
+            drive = self.drives[run] if self.drives else campaign.fit_drives[run]
+            seen = self.simulator(drive, [*used, start, self.at["wind_variance"]])
         except ResultError as error:  # far from the solution the simulation may be unstable
             raise ArithmeticError(str(error)) from error
         pairs = list(zip(campaign.channels, campaign.binned[run], strict=True))
-        residual = [campaign.mean(run, seen.outputs[n]) - measured for n, measured in pairs]
-        return np.concatenate(residual), np.concatenate(
-            [campaign.mean(run, seen.sensitivities[n][:, :k]) for n, _ in pairs]
+        residual = np.concatenate([campaign.mean(run, seen.outputs[n]) - measured for n, measured in pairs])
+        jacobian = np.zeros((residual.size, theta.size))
+        jacobian[:, inside] = np.concatenate(
+            [campaign.mean(run, seen.sensitivities[n][:, : inside.size]) for n, _ in pairs]
         )
+        if self.road:
+            jacobian[:, self.road_columns] = self.sizes[ROUGHNESS] * self.slopes[run]
+            residual = residual + jacobian[:, self.road_columns] @ (shared[self.road_columns] - self.reference)
+        return residual, jacobian
 
     def __call__(self, run: int, theta: Array) -> Rows:
         residual, jacobian = self.binned(run, theta)
@@ -84,10 +124,58 @@ class RoadLoadRows:
         time = np.tile(self.campaign.bins[run].time, len(self.campaign.channels))
         return Rows(residual, jacobian, time=time, plain=plain)
 
+    @property
+    def reference(self) -> Array:
+        """The road's unknowns at which the runs are simulated, (k,)."""
+        assert self.center is not None
+        return self.center / self.sizes[ROUGHNESS]
+
+    def on_road(self, shared: Mapping[str, float]) -> RoadLoadRows:
+        """The same rows, simulated on the road that these unknowns describe."""
+        layout = self.campaign.layout
+        if layout is None or not self.road:
+            return self
+        center = self.sizes[ROUGHNESS] * np.array([shared[n] for n in self.road])
+        profile = layout.factor @ center
+        drives = []
+        for k, drive in enumerate(self.campaign.fit_drives):
+            slope = np.interp(drive.time, self.campaign.runs[k].time, layout.weights(k) @ profile)
+            drives.append(replace(drive, inputs={**drive.inputs, "grade": np.asarray(drive.inputs["grade"]) + slope}))
+        return replace(self, center=center, drives=tuple(drives))
+
     def weighted(self, sizes: Mapping[str, float], at: Mapping[str, float]) -> RoadLoadRows:
         """The same rows, whitened with other noise sizes and model parameters."""
-        factors = tuple(noise_of(self.campaign, k, at).factor(sizes) for k in range(len(self.campaign.runs)))
-        return replace(self, factors=factors, sizes=dict(sizes), at=dict(at))
+        runs = range(len(self.campaign.runs))
+        factors = tuple(noise_of(self.campaign, k, at).factor(sizes) for k in runs)
+        slopes = (
+            tuple(_of_width(road_response(self.campaign, k, at), len(self.road)) for k in runs) if self.road else ()
+        )
+        return replace(self, factors=factors, sizes=dict(sizes), at=dict(at), slopes=slopes)
+
+    @cached_property
+    def hill_factor(self) -> Array:
+        """Lower triangular factor (k, k) of the correlation of the slopes that an effect describes."""
+        assert self.campaign.road is not None
+        return slope_factor(np.linspace(*self.campaign.road, len(self.hills)), self.campaign.spectrum)
+
+    def random(self) -> RandomUnknowns | None:
+        """The slopes of the road as random unknowns of the noise model; None where there are none."""
+        least = self.campaign.roughness or 0.0
+        if self.hills:
+            return RandomUnknowns(ROUGHNESS, np.array([self.shared.index(n) for n in self.hills], dtype=np.intp), least)
+        return RandomUnknowns(ROUGHNESS, self.road_columns, least) if self.road else None
+
+    def noisy(self, run: int, theta: Array, at: Mapping[str, float]) -> NoisyRun:
+        """The run for the noise model, its random unknowns independent with derivatives per unit of roughness."""
+        residual, jacobian = self.binned(run, theta)
+        s = len(self.shared)
+        shared = jacobian[:, :s].copy()
+        random = self.random()
+        if random is not None:
+            columns = random.columns
+            residual = residual - shared[:, columns] @ theta[columns]
+            shared[:, columns] = shared[:, columns] @ self.hill_factor if self.hills else self.slopes[run]
+        return NoisyRun(residual, shared, jacobian[:, s:], noise_of(self.campaign, run, at))
 
 
 @dataclass(frozen=True)
@@ -136,13 +224,31 @@ class RoadLoadFit:
         """The run at its samples, with parameters ``at`` (SI) and another start speed (m/s)."""
         values = {**at, START: start}
         theta = [values[n] for n in self.rows.simulator.unknowns]
-        return self.rows.simulator(self.campaign.drives[run], theta, sensitivities=False)
+        drive = self.campaign.drives[run]
+        if self.rows.road:
+            grade = np.asarray(drive.inputs["grade"]) + self.slope(run, at)
+            drive = replace(drive, inputs={**drive.inputs, "grade": grade})
+        return self.rows.simulator(drive, theta, sensitivities=False)
+
+    def slope(self, run: int, at: Mapping[str, float]) -> Array:
+        """The shared road's slope, uphill for the run, at its samples, (n,) m/m; zero where no road is shared."""
+        layout = self.campaign.layout
+        if layout is None or not self.rows.road:
+            return np.zeros(self.campaign.runs[run].time.size)
+        share = np.array([at[n] for n in self.rows.road])
+        return np.asarray(self.sizes[ROUGHNESS] * (layout.weights(run) @ (layout.factor @ share)))
 
     def residual(self, run: int) -> tuple[Array, Array]:
         """Binned rows of a run, simulated minus measured, and their derivatives to the run's own unknowns."""
         own = [float(v[run]) for v in self.solution.per_run.values()]
         residual, jacobian = self.rows.binned(run, np.array([*(self.at[n] for n in self.rows.shared), *own]))
         return residual, jacobian[:, len(self.rows.shared) :]
+
+
+def _of_width(columns: Array, width: int) -> Array:
+    """The first columns, or zeros behind them: planned runs over another stretch have as many unknowns of the road."""
+    missing = max(width - columns.shape[1], 0)
+    return np.pad(columns, ((0, 0), (0, missing)))[:, :width]
 
 
 def fit_road_load(
@@ -198,8 +304,45 @@ def regression_with_effects(
         return after, max(abs(float(np.log(new[n] / old[n]))) for n in new)
 
     regression = _initial(campaign, effects, extra)
+    if rows_of(regression).road:
+        # Begun at the baseline and no smoother, or candidates at the ends of their ranges imitate the road.
+        base = weighted_start(campaign)
+        regression = _initial(replace(campaign, roughness=rows_of(base).sizes[ROUGHNESS]), effects, extra)
+        values = {u.name: u.start for u in (*regression.shared, *base.shared)}
+        regression = _reweighted(_at_center(regression, rows_of(base)), values, base.run_starts)
     regression = until_settled(reweight, regression, 0 if campaign.white else rounds, SIZES_SETTLED).state
     return _starting(regression, {u.name: u.start for u in extra}, {})
+
+
+def with_noise_of(known: Regression, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
+    """The regression with other effects, on the road and with the noise sizes of a known one of the same campaign.
+
+    Parameters
+    ----------
+    known : whose noise and starts are taken. effects, extra : as in ``fit_road_load``.
+    """
+    base = rows_of(known)
+    regression = _at_center(_initial(base.campaign, effects, extra), base)
+    return _starting(_with_hill_prior(regression), {u.name: u.start for u in known.shared}, dict(known.run_starts))
+
+
+def _at_center(regression: Regression, base: RoadLoadRows) -> Regression:
+    """The regression on the road and with the noise sizes of the baseline's rows."""
+    rows = replace(rows_of(regression), center=base.center, drives=base.drives)
+    return replace(regression, rows=rows.weighted(base.sizes, base.at))
+
+
+def weighted_start(campaign: Campaign, rounds: int = 2) -> Regression:
+    """The baseline's regression after a few steps, with the noise sizes that its residuals show.
+
+    Raises
+    ------
+    ResultError : the model has no finite value at the start.
+    """
+    regression = _initial(campaign, (), ())
+    for _ in range(rounds):
+        regression = _reweighted(regression, *approach(regression, STEPS))
+    return regression
 
 
 def rows_of(regression: Regression) -> RoadLoadRows:
@@ -225,26 +368,60 @@ def transferred(regression: Regression, campaign: Campaign, values: Mapping[str,
     at = {n: values.get(n, v) for n, v in campaign.values.items()} | {"wind_variance": rows.at["wind_variance"]}
     starts = {START: np.array([r.speed[0] for r in campaign.runs])} if campaign.speed_fitted else {}
     runs = tuple(r.name for r in campaign.runs)
-    there = replace(rows, campaign=campaign).weighted(rows.sizes, at)
+    level = None if rows.center is None else np.zeros_like(rows.center)
+    there = replace(rows, campaign=campaign, center=level, drives=()).weighted(rows.sizes, at)
     return replace(regression, runs=runs, rows=there, run_starts=starts)
 
 
 def _initial(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
     """The regression with typical noise sizes."""
-    unknowns = (*started(campaign), *extra)
+    hills = tuple(n for e in effects if describes_road(e) for n in e.unknowns) if campaign.speed_fitted else ()
+    hills = hills if hills and {u.name for u in extra} >= set(hills) else ()
+    campaign = replace(campaign, level_road=campaign.level_road or any(describes_road(e) for e in effects))
+    layout = campaign.layout
+    road = () if layout is None else road_unknowns(layout)
+    unknowns = (*started(campaign), *road, *extra)
     names = tuple(u.name for u in unknowns)
+    sizes = typical_sizes(noise_of(campaign, 0, campaign.values))
+    if (hills or road) and not campaign.white:
+        sizes[ROUGHNESS] = max(SOURCES[ROUGHNESS].typical, campaign.roughness or 0.0)
+    else:
+        hills = ()
+    inside = [n for n in names if n not in {u.name for u in road}]
     simulator = Simulator(
         campaign.model,
         campaign.values,
-        unknowns=(*names, START, "wind_variance"),
+        unknowns=(*inside, START, "wind_variance"),
         effects=effects,
         substeps=1 if campaign.nodes is None else SUBSTEPS,
     )
-    sizes = typical_sizes(noise_of(campaign, 0, campaign.values))
-    rows = RoadLoadRows(campaign, simulator, names, {}, {}, ()).weighted(sizes, campaign.values)
+    level = np.zeros(len(road)) if road else None
+    rows = RoadLoadRows(campaign, simulator, names, {}, {}, (), tuple(u.name for u in road), center=level, hills=hills)
+    rows = rows.weighted(sizes, campaign.values)
     starts = np.array([r.speed[: min(5, r.speed.size)].mean() for r in campaign.runs])
     own = (Unknown(START, 15.0, -5.0, 160.0, "m/s", per_run=True, nuisance=True),) if campaign.speed_fitted else ()
-    return Regression((*unknowns, *own), tuple(r.name for r in campaign.runs), rows, {START: starts} if own else {})
+    names = tuple(r.name for r in campaign.runs)
+    return _with_hill_prior(Regression((*unknowns, *own), names, rows, {START: starts} if own else {}))
+
+
+def _with_hill_prior(regression: Regression) -> Regression:
+    """The slopes that an effect describes get the prior of a road of the noise's roughness.
+
+    Without one, a valley between the starts of both directions is collinear with a force that grows with the speed.
+    """
+    rows = rows_of(regression)
+    if not rows.hills:
+        return regression
+    correlation = rows.hill_factor @ rows.hill_factor.T
+    prior, degrees = (0.0, rows.sizes[ROUGHNESS]), independent_slopes(rows.hill_factor)
+    related = {
+        a: dict(zip(rows.hills, row.tolist(), strict=True)) for a, row in zip(rows.hills, correlation, strict=True)
+    }
+    unknowns = tuple(
+        replace(u, prior=prior, prior_correlation=related[u.name], prior_degrees=degrees) if u.name in related else u
+        for u in regression.unknowns
+    )
+    return replace(regression, unknowns=unknowns)
 
 
 def _scaled_to_residuals(regression: Regression) -> Regression:
@@ -259,17 +436,18 @@ def _scaled_to_residuals(regression: Regression) -> Regression:
 
 def _reweighted(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:
     """The regression started at these values, whitened with the noise sizes that its residuals there show."""
-    rows, s = rows_of(regression), len(rows_of(regression).shared)
+    rows = rows_of(regression)
     at = {**rows.at, **shared}
     runs = []
     for k in range(len(rows.campaign.runs)):
         theta = np.array([*(shared[n] for n in rows.shared), *(own[u.name][k] for u in regression.own)])
-        residual, jacobian = rows.binned(k, theta)
-        runs.append(NoisyRun(residual, jacobian[:, :s], jacobian[:, s:], noise_of(rows.campaign, k, at)))
+        runs.append(rows.noisy(k, theta, at))
     known = np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
-    sizes = find_sizes(runs, rows.sizes, known)
-    rows = rows.weighted(sizes, {**at, "wind_variance": wind_variance(sizes)})
-    return replace(_starting(regression, shared, own), rows=rows)
+    sizes = find_sizes(runs, rows.sizes, known, rows.random())
+    rows = rows.on_road(shared).weighted(sizes, {**at, "wind_variance": wind_variance(sizes)})
+    if rows.road:  # the same slopes in units of another roughness
+        shared = {**shared, **dict(zip(rows.road, rows.reference.tolist(), strict=True))}
+    return _with_hill_prior(replace(_starting(regression, shared, own), rows=rows))
 
 
 def _starting(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:

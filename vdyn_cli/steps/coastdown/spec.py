@@ -44,6 +44,16 @@ class ReferenceConditions(Strict):
     )
 
 
+class Road(Strict):
+    """The road that all runs share."""
+
+    roughness: Annotated[Given, Si("", 0, 0.1)] | None = Field(
+        None,
+        description="standard deviation of the road's slope that the intervals hold at least, m/m; 0: level road. "
+        "Estimated from the runs where it is not given",
+    )
+
+
 class CoastdownSettings(Strict):
     """Which parts of the logs are fitted, with which model and noise."""
 
@@ -64,6 +74,7 @@ class CoastdownSettings(Strict):
     )
     fix: FixedParameters = Field(FixedParameters(), description="parameters that are given instead of estimated")
     reference: ReferenceConditions = Field(ReferenceConditions(), description="conditions of the corrected road load")
+    road: Road = Field(Road(), description="slope of the road that all runs share")
     wind_limit: Annotated[Given, Si("m/s", 0, 60)] = Field(
         Given(WIND_LIMIT), description="mean measured wind above which a run is left out, m/s"
     )

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.bins import Bins
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.coastdown.campaign import Campaign, RoadRun
+from vdyn_cli.steps.coastdown.campaign import Campaign
+from vdyn_cli.steps.coastdown.road_run import RoadRun
 
 Array = NDArray[np.float64]
 

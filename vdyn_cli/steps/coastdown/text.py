@@ -46,12 +46,13 @@ def sentence(
     )
 
 
-def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference: Conditions) -> str:
+def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference: Conditions, law: str) -> str:
     """What was done, for the report.
 
     Parameters
     ----------
     separated : how well both main parameters are separated, a sentence. test : conditions of the runs, if known.
+    law : by which the rolling part depends on temperature, in words.
     """
     solution, sizes = fit.solution, fit.sizes
     if fit.campaign.white:
@@ -71,7 +72,7 @@ def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference
     if test is not None:
         found += (
             f" The correction takes the rolling part from {test.temperature - 273.15:.1f} to "
-            f"{reference.temperature - 273.15:.1f} degC with 0.86 % per kelvin and the air part from "
+            f"{reference.temperature - 273.15:.1f} degC with {law} and the air part from "
             f"{test.air_density:.4f} to {reference.air_density:.4f} kg/m^3."
         )
     return found.strip()
@@ -170,6 +171,7 @@ def times(found: Sequence[CoastTimes], load: RoadLoad, inertia: float) -> Table:
         rows,
         f"Times are harmonic means of a run out and a run back. UN R83 requires at most {100 * R83_LIMIT:g} % of at "
         f"least 4 pairs, WLTP at most {100 * WLTP_LIMIT:g} % of at least 3; an empty cell means too few pairs. "
+        "t is Student's. "
         "The force from the time assumes no model but inertia: it should agree with the fitted one.",
     )
 

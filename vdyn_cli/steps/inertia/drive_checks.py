@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vdyn_cli.inference import exceeds_noise
 from vdyn_cli.physics.models.wheel_spin import INPUTS
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -11,8 +12,9 @@ from vdyn_cli.steps.inertia.moment_balance import DriveWindows
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 
 FEWEST_WINDOWS = 12  # of a run: three seconds
-LEAST_SPIN = 1.0  # rad/s^2, standard deviation of the windows' acceleration, a third of a m/s^2 of the car
 CERTAIN = 0.3  # correlation beyond which its sign is certain
+WORK_WINDOW = 1.0  # s, over which work and kinetic energy are compared: ten times what clocks may differ by
+CERTAIN_WORK = 5.0  # standard errors of that correlation: with its tails, less than once in 10 000 logs
 ROLLING = 5.0  # rad/s, above which speed over wheel speed means something
 EASY = 0.1  # of the largest torque, below which the tire's slip does not matter
 FEWEST_EASY = 50  # samples
@@ -48,7 +50,29 @@ def sign_doubts(log: Log) -> list[Finding]:
         else:
             for channel in ("hub_torque", "hub_force_x"):
                 flip(channel, "torque and force are negative where the wheel drives the car")
+    elif not findings and with_force > CERTAIN and _energy_falls(log):
+        for channel in ("hub_torque", "hub_force_x"):
+            flip(channel, "torque and force do work on the car where its kinetic energy falls")
     return findings
+
+
+def _energy_falls(log: Log) -> bool:
+    """Whether the work of the hub torque and the change of the wheel's kinetic energy have opposite signs.
+
+    Correlation of the integral of T om and the change of om^2 over windows of a second: clocks that differ by a tenth
+    of that, vibrations and noise leave it, where they hide the correlation of samples.
+    """
+    torque, speed = log["hub_torque"], log["wheel_speed"]
+    good = np.isfinite(torque) & np.isfinite(speed)
+    time, turn = log.time[good], speed[good]
+    torque = torque[good] - np.median(torque[good])
+    edges = np.unique(np.searchsorted(time, np.arange(time[0], time[-1], WORK_WINDOW))) if time.size else np.zeros(0)
+    if edges.size < FEWEST_WINDOWS:
+        return False
+    work = np.concatenate([[0.0], np.cumsum(np.diff(time) * (torque[1:] * turn[1:] + torque[:-1] * turn[:-1]) / 2)])
+    done, gained = np.diff(work[edges]), np.diff(turn[edges] ** 2)
+    alike = cosine(done - done.mean(), gained - gained.mean())
+    return bool(alike * np.sqrt(done.size / max(1.0 - alike**2, 1e-9)) < -CERTAIN_WORK)
 
 
 def too_little(run: DriveWindows) -> list[Finding]:
@@ -58,9 +82,10 @@ def too_little(run: DriveWindows) -> list[Finding]:
         got = f"{run.first.size} windows with the wheel turning and every channel written"
         return [Finding(run.log.name, "is too short", got, remedy)]
     spin = float(np.std(run.gained / run.duration))
-    if spin < LEAST_SPIN:
+    noise = run.noise.speed * float(np.sqrt(2.0 * np.mean(run.duration**-2.0)))  # of two readings of the speed
+    if not exceeds_noise(spin, noise, run.first.size):
         got = f"standard deviation of its acceleration {spin:.2g} rad/s^2"
-        return [Finding(run.log.name, "the wheel speed is nearly constant", got, remedy)]
+        return [Finding(run.log.name, "the wheel speed is constant within its noise", got, remedy)]
     return []
 
 

@@ -22,13 +22,14 @@ from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
 from vdyn_cli.physics.models.wheel_spin import INPUTS, LEVER, READINGS, WHEEL_SPIN
-from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.noise import WindowNoise
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 STANDSTILL = 1.0  # rad/s, below which friction takes any value
+RIM_SHARE = 0.6  # of m r^2, a wheel with its tire: between a disk's 0.5 and a hoop's 1; only a start value
 GAP = 5.0  # of the median time step; longer ones are not integrated over
 
 
@@ -123,12 +124,8 @@ class MomentBalance:
 
     @cached_property
     def plain_inertia(self) -> float:
-        """Inertia, kg m^2, by plain least squares on window means, each run's zero removed.
-
-        Raises
-        ------
-        ResultError : it is not positive.
-        """
+        """Inertia, kg m^2, by plain least squares on window means, each run's zero removed; negative where gains or
+        lever are wrong."""
         above = below = 0.0
         for run in self.runs:
             torque = _net_torque(run.log, self.wheel)
@@ -137,13 +134,23 @@ class MomentBalance:
             rate = run.gained / run.duration
             above += float(np.sum((rate - rate.mean()) * mean))
             below += float(np.sum((rate - rate.mean()) ** 2))
-        inertia = above / below
+        return above / below
+
+    @property
+    def first_inertia(self) -> float:
+        """Where the search begins, kg m^2: the plain inertia, or an ordinary wheel's where that is not positive."""
+        ordinary = RIM_SHARE * self.wheel["wheel_mass"] * self.wheel["wheel_radius"] ** 2
+        return self.plain_inertia if self.plain_inertia > 0 else ordinary
+
+    def negative_inertia(self) -> tuple[Finding, ...]:
+        """The finding of a plain inertia that is not positive; nothing where it is."""
+        inertia = self.plain_inertia
         if inertia > 0:
-            return inertia
+            return ()
         slope = self.slopes(("wheel_radius",), [inertia], np.zeros(len(self.runs)))["wheel_radius"]
         got = f"{inertia:.3g} kg m^2; 1 mm of wheel_radius moves it by {abs(slope) * 1e-3:.2g}"
         remedy = "check wheel_radius (loaded, not unloaded) and the gains of torque and force"
-        raise ResultError(Finding("wheel_inertia", "the moment balance leaves a negative inertia", got, remedy))
+        return (Finding("wheel_inertia", "the moment balance leaves a negative inertia", got, remedy),)
 
     def regression(
         self, inertia: float, effects: Sequence[Correction] = (), unknowns: Sequence[Unknown] = ()

@@ -11,7 +11,7 @@ import numpy as np
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Unknown, solve
+from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.physics.models.pendulum import MODELS
@@ -22,12 +22,14 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import CHANNELS
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError, unpublished
+from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.inertia.drive_checks import radius_doubts, sign_doubts, too_little
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
+from vdyn_cli.steps.inertia.parts import wheel_parts
 from vdyn_cli.steps.inertia.result import inertia_result
-from vdyn_cli.steps.inertia.road_inertia import KNOWN, RoadInertia, road_inertia
+from vdyn_cli.steps.inertia.road_inertia import KNOWN, RoadInertia, road_inertia, road_inertia_at
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, pendulum_inertia
 from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing, Recording, free_swing
@@ -101,6 +103,11 @@ class InertiaProblem(SimulatedProblem):
         )
 
     @property
+    def parts(self) -> tuple[Part, ...]:
+        """The bearing over the wheel's speed, readings over their value."""
+        return wheel_parts(self.data.runs)
+
+    @property
     def duration(self) -> float:
         """Length of the longest log, s; 0 without one."""
         logs = (*self.data.runs, *((self.data.recording,) if self.data.recording else ()))
@@ -127,7 +134,10 @@ class InertiaProblem(SimulatedProblem):
         assert self.balance is not None
         window = min(self.spec.settings.window.value, DIAGNOSED_WINDOW)
         balance = _balance(self.data.runs, window, self.balance.wheel, self.balance.torque_zero)
-        return balance, solve(balance.regression(balance.plain_inertia)).values["wheel_inertia"]
+        try:
+            return balance, solve(balance.regression(balance.first_inertia)).values["wheel_inertia"]
+        except ResultError:  # what is wrong is to be found from here
+            return balance, balance.first_inertia
 
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
@@ -136,7 +146,7 @@ class InertiaProblem(SimulatedProblem):
 
         Raises
         ------
-        InputError : neither runs nor a recording. ResultError : the data leave no inertia, or no swing.
+        InputError : neither runs nor a recording. ResultError : no swing.
         """
         if self.balance is not None:
             balance, inertia = self._diagnosed
@@ -158,15 +168,34 @@ class InertiaProblem(SimulatedProblem):
         road: RoadInertia | None = None
         failed: tuple[Finding, ...] = ()
         if self.balance is not None:
+            gain_std = self.spec.settings.gain_std.value
             try:
-                road = road_inertia(self.balance, self.known, self.spec.settings.gain_std.value, effects, unknowns)
+                road = road_inertia(self.balance, self.known, gain_std, effects, unknowns)
             except ResultError as error:
+                failed = self.balance.negative_inertia() or error.findings
                 if pendulum is None:
-                    raise
-                failed = error.findings
+                    raise self._unpublished(error, failed, effects, unknowns) from None
         recording = self.data.recording
         of_pendulum = (*(recording.findings if recording else ()), *(pendulum.findings if pendulum else ()))
         return inertia_result(road, pendulum, (*self.findings, *failed, *of_pendulum), unknowns)
+
+    def _unpublished(
+        self,
+        error: ResultError,
+        why: tuple[Finding, ...],
+        effects: Sequence[Effect],
+        unknowns: Sequence[Unknown],
+    ) -> ResultError:
+        """The error of the road's fit, with the torques at the place where the fit stands."""
+        balance, gain_std = self.balance, self.spec.settings.gain_std.value
+        assert balance is not None
+
+        def shown(solution: Solution) -> Result:
+            road = road_inertia_at(solution, balance, self.known, gain_std, effects, unknowns)
+            return inertia_result(road, None, self.findings, unknowns)
+
+        found = unpublished(error, shown)
+        return UnpublishedError(why, found.shown) if isinstance(found, UnpublishedError) else ResultError(*why)
 
 
 def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaProblem:

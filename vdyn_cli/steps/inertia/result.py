@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import Unknown
-from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.contract import UnpublishedError
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.inertia import figures, text
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
@@ -36,15 +37,12 @@ def inertia_result(
 
     Raises
     ------
-    ResultError : the interval of the inertia holds zero.
+    UnpublishedError : the interval of the inertia holds zero.
     """
     answer = published_inertia(road, pendulum)
-    if answer.interval95[0] <= 0:
-        got, remedy = text.not_determined(answer)
-        raise ResultError(Finding("wheel_inertia", "is not determined: its interval holds zero", got, remedy))
     estimate = Estimate.of("wheel_inertia", answer.value, answer.std, answer.interval95, "inertia")
     swing = pendulum.swing if pendulum else None
-    return Result(
+    result = Result(
         "inertia",
         text.sentence(answer, road, pendulum),
         Parameters({"wheel_inertia": estimate}),
@@ -57,6 +55,11 @@ def inertia_result(
         _both_methods(road, pendulum),
         amplitudes=effect_amplitudes(road.solution, unknowns) if road else {},
     )
+    if answer.interval95[0] <= 0:
+        got, remedy = text.not_determined(answer)
+        finding = Finding("wheel_inertia", "is not determined: its interval holds zero", got, remedy)
+        raise UnpublishedError((finding,), result)
+    return result
 
 
 def _summary(road: RoadInertia | None, pendulum: PendulumInertia | None) -> FitSummary:

@@ -61,7 +61,20 @@ def road_inertia(
     ------
     ResultError : the logs leave no plausible inertia, and the fit's own.
     """
-    solution = solve(balance.regression(balance.plain_inertia, effects, unknowns))
+    solution = solve(balance.regression(balance.first_inertia, effects, unknowns))
+    return road_inertia_at(solution, balance, known, gain_std, effects, unknowns)
+
+
+# Six parameters and the solution: what the estimate is made of.
+def road_inertia_at(
+    solution: Solution,
+    balance: MomentBalance,
+    known: Mapping[str, Given],
+    gain_std: float,
+    effects: Sequence[Correction] = (),
+    unknowns: Sequence[Unknown] = (),
+) -> RoadInertia:
+    """The estimate at a solution of the balance's regression; parameters as of :func:`road_inertia`."""
     torque = tuple(_torque(run, solution, white) for run, white in zip(balance.runs, solution.residuals, strict=True))
     shared, zeros = list(solution.values.values()), solution.per_run["hub_torque_zero"]
     slopes = balance.slopes(tuple(KNOWN), shared, zeros, effects, unknowns)

@@ -16,9 +16,11 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
+from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile
 from vdyn_cli.steps.pendulum.pendulum_inertia import UNITS, rod_stiffness
 from vdyn_cli.steps.shaft.combined_regression import combined_regression
+from vdyn_cli.steps.shaft.parts import largest, shaft_parts
 from vdyn_cli.steps.shaft.result import shaft_result
 from vdyn_cli.steps.shaft.sections import drawing_budget
 from vdyn_cli.steps.shaft.shaft_readings import readings_of
@@ -64,6 +66,16 @@ class ShaftProblem(SimulatedProblem):
             profile("torque_over_twist", "shaft", "twist", (-TWIST, TWIST), FREE_TORQUE, "N m"),
             profile("torque_over_twist_rate", "shaft", "twist_rate", (-TWIST_RATE, TWIST_RATE), FREE_TORQUE, "N m"),
         )
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Torque over twist and over its rate."""
+        logged = [side for side in self.sides if side.runs]
+        if not logged:
+            return ()
+        runs = [run for side in logged for run in side.runs]
+        twist, rate = largest([r.twist for r in runs]), largest([r.rate for r in runs])
+        return shaft_parts([side.name for side in logged], twist, rate)
 
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES

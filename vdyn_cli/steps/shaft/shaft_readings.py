@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive
-from vdyn_cli.inference import white_level
+from vdyn_cli.inference import exceeds_noise, white_level
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec, SideName
@@ -19,7 +19,6 @@ Array = NDArray[np.float64]
 
 UNREAD_TWIST = 0.3  # rad, standard deviation of a twist that was not logged: ten times that of a hard tip-in
 UNREAD_RATE = 30.0  # rad/s, of its rate
-LEAST_TORQUE = 10.0  # noise levels of the torque that a tip-in has to move it by
 FEWEST_SAMPLES = 200  # a second at 200 Hz: two or three swings of a driveline
 MOST_TWIST = 3.0  # rad: no half-shaft twists so far while a brake holds the wheel
 DEAD = 0.02  # of the other speed, below which one did not measure
@@ -89,7 +88,7 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
 
     Raises
     ------
-    InputError : no twist and no speeds, a wrong sign or gear ratio, too short or too gentle.
+    InputError : no twist and no speeds, a wrong sign or gear ratio, too short, or noise alone.
     """
     ratio = spec.settings.gear_ratio.value
     found: dict[SideName, list[ShaftReadings]] = {name: [] for name in SIDES}
@@ -145,10 +144,12 @@ def _turned(time: Array, speed: Array) -> float:
 
 def _too_gentle(run: ShaftReadings) -> list[Finding]:
     move, noise = float(np.std(run.torque)), run.noise[0]
-    if move > max(LEAST_TORQUE * noise, 1e-9):
+    if exceeds_noise(move, noise, run.torque.size):
         return []
     got = f"standard deviation {move:.3g} N m, noise {noise:.3g} N m"
-    return [Finding(run.name, "the shaft torque is nearly constant", got, "tip in and out hard in a low gear")]
+    return [
+        Finding(run.name, "the shaft torque is constant within its noise", got, "tip in and out hard in a low gear")
+    ]
 
 
 def _wrong_sign(run: ShaftReadings, twist_read: bool) -> list[Finding]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
-from vdyn_cli.inference import Regression, Solution, Unknown
+from vdyn_cli.inference import Regression, Solution, Unknown, standing
 from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.quantity import Given
@@ -81,7 +81,7 @@ class ShaftSide:
     def regression(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Regression:
         """The logs of this side, with effects in the law."""
         fit = self._fit(effects, unknowns)
-        return regression_with_effects(fit, self.linear) if effects else fit.regression
+        return regression_with_effects(fit, standing(lambda: self.linear)) if effects else fit.regression
 
     def logged(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoggedShaft:
         """Fit the logs of this side; an error of the torque's gain moves stiffness and damping alike.

@@ -53,6 +53,8 @@ def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None, drawing_used
             findings.append(Finding(f"{side.name}, {first} and {other}", what, got, remedy))
         elif budget.std > 0 and best.std > 0:
             joined[other] = budget
+    if drawing_used and side.drawing is not None:
+        findings.append(_put_down_to_joints(side, side.drawing))
     findings += _implausible(side.name, best)
     published = best if len(joined) == 1 else weighted_mean(joined, UNIT)
     return ComparedStiffness(side, methods, logged, published, tuple(findings))
@@ -69,6 +71,21 @@ def _disagreement(best: Budget, other: str, budget: Budget) -> tuple[str, str]:
         ), "none, if the joints belong to the shaft of the model"
     what = "they disagree" + ("; joints cannot make a shaft stiffer than its bar" if other == "drawing" else "")
     return what, "check units and gains of torque and twist, diameters, shear modulus"
+
+
+def _put_down_to_joints(side: ShaftSide, drawing: Budget) -> Finding:
+    """The doubt that the joints in the model are an error of the drawing: both make the same difference."""
+    log = side.linear.values["shaft_stiffness"]
+    softer = 1 - log / drawing.value
+    return Finding(
+        f"{side.name}, log and drawing",
+        f"the shaft is {abs(softer):.0%} {'softer' if softer > 0 else 'stiffer'} than calculated from its drawing, and "
+        "the model puts that down to joints in series; a drawing that is wrong by as much looks the same, and the "
+        "published stiffness is that of the drawing",
+        f"{log:.5g} against {drawing.value:.5g} {UNIT}",
+        "check diameters (fourth power) and shear modulus; 'extend: never' publishes what the log gives",
+        doubt=True,
+    )
 
 
 def _implausible(name: str, best: Budget) -> list[Finding]:

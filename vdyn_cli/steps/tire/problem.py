@@ -15,14 +15,16 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError, unpublished
 from vdyn_cli.steps.effect_estimates import unbounded
+from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep, binned_sweep
-from vdyn_cli.steps.tire.result import tire_result
+from vdyn_cli.steps.tire.parts import tire_parts
+from vdyn_cli.steps.tire.result import STIFFNESS, tire_result
 from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
 from vdyn_cli.steps.tire.spec import TireSpec
-from vdyn_cli.steps.tire.tire_regression import FittedCurve, TireFit, fitted_curve
+from vdyn_cli.steps.tire.tire_regression import CAR_TIRES, FittedCurve, TireFit, fitted_curve
 
 FREE_FORCE = 300.0  # N, plausible size of a free profile: a tenth of the friction of a car's wheel
 FEWEST_TO_COMPARE = 3  # sweeps, of which one may be unlike the others
@@ -59,6 +61,11 @@ class TireProblem(SimulatedProblem):
         )
 
     @property
+    def parts(self) -> tuple[Part, ...]:
+        """Force over slip and load, friction over the sliding speed."""
+        return tire_parts(self.logs)
+
+    @property
     def duration(self) -> float:
         """Length of the longest sweep, s."""
         return max(log.duration for log in self.logs)
@@ -76,14 +83,22 @@ class TireProblem(SimulatedProblem):
         Slips are projected onto the curve that the fit with all effects finds, where the sweeps determine it (with
         priors on ``unknowns`` they always do), else onto the one without effects.
         """
-        plain = self.baseline
-        begin = {**plain.solution.values, **start}
-        fit = TireFit(self.sweeps, plain.fit.prior, self.radius_std, effects, tuple(unknowns))
+        try:
+            prior, values = self.baseline.fit.prior, self.baseline.solution.values
+        except ResultError:  # what is wrong is to be found from an ordinary tire
+            prior, values = CAR_TIRES, NO_VALUES
+        fit = TireFit(self.sweeps, prior, self.radius_std, effects, tuple(unknowns))
+        begin = {**fit.first_values, **values, **start}
         at: Mapping[str, float] = begin
         if unknowns:
             with suppress(ResultError):  # not determined: the slips stay on the curve without effects
                 at = solve(replace(fit, unknowns=unbounded(unknowns)).regression(begin)).values
         return fit.regression(at, begin)
+
+    def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """B C D, the slope of friction at zero slip."""
+        at = {**self.baseline.solution.values, **values}
+        return {STIFFNESS: at["tire_B"] * at["tire_C"] * at["tire_D"]}
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         """Fit the curve, with accepted effects on it, and publish what the sweeps determine.
@@ -95,9 +110,20 @@ class TireProblem(SimulatedProblem):
         if effects:
             return tire_result(fitted_curve(self.sweeps, self.radius_std, effects, unknowns), self.logs)
         try:
-            return tire_result(self.baseline, self.logs)
+            result = tire_result(self.baseline, self.logs)
+            odd = self._odd_sweep() if self.baseline.fit.scale > 1.0 else ()
+            if odd:
+                raise UnpublishedError(odd, result)
+            return result
+        except UnpublishedError:
+            raise
         except ResultError as error:
-            raise ResultError(*self._odd_sweep(), *error.findings) from None
+            why = (*self._odd_sweep(), *error.findings)
+            fit = TireFit(self.sweeps, CAR_TIRES, self.radius_std)
+            found = unpublished(error, lambda solution: tire_result(FittedCurve(fit, solution, None), self.logs))
+            if isinstance(found, UnpublishedError):
+                raise UnpublishedError(why, found.shown) from None
+            raise ResultError(*why) from None
 
     def _odd_sweep(self) -> tuple[Finding, ...]:
         """The one sweep without which the others make a curve, where there is just one."""

@@ -19,17 +19,18 @@ STIFFNESS = "tire_longitudinal_stiffness"
 
 
 def tire_result(curve: FittedCurve, logs: Sequence[Log]) -> Result:
-    """All shape factors where a sweep reaches the peak, else the slope at zero slip alone.
+    """All shape factors where the sweeps determine them, else the slope at zero slip alone; the others are withheld.
 
     Parameters
     ----------
     logs : of the sweeps, whose findings are passed on.
     """
     fit, solution = curve.fit, curve.solution
-    slope = _slope(solution)
+    slope, withheld = _slope(solution), dict[str, str]()
     estimates, correlation, warnings = {STIFFNESS: slope}, {}, list(solution.warnings)
     if curve.peak is None:
         warnings.append(text.peak_not_reached(fit.sweeps))
+        withheld = dict.fromkeys(SHAPE, text.WITHHELD)
     else:
         shape = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "tire") for n in SHAPE}
         estimates = {**shape, STIFFNESS: slope}
@@ -57,6 +58,7 @@ def tire_result(curve: FittedCurve, logs: Sequence[Log]) -> Result:
         (text.sweeps_table(fit.sweeps),),
         tuple(f for log in logs for f in log.findings),
         amplitudes=effect_amplitudes(solution, fit.unknowns),
+        withheld=withheld,
     )
 
 

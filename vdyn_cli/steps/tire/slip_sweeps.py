@@ -13,6 +13,7 @@ from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.tire.spec import TireSettings
 
 FEWEST_SAMPLES = 40  # of a sweep: one bin of binned_sweep
+CERTAIN = 0.3  # correlation that makes a sign certain: that of a curve far beyond its peak is small
 SMALL_SLIP = 0.3  # up to which force and slip have one sign whatever the wheel does next
 
 
@@ -61,7 +62,8 @@ def _doubts(log: Log, used: int) -> list[Finding]:
         what = "Fz is negative; it must be positive on a loaded tire"
         return [wrong_sign(log.name, "force_z", what, f"median {np.nanmedian(load):.0f} N")]
     good = np.isfinite(force) & np.isfinite(slip) & (np.abs(slip) < SMALL_SLIP)
-    if np.count_nonzero(good) > FEWEST_SAMPLES and cosine(force[good], slip[good]) < 0:
+    about = (x[good] - np.mean(x[good]) if good.any() else x for x in (force, slip))  # zeros of both channels left out
+    if np.count_nonzero(good) > FEWEST_SAMPLES and cosine(*about) < -CERTAIN:
         what = "Fx is positive at negative slip; it must be positive when the wheel drives the car"
         return [wrong_sign(log.name, "force_x", what)]
     if used < FEWEST_SAMPLES:

@@ -19,12 +19,15 @@ METHODS = (
 )
 
 
+WITHHELD = "the sweeps determine only the product B C D, the slope at zero slip"
+
+
 def sentence(estimates: Mapping[str, Estimate], peak: float | None) -> str:
     """The answer: peak friction and slope at zero slip, or the slope alone; ``peak`` is the slip of the peak."""
     slope = estimates["tire_longitudinal_stiffness"]
     at_zero = with_interval(slope, "per unit of slip")
     if peak is None:
-        return f"The tire's slope at zero slip is {at_zero}; the sweeps do not reach its peak."
+        return f"The tire's slope at zero slip is {at_zero}; the sweeps do not determine its peak."
     friction = with_interval(estimates["tire_D"])
     return f"The tire's peak friction is {friction} at {peak:.1%} of slip, and its slope at zero slip is {at_zero}."
 
@@ -34,13 +37,13 @@ def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
 
     Parameters
     ----------
-    sweeps : none of them reaches the peak; the warning states their largest slip and friction.
+    sweeps : the warning states their largest slip and friction.
     """
     slip = max(float(np.abs(sweep.slip).max()) for sweep in sweeps)
     friction = max(float(np.max(np.abs(sweep.force / sweep.load))) for sweep in sweeps)
     return (
-        f"no sweep goes beyond the peak (largest slip {slip:.1%}, largest friction {friction:.2f}): only the product "
-        "B C D is determined, not B, C, D and E; sweep to two or three times the slip of the peak"
+        f"the sweeps do not determine the peak (largest slip {slip:.1%}, largest friction {friction:.2f}): only the "
+        "product B C D is determined, not B, C, D and E; sweep to two or three times the slip of the peak"
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.physics.models.tire_curve import SHAPE, SLIP_CURVE, TIRE_CURVE, peak_slip
 from vdyn_cli.quantities.errors import Finding, ResultError
@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
 # Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
 CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
+EXACT = 1e-3  # of a prior's standard deviation: held, with the slopes that the projection needs
 STARTS = (1.3, 1.6, 1.9)  # of C: a wrong one can end in a local minimum
 ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown moves by more standard deviations
 
@@ -46,6 +47,8 @@ class TireFit:
     prior : (mean, standard deviation) of shape factors, for sweeps that end before the peak.
     radius_std : relative standard deviation of the wheel radius that the slip was computed with; 0 leaves it out.
     effects, unknowns : corrections of the curve, and their unknowns.
+    scale : of the residual over the sensors' noise, where the curve does not follow the sweeps: beside a residual that
+        is taken for noise, priors would have no weight.
     """
 
     sweeps: tuple[BinnedSweep, ...]
@@ -53,6 +56,7 @@ class TireFit:
     radius_std: float = 0.0
     effects: Sequence[Correction] = ()
     unknowns: tuple[Unknown, ...] = ()
+    scale: float = 1.0
 
     def solve(self) -> Solution:
         """Fit from several shapes, projecting the slips anew until the curve no longer moves; the best fit.
@@ -63,9 +67,9 @@ class TireFit:
         """
         found, failed = [], []
         for c in STARTS:
-            b = self._values["tire_B"] * self._values["tire_C"] / c
+            b = self.first_values["tire_B"] * self.first_values["tire_C"] / c
             try:
-                found.append(self._settled({**self._values, "tire_B": b, "tire_C": c}))
+                found.append(self._settled({**self.first_values, "tire_B": b, "tire_C": c}))
             except ResultError as error:
                 failed.append(error)
         if not found:
@@ -81,7 +85,11 @@ class TireFit:
         settled = until_settled(step, _Projected(start), ROUNDS, SETTLED)
         if not settled.converged or settled.state.solution is None:
             what = "the projection of the slips onto the curve has not converged"
-            raise ResultError(Finding("fit", what, "", "check the noise of the slip and the wheel radius"))
+            finding = Finding("fit", what, "", "check the noise of the slip and the wheel radius")
+            last = settled.state.solution
+            if last is None:
+                raise ResultError(finding)
+            raise RefusedFitError([finding], self.regression(last.values), lambda: last)
         return settled.state.solution
 
     def regression(self, at: Mapping[str, float], start: Mapping[str, float] = NO_VALUES) -> Regression:
@@ -91,7 +99,7 @@ class TireFit:
         ----------
         at, start : values of unknowns by name; those left out are at the start values of this fit.
         """
-        begin = {**self._values, **(start or at)}
+        begin = {**self.first_values, **(start or at)}
         shape = [Unknown(n, begin[n], *RANGES[n], prior=self.prior.get(n)) for n in SHAPE]
         if self.radius_std > 0:
             prior = (0.0, self.radius_std)
@@ -105,7 +113,8 @@ class TireFit:
             sweep, near = self.sweeps[run], points[run]
             force, jacobian, _ = self._curve(sweep, near.slip, self._theta(dict(zip(names, theta, strict=True))))
             residual = force + near.slope * (sweep.slip - near.slip) + near.mean - sweep.force
-            return Rows(residual / near.deviation, jacobian[:, columns] / near.deviation[:, None], time=sweep.time)
+            deviation = self.scale * near.deviation
+            return Rows(residual / deviation, jacobian[:, columns] / deviation[:, None], time=sweep.time)
 
         return Regression(unknowns, tuple(sweep.run for sweep in self.sweeps), rows)
 
@@ -132,7 +141,7 @@ class TireFit:
         return all(sweep.speed is not None for sweep in self.sweeps)
 
     @cached_property
-    def _values(self) -> dict[str, float]:
+    def first_values(self) -> dict[str, float]:
         """Where the search begins: the largest friction measured, and the slope near zero slip."""
         slip = np.concatenate([sweep.slip for sweep in self.sweeps])
         friction = np.concatenate([sweep.force / sweep.load for sweep in self.sweeps])
@@ -145,13 +154,13 @@ class TireFit:
 
     @cached_property
     def _simulator(self) -> Simulator:
-        values = {**self._values, "static_load": float(np.mean(np.concatenate([s.load for s in self.sweeps])))}
+        values = {**self.first_values, "static_load": float(np.mean(np.concatenate([s.load for s in self.sweeps])))}
         if not self._driven:
             return Simulator(SLIP_CURVE, values, self._names, self.effects)
         return Simulator(TIRE_CURVE, {**values, "tire_relaxation_length": 0.0}, self._names, self.effects)
 
     def _theta(self, values: Mapping[str, float]) -> Array:
-        return np.array([values.get(n, self._values[n]) for n in self._names])
+        return np.array([values.get(n, self.first_values[n]) for n in self._names])
 
     def _curve(self, sweep: BinnedSweep, slip: Array, theta: Array) -> tuple[Array, Array, Array]:
         """Force (n,), its derivatives to the unknowns (n, k), and its slope to the slip (n,)."""
@@ -182,6 +191,9 @@ def fitted_curve(
 ) -> FittedCurve:
     """The whole curve where the sweeps go beyond its peak, else one whose shape is that of passenger car tires.
 
+    The shape is also that of passenger car tires where the sweeps do not determine it; what they determine is the
+    slope at zero slip.
+
     Parameters
     ----------
     radius_std, effects, unknowns : as of :class:`TireFit`.
@@ -199,4 +211,20 @@ def fitted_curve(
     except ResultError:
         pass  # the shape beyond the slope is not determined
     fit = replace(fit, prior=CAR_TIRES)
-    return FittedCurve(fit, fit.solve(), None)
+    try:
+        return FittedCurve(fit, fit.solve(), None)
+    except ResultError:
+        fit = replace(fit, scale=_misfit(fit))
+        return FittedCurve(fit, fit.solve(), None)
+
+
+def _misfit(fit: TireFit) -> float:
+    """Residual over noise, at least 1, of the curve whose shape is exactly the mean of its priors.
+
+    Raises
+    ------
+    ResultError : the sweeps do not even determine slope and height of that curve.
+    """
+    exact = {n: (mean, EXACT * std) for n, (mean, std) in fit.prior.items()}
+    residuals = np.concatenate(replace(fit, prior=exact).solve().residuals)
+    return max(float(np.sqrt(np.mean(residuals**2))), 1.0)

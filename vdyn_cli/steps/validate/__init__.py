@@ -10,8 +10,22 @@ every output and regime (launch, acceleration, cruise, coast, braking, low speed
 noise, how long it is outside and how long a correct model would be, which parameter's uncertainty makes the band, and
 the pull of each parameter: its change by the drives over the standard deviation of that change.
 
-``model: vehicle`` has 18 degrees of freedom and takes the parameters of all steps; parameters that no step estimates
-are assumed with a wide prior, and reported. ``model: road_load`` is a mass on a road, for cars of which only mass,
+``model: vehicle`` takes the parameters of all steps; parameters that no step estimates are assumed with a wide prior,
+and reported. A front-driven car with an open differential has 16 degrees of freedom:
+
+    6  body: forward, sideways, up; roll, pitch, yaw
+    4  height of each wheel (suspension travel)
+    4  spin of each wheel
+    2  half-shafts' inner ends, which twist them (the carrier turns at their mean)
+
+A locked differential (``differential: locked``) leaves 15; with both axles driven, each by its motor and differential,
+there are 18. SAE 2017-01-1574 counts 18 for the front-driven car, with a mass within each stepped half-shaft: such a
+bar turns about itself at 2 kHz and more (0.7 kHz with a heavy joint in its middle), which no step of 1 ms can follow
+and no channel shows, and up to 40 Hz its sections in series have the same stiffness within 0.4 %. The side gears' own
+motion (above 300 Hz) is condensed; the half-shafts' torques are equal within 0.2 % in a tip-in. The body takes the
+drive torque's reaction, and that of the torque that spins up the motor (``motor_reaction``).
+
+``model: road_load`` is a mass on a road, for cars of which only mass,
 radius, ratio and road load are known (rolling_resistance and drag_area, or road_load_f0, f1, f2); it leaves out braked
 parts. ``windows`` cuts long trips into short windows and states the error of the speed at the end of each; ``powered``
 takes those in which the torque is above zero throughout, since the brakes are released then.

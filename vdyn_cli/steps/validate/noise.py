@@ -22,6 +22,14 @@ DEPARTURE = 0.003  # m/s, uncertainty of leaving rest: brakes release, tires cre
 MOST_SIZED = 40  # segments from which the sizes are estimated
 
 
+# The largest that is still noise: a storm's gusts, and between drives a change of wind, a slope that is not recorded
+# and a load of a few per cent of the mass. What exceeds it is an error of the model: without the limits a torque of
+# another drive is a gust of 200 m/s, and whatever fits best beside it seems to suffice.
+MOST: Mapping[str, float] = {"gust": 4.0, "run_wind": 5.0, "run_drive": 0.05, "road": 0.02, "road_mean": 0.02}
+# Of the sensors: so many times the level of third differences, or for filtered channels, which show none, so much.
+SENSOR_RATIO, SPEED_NOISE, ACCELERATION_NOISE = 5.0, 0.3, 0.5  # the last two in m/s and m/s^2
+
+
 def inertia_of(values: Mapping[str, float]) -> float:
     """kg, of the car with all that turns."""
     if "rotating_mass" in values:
@@ -45,7 +53,8 @@ def slow_noise(
     inertia = inertia_of(values)
     speed = np.maximum(bins.mean(s.outputs["speed"][layout.keep] + s.inputs["wind_speed"][layout.keep]), 0.0)
     drag = values["air_density"] * values["drag_area"] * speed / inertia
-    driven = values["driveline_efficiency"] * values["gear_ratio"] / values["wheel_radius"] / inertia * torque_level
+    ratio = values.get("driveline_efficiency", 1.0) * values.get("gear_ratio", 1.0)  # 1 for torques at the half-shafts
+    driven = ratio / values["wheel_radius"] / inertia * torque_level
     together = layout.section(bins)[:, None] == layout.section(bins)[None, :]
     moved, here = integration(bins, drag) * together, np.eye(bins.time.size)
     since = np.cumsum(bins.width)
@@ -98,13 +107,24 @@ def sizing_bins(layout: RowLayout) -> Bins:
     return cut(layout.time, max(SIZING, float(np.median(width)), float(np.sum(width)) / 100), layout.part)
 
 
-def sizes(runs: Sequence[NoisyRun], priors: Array) -> dict[str, float]:
+def sizes(runs: Sequence[NoisyRun], priors: Array, layouts: Sequence[RowLayout]) -> dict[str, float]:
     """Sizes of all noise sources from the slow rows of the segments, by restricted maximum likelihood.
 
     Parameters
     ----------
     runs : slow rows with their Jacobians. priors : (s,) prior information about the shared unknowns.
+    layouts : of the rows of each segment.
     """
     step = max(1, -(-len(runs) // MOST_SIZED))
     some = runs[::step]
-    return find_sizes(some, typical_sizes(some[0].noise), priors)
+    return find_sizes(some, typical_sizes(some[0].noise), priors, most=_largest(layouts))
+
+
+def _largest(layouts: Sequence[RowLayout]) -> dict[str, float]:
+    """The largest physical size of every source; those of sensors as multiples of their levels."""
+    speed = float(np.median([one.common_level for one in layouts]))
+    found = {**MOST, "speed_noise": max(SENSOR_RATIO, SPEED_NOISE / speed)}
+    if any(one.force for one in layouts):
+        force = float(np.median([one.levels["acceleration"] for one in layouts if one.force]))
+        found["acceleration_noise"] = max(SENSOR_RATIO, ACCELERATION_NOISE / force)
+    return found

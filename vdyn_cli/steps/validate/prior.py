@@ -37,13 +37,14 @@ ABSOLUTE: Mapping[str, float] = {
     "tire_load_sensitivity": 2e-5,  # 1/N: friction falls by 0 to 4 % per kN
     "tire_vertical_damping": 100.0,  # N s/m: a few per cent of critical for the wheel hop
 }
-# Of no effect on a straight and level drive: assuming them needs no line in the report.
+# Of no effect on a straight and level drive, or (side gears; the motor's reaction, 0.1 % of the load) of hardly any:
+# assuming them needs no line in the report.
 UNFELT = frozenset(
     {"roll_inertia", "yaw_inertia", "track_front", "track_rear", "tire_cornering_stiffness", "tire_vertical_damping",
-     "rolling_speed", "wind_variance", "cg_to_front", "drag_area"}
+     "rolling_speed", "wind_variance", "cg_to_front", "drag_area", "side_gear_inertia", "motor_reaction"}
 )  # fmt: skip
 
-SIGNED = ("hub_swing", "driveline_pitch", "rolling_speed")  # may lie on either side of zero
+SIGNED = ("hub_swing", "driveline_pitch", "motor_reaction", "rolling_speed")  # may lie on either side of zero
 FARTHEST = 200.0  # standard deviations, bounds of a parameter about its prior mean
 LEAST = 0.02  # of the prior mean, lower bound of a positive parameter
 NEAR = 5.0  # standard deviations about the prior mean, within which a linearization may lie

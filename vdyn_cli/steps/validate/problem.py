@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,12 +18,13 @@ from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.free_profiles import profile, span_of
+from vdyn_cli.steps.learned_effect import learned_effects
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted
-from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, refuse_coarse, refuse_foreign, refuse_sparse
+from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, foreign, refuse_coarse, refuse_sparse
 from vdyn_cli.steps.validate.input_torque import DriveInputs
 from vdyn_cli.steps.validate.nondifferentiable import (
     DifferentiableReference,
@@ -46,7 +47,7 @@ from vdyn_cli.steps.validate.segments import (
     drive_segments,
 )
 from vdyn_cli.steps.validate.sensors import Sensors
-from vdyn_cli.steps.validate.simulation import SimulationSetup, with_accurate_step
+from vdyn_cli.steps.validate.simulation import SimulationSetup, rms_speed_error, with_accurate_step
 from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.whitening import whiten_drives
@@ -105,6 +106,10 @@ class ValidateProblem(SimulatedProblem):
         day = _day(self)
         conditions = [RunConditions(r.direction, r.temperature.value if r.temperature else day) for r in self.spec.runs]
         logs = self.logs
+        if _two_motors(self.spec, self.logs):  # the sum of both is at the half-shafts, not at the driveline's input
+            logs = tuple(
+                replace(g, channels={n: v for n, v in g.channels.items() if n != "drive_torque"}) for g in logs
+            )
         if self.roads:
             logs = tuple(with_slope(log, road) for log, road in zip(logs, self.roads, strict=True))
         segments, findings = drive_segments(logs, conditions, rule)
@@ -116,13 +121,16 @@ class ValidateProblem(SimulatedProblem):
         s = self.spec.settings
         if s.model == "road_load":
             return road_load("torque", felt=bool(self.roads))
-        sides = all("drive_torque_left" in log and "drive_torque" not in log for log in self.logs)
-        return vehicle(s.driven, "sides" if sides else "axle")
+        if _two_motors(self.spec, self.logs) and s.differential == "locked":
+            what = "does not apply to drive_torque_left and drive_torque_right: a motor on each side, no differential"
+            raise InputError(Finding("settings.differential", what, repr(s.differential), "leave it out"))
+        return vehicle(s.driven, "sides" if _two_motors(self.spec, self.logs) else "axle", differential=s.differential)
 
     @cached_property
     def carried(self) -> tuple[Effect, ...]:
         """Effects that earlier steps accepted and that this model can take: they are in it from the start."""
-        return applicable(self.model, [e for e in catalogue() if e.name in self.known.extensions])
+        listed = [e for e in catalogue() if e.name in self.known.extensions]
+        return applicable(self.model, [*listed, *learned_effects(self.known)])
 
     @cached_property
     def prior(self) -> ParameterPrior:
@@ -171,6 +179,14 @@ class ValidateProblem(SimulatedProblem):
         """Length of the longest drive, s."""
         return max((float(log.time[-1] - log.time[0]) for log in self.logs), default=0.0)
 
+    @cached_property
+    def coarse_error(self) -> Callable[[Sequence[Effect], Sequence[Unknown]], float] | None:
+        """Rms error of the speed, m/s, where it is missed by far more than the parameters' uncertainty explains."""
+        whitened = None if self.spec.settings.windows else whiten_drives(self.baseline)
+        if whitened is None or not (foreign(whitened.setup) and beyond_band(bands(whitened))):
+            return None
+        return lambda effects, unknowns: rms_speed_error(self.baseline.with_effects(effects, unknowns))
+
     def regression(
         self,
         effects: Sequence[Effect] = (),
@@ -187,11 +203,14 @@ class ValidateProblem(SimulatedProblem):
         return self._whitened(base.with_effects(effects, unknowns))
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
-        """Simulate the drives and describe how well the model predicts them, extended by effects or not."""
+        """Simulate the drives and describe how well the model predicts them, extended by effects or not.
+
+        Raises
+        ------
+        UnpublishedError : the torque does not drive the speed; it shows the misfit.
+        """
         setup = self.baseline.with_effects(effects, unknowns)
-        if not self.spec.settings.windows and not unknowns:  # where it is extended the baseline has passed this check
-            refuse_foreign(setup)
-        findings, amplitudes, fit, road = list(self.segmented[1]), {}, None, None
+        findings, amplitudes, fit, road = [*dropped_effects(self), *self.segmented[1]], {}, None, None
         if unknowns:
             fit = fit_effects(setup, self._whitened, self.reference)
             setup = fit.setup
@@ -207,7 +226,10 @@ class ValidateProblem(SimulatedProblem):
         zeroed = with_best_zeros(setup, self.reference)
         after = posterior(whitened if zeroed is setup else whiten_drives(zeroed))
         validation = Validation(whitened, shown, found, tests, chance, after, road)
-        return result(self.spec, self.logs, validation, amplitudes, findings)
+        missed = () if self.spec.settings.windows else foreign(whitened.setup)
+        if missed and beyond_band(found):
+            raise UnpublishedError(missed, result(self.spec, self.logs, validation, amplitudes, findings))
+        return result(self.spec, self.logs, validation, amplitudes, [*findings, *missed])
 
     def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float]:
         """The likeliest amplitude of a nondifferentiable effect alone in the model, and the gain in log likelihood."""
@@ -236,6 +258,29 @@ class ValidateProblem(SimulatedProblem):
         zeros = tuple(road.zero for road in self.roads)
         spread = BetweenDriveSpread(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros)
         return drive_regression(setup, spread)
+
+
+def dropped_effects(problem: ValidateProblem) -> tuple[Finding, ...]:
+    """A warning for each effect of earlier steps that this model cannot take, and is therefore without."""
+    taken, known = {e.name for e in problem.carried}, {e.name for e in catalogue()}
+    found = []
+    for name in (n for n in problem.known.extensions if n not in taken):
+        why = "its law is not in this model" if name in known else "no such effect is installed"
+        remedy = "nothing, if the test does not show it" if name in known else "install the package that has it"
+        found.append(Finding(f"extensions.{name}", f"the simulation is without this effect: {why}", "", remedy))
+    return tuple(found)
+
+
+def _two_motors(spec: ValidateSpec, logs: Sequence[Log]) -> bool:
+    """Whether a motor on each side drives the full vehicle: torques are recorded of the half-shafts' inner ends.
+
+    Their sum, which reading adds as drive_torque, is no recorded channel.
+    """
+    if spec.settings.model != "vehicle" or not all("drive_torque_left" in log for log in logs):
+        return False
+    loggers = [one.channels for one in spec.loggers] if spec.loggers else [spec.channels]
+    mapped = {name for channels in loggers for name in channels}
+    return "drive_torque" not in mapped or not any("drive_torque" in log for log in logs)
 
 
 def _moves(log: Log, channel: str) -> bool:

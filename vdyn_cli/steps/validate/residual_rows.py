@@ -20,7 +20,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference import white_level
 from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
 from vdyn_cli.steps.validate.segments import WHEELS, DriveSegment
@@ -31,7 +30,6 @@ Mask = NDArray[np.bool_]
 TORQUES = ("shaft_torque_left", "shaft_torque_right")
 WIDTH = 0.5  # s of a bin of the common error: a sixteenth of the usual gust
 ROUGH = 2.0  # s of a bin where the slope comes from the accelerometer, which resolves it no finer
-CREEPING = 2.0  # m/s, below which rows are not used
 RESTING = 0.1  # m/s
 MOST_BINS = 300
 FINEST = 0.008  # s between rows: a logger that is faster is averaged
@@ -95,20 +93,23 @@ class RowLayout:
         read = np.array([values[n][self.keep] * (1.0 if n == "speed" else self.radius) for n in self.speeds])
         return read * self.slipping.reshape(*self.slipping.shape, *[1] * (read.ndim - 2))
 
-    def slow(self, values: Mapping[str, Array], bins: Bins | None = None) -> Array:
-        """(b, ...) common error, m/s, followed by (b, ...) specific force, m/s^2, averaged over the bins."""
+    def slow(self, values: Mapping[str, Array], bins: Bins | None = None, speeds: Array | None = None) -> Array:
+        """(b, ...) common error, m/s, followed by (b, ...) specific force, m/s^2, averaged over the bins.
+
+        ``speeds``: ``speeds_of`` the values, where it is at hand.
+        """
         bins = self.bins if bins is None else bins
         share = self._weights / np.sum(self._weights)
-        rows = [bins.mean(np.tensordot(share, self.speeds_of(values), 1))]
+        rows = [bins.mean(np.tensordot(share, self.speeds_of(values) if speeds is None else speeds, 1))]
         if self.force:
             rows.append(bins.mean(values["acceleration"][self.keep]))
         return np.concatenate(rows)
 
-    def fast(self, values: Mapping[str, Array]) -> Array:
-        """(r, f, ...) everything that gusts do not move, each in units of its sensor's noise."""
+    def fast(self, values: Mapping[str, Array], speeds: Array | None = None) -> Array:
+        """(r, f, ...) everything that gusts do not move, each in units of its sensor's noise; ``speeds`` as in slow."""
         columns = []
         if len(self.speeds) > 1:
-            speeds = self.speeds_of(values)
+            speeds = self.speeds_of(values) if speeds is None else speeds
             scaled = speeds / self._sigma.reshape(-1, *[1] * (speeds.ndim - 1))
             columns += list(np.tensordot(self._contrasts.T, scaled, 1))
         columns += [values[n][self.keep] / self.levels[n] for n in self.others]
@@ -128,11 +129,11 @@ def row_layout(
 ) -> RowLayout:
     """The rows of a segment: where the car moves and every fitted channel holds a number.
 
-    Below 2 m/s the tread's damping and the friction of brakes dominate, which are not parameters; a gust moves the
-    instant at which the car stops, and with it a jump of the deceleration.
+    Below 2 m/s (``DriveSegment.creeping``) the tread's damping and the friction of brakes dominate, which are not
+    parameters; a gust moves the instant at which the car stops, and with it a jump of the deceleration.
     """
     fitted = [n for n in channels if n in s.outputs]
-    there = np.all([np.isfinite(s.outputs[n]) for n in fitted], axis=0) & (s.smooth_speed > CREEPING)
+    there = np.all([np.isfinite(s.outputs[n]) for n in fitted], axis=0) & (s.smooth_speed > s.creeping)
     keep = np.flatnonzero(there)
     time = s.time[keep]
     usual = float(np.median(np.diff(s.time)))
@@ -140,7 +141,7 @@ def row_layout(
     covered = float(np.sum(np.diff(time)[np.diff(part) == 0]))
     bins = cut(time, max(ROUGH if SLOPE_CHANNEL in s.inputs else WIDTH, covered / MOST_BINS), part)
     fine = cut(time, finest, part) if usual < 0.75 * finest else _each(time)
-    levels = {n: max(white_level(s.outputs[n], s.time), LEAST[n]) for n in fitted}
+    levels = {n: max(s.noise_levels[n], LEAST[n]) for n in fitted}
     speeds = tuple(n for n in ("speed", *WHEELS) if n in fitted)
     others = tuple(n for n in TORQUES if n in fitted)
     speed = simulated["speed"][keep]

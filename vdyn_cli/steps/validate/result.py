@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 
 from vdyn_cli.physics.models.tip_in import tip_in
+from vdyn_cli.physics.models.vehicle import Driven
+from vdyn_cli.physics.models.vehicle_axle import Differential
+from vdyn_cli.physics.models.vehicle_defaults import SIDE_GEAR_INERTIA
 from vdyn_cli.physics.models.vibration_modes import modes
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.quantities.errors import Finding, ResultError
@@ -56,7 +59,7 @@ def result(
         numbers["road"] = _road_document(v.road)
     more: list[Finding] = []
     if spec.settings.model == "vehicle":
-        modes_shown, tip_in_drawn, more = _oscillations(v, spec.settings.driven)
+        modes_shown, tip_in_drawn, more = _oscillations(v, spec.settings.driven, spec.settings.differential)
         shown, drawn = shown + modes_shown, drawn + tip_in_drawn
     of_logs = [f for log in logs for f in log.findings]
     return Result(
@@ -74,13 +77,21 @@ def result(
     )
 
 
-def _oscillations(v: Validation, driven: Any) -> tuple[list[Table], list[Figure], list[Finding]]:
+def _oscillations(
+    v: Validation, driven: Driven, differential: Differential
+) -> tuple[list[Table], list[Figure], list[Finding]]:
     """Modes about a cruise, and the driveline after a tip-in there; a finding where the car does not settle."""
-    values = {"wind_variance": 0.0, "gear_ratio": 1.0, "driveline_efficiency": 1.0, **v.prior.values}
+    alone = {
+        "wind_variance": 0.0,
+        "gear_ratio": 1.0,
+        "driveline_efficiency": 1.0,
+        "side_gear_inertia": SIDE_GEAR_INERTIA,
+    }
+    values = {**alone, **v.prior.values}
     try:
-        found = modes(values, CRUISE, driven)
+        found = modes(values, CRUISE, driven, differential)
         torque = PEDAL * values["mass"] * GRAVITY * values["wheel_radius"] / values["gear_ratio"]
-        jerk = figures.tip_in_figure(tip_in(values, CRUISE, torque, driven))
+        jerk = figures.tip_in_figure(tip_in(values, CRUISE, torque, driven, differential))
         return [tables.mode_table(found)], [jerk], []
     except ResultError as error:
         return [], [], [Finding("modes", f.what, f.got, f.remedy, minor=True) for f in error.findings]

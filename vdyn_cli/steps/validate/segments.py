@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Literal
@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.regimes import Marks, marked, smoothed, stops
@@ -21,10 +22,15 @@ Mask = NDArray[np.bool_]
 ModelName = Literal["vehicle", "road_load"]
 
 FEWEST = 50  # samples of a drive
+FEWEST_DIFFERENCED = 8  # samples whose third differences tell the level of their noise
 LONGEST_GAP = 5.0  # median spacings of the clock without any row
 LEAST_THERE = 0.8  # of the rows in which an output must hold a number to be compared
 MOSTLY = 0.5  # share of the rows in which an input has a value; below, it comes from a slower logger
 SLOWEST = 1.0  # m/s, below which the road load model does not hold
+CREEPING = 2.0  # m/s, below which rows are not used: tread damping and friction of brakes dominate
+# Of the largest speed, where that is slow or reads too low (km/h taken for m/s divides it by 3.6, and more).
+SLOWEST_SHARE, CREEPING_SHARE = 0.1, 0.2
+MOVING = 0.35  # m/s, least speed of a segment that begins in motion: beyond what counts as rest
 PRESSED = 0.02  # of the largest brake torque: the brake is on
 MARGIN = 0.5  # s left out beside brakes
 SHORTEST = 5.0  # s of a segment
@@ -50,6 +56,7 @@ class DriveSegment:
     heading : +1 out, -1 back, 0 unknown. temperature : K.
     start, end : m/s, speed at the first and last sample from the second beside it, each with its standard deviation.
     since : s from the start of the drive to the first sample.
+    creeping : m/s, below which rows are not used.
     """
 
     run: int
@@ -63,6 +70,7 @@ class DriveSegment:
     start: tuple[float, float]
     end: tuple[float, float]
     since: float = 0.0
+    creeping: float = CREEPING
 
     @cached_property
     def stopping(self) -> Mask:
@@ -73,6 +81,12 @@ class DriveSegment:
     def smooth_speed(self) -> Array:
         """m/s, averaged over 0.1 s."""
         return smoothed(self.time, self.outputs["speed"])
+
+    @cached_property
+    def noise_levels(self) -> Mapping[str, float]:
+        """White noise of one sample of every input and output that holds numbers."""
+        every = {**self.inputs, **self.outputs}
+        return {n: white_level(v, self.time) for n, v in every.items() if np.isfinite(v).sum() >= FEWEST_DIFFERENCED}
 
     @property
     def duration(self) -> float:
@@ -125,10 +139,13 @@ def drive_segments(
     for k, (log, note) in enumerate(zip(logs, notes, strict=True)):
         whole, doubts = _whole(log)
         findings += doubts
-        parts = _parts(whole, cut) if np.nanmax(np.abs(whole["speed"])) > SLOWEST else []
-        for a, b in parts:
-            found.append(_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None))
-        if not parts:
+        top = float(np.nanmax(np.abs(whole["speed"])))
+        parts = _parts(whole, cut, top) if top > MOVING else []
+        made = [_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
+        made = [replace(s, creeping=min(CREEPING, CREEPING_SHARE * top)) for s in made]
+        made = [s for s in made if np.count_nonzero(s.smooth_speed > s.creeping) >= FEWEST // 2]
+        found += made
+        if not made:
             findings.append(Finding(log.name, "no segment of it can be simulated: too slow, braked or too short"))
     return found, findings
 
@@ -203,8 +220,8 @@ def _last(there: Mask) -> int:
     return there.size - 1 - int(np.argmax(there[::-1]))
 
 
-def _parts(log: Log, cut: Segmentation) -> list[tuple[int, int]]:
-    """First and last sample of every segment that is simulated."""
+def _parts(log: Log, cut: Segmentation, top: float) -> list[tuple[int, int]]:
+    """First and last sample of every segment that is simulated; ``top``: m/s, the largest speed of the log."""
     if cut.model == "vehicle" and cut.length is None and not cut.powered:
         return [(0, log.time.size - 1)]
     good = np.ones(log.time.size, dtype=bool)
@@ -212,7 +229,8 @@ def _parts(log: Log, cut: Segmentation) -> list[tuple[int, int]]:
         good &= driving(log.channels) > 0
     if cut.model == "road_load":
         speed = np.interp(log.time, log.time[np.isfinite(log["speed"])], log["speed"][np.isfinite(log["speed"])])
-        good &= (speed > cut.slowest) & ~_braked(log)
+        slowest = cut.slowest if cut.length is not None else min(cut.slowest, max(SLOWEST_SHARE * top, MOVING))
+        good &= (speed > slowest) & ~_braked(log)
     edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
     found = []
     for a, b in zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True):

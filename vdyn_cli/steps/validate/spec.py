@@ -66,9 +66,13 @@ class ValidateSettings(Strict):
     """Model, windows, step size, and what is unknown of sensors and drives."""
 
     model: Literal["vehicle", "road_load"] = Field(
-        "vehicle", description="vehicle: 18 degrees of freedom; road_load: a mass on a road"
+        "vehicle", description="vehicle: all degrees of freedom (vdyn explain validate); road_load: a mass on a road"
     )
     driven: Literal["front", "rear", "both"] = Field("front", description="driven axle")
+    differential: Literal["open", "locked"] = Field(
+        "open",
+        description="how the half-shafts of a driven axle are joined: open (equal torques) or locked (equal speeds)",
+    )
     windows: WindowSettings | None = Field(
         None, description="cut the drives into short windows; left out: whole drives"
     )

@@ -34,6 +34,7 @@ class UnknownVector:
     at : start values of parameters that do not start at their prior mean.
     torque_zeros : N m, start value of the drive torque's zero in each segment; empty: 0.
     measured_starts : (value, standard deviation) of each segment's measured start speed, m/s.
+    start_speeds : m/s, where each segment's speed starts; empty: as measured.
     """
 
     prior: ParameterPrior
@@ -42,6 +43,7 @@ class UnknownVector:
     at: Mapping[str, float]
     torque_zeros: tuple[float, ...]
     measured_starts: tuple[tuple[float, float], ...]
+    start_speeds: tuple[float, ...] = ()
 
     @property
     def shared(self) -> tuple[str, ...]:
@@ -78,13 +80,17 @@ class UnknownVector:
 
     def start(self, segment: int) -> Array:
         """(shared + own,) start values of a segment's vector."""
-        local = np.array([*self.theta, self.start_speed(segment)[0], *np.zeros(len(self.sensors.zeroed))])
+        local = np.array([*self.theta, self.first_speed(segment), *np.zeros(len(self.sensors.zeroed))])
         if self.torque_zeros:
             local[self.torque_zero_place] = self.torque_zeros[segment]
         return local
 
+    def first_speed(self, segment: int) -> float:
+        """Speed with which the simulation of a segment starts, m/s."""
+        return self.start_speeds[segment] if self.start_speeds else self.start_speed(segment)[0]
+
     def start_speed(self, segment: int) -> tuple[float, float]:
-        """Start speed of a segment and its standard deviation, m/s; exactly zero for a car at rest."""
+        """Measured start speed of a segment and its standard deviation, m/s; exactly zero for a car at rest."""
         value, std = self.measured_starts[segment]
         return (0.0, AT_REST) if abs(value) < REST and std < REST else (value, max(std, 1e-3))
 
@@ -92,7 +98,7 @@ class UnknownVector:
         """All unknowns with their priors, and the start values of those that each segment has for itself."""
         parameters = [replace(u, start=self.at.get(u.name, u.start)) for u in prior_unknowns(self.prior)]
         start = Unknown(START, 0.0, -10.0, 160.0, "m/s", per_run=True, nuisance=True)
-        own = {START: np.array([self.start_speed(k)[0] for k in range(len(self.measured_starts))])}
+        own = {START: np.array([self.first_speed(k) for k in range(len(self.measured_starts))])}
         if self.torque_zeros:
             own[TORQUE_ZERO] = np.array(self.torque_zeros)
         sensors = self.sensors

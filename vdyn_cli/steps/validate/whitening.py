@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference import Regression, Rows, white_level, whiten
+from vdyn_cli.inference import Regression, Rows, whiten
 from vdyn_cli.inference.restricted_likelihood import NoisyRun
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.validate import noise
@@ -17,7 +17,7 @@ from vdyn_cli.steps.validate.input_torque import LEAST_TORQUE, TORQUES
 from vdyn_cli.steps.validate.residual_rows import FINEST, Prewhitener, RowLayout, prewhitener, row_layout
 from vdyn_cli.steps.validate.segments import DriveSegment
 from vdyn_cli.steps.validate.shaft_oscillation import ShaftOscillation, shaft_oscillation
-from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
+from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup, with_read_starts
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,8 @@ class SegmentWhitening:
         """Whitened rows of errors, each (n,), and of their derivatives, each (n, k), by the same linear maps."""
         p = self.layout
         both = {n: e[:, None] if slopes is None else np.column_stack([slopes[n], e]) for n, e in error.items()}
-        slow, fast = p.slow(both), p.fast(both)
+        speeds = p.speeds_of(both)
+        slow, fast = p.slow(both, speeds=speeds), p.fast(both, speeds)
         residual, jacobian = whiten(slow[:, -1], slow[:, :-1], cholesky=self.factor)
         quick = self.prewhitener.white(fast, p.part[p.fine.first]) / self.caution
         flat = quick.reshape(-1, quick.shape[-1])
@@ -105,14 +106,18 @@ class WhitenedDrives:
         rows = self.whitenings[run].rows(error, outcome.sensitivities if slopes else None)
         value, std = vector.start_speed(run)
         first, place = np.zeros((1, rows.jacobian.shape[1])), len(vector.shared)
-        root = rows.plain_root
-        if first.size:
+        root, off = rows.plain_root, start - value
+        if value > 0.0:  # what was measured is a reading
+            off = float(outcome.values["speed"][0]) - value
+            if first.size:
+                first[0] = outcome.sensitivities["speed"][0] / std
+        elif first.size:
             first[0, place] = 1.0 / std
         if root is not None and rows.plain is not None and rows.plain[1].size:
             root = np.column_stack([root, std * rows.plain[1][:, place]])  # the measured start's own noise
         assert rows.time is not None
         return Rows(
-            np.r_[rows.residual, (start - value) / std],
+            np.r_[rows.residual, off / std],
             np.vstack([rows.jacobian, first]),
             time=np.r_[rows.time, s.time[0]],
             plain=rows.plain,
@@ -138,7 +143,9 @@ class WhitenedDrives:
     def regression(self) -> Regression:
         """All segments as a regression."""
         unknowns, starts = self.setup.vector.unknowns()
-        return Regression(unknowns, tuple(s.name for s in self.setup.segments), self, starts)
+        names = tuple(s.name for s in self.setup.segments)
+        log_noise = sum(float(np.sum(np.log(np.diag(one.factor)))) for one in self.whitenings)
+        return Regression(unknowns, names, self, starts, log_noise=log_noise)
 
 
 def errors(setup: SimulationSetup, run: int, outcome: SimulatedSegment) -> dict[str, Array]:
@@ -161,6 +168,7 @@ def whiten_drives(setup: SimulationSetup, calm: bool = False) -> WhitenedDrives:
     ResultError : the simulation is not finite.
     """
     finest, lags, caution = (CALM, CALM_LAGS, CALM_CAUTION) if calm else (FINEST, FINE_LAGS, CAUTION)
+    setup = with_read_starts(setup)
     radius, values = setup.prior.values["wheel_radius"], setup.prior.values
     first, perturbed = setup.first, setup.perturbed
     layouts = tuple(
@@ -185,7 +193,7 @@ def whiten_drives(setup: SimulationSetup, calm: bool = False) -> WhitenedDrives:
 def _torque_level(s: DriveSegment) -> float:
     """N m of white noise in a sample of the torque."""
     names = [n for n in TORQUES if n in s.inputs]
-    return max(float(np.hypot.reduce([white_level(s.inputs[n], s.time) for n in names])), LEAST_TORQUE)
+    return max(float(np.hypot.reduce([s.noise_levels[n] for n in names])), LEAST_TORQUE)
 
 
 def _noise_sizes(setup: SimulationSetup, layouts: Sequence[RowLayout], levels: Sequence[float]) -> dict[str, float]:
@@ -203,4 +211,4 @@ def _noise_sizes(setup: SimulationSetup, layouts: Sequence[RowLayout], levels: S
         runs.append(NoisyRun(at_prior, jacobian, own, noise.slow_noise(s, p, bins, prior.values, level)))
     gains = (std**-2.0 for std in setup.sensors.gain_std.values())
     effects = (1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in setup.extra)
-    return noise.sizes(runs, np.array([*np.ones(k), *gains, *effects]))
+    return noise.sizes(runs, np.array([*np.ones(k), *gains, *effects]), layouts)

@@ -1,0 +1,74 @@
+"""A fixed, fast part of the table of wrong descriptions and logs of light electric vehicles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.bench.diagnose_first_validate import ROWS, description, judged
+from vdyn_cli.project.execute import RefusedResultError, execute
+
+SEED = 110  # development's, not the table's
+
+
+def document(folder: Path, faults: dict[str, float]) -> tuple[dict[str, Any], bool]:
+    """The document of a validation, and whether it is published."""
+    path = description(folder, SEED, faults)
+    try:
+        return dict(execute("validate", path).document), True
+    except RefusedResultError as refused:
+        return dict(refused.record.document), False
+
+
+def test_a_speed_in_another_unit_is_named_with_the_usual_mistake(tmp_path: Path) -> None:
+    """It misses by two thirds of the speed; the extended model is good and is published."""
+    found, published = document(tmp_path, {"speed_scale": 1 / 3.6})
+    assert published
+    (cause,) = found["diagnosis"]["causes"]
+    low, high = cause["unknowns"]["speed_scale_error"]["interval95"]
+    assert low < 1 / 3.6 - 1.0 < high
+    assert "times too low: m/s read as km/h?" in found["diagnosis"]["sentence"]
+
+
+def test_a_viscous_driveline_is_named_and_its_drag_estimated(tmp_path: Path) -> None:
+    found, published = document(tmp_path, {"viscous": 0.6})
+    assert published
+    (cause,) = found["diagnosis"]["causes"]
+    assert cause["effect"] == "driveline_viscous"
+    low, high = cause["unknowns"]["driveline_viscous"]["interval95"]
+    assert low < 0.6 < high
+
+
+def test_a_torque_constant_off_by_half_is_in_a_set_and_the_result_is_withheld(tmp_path: Path) -> None:
+    """A gain of the torque and the radius are exactly collinear: neither is published, both are stated."""
+    found, published = document(tmp_path, {"torque_gain": 0.5})
+    assert not published
+    assert not found["parameters"]
+    assert set(found["diagnosis"]["ambiguous"][0]) == {"torque_gain", "wheel_radius"}
+
+
+def test_a_vehicle_as_stated_is_adequate(tmp_path: Path) -> None:
+    found, published = document(tmp_path, {})
+    assert published
+    assert found["diagnosis"]["verdict"] == "adequate"
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.title)
+def test_a_row_draws_sizes_of_its_range(row: Any) -> None:
+    sizes = np.array([row.size(np.random.default_rng(k)) for k in range(50)])
+    size = np.maximum(sizes, 1 / sizes) if row.ratio else np.abs(sizes)
+    low, high = row.sizes
+    assert np.all((size >= low - 1e-12) & (size <= high + 1e-12))
+
+
+def test_an_answer_is_judged_by_what_it_says() -> None:
+    row = next(r for r in ROWS if r.truth == "mass_error")
+    silent = {"verdict": "adequate", "not_testable": [{"effect": "mass_error", "because": "exactly collinear with"}]}
+    assert judged(row, silent) == "collinear"
+    assert judged(row, {"verdict": "adequate"}) == "not detected"
+    assert judged(row, {"verdict": "named", "causes": [{"effect": "mass_error"}]}) == "named"
+    assert judged(row, {"verdict": "named", "causes": [{"effect": "headwind"}]}) == "wrong"
+    assert judged(row, {"verdict": "ambiguous", "ambiguous": [["torque_gain", "mass_error"]]}) == "in a set"

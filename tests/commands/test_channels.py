@@ -1,0 +1,103 @@
+"""``vdyn channels``: every channel of a log of any format, as a table and as JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from tests.io.stored_logs import FORMATS, write
+from vdyn_cli.commands.run_channels import channels_json, channels_table
+from vdyn_cli.commands.schema import json_schema
+from vdyn_cli.quantities.errors import InputError
+
+TIME = np.arange(3000) / 50.0
+SPEED = 20.0 - 0.1 * TIME + 0.01 * np.sin(1000.0 * TIME)
+FROZEN = np.where((TIME > 20.0) & (TIME < 45.0), SPEED[1001], SPEED)
+TABLE = {
+    "time": TIME,
+    "speed": SPEED,
+    "copy": SPEED,
+    "frozen": FROZEN,
+    "flat": np.full(3000, 7.5),
+    "none": TIME * np.nan,
+}
+
+
+def entries(path: Path) -> dict[str, dict[str, object]]:
+    document = json.loads(channels_json(path))
+    jsonschema.validate(document, json.loads(json_schema("channels")))
+    return {c["column"]: c for c in document["channels"]}
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_every_format_says_what_it_holds(kind: str, tmp_path: Path) -> None:
+    table = {k: v for k, v in TABLE.items() if kind != "lvm" or k != "none"}  # LabVIEW writes no empty channel
+    path = write(kind, tmp_path / "run", [table], {"speed": "km/h"})
+    found = entries(path)
+    states = dict(zip(TABLE, ("clock", "varies", "varies", "varies", "constant", "empty"), strict=True))
+    clock = "X_Value" if kind == "lvm" else "time"
+    assert {n: c["state"] for n, c in found.items()} == {clock if n == "time" else n: states[n] for n in table}
+    assert found["speed"]["rate"] == pytest.approx(50.0)
+    assert found["speed"]["span"] == [0.0, pytest.approx(59.98)]
+    pair = sorted(("speed", "copy"), key=list(found).index)
+    assert found[pair[1]]["same_as"] == ("logger 1." if kind == "mf4" else "") + pair[0]
+    assert found["frozen"]["rest"][:2] == [pytest.approx(20.02), pytest.approx(44.98)]  # type: ignore[index]
+    assert found["flat"]["lowest"] == 7.5
+    assert "rests at" in channels_table(path)
+
+
+def test_names_that_are_repeated_are_shown_as_a_description_writes_them(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("t [s];v [m/s];v [m/s];gear\n" + "".join(f"{i};{i % 7};{i % 5};D\n" for i in range(3000)))
+    found = entries(path)
+    assert list(found) == ["t [s]", "v [m/s]", "v [m/s]#2", "gear"]
+    assert (found["v [m/s]#2"]["repeated"], found["v [m/s]#2"]["unit"]) == (2, "m/s")
+    assert found["gear"]["state"] == "text"
+    assert "one of 2 of this name" in channels_table(path)
+
+
+def test_a_table_without_a_clock_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("x [m];y [m]\n1;2\n2;3\n3;5\n")
+    assert "No column rises like a clock" in channels_table(path)
+    assert entries(path)["x [m]"]["rate"] is None
+
+
+# What is known of every file of the measurements: clock, number of channels, of which text; None: it holds no table.
+KNOWN: dict[str, tuple[str, int, int] | None] = {
+    "comma2k19_segment/can_speed.csv": ("t", 2, 0),
+    "comma2k19_segment/gnss.csv": ("t", 7, 0),
+    "comma2k19_segment/imu_acc_mps2.csv": ("t", 4, 0),
+    "comma2k19_segment/imu_gyro_radps.csv": ("t", 4, 0),
+    "comma2k19_segment/wheel_speed_mps.csv": ("t", 5, 0),
+    "epa_testcar/testcar_2012_2016_subset.csv": ("", 14, 4),
+    "pendulum_bicycle/bicycle-wheel-axial-inertia-rate-gyro-measurement.csv": ("time", 2, 0),
+    "pendulum_bicycle/bicycle-wheel-radial-inertia-rate-gyro-measurement.csv": ("time", 2, 0),
+    "pendulum_bicycle/wheels_compound_pendulum.csv": ("", 8, 2),
+    **{f"pendulum_bicycle/{name}Benchmark.txt": None for name in ("Browser", "Fisher", "Pista", "Rigid")},
+    **{f"pendulum_bicycle/{name}Measured.txt": None for name in ("Browser", "Fisher", "Pista", "Rigid")},
+}
+
+
+def test_every_file_of_the_measurements_is_described_or_refused(shared_data: Path) -> None:
+    paths = [p for p in sorted(shared_data.glob("*/*")) if p.suffix in (".csv", ".gz", ".txt", ".xlsx")]
+    assert len(paths) > 20
+    for path in paths:
+        name = f"{path.parent.name}/{path.name}"
+        known = KNOWN.get(name, None if path.suffix == ".xlsx" else ("Time [s]", 0, 0))
+        if known is None:
+            with pytest.raises(InputError):
+                channels_table(path)
+            continue
+        found = entries(path)
+        assert [n for n, c in found.items() if c["state"] == "clock"] == [n for n in known[:1] if n], name
+        assert sum(c["state"] == "text" for c in found.values()) == known[2], name
+        assert len(found) == known[1] or (known[1] == 0 and len(found) > 20), name
+        if name.startswith("bmw_i3"):
+            assert found["Velocity [km/h]"]["rate"] == pytest.approx(10.0, abs=0.01)
+            stands = "stand still together" in channels_table(path)
+            assert stands == (path.name == "TripB34.csv.gz"), name

@@ -1,0 +1,179 @@
+"""``vdyn init``: right on every known log, or undecided; what it writes can be filled in and run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.io.stored_logs import write
+from vdyn_cli.commands.run_init import run_init
+from vdyn_cli.description.yaml_source import load_yaml
+from vdyn_cli.project.description_draft import DescriptionDraft, draft_description
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.steps import load_step
+
+SAMPLES = {
+    "coastdown": [f"coast_{i}" for i in range(1, 9)],
+    "cg": [f"launch_{i}" for i in range(1, 5)],
+    "bump": [f"bump_{i}" for i in range(1, 5)],
+    "inertia": [f"wheel_{i}" for i in range(1, 4)],
+    "tire": [f"slip_{i}" for i in range(1, 6)],
+    "shaft": ["tip_in"],
+    "validate": [f"drive_{i}" for i in range(1, 4)],
+}
+
+
+def draft(step: str, *paths: Path) -> tuple[DescriptionDraft, dict[str, Any]]:
+    found = draft_description(load_step(step), paths, paths[0].parent)
+    return found, yaml.safe_load(found.text)
+
+
+def columns(channels: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[str, str]]:
+    return {n: (c["column"], c["unit"].replace("N m", "Nm")) for n, c in channels.items()}
+
+
+@pytest.mark.parametrize("step", SAMPLES)
+def test_the_sample_logs_are_mapped_as_their_descriptions_map_them(step: str, root: Path) -> None:
+    _, found = draft(step, *(root / "sample_logs" / f"{n}.csv" for n in SAMPLES[step]))
+    expected = load_yaml(root / "configs" / f"{step}.yaml").data
+    assert columns(found["channels"]) == columns(expected["channels"])
+    assert [Path(r["log"]).stem for r in found["runs"]] == SAMPLES[step]
+
+
+@pytest.mark.parametrize("step", SAMPLES)
+def test_a_draft_that_is_filled_in_is_a_description(step: str, root: Path, tmp_path: Path) -> None:
+    found = draft_description(load_step(step), [root / "sample_logs" / f"{n}.csv" for n in SAMPLES[step]], tmp_path)
+    filled = re.sub(r'"\?"(.*such as )(.+)', r"\2 #\1", found.text).replace('side: "?"', "side: left")
+    assert '"?"' not in filled.partition("\n")[2]
+    (tmp_path / "test.yaml").write_text(filled, encoding="utf-8")
+    inputs = gather(load_step(step), tmp_path / "test.yaml")
+    assert len(inputs.logs) == len(SAMPLES[step])
+
+
+def test_a_swinging_wheel_is_a_pendulum(root: Path) -> None:
+    found, description = draft("inertia", root / "sample_logs" / "pendulum.csv")
+    assert columns(description["pendulum"]["channels"]) == {
+        "time": ("Time [s]", "s"),
+        "angular_rate": ("Angular Rate [rad/s]", "rad/s"),
+    }
+    assert found.undecided == ("kind", "mass", "pivot_distance")
+
+
+I3 = {
+    "time": ("Time [s]", "s"),
+    "speed": ("Velocity [km/h]", "km/h"),
+    "drive_torque": ("Motor Torque [Nm]", "Nm"),
+    "acceleration": ("Longitudinal Acceleration [m/s^2]", "m/s^2"),
+    "elevation": ("Elevation [m]", "m"),
+}
+SWINGING = {"time": ("time", "s"), "angular_rate": ("angular_velocity", "?")}
+# What each file holds of any step's channels; a step may map these, and nothing else. Units that are not stated: "?".
+TRUTH: dict[str, dict[str, tuple[str, str]]] = {
+    "can_speed": {"time": ("t", "s"), "speed": ("v_mps", "m/s")},
+    "gnss": {"time": ("t", "s"), "speed": ("speed_mps", "m/s"), "elevation": ("alt_m", "m")},
+    "imu_acc_mps2": {"time": ("t", "s"), "acceleration": ("forward", "m/s^2")},
+    "imu_gyro_radps": {"time": ("t", "s")},
+    "wheel_speed_mps": {"time": ("t", "s")},
+    "bicycle-wheel-axial-inertia-rate-gyro-measurement": SWINGING,
+    "bicycle-wheel-radial-inertia-rate-gyro-measurement": SWINGING,
+}
+
+
+@pytest.mark.parametrize("step", SAMPLES)
+def test_every_file_of_the_measurements_is_mapped_right_or_not_at_all(step: str, shared_data: Path) -> None:
+    paths = [p for p in sorted(shared_data.glob("*/*")) if p.suffix in (".csv", ".gz", ".txt")]
+    logs = 0
+    for path in paths:
+        known = I3 if path.parent.name == "bmw_i3" else TRUTH.get(path.stem)
+        if known is None:
+            with pytest.raises(InputError):
+                draft(step, path)
+            continue
+        logs += 1
+        found, description = draft(step, path)
+        channels = (description.get("pendulum") or description)["channels"]
+        mapped = {n: c for n, c in columns(channels).items() if c[0] != "?"}
+        possible = {**known, **({"vehicle_speed": known["speed"]} if "speed" in known else {})}
+        assert mapped.items() <= possible.items(), (path.name, mapped)
+        # What the step can use and the file holds is found, unless it is constant, which is said.
+        usable = set(load_step(step).channels()) & set(possible)
+        if "angular_rate" not in known:
+            constant = set(re.findall(r"# (\w+): '.*' is constant at", found.text))
+            assert set(mapped) == usable - constant, path.name
+            assert not constant - {"elevation"}, path.name
+        open_ones = {n for n, c in columns(channels).items() if "?" in c}
+        assert all(any(n in key for key in found.undecided) for n in open_ones), path.name
+    assert logs > 20
+
+
+def test_the_trips_of_a_season_are_runs_although_their_headers_differ(shared_data: Path) -> None:
+    paths = sorted((shared_data / "bmw_i3").glob("Trip*.csv.gz"))
+    _, found = draft("validate", *paths)
+    assert columns(found["channels"]) == {n: c for n, c in I3.items() if n != "elevation"}
+    assert len(found["runs"]) == len(paths)
+
+
+def test_logs_of_one_drive_are_loggers(shared_data: Path) -> None:
+    names = ("can_speed", "gnss", "imu_acc_mps2", "imu_gyro_radps")
+    found, description = draft("coastdown", *(shared_data / "comma2k19_segment" / f"{n}.csv" for n in names))
+    assert [columns(one["channels"]) for one in description["loggers"]] == [TRUTH[n] for n in names[:3]]
+    assert [Path(p).stem for p in description["runs"][0]["logs"]] == list(names[:3])
+    assert "left out: imu_gyro_radps.csv" in found.text
+    assert "channel to align imu_acc_mps2.csv on" in found.undecided
+
+
+def test_rivals_and_groups_of_an_mdf_file(tmp_path: Path) -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+    tables = [
+        {"time": time, "Speed": 20.0 + np.sin(time), "Motor Torque": 50.0 * np.cos(time)},
+        {"time": time[::2], "Speed": 20.1 + np.sin(time[::2]), "Accel X": 0.1 * np.cos(time[::2])},
+    ]
+    units = {"Speed": "m/s", "Motor Torque": "Nm", "Accel X": "m/s^2"}
+    path = write("mf4", tmp_path / "run", tables, units)
+    found, description = draft("validate", path)
+    assert columns(description["channels"]) == {
+        "time": ("time", "s"),
+        "speed": ("?", "?"),
+        "drive_torque": ("Motor Torque", "Nm"),
+        "acceleration": ("Accel X", "m/s^2"),
+    }
+    assert "not decided between 'logger 1: Speed' and 'logger 2: Speed'" in found.text
+    assert "speed" in found.undecided
+
+
+@pytest.mark.parametrize(
+    ("header", "why"),
+    [
+        ("Time [s],Speed [N m]", "is in N m, which is no unit of the same kind as m/s"),
+        ("Time [s],Speed [km/s]", "which no vehicle has"),
+        ("Time [s],Wheel Speed [km/h]", "no column has such a name"),
+        ("Time [s],GPS Speed [km/h],CAN Speed [km/h]", "not decided between 'GPS Speed [km/h]' and 'CAN Speed [km/h]'"),
+    ],
+)
+def test_what_could_be_wrong_is_not_mapped(header: str, why: str, tmp_path: Path) -> None:
+    width = header.count(",")
+    rows = [",".join([f"{0.1 * i:.1f}", *(f"{50 + (i * (k + 3)) % 7}" for k in range(width))]) for i in range(300)]
+    (tmp_path / "run.csv").write_text("\n".join([header, *rows]) + "\n")
+    found, description = draft("coastdown", tmp_path / "run.csv")
+    assert columns(description["channels"])["speed"] == ("?", "?")
+    assert why in found.text
+
+
+def test_an_existing_file_is_not_overwritten(root: Path, tmp_path: Path) -> None:
+    said: list[str] = []
+    run_init("tire", [root / "sample_logs" / "slip_1.csv"], str(tmp_path / "tire.yaml"), said.append)
+    assert said[1:] == [
+        "mapped: time, force_x, force_z, wheel_speed, vehicle_speed",
+        "to decide: wheel_radius",
+    ]
+    with pytest.raises(InputError, match="is not overwritten"):
+        run_init("tire", [root / "sample_logs" / "slip_1.csv"], str(tmp_path / "tire.yaml"), said.append)
+    with pytest.raises(InputError, match="reads no logs"):
+        run_init("area", [root / "sample_logs" / "slip_1.csv"], "-", said.append)

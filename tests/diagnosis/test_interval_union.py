@@ -1,0 +1,72 @@
+"""Intervals hold the answers that are left open, and the bias by what no effect explains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.interval_union import Answer, biases, widened
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.unexplained import half_widths, unexplained_biases, unexplained_size, walk
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+
+
+def one(value: float, half: float, source: str = "coastdown") -> Estimate:
+    return Estimate(value, half / 2, (value - half, value + half), "", "", source, value)
+
+
+def test_an_interval_holds_those_of_all_answers():
+    answers = [Answer("headwind", {"a": one(3.0, 0.5)}), Answer("road_grade", {"a": one(0.0, 0.2)})]
+    found = widened(Parameters({"a": one(1.0, 0.4), "given": one(2.0, 0.1, "given")}), answers)
+    assert found["a"].value == 1.0
+    assert found["a"].interval95 == pytest.approx((-0.2, 3.5))
+    assert found["a"].spans == ("headwind", "road_grade")
+    assert found["a"].std == pytest.approx(0.2 * 2.5 / 0.4)
+    assert found["given"].spans == ()
+
+
+def test_a_bias_by_the_unexplained_adds_in_squares():
+    found = widened(Parameters({"a": one(1.0, 0.3)}), [Answer("baseline", {"a": one(1.0, 0.3)}, {"a": 0.4})])
+    assert found["a"].interval95 == pytest.approx((0.5, 1.5))
+    assert found["a"].spans == ("unexplained",)
+
+
+def test_derived_parameters_follow_and_others_grow_in_proportion():
+    published = {"a": one(1.0, 0.1), "twice": one(2.0, 0.1), "other": one(5.0, 0.3)}
+    bias = {"a": np.array([0.3, 0.4])}
+    found = biases({"a": 1.0}, [bias], published, lambda values: {"twice": 2 * values["a"]})
+    assert found == pytest.approx({"a": 0.5, "twice": 1.0, "other": 3.0})
+    assert biases({"a": 1.0}, [], published, lambda values: {}) == {}
+
+
+def test_the_size_of_the_unexplained_is_found():
+    rng = np.random.default_rng(5)
+    sizes = []
+    for _ in range(200):
+        left = rng.normal(size=(60, 6))
+        sizes.append(unexplained_size(left, left @ (0.8 * rng.normal(size=6)) + rng.normal(size=60))[0])
+    assert np.sqrt(np.mean(np.square(sizes))) == pytest.approx(0.8, rel=0.1)
+    quiet = [unexplained_size(rng.normal(size=(60, 6)), rng.normal(size=60))[0] for _ in range(200)]
+    assert np.median(quiet) < 0.05
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_shape_that_no_cause_explains_is_in_the_interval(seed: int):
+    """Half of such a shape looks like the parameters themselves: the fit's own interval cannot hold it."""
+    size = 20.0
+    strategy = open_strategy(Campaign(60 + seed, hidden={"bump": size}).setup(cause("slope"), cause("wave")))
+    base = strategy.fitted(())
+    assert base is not None
+    halves = half_widths(unexplained_biases(strategy.model, base))
+    assert halves["level"] > 5 * base.solution.std["level"]
+    assert abs(base.values["level"] - 3.0) < halves["level"]
+    assert abs(base.values["bend"] + 2.0) < halves["bend"]
+
+
+def test_an_unexplained_part_is_continuous():
+    covariance = walk(8) @ walk(8).T
+    apart = covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
+    assert np.all(np.diag(covariance) >= 1.0)
+    assert np.all(np.diag(covariance) <= 2.0 + 1e-9)
+    assert apart[0, 1] > 0.85 > apart[0, 7]

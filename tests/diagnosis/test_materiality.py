@@ -1,0 +1,89 @@
+"""Significant is not material; a finding has its size; limits can be stated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.line_step import estimate
+from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.finding_size import Limits, explained_share, finding_size
+from vdyn_cli.diagnosis.judgment import judge
+from vdyn_cli.diagnosis.matters import limits_of
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.verdict_text import verdict_sentence
+from vdyn_cli.quantities.errors import InputError
+
+CATALOGUE = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
+SMALL = Campaign(31, rows=20000, hidden={"slope": 0.03}, plain=True)  # t = 12, 3 % of the noise
+
+
+def test_a_significant_effect_of_trivial_size_leaves_the_model_adequate():
+    case = SMALL.setup(*CATALOGUE)
+    verdict = judge(open_strategy(case), limits=Limits(output=0.1, noise=1.0))
+    assert verdict.detection.p_value < 0.01
+    assert (verdict.verdict, verdict.material, verdict.answers) == ("adequate", False, ())
+    assert verdict.note is not None
+    assert verdict.note.effects == ("slope",)
+    assert verdict_sentence(verdict, case.candidates, {}).startswith("No model error that matters")
+
+
+def test_without_limits_everything_significant_matters():
+    verdict = judge(open_strategy(SMALL.setup(*CATALOGUE)))
+    assert (verdict.verdict, verdict.material) == ("named", True)
+
+
+def test_what_the_user_states_decides():
+    strategy = open_strategy(SMALL.setup(*CATALOGUE))
+    assert judge(strategy, limits=Limits(output=0.01, noise=1.0, stated=True)).verdict == "named"
+    assert judge(strategy, limits=Limits(output=0.05, noise=1.0, stated=True)).verdict == "adequate"
+
+
+def test_an_unexplained_remainder_of_trivial_size_leaves_the_model_adequate():
+    campaign = replace(SMALL, hidden={"bump": 0.1})
+    strategy = open_strategy(campaign.setup(*CATALOGUE))
+    assert judge(strategy).verdict == "unknown"
+    loose = Limits(output=0.1, noise=1.0, parameters={"level": 0.5, "bend": 0.5})
+    assert judge(strategy, limits=loose).verdict == "adequate"
+    strict = Limits(output=0.1, noise=1.0, parameters={"level": 0.001, "bend": 0.001})
+    assert judge(strategy, limits=strict).verdict == "unknown"
+
+
+def test_a_size_is_the_change_of_output_and_parameters():
+    campaign = Campaign(3, hidden={"wind": 2.0}, plain=True)
+    strategy = open_strategy(campaign.setup(*CATALOGUE))
+    base, found = strategy.fitted(()), strategy.fitted(("wind",))
+    assert base is not None
+    assert found is not None
+    size = finding_size(strategy, base, found)
+    left = np.concatenate([a.residual - b.residual for a, b in zip(base.runs.rows, found.runs.rows, strict=True)])
+    assert size.change == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-6)
+    assert size.before > size.after == pytest.approx(1.0, abs=0.1)
+    assert size.shifts["bend"] == pytest.approx(found.values["bend"] - base.values["bend"])
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "floor", "share"),
+    [(2.29, 0.22, 0.2, 0.990), (1.1, 1.0, 1.0, 1.0), (1.1, 1.0, 1.2, 1.0), (2.0, 1.5, 1.0, 0.5), (1.0, 1.2, 0.5, 0.0)],
+)
+def test_a_share_is_one_of_rms(before: float, after: float, floor: float, share: float):
+    assert explained_share(before, after, floor) == pytest.approx(share, abs=1e-3)
+
+
+def test_limits_are_read_in_units_or_as_a_share_of_a_parameter():
+    result = estimate(Campaign(1))
+    level = result.parameters["level"]
+    found = limits_of(result, "m", {"height": "5 mm", "level": "1 %"})
+    assert found.stated
+    assert found.output == pytest.approx(0.005)
+    assert found.parameters["level"] == pytest.approx(0.01 * abs(level.value))
+    low, high = result.parameters["bend"].interval95
+    assert found.parameters["bend"] == pytest.approx(0.05 * (high - low))
+
+
+@pytest.mark.parametrize("stated", [{"heigth": "5 mm"}, {"height": "5 kg"}, {"level": "1 kg"}])
+def test_a_limit_of_another_unit_or_name_is_refused(stated: dict[str, str]):
+    with pytest.raises(InputError):
+        limits_of(estimate(Campaign(1)), "m", stated)

@@ -1,0 +1,169 @@
+"""The shapes in which MATLAB and LabVIEW files are found, and what Parquet and MDF columns may hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.lvm_reader import READER as LVM
+from vdyn_cli.io.mat_reader import READER as MAT
+from vdyn_cli.io.mdf_reader import READER as MDF
+from vdyn_cli.io.reader import Column, ReadOptions
+from vdyn_cli.quantities.errors import InputError
+
+N = 200
+TIME = np.arange(N) / 50.0
+SPEED = 20.0 + np.sin(TIME)
+FAST = np.arange(4 * N) / 200.0
+
+
+def column(name: str, unit: str = "m/s", **where: str) -> Column:
+    return Column(name, unit, "s" if unit == "s" else "m/s", **where)
+
+
+@pytest.mark.parametrize(
+    ("content", "time", "speed"),
+    [
+        ({"run": {"t": TIME, "v": SPEED}}, column("t", "s"), column("v")),
+        ({"run": {"t": TIME, "v": SPEED}}, column("run.t", "s"), column("run.v")),
+        ({"t": TIME[:, None], "run": {"v": SPEED[None, :]}}, column("t", "s"), column("v", group="run")),
+        ({"data": np.column_stack([TIME, SPEED])}, column("data(:,1)", "s"), column("data(:,2)")),
+        ({"tout": TIME, "out": {"signals": {"values": SPEED, "label": "v"}}}, column("tout", "s"), column("v")),
+        (
+            {"rec": {"X": {"Name": "Time", "Data": TIME}, "Y": [{"Name": "v", "Data": SPEED, "Unit": "m/s"}]}},
+            column("Time", "s"),
+            column("v"),
+        ),
+        ({"gps": {"t": TIME, "v": SPEED}, "can": {"t": FAST, "v": FAST}}, column("t", "s"), column("v", group="gps")),
+    ],
+)
+def test_matlab_structs(content: dict[str, object], time: Column, speed: Column, tmp_path: Path) -> None:
+    savemat(tmp_path / "run.mat", content)
+    log = read_log(tmp_path / "run.mat", {"time": time, "speed": speed})
+    assert np.array_equal(log.time, TIME)
+    assert np.array_equal(log["speed"], SPEED)
+
+
+def test_a_matlab_channel_without_a_clock_is_refused(tmp_path: Path) -> None:
+    savemat(tmp_path / "run.mat", {"t": TIME, "v": FAST, "name": "text", "one": 1.0})
+    assert next(iter(MAT.channels(tmp_path / "run.mat"))).span[0] == 0.0
+    with pytest.raises(InputError, match=r"column 'v': has no clock: no column 't' belongs to it"):
+        read_log(tmp_path / "run.mat", {"time": column("t", "s"), "speed": column("v")})
+
+
+HEADER = """LabVIEW Measurement\t
+Writer_Version\t2
+Reader_Version\t2
+Separator\tTab
+Decimal_Separator\t,
+Multi_Headings\tYes
+X_Columns\tNo
+Time_Pref\tAbsolute
+Date\t2026/05/04
+Time\t09:30:00,5
+***End_of_Header***\t
+\t
+"""
+SEGMENT = """Channels\t2\t\t
+Samples\t3\t3\t
+Date\t2026/05/04\t2026/05/04\t
+Time\t{time}\t{time}\t
+Y_Unit_Label\tkm/h\tN m\t
+X_Dimension\tTime\tTime\t
+X0\t0,0000E+0\t0,0000E+0\t
+Delta_X\t0,100000\t0,100000\t
+***End_of_Header***\t\t\t
+X_Value\tSpeed\tTorque\tComment
+{rows}"""
+
+
+def test_labview_segments_are_joined_by_their_start(tmp_path: Path) -> None:
+    first = SEGMENT.format(time="09:30:01,0", rows="\t36,0\t1,5\tgo\n\t37,0\t2,5\t\n\t38,0\t3,5\t\n")
+    second = SEGMENT.format(time="09:30:03,25", rows="\t40,0\t4,5\t\n\t41,0\t5,5\t\n\t42,0\t6,5\t\n")
+    path = tmp_path / "run.lvm"
+    path.write_text(HEADER + first + "\n" + second)
+    time, speed, torque = LVM.channels(path)
+    assert (time.name, speed.unit, torque.unit) == ("X_Value", "km/h", "N m")
+    mapping = {"time": column("X_Value", "s"), "speed": column("Speed", "km/h")}
+    log = read_log(path, mapping)
+    assert np.allclose(log.time, [0.0, 0.1, 0.2, 2.25, 2.35, 2.45])
+    assert np.allclose(log["speed"] * 3.6, [36, 37, 38, 40, 41, 42])
+    written = LVM.read(path, mapping, ReadOptions(), "run")
+    lines = path.read_text().splitlines()
+    assert [lines[written.line(i) - 1].split("\t")[1] for i in range(6)] == [
+        "36,0",
+        "37,0",
+        "38,0",
+        "40,0",
+        "41,0",
+        "42,0",
+    ]
+    path.write_text(HEADER)
+    with pytest.raises(InputError, match="cut off"):
+        read_log(path, mapping)
+
+
+def test_parquet_nulls_times_and_text(tmp_path: Path) -> None:
+    pa = pytest.importorskip("pyarrow", reason="pyarrow is not installed: pip install 'vdyn_cli[parquet]'")
+    from pyarrow import parquet
+
+    stamps = pa.array((np.arange(N) * 20_000_000 + 1_700_000_000_000_000_000).astype("datetime64[ns]"))
+    speed = pa.array([None if i % 10 == 3 else float(v) for i, v in enumerate(SPEED)])
+    table = pa.table({"timestamp": stamps, "v": speed, "gear": ["D"] * N, "on": [True] * N, "count": range(N)})
+    parquet.write_table(table, tmp_path / "run.parquet", row_group_size=64)
+    mapping = {"time": column("timestamp", "s"), "speed": column("v"), "count": column("count")}
+    log = read_log(tmp_path / "run.parquet", mapping)
+    assert np.allclose(log.time, TIME, atol=1e-12)
+    assert np.array_equal(np.isnan(log["speed"]), np.arange(N) % 10 == 3)
+    assert np.array_equal(log["count"], np.arange(N))
+    with pytest.raises(InputError, match="column 'gear': holds no numbers"):
+        read_log(tmp_path / "run.parquet", mapping | {"speed": column("gear")})
+
+
+def test_mdf_conversions_invalid_samples_and_text(tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf", reason="asammdf is not installed: pip install 'vdyn_cli[mdf]'")
+    raw = np.arange(N, dtype=np.int16)
+    invalid = asammdf.InvalidationArray(raw % 10 == 3) if hasattr(asammdf, "InvalidationArray") else raw % 10 == 3
+    scaled = asammdf.Signal(
+        raw, TIME, unit="km/h", name="v", conversion={"a": 0.5, "b": 3.0}, invalidation_bits=invalid
+    )
+    gear = asammdf.Signal(
+        raw % 2, TIME, name="gear", conversion={"val_0": 0, "text_0": b"N", "val_1": 1, "text_1": b"D"}
+    )
+    note = asammdf.Signal(np.array([b"ok"] * N), TIME, name="note", encoding="utf-8")
+    file = asammdf.MDF(version="4.10")
+    file.append([scaled, gear, note], acq_name="CAN")
+    file.save(tmp_path / "run.mf4")
+    file.close()
+    mapping = {"time": column("time", "s"), "speed": column("v", "km/h"), "gear": column("gear")}
+    log = read_log(tmp_path / "run.mf4", mapping)
+    assert np.allclose(log["speed"][raw % 10 != 3] * 3.6, (0.5 * raw + 3.0)[raw % 10 != 3])
+    assert np.isnan(log["speed"][raw % 10 == 3]).all()
+    assert np.array_equal(log["gear"], raw % 2)
+    with pytest.raises(InputError, match="column 'note': holds no numbers"):
+        read_log(tmp_path / "run.mf4", mapping | {"speed": column("note")})
+
+
+def test_an_empty_group_of_an_mdf_file_hides_no_channel(tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf", reason="asammdf is not installed: pip install 'vdyn_cli[mdf]'")
+    none = np.empty(0)
+    file = asammdf.MDF(version="4.10")
+    file.append(
+        [asammdf.Signal(none, none, unit="m/s", name="v"), asammdf.Signal(none, none, name="w")], acq_name="off"
+    )
+    file.append([asammdf.Signal(SPEED, TIME, unit="m/s", name="v")], acq_name="on")
+    file.save(tmp_path / "run.mf4")
+    file.close()
+    assert [(c.name, c.group) for c in MDF.channels(tmp_path / "run.mf4")] == [
+        ("w", "off"),
+        ("time", "on"),
+        ("v", "on"),
+    ]
+    mapping = {"time": column("time", "s"), "speed": column("v")}
+    assert np.array_equal(read_log(tmp_path / "run.mf4", mapping)["speed"], SPEED)
+    with pytest.raises(InputError, match=r"run\.mf4"):
+        read_log(tmp_path / "run.mf4", mapping | {"speed": column("w")})

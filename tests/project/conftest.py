@@ -1,0 +1,31 @@
+"""A pipeline of three quick steps that has run."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.project.pipeline_runs import run
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
+    """A pipeline of three quick steps that has run, in a folder of its own: ``configs`` and ``out``."""
+    folder = tmp_path_factory.mktemp("done")
+    configs = folder / "configs"
+    configs.mkdir()
+    (folder / "sample_logs").symlink_to(root / "sample_logs")
+    for name in ("vehicle", "area", "cg", "tire"):
+        (configs / f"{name}.yaml").write_text((root / "configs" / f"{name}.yaml").read_text())
+    steps = "".join(f"  - {name}.yaml\n" for name in ("tire", "cg", "area"))
+    (configs / "pipeline.yaml").write_text(f"pipeline: a day\nvehicle: vehicle.yaml\nsteps:\n{steps}")
+    assert run(configs, "out")[0] == 0
+    return folder
+
+
+@pytest.fixture
+def day(done: Path, tmp_path: Path) -> Path:
+    """The configs of a copy of it."""
+    return shutil.copytree(done, tmp_path / "day", symlinks=True) / "configs"

@@ -1,0 +1,66 @@
+"""The speed as a second reading of the accelerometer: a tilt shows beside it, a delay and a gain do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.plant.vehicle import random_vehicle
+from tests.steps.cg.test_cg import known, logs
+from vdyn_cli.diagnosis.diagnose import diagnosed
+from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
+from vdyn_cli.inference import Rows
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import published
+from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
+from vdyn_cli.steps.cg.speed_change import LEAST_SLOPE, speed_change, with_speed
+from vdyn_cli.steps.cg.step import STEP
+
+TILT = np.radians(1.5)
+TIME = np.arange(0.0, 20.0, 0.01)
+PUSH = 3.0 * np.sin(0.9 * TIME)
+SPEED = 15.0 + 3.0 / 0.9 * (1.0 - np.cos(0.9 * TIME))
+EMPTY = Rows(np.zeros(0), np.zeros((0, 1)), time=np.zeros(0))
+
+
+def residual(log: Log) -> np.ndarray:
+    speed = speed_change(log)
+    assert speed is not None
+    return with_speed(EMPTY, speed, log["acceleration"], np.ones((log.time.size, 1))).residual
+
+
+def test_a_zero_is_a_slope_and_a_delay_or_a_gain_stays_within_the_error() -> None:
+    log = Log("a.csv", TIME, {"acceleration": PUSH, "speed": SPEED})
+    assert np.max(np.abs(residual(log))) < 0.1
+    late = log.with_channels(speed=np.interp(TIME - 0.05, TIME, SPEED))
+    assert np.sqrt(np.mean(residual(late) ** 2)) < 1.0
+    louder = log.with_channels(speed=1.01 * SPEED)
+    assert np.sqrt(np.mean(residual(louder) ** 2)) < 1.0
+    off = residual(log.with_channels(acceleration=PUSH + 10 * LEAST_SLOPE))
+    assert np.linalg.norm(off) == pytest.approx(10.0, rel=0.1)  # standard deviations of the slope
+
+
+def test_a_speed_with_gaps_is_not_compared() -> None:
+    holed = np.where(np.abs(TIME - 5.0) < 0.5, np.nan, SPEED)
+    assert speed_change(Log("a.csv", TIME, {"acceleration": PUSH, "speed": holed})) is None
+    assert speed_change(Log("a.csv", TIME, {"acceleration": PUSH})) is None
+
+
+@pytest.mark.parametrize("tilt", [0.0, TILT])
+def test_a_tilt_of_a_sensor_in_the_body_is_found_beside_a_speed(tilt: float) -> None:
+    vehicle = random_vehicle(6)
+    data = []
+    for log in logs(vehicle, 6):
+        steps = np.diff(log.time) * (log["pitch_rate"][1:] + log["pitch_rate"][:-1]) / 2
+        pitch = np.concatenate([[0.0], np.cumsum(steps - steps.mean())])
+        felt = log["acceleration"] * np.cos(tilt) + 9.80665 * (pitch + np.sin(tilt))
+        data.append(log.with_channels(acceleration=felt))
+    spec = CgSpec(test="cg", settings=CgSettings(accelerometer="body", load_zero="10 N"))  # type: ignore[arg-type]
+    prepared = PreparedStep(STEP, spec, known(vehicle), STEP.prepare(spec, tuple(data), known(vehicle)))
+    result = published(prepared.problem)
+    assert isinstance(result, Result)
+    diagnosis = diagnosed(prepared, result).diagnosis
+    assert diagnosis is not None
+    found = {e for one in diagnosis.ambiguous for e in one} | {c.effect for c in diagnosis.causes}
+    assert ("accelerometer_tilt" in found) == (tilt > 0.0)

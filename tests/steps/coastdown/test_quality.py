@@ -1,0 +1,86 @@
+"""Agreement of the fit with local decelerations, the force that runs share, and the influence of single runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.messy_cases import estimated, prepared
+from tests.plant import messy_day
+from vdyn_cli.steps.coastdown.agreement import LocalForces, disagreement, holding, influence, local_forces
+from vdyn_cli.steps.coastdown.quality import quality_of, unphysical
+from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load
+
+SHORT = messy_day.Day(rms=0.0, upper=25.0, lower=5.0)
+LEVEL = {"roughness": "0 %"}
+
+
+def fitted(case: messy_day.Case, position: bool = False) -> RoadLoadFit:
+    return fit_road_load(prepared(case, position).problem.placed)  # type: ignore[attr-defined]
+
+
+def test_local_forces_are_those_of_the_car() -> None:
+    case = messy_day.drive(11, SHORT)
+    found = local_forces(fitted(case))
+    assert found is not None
+    truth = np.array([case.vehicle.load(float(v)) for v in found.speed])
+    assert np.mean(np.abs(found.measured - truth) <= found.half) >= 0.75
+    assert np.allclose(found.fitted, truth, rtol=0.06)
+    assert disagreement(found) < 1.0
+
+
+def test_intervals_hold_local_forces_that_disagree() -> None:
+    fit = fitted(messy_day.drive(12, SHORT))
+    other = {"rolling_resistance": 1.2 * fit.solution.values["rolling_resistance"]}
+    low, high = holding(fit.solution, other).interval95["rolling_resistance"]
+    assert low < other["rolling_resistance"] < high
+    found = local_forces(fit)
+    assert found is not None
+    off = LocalForces(found.speed, found.measured + 3.0 * found.half, found.fitted, found.half)
+    assert disagreement(off) > 1.0
+
+
+def test_runs_share_no_force_on_a_level_road_and_one_on_an_undulating_road() -> None:
+    level = estimated(messy_day.drive(13, SHORT), position=False)
+    assert all(abs(s["correlation"]) < 0.3 for s in level.extra["quality"]["shared_force"])
+    assert not any("share a force" in f.what for f in level.findings)
+    rough = estimated(messy_day.drive(13, replace(SHORT, rms=0.002, waves="random")), position=False)
+    assert all(s["correlation"] > 0.3 for s in rough.extra["quality"]["shared_force"])
+    assert any("share a force" in f.what and "position" in f.remedy for f in rough.findings)
+
+
+def test_influence_is_that_of_fits_without_the_run() -> None:
+    case = messy_day.drive(14, replace(SHORT, runs=6))
+    problem = prepared(case, False, road=LEVEL).problem
+    full = fit_road_load(problem.placed)  # type: ignore[attr-defined]
+    shifts = influence(full)
+    for k, run in enumerate(full.campaign.runs):
+        keep = [i for i in range(6) if i != k]
+        campaign = replace(
+            full.campaign,
+            runs=tuple(full.campaign.runs[i] for i in keep),
+            levels=tuple(full.campaign.levels[i] for i in keep),
+        )
+        rest = fit_road_load(campaign, rounds=0)
+        for name, shift in shifts[run.name].items():
+            moved = rest.solution.values[name] - full.solution.values[name]
+            assert shift == pytest.approx(moved, abs=0.35 * full.solution.std[name])
+
+
+def test_a_disturbed_run_has_the_largest_influence() -> None:
+    case = messy_day.drive(15, replace(SHORT, runs=6))
+    disturbed = replace(case.runs[2], speed=case.runs[2].speed * np.linspace(1.0, 1.25, case.runs[2].speed.size))
+    case = replace(case, runs=(*case.runs[:2], disturbed, *case.runs[3:]))
+    result = estimated(case, position=False)
+    shifts = result.extra["quality"]["influence"]
+    worst = max(shifts, key=lambda run: abs(shifts[run]["rolling_resistance"]))
+    assert worst == "run_3.csv"
+
+
+def test_gusts_beyond_any_test_day_are_a_finding_and_no_noise() -> None:
+    stormy = messy_day.drive(16, replace(SHORT, weather=messy_day.Weather(gust=4.0, drift=0.0)))
+    fit = fitted(stormy)
+    assert "gust" in unphysical(fit)
+    assert any(f.doubt and "gusts" in f.what for f in quality_of(fit).findings())

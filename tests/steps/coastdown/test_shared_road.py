@@ -1,0 +1,85 @@
+"""The road that all runs share: found from the runs, and held by the intervals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.messy_cases import estimated, prepared
+from tests.plant import messy_day
+from vdyn_cli.diagnosis.effect_unknowns import unknowns_of
+from vdyn_cli.effects import catalogue
+from vdyn_cli.inference.restricted_likelihood import RandomUnknowns, restricted_likelihood
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.coastdown.road_load_fit import fit_road_load
+from vdyn_cli.steps.coastdown.shared_road import SPECTRA, slope_correlation
+
+SHORT = messy_day.Day(upper=25.0, lower=5.0)
+ROUGH = replace(SHORT, rms=0.0015, waves="random")
+MAIN = ("rolling_resistance", "drag_area")
+
+
+def covers(result: Result, case: messy_day.Case, name: str) -> bool:
+    low, high = result.parameters[name].interval95
+    return low <= case.truth[name] <= high
+
+
+def test_an_undulating_road_is_no_gust_and_no_resistance() -> None:
+    case = messy_day.drive(4, ROUGH)
+    result = estimated(case, position=True)
+    assert result.extra["noise"]["gust"] < 0.8  # true: 0.5 m/s
+    assert result.extra["noise"]["roughness"] == pytest.approx(0.0015, rel=0.4)
+    assert all(covers(result, case, name) for name in MAIN)
+
+
+def test_the_way_back_is_found_on_the_road_of_the_way_out() -> None:
+    case = messy_day.drive(4, ROUGH)
+    turn = prepared(case, position=False).problem.placed.turn  # type: ignore[attr-defined]
+    starts = {way: np.mean([r.position[0] for r in case.runs if r.direction == way]) for way in ("out", "back")}
+    assert turn == pytest.approx(starts["back"] - starts["out"], abs=100.0)
+
+
+def test_a_level_road_widens_the_interval_a_little() -> None:
+    case = messy_day.drive(4, replace(SHORT, rms=0.0))
+    fit = prepared(case, position=False).problem.placed  # type: ignore[attr-defined]
+    assert fit.layout is not None
+    with_road, without = fit_road_load(fit), fit_road_load(replace(fit, level_road=True))
+    assert with_road.sizes["roughness"] < 3e-4
+    for name in MAIN:
+        assert with_road.solution.std[name] < 1.75 * without.solution.std[name]
+
+
+def test_a_profile_over_the_logged_position_can_be_published() -> None:
+    case = messy_day.drive(5, replace(ROUGH, rms=0.003))
+    effect = next(e for e in catalogue() if e.name == "grade_profile")
+    problem = prepared(case, position=True).problem
+    result = problem.publish((effect,), unknowns_of(effect))
+    assert all(covers(result, case, name) for name in MAIN)
+    assert result.extra["noise"]["roughness"] > 1e-3
+
+
+def test_the_likelihood_of_a_roughness_has_the_slope_it_says() -> None:
+    problem = prepared(messy_day.drive(6, ROUGH), position=True).problem
+    fit = fit_road_load(problem.placed)  # type: ignore[attr-defined]
+    rows, random = fit.rows, fit.rows.random()
+    assert random is not None
+    start = fit.regression.start()
+    noisy = [rows.noisy(k, fit.regression.local(start, k), rows.at) for k in range(len(fit.regression.runs))]
+    known = np.zeros(len(rows.shared))
+    known[random.columns] = 1.0
+
+    def at(shift: float) -> tuple[float, dict[str, float]]:
+        sizes = {**rows.sizes, "roughness": rows.sizes["roughness"] * np.exp(shift)}
+        return restricted_likelihood(noisy, sizes, known, RandomUnknowns("roughness", random.columns))
+
+    by_difference = (at(1e-3)[0] - at(-1e-3)[0]) / 2e-3
+    assert at(0.0)[1]["roughness"] == pytest.approx(by_difference, rel=1e-3, abs=1e-3)
+
+
+@pytest.mark.parametrize("spectrum", range(len(SPECTRA)))
+def test_every_spectrum_is_a_correlation(spectrum: int) -> None:
+    found = slope_correlation(np.linspace(0, 2000, 60), spectrum)
+    assert np.allclose(np.diag(found), 1.0)
+    assert np.linalg.eigvalsh(found).min() > 0

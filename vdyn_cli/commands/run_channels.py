@@ -1,0 +1,143 @@
+"""``vdyn channels``: what a log holds, as a table for a terminal or as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.quantities.number_text import decimals
+from vdyn_cli.quantities.result_schema import ChannelEntry, ChannelsDocument
+
+_LONGEST_NAME = 42  # characters of a name in the table; longer ones are cut in the middle
+_BUS_FRAMES = ("CAN_DataFrame", "LIN_Frame", "FLX_Frame", "ETH_Frame")  # names by the standard of bus logging in MDF 4
+_TOGETHER = 3  # channels that rest at the same time, from which the log itself seems to stand still
+_SAME_TIME = 0.25  # s within which rests of several channels begin and end together
+
+
+def channels_table(path: Path) -> str:
+    """The channels of a log of any format, one line each, and what is conspicuous below.
+
+    Raises
+    ------
+    InputError : the file cannot be read.
+    """
+    facts = survey(path)
+    grouped = any(f.info.group for f in facts)
+    header = ["channel", *(["group"] if grouped else []), "unit", "rate", "from", "to", "lowest", "highest", "note"]
+    rows = [_row(f, grouped) for f in facts]
+    widths = [max(len(row[i]) for row in (header, *rows)) for i in range(len(header))]
+    right = {header.index(name) for name in ("rate", "from", "to", "lowest", "highest")}
+    lines = [
+        "  ".join(
+            cell.rjust(w) if i in right else cell.ljust(w) for i, (cell, w) in enumerate(zip(r, widths, strict=True))
+        )
+        for r in (header, *rows)
+    ]
+    return "\n".join([*(line.rstrip() for line in lines), *_summary(path, facts)])
+
+
+def channels_json(path: Path) -> str:
+    """The same as JSON; its schema is ``vdyn schema channels``.
+
+    Raises
+    ------
+    InputError : the file cannot be read.
+    """
+    entries = [_entry(f) for f in survey(path)]
+    document = ChannelsDocument(format="vdyn/channels/1", log=path.name, channels=entries)
+    return json.dumps(document.model_dump(), indent=2, ensure_ascii=False) + "\n"
+
+
+def _entry(facts: ChannelFacts) -> ChannelEntry:
+    info = facts.info
+    return ChannelEntry(
+        column=facts.column,
+        group=info.group,
+        source=info.source,
+        unit=info.unit,
+        rate=_known(info.rate),
+        span=None if math.isnan(info.span[0]) else info.span,
+        state=facts.state,
+        samples=facts.samples,
+        lowest=_known(facts.lowest),
+        highest=_known(facts.highest),
+        rest=facts.rest,
+        same_as=facts.same_as,
+        repeated=facts.repeated,
+    )
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def _row(facts: ChannelFacts, grouped: bool) -> list[str]:
+    info = facts.info
+    name = facts.column if len(facts.column) <= _LONGEST_NAME else f"{facts.column[:25]}...{facts.column[-14:]}"
+    rate = "" if math.isnan(info.rate) else f"{info.rate:.4g} Hz"
+    span = ["", ""] if math.isnan(info.span[0]) else [_seconds(t, info.span[1] - info.span[0]) for t in info.span]
+    limits = [_number(facts.lowest), _number(facts.highest)]
+    return [name, *([info.group] if grouped else []), info.unit, rate, *span, *limits, "; ".join(_notes(facts))]
+
+
+def _seconds(time: float, length: float) -> str:
+    """A time to about a thousandth of a log's length, in s."""
+    return f"{time:.{decimals(max(length, 1e-6) / 100.0, 6)}f} s"
+
+
+def _number(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.5g}"
+
+
+def _notes(facts: ChannelFacts) -> list[str]:
+    notes: list[str] = []
+    if facts.state != "varies":
+        notes.append(facts.state)
+    if facts.repeated > 1 and facts.state != "clock":
+        notes.append(f"one of {facts.repeated} of this name")
+    if facts.same_as:
+        notes.append(f"same samples as '{facts.same_as}'")
+    if facts.rest:
+        start, stop, value = facts.rest
+        length = facts.info.span[1] - facts.info.span[0]
+        share = (stop - start) / length if length > 0 else 0.0
+        notes.append(f"rests at {value:.5g} from {_seconds(start, length)} to {_seconds(stop, length)} ({share:.0%})")
+    return notes
+
+
+def _summary(path: Path, facts: Sequence[ChannelFacts]) -> list[str]:
+    lines = [""]
+    count = {state: sum(f.state == state for f in facts) for state in ("constant", "empty", "text")}
+    stated = ", ".join(f"{n} {state}" for state, n in count.items() if n)
+    clocks = sum(f.state == "clock" for f in facts)
+    lines.append(f"{path.name}: {len(facts)} channels" + (f", {stated}" if stated else ""))
+    if not clocks:
+        lines.append("No column rises like a clock: this is a table, not a log, or its time has an unusual name.")
+    elif clocks > 1:
+        lines.append(f"{clocks} clocks: channels of different clocks are put on one clock when a step reads them.")
+    if any(f.column.startswith(_BUS_FRAMES) for f in facts):
+        lines.append("Raw bus frames, which hold no channels yet: decode them with the bus's DBC or ARXML file first.")
+    for start, stop, names in _common_rests(facts):
+        shown = ", ".join(f"'{n}'" for n in names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+        lines.append(f"{len(names)} channels stand still together from {start:.1f} s to {stop:.1f} s: {shown}.")
+        lines.append("    -> if the vehicle was moving, cut this part with from_time or to_time")
+    return lines
+
+
+def _common_rests(facts: Sequence[ChannelFacts]) -> list[tuple[float, float, list[str]]]:
+    """Times at which several channels rest together, at values other than zero."""
+    found: list[tuple[float, float, list[str]]] = []
+    for one in facts:
+        if one.rest is None or one.rest[2] == 0.0:
+            continue  # zero is where channels of a parked car rest
+        start, stop, _ = one.rest
+        for i, (first, last, names) in enumerate(found):
+            if abs(first - start) <= _SAME_TIME and abs(last - stop) <= _SAME_TIME:
+                found[i] = (first, last, [*names, one.column])
+                break
+        else:
+            found.append((start, stop, [one.column]))
+    return [rest for rest in found if len(rest[2]) >= _TOGETHER]

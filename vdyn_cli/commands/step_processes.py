@@ -1,0 +1,82 @@
+"""Steps side by side, each in a process of its own: one that dies costs its own step only."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from vdyn_cli.project.pipeline import StepOutcome, Task
+from vdyn_cli.quantities.errors import Finding
+
+WATCH = 0.3  # s between two looks whether the pipeline still runs
+Attempt = Callable[[Task, Mapping[str, StepOutcome]], StepOutcome]
+
+
+def side_by_side(tasks: Sequence[Task], jobs: int, attempt: Attempt) -> Iterator[tuple[StepOutcome, float]]:
+    """The outcome of each step and its time, s, as they end; none of them outlives the caller.
+
+    Parameters
+    ----------
+    jobs : steps to run at a time.
+    attempt : (task, outcomes of the steps that have ended) -> outcome; can be pickled.
+    """
+    outcomes: dict[str, StepOutcome] = {}
+    waiting = list(tasks)
+    running: dict[Any, tuple[Task, BaseProcess, float]] = {}  # by the connection that the process writes to
+    try:
+        while waiting or running:
+            for task in [t for t in waiting if all(name in outcomes for name in t.after)][: jobs - len(running)]:
+                waiting.remove(task)
+                receiver, sender = multiprocessing.Pipe(duplex=False)
+                arguments = (sender, attempt, task, dict(outcomes), os.getpid())
+                started = multiprocessing.Process(target=_child, args=arguments, daemon=True)
+                started.start()
+                sender.close()  # else the end of the process would not close the pipe
+                running[receiver] = task, started, time.perf_counter()
+            for ended in wait(list(running)):
+                task, process, start = running.pop(ended)
+                outcome = _received(ended, task, process)
+                outcomes[task.name] = outcome
+                yield outcome, time.perf_counter() - start
+    finally:
+        for _, process, _ in running.values():
+            process.kill()
+            process.join()
+
+
+def _received(receiver: Any, task: Task, process: BaseProcess) -> StepOutcome:
+    """What a process sent, or that it ended without a result."""
+    outcome: StepOutcome | None = None
+    with receiver, suppress(EOFError, OSError):
+        outcome = receiver.recv()
+    process.join()
+    if outcome is not None:
+        return outcome
+    code = process.exitcode or 0
+    why = f"signal {-code}" if code < 0 else f"exit code {code}"
+    remedy = "run the pipeline again: it reuses the steps that are done"
+    finding = Finding(task.name, f"its process ended without a result ({why}), killed or out of memory", remedy=remedy)
+    return StepOutcome(task.name, "failed", reason="its process was ended", problems=(finding,), exit_code=70)
+
+
+def _child(sender: Connection, attempt: Attempt, task: Task, outcomes: Mapping[str, StepOutcome], parent: int) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pipeline ends its processes itself
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    with sender:
+        sender.send(attempt(task, outcomes))
+
+
+def _end_with(parent: int) -> None:
+    """End this process when its parent has ended, however that ended."""
+    while os.getppid() == parent:
+        time.sleep(WATCH)
+    os._exit(1)

@@ -1,0 +1,200 @@
+"""The size of a finding: what an answer changes in the main output, in the parameters and in the rms error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vdyn_cli.diagnosis.full_model import FittedModel
+from vdyn_cli.diagnosis.linearized_system import LinearizedRuns
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.diagnosis.unexplained import half_widths, unexplained_biases
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.constants import NORMAL95
+
+
+@dataclass(frozen=True)
+class FindingSize:
+    """What a model with effects changes beside the one without.
+
+    Parameters
+    ----------
+    plain : whether the output is in the unit of the main channel; else in standard deviations of the noise.
+    change : rms change of the main output. every : of all channels together, in standard deviations of their noise.
+    points : the change at the start of the run in which it is largest, at its largest, and at the end: (run, share of
+        the run's samples, change).
+    before, after : rms error of the main output without and with the effects.
+    shifts : change of each parameter of the baseline; stds : its standard deviation without the effects, or the one
+        with which it is known beforehand where the model keeps prior values.
+    contradicted : the prior that the baseline contradicts most where the effects do not: its pull without them.
+    """
+
+    plain: bool
+    change: float
+    every: float
+    points: tuple[tuple[int, float, float], ...]
+    before: float
+    after: float
+    shifts: Mapping[str, float]
+    stds: Mapping[str, float]
+    contradicted: float
+
+    def in_std(self) -> dict[str, float]:
+        """The shift of each parameter in its standard deviations."""
+        return {n: moved / self.stds[n] for n, moved in self.shifts.items() if self.stds.get(n, 0.0) > 0}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What matters: a finding below every limit is a note.
+
+    Parameters
+    ----------
+    output : change of the main output, in its unit; noise : its noise floor, in that unit. NaN where the fit has no
+        such unit: then a share of one standard deviation of the whitened residual.
+    parameters : change of each parameter that is published or stated, in its unit.
+    stated : whether the description states what matters: then a contradicted prior alone does not.
+    """
+
+    output: float = float("nan")
+    noise: float = float("nan")
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    stated: bool = False
+
+    def exceeded(self, size: FindingSize) -> bool:
+        """Whether a finding matters: its output, one of its parameters, or a prior that only the baseline contradicts.
+
+        A stated output counts instead of the other channels and of the priors. Assumes that a whitened change is the
+        same share of the noise floor in the main channel's unit.
+        """
+        share = POLICY.matters_share
+        limit = self.output if np.isfinite(self.output) else 0.0
+        if not size.plain:
+            limit = limit / self.noise if limit > 0 else share
+        if not size.change <= limit:
+            return True
+        if not self.stated and (size.contradicted > POLICY.named_t or size.every > share):
+            return True
+        return any(abs(moved) > self.of(n, size.stds.get(n, 0.0)) for n, moved in size.shifts.items())
+
+    def of(self, name: str, std: float) -> float:
+        """The limit of a parameter, by its standard deviation where it is not published."""
+        return self.parameters.get(name, POLICY.matters_share * NORMAL95 * std)
+
+
+def explained_share(before: float, after: float, floor: float) -> float:
+    """(before - after) / (before - floor), 0 to 1: the share of the explainable rms error that is gone.
+
+    Parameters
+    ----------
+    before, after : rms errors. floor : rms that noise alone leaves, in the same unit; a larger one than ``after``
+        cannot be right and counts as that; NaN: as 0.
+    """
+    least = min(floor, after) if np.isfinite(floor) else 0.0
+    return float(np.clip((before - after) / max(before - least, 1e-300), 0.0, 1.0))
+
+
+def finding_size(strategy: Strategy, without: FittedModel, found: FittedModel) -> FindingSize:
+    """The size of the effects that ``found`` has and ``without`` lacks.
+
+    Where the strategy keeps prior values, the output changes as its predictions do; else as the fits do.
+    """
+    model, near = strategy.model, strategy.relinearized(found)
+    runs = _predictions(strategy, without, near) or (without.runs, near.runs)
+    plain = all(r.plain is not None for one in runs for r in one.rows)
+    residuals = [_residuals(one, plain) for one in runs]
+    white = [_residuals(one, False) for one in runs]
+    counts = [len(r) for r in residuals[0]] if plain else _counts(runs[0])
+    changes = [b - a if a.size == b.size else np.full(1, np.nan) for a, b in zip(*residuals, strict=True)]
+    solution, parameters = without.solution, [n for n in model.base if n not in model.nuisances]
+    priors = {u.name: u.prior[1] for u in model.regression.shared if u.prior} if strategy.prior_values else {}
+    before, after = (_rms(one, counts) for one in residuals)
+    return FindingSize(
+        plain,
+        _rms(changes, counts),
+        _rms([b - a for a, b in zip(*white, strict=True) if a.size == b.size], _counts(runs[0])),
+        _points(changes) if plain else (),
+        before,
+        after,
+        {n: float(near.values[n] - solution.values[n]) for n in parameters if n in near.values},
+        {n: float(priors.get(n, solution.std.get(n, 0.0))) for n in parameters},
+        _contradicted(without.runs, near.runs, model.nuisances),
+    )
+
+
+def profile_matters(strategy: Strategy, base: FittedModel, limits: Limits) -> bool:
+    """Whether a free profile of what the baseline leaves unexplained changes output or parameters by what matters."""
+    model = strategy.model
+    found = model.scores(base, list(model.setup.families))
+    rows = max(sum(_counts(base.runs)), 1)
+    share = max((found.statistic[f] - found.rank[f] for f in found.names), default=0.0) / rows
+    limit = limits.output / limits.noise if np.isfinite(limits.output) and limits.noise > 0 else POLICY.matters_share
+    if np.sqrt(max(share, 0.0)) > limit:
+        return True
+    size = finding_size(strategy, base, base)
+    halves = half_widths(unexplained_biases(model, base))
+    return any(halves.get(n, 0.0) > limits.of(n, size.stds[n]) for n in size.shifts)
+
+
+def _predictions(
+    strategy: Strategy, without: FittedModel, near: FittedModel
+) -> tuple[LinearizedRuns, LinearizedRuns] | None:
+    """Simulations at prior values without and with the effects; None where the fits count."""
+    if not strategy.prior_values or not near.effects:
+        return None
+    names = [n for e in near.effects for n in strategy.model.freed(e)]
+    values = {n: near.values[n] for n in names if n in near.values}
+    before = {n: without.values[n] for e in without.effects for n in strategy.model.freed(e) if n in without.values}
+    pair = strategy.predicted(near, without.effects, before), strategy.predicted(near, near.effects, values)
+    return None if pair[0] is None or pair[1] is None else (pair[0].runs, pair[1].runs)
+
+
+def _residuals(runs: LinearizedRuns, plain: bool) -> list[Array]:
+    return [r.plain[0] if plain and r.plain is not None else r.residual for r in runs.rows]
+
+
+def _counts(runs: LinearizedRuns) -> list[int]:
+    return [r.residual.size if r.folded is None else int(r.folded.sum()) for r in runs.rows]
+
+
+def _rms(each: Sequence[Array], counts: Sequence[int]) -> float:
+    return float(np.sqrt(sum(float(r @ r) for r in each) / max(sum(counts), 1)))
+
+
+def _points(changes: Sequence[Array]) -> tuple[tuple[int, float, float], ...]:
+    """The change at the start of the run in which it is largest, at its largest, and at the end."""
+    sizes = [float(np.max(np.abs(c), initial=0.0)) for c in changes]
+    run = int(np.argmax(sizes))
+    last = changes[run].size - 1
+    return tuple((run, k / max(last, 1), float(changes[run][k])) for k in places_of(changes[run])) if last >= 0 else ()
+
+
+def places_of(change: Array) -> tuple[int, int, int]:
+    """The samples at which a change, (n,), is stated: the first, that of the largest change, the last."""
+    return 0, int(np.argmax(np.nan_to_num(np.abs(change)))), change.size - 1
+
+
+def _contradicted(without: LinearizedRuns, found: LinearizedRuns, nuisances: frozenset[str]) -> float:
+    """The largest pull of a nuisance's prior without the effects that they lower by as much as matters.
+
+    A pull is the distance from the prior's mean in its standard deviations: of zeros, starts and clocks.
+    """
+    pulls = [np.concatenate([_own_pulls(one), _shared_pulls(one, nuisances)]) for one in (without, found)]
+    if pulls[0].size != pulls[1].size:
+        return 0.0
+    lowered = pulls[0] - pulls[1] > POLICY.matters_share * NORMAL95
+    return float(np.max(pulls[0][lowered], initial=0.0))
+
+
+def _own_pulls(runs: LinearizedRuns) -> Array:
+    known = [(k, u.prior) for k, u in enumerate(runs.regression.own) if u.prior]
+    pulls = [np.abs(runs.own[:, k] - mean) / std for k, (mean, std) in known]
+    return np.concatenate(pulls) if pulls else np.zeros(0)
+
+
+def _shared_pulls(runs: LinearizedRuns, nuisances: frozenset[str]) -> Array:
+    at = zip(runs.regression.shared, runs.shared.tolist(), strict=True)
+    return np.array([abs(x - u.prior[0]) / u.prior[1] for u, x in at if u.prior and u.name in nuisances])

@@ -1,0 +1,134 @@
+"""The choice of effects repeated in a fold, to first order: singles and pairs that suffice, forward selection.
+
+With S the sensitivities of candidates and profiles less what is fitted, V = S'S and u = S'y hold all that the choice
+needs: beside effects F the score of another candidate is
+
+    V' = V - V_F V_FF^+ V_F',     u' = u - V_F V_FF^+ u_F,     T^2 = u_g' V_gg'^+ u_g
+
+so that a fold costs one projection. Not repeated: the sensitivities are those of the fits to all data, amplitudes
+have no plausible range, sufficiency is by the noise model alone (no sign flips), and alternatives to a chain of effects
+are not looked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, orthonormal
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.scores import ROUNDING, equivalent
+from vdyn_cli.inference.qr_factors import Array
+
+
+@dataclass(frozen=True)
+class Information:
+    """Information matrix and scores of candidates and profiles beside what is fitted.
+
+    Parameters
+    ----------
+    matrix : (k, k), V. score : (k,), u. columns : of each candidate and profile.
+    profiles : the names that serve as a test of what is left, not as an answer.
+    """
+
+    matrix: Array
+    score: Array
+    columns: Mapping[str, NDArray[np.int64]]
+    profiles: frozenset[str]
+
+    def beside(self, effects: Sequence[str]) -> Information:
+        """The same beside these effects."""
+        if not effects:
+            return self
+        f = np.concatenate([self.columns[e] for e in effects])
+        gain = self.matrix[:, f] @ np.linalg.pinv(self.matrix[np.ix_(f, f)], rcond=ROUNDING, hermitian=True)
+        return Information(
+            self.matrix - gain @ self.matrix[f], self.score - gain @ self.score[f], self.columns, self.profiles
+        )
+
+    def statistic(self, name: str) -> tuple[float, int]:
+        """T^2 of a candidate or profile, and its degrees of freedom."""
+        g = self.columns[name]
+        own, whole = self.matrix[np.ix_(g, g)], self.matrix
+        scale = np.sqrt(np.maximum(np.diag(own), 0.0))
+        seen = scale > ROUNDING * np.sqrt(max(float(np.max(np.diag(whole))), 1e-300))
+        if not seen.any():
+            return 0.0, 0
+        even = own[np.ix_(seen, seen)] / np.outer(scale[seen], scale[seen])
+        values, axes = np.linalg.eigh(even)
+        good = values > ROUNDING
+        along = axes.T @ (self.score[g][seen] / scale[seen])
+        return float(np.sum(along[good] ** 2 / values[good])), int(good.sum())
+
+    def evidence(self, names: Sequence[str]) -> dict[str, float]:
+        """The normal deviate that is as rare, of each that is visible."""
+        each = {n: self.statistic(n) for n in names}
+        return {n: float(equivalent(t, rank)) for n, (t, rank) in each.items() if rank}
+
+    def rest_is_noise(self, effects: Sequence[str], candidates: Sequence[str]) -> bool:
+        """Whether no other candidate and no profile shows anything beside these effects (Bonferroni)."""
+        names = [n for n in (*candidates, *sorted(self.profiles)) if n not in effects]
+        left = self.beside(effects).evidence(names)
+        return max(left.values(), default=0.0) < norm.isf(POLICY.rest_level / max(len(left), 1))
+
+    def explained(self, effects: Sequence[str]) -> float:
+        """What these effects explain together, T^2."""
+        total, at = 0.0, self
+        for k, effect in enumerate(effects):
+            at = self.beside(effects[:k])
+            total += at.statistic(effect)[0]
+        return total
+
+
+def information(system: LinearizedSystem, fitted: Sequence[str], columns: Mapping[str, Sequence[str]],
+                profiles: Sequence[str]) -> Information:  # fmt: skip
+    """The information of a fold's rows beside what is fitted and every run's own unknowns.
+
+    Parameters
+    ----------
+    columns : the unknowns of each candidate and profile.
+    """
+    basis = orthonormal(system.of([*fitted, *system.own]))
+    names = [n for each in columns.values() for n in each]
+    whole = system.of(names)
+    left = whole - basis @ (basis.T @ whole)
+    left[:, np.sum(left**2, axis=0) <= ROUNDING**2 * np.sum(whole**2, axis=0)] = 0.0
+    y = system.y - basis @ (basis.T @ system.y)
+    at, groups = 0, {}
+    for name, each in columns.items():
+        groups[name] = np.arange(at, at + len(each))
+        at += len(each)
+    return Information(left.T @ left, left.T @ y, groups, frozenset(profiles))
+
+
+def sufficient(found: Information, candidates: Sequence[str], most_effects: int) -> tuple[str, ...] | None:
+    """The effect, or the pair of effects, that suffices and explains most; () where nothing is there, None for neither.
+
+    By the rules of the whole choice (``candidate_models``), to first order.
+
+    Parameters
+    ----------
+    most_effects : of the whole choice: a fold's with more would be the gain of another answer.
+    """
+    evidence = found.evidence(candidates)
+    most = max(evidence.values(), default=0.0)
+    if most < POLICY.fold_evidence:
+        return ()
+    least = max(POLICY.single_evidence, POLICY.single_share * most)
+    singles = [n for n in evidence if evidence[n] >= least and found.rest_is_noise((n,), candidates)]
+    if singles:
+        return (max(singles, key=lambda n: found.statistic(n)[0]),)
+    if most_effects < 2:
+        return None
+    pool = sorted((n for n in evidence if evidence[n] > POLICY.pair_evidence), key=lambda n: -evidence[n])
+    pairs = sorted(combinations(pool[: POLICY.pair_pool], 2), key=lambda p: -found.explained(p))
+    for pair in pairs[: POLICY.pairs_refitted]:
+        needed = all(found.beside((a,)).statistic(b)[0] > POLICY.needed_t**2 for a, b in (pair, pair[::-1]))
+        if needed and found.rest_is_noise(pair, candidates):
+            return tuple(sorted(pair))
+    return None

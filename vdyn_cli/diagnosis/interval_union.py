@@ -1,0 +1,118 @@
+"""Intervals that know the verdict: of every answer that the data leave open, and of what none of them explains.
+
+    low = min over answers of (low_a - w_a),     w_a = sqrt(half_a^2 + bias_a^2) - half_a
+
+with [low_a, high_a] the interval that the step publishes with the answer in its model, half_a half of it, and bias_a
+half the 95 % interval of the bias by what the answer leaves unexplained (``unexplained``). The value stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vdyn_cli.diagnosis.unexplained import Bias
+from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+
+GROWN = 1.02  # of the half width: below, a published interval's two digits do not show that it is wider
+STEP = 0.1  # of a bias, over which derived parameters are differentiated
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One answer that the data leave open.
+
+    Parameters
+    ----------
+    label : the effects' names, joined by " + "; or "baseline".
+    parameters : as the step publishes them with the effects in its model.
+    bias : half the 95 % interval of the bias of each parameter by what the answer leaves unexplained.
+    """
+
+    label: str
+    parameters: Mapping[str, Estimate]
+    bias: Mapping[str, float] = field(default_factory=dict)
+
+
+UNEXPLAINED = "unexplained"  # marks an interval that holds a bias by what no effect explains
+
+
+def widened(published: Parameters, answers: Sequence[Answer]) -> Parameters:
+    """The published parameters, with intervals that hold those of all answers, and the answers that widened them.
+
+    A parameter given as exact keeps its value. ``std`` grows as the longer side of the interval.
+    """
+    return replace(published, estimates={n: _widened(n, e, answers) for n, e in published.items()})
+
+
+def _widened(name: str, one: Estimate, answers: Sequence[Answer]) -> Estimate:
+    low, high = one.interval95
+    if not high > low or one.source == "given":
+        return one
+    spans: list[str] = []
+    half = 0.5 * (high - low)
+    ends = [low, high]
+    for answer in answers:
+        found, bias = answer.parameters.get(name), answer.bias.get(name, 0.0)
+        if found is None:
+            continue
+        a, b = found.interval95
+        more = float(np.hypot(0.5 * (b - a), bias)) - 0.5 * (b - a)
+        if a < low or b > high:
+            spans.append(answer.label)
+        if more > (GROWN - 1.0) * half:
+            spans.append(UNEXPLAINED)
+        ends += [a - more, b + more]
+    if max(ends) - min(ends) < GROWN * (high - low):
+        return one
+    reach = max(max(ends) - one.value, one.value - min(ends))
+    std = max(one.std * reach / half if one.std > 0 else reach / NORMAL95, one.std)
+    return replace(one, interval95=(min(ends), max(ends)), std=std, spans=tuple(dict.fromkeys(spans)))
+
+
+def biases(
+    fitted: Mapping[str, float],
+    found: Sequence[Bias],
+    published: Mapping[str, Estimate],
+    derived: Callable[[Mapping[str, float]], Mapping[str, float]],
+) -> dict[str, float]:
+    """Half the 95 % interval of the bias of every published parameter, from that of the fitted ones.
+
+    Parameters
+    ----------
+    fitted : values of the fitted unknowns. found : their biases, of which the largest counts.
+    derived : values of the unknowns -> published parameters that follow from them, to first order.
+
+    Notes
+    -----
+    A published parameter that neither is fitted nor follows by ``derived`` is taken to be as uncertain in proportion
+    to its interval as the worst of the others.
+    """
+    if not found:
+        return {}
+    every = [{**one, **_derived(fitted, one, derived)} for one in found]
+    names = {n for one in every for n in one}
+    known = {n: max(float(np.linalg.norm(one[n])) for one in every) for n in names if n in published}
+    ratio = max((b / _half(published[n]) for n, b in known.items() if _half(published[n]) > 0), default=0.0)
+    return known | {n: ratio * _half(e) for n, e in published.items() if n not in known}
+
+
+def _derived(
+    fitted: Mapping[str, float], bias: Bias, derived: Callable[[Mapping[str, float]], Mapping[str, float]]
+) -> Bias:
+    """The bias of derived parameters: sum over fitted ones of slope times bias."""
+    base = derived(fitted)
+    total = {n: np.zeros(len(next(iter(bias.values())))) for n in base}
+    for name, parts in bias.items():
+        step = STEP * float(np.linalg.norm(parts))
+        if name in fitted and step > 0:
+            moved = derived({**fitted, name: fitted[name] + step})
+            total = {n: t + (moved[n] - base[n]) / step * parts for n, t in total.items()}
+    return total
+
+
+def _half(one: Estimate) -> float:
+    return 0.5 * (one.interval95[1] - one.interval95[0])

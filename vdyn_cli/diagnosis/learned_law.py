@@ -1,0 +1,217 @@
+"""The law of a part as it is learned from the data: a short formula where one does as well, else a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, cast
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import chi2
+
+from vdyn_cli.diagnosis.part_curve import Curve
+from vdyn_cli.diagnosis.part_finding import PartFinding
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.effects import Effect
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.law_definition import CurveDefinition, Form, LawDefinition
+from vdyn_cli.steps.free_part import Part
+from vdyn_cli.steps.learned_effect import LAW_FORMS, learned_effect
+
+RIDGE = 1e-9  # of the mean variance of a curve's points, so that their covariance can be inverted
+ROOM = 3.0  # times its value both ways: the range of a formula's shape in the fit
+MOST = 20.0  # times its value, or the plausible size: the range of an amplitude
+
+
+@dataclass(frozen=True)
+class FittedForm:
+    """A form for all places of the part.
+
+    Parameters
+    ----------
+    values : (coefficients,) of each curve. distance : chi-square distance from the curves, of ``freedom``.
+    share : of the curves' rms deviation from the baseline's law that it explains.
+    """
+
+    form: str
+    values: tuple[tuple[float, ...], ...]
+    distance: float
+    share: float
+
+    @property
+    def as_good(self) -> bool:
+        """Whether the data do not tell it from the free curve, or what it leaves does not matter."""
+        return self.share >= POLICY.formula_share
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients of one curve."""
+        return len(LAW_FORMS[self.form].coefficients)
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A learned law ready to be fitted.
+
+    Parameters
+    ----------
+    indistinguishable : other forms that do as well.
+    """
+
+    name: str
+    form: str
+    definition: LawDefinition
+    effect: Effect
+    indistinguishable: tuple[str, ...]
+
+
+def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
+    """Every form fitted to the part's curves, the best first: as good as the free curve, then fewest coefficients."""
+    found = []
+    for form in LAW_FORMS:
+        each = [_fit(curve, form, finding) for curve in finding.curves]
+        if any(one is None for one in each):
+            continue
+        fits = [one for one in each if one is not None]
+        left = sum(f[2] for f in fits)
+        whole = sum(f[3] for f in fits)
+        share = 1.0 - float(np.sqrt(left / whole)) if 0 < left < whole else float(left <= 0)
+        enough = chi2.ppf(POLICY.formula_level, max(finding.fitted.freedom, 1.0))
+        distance = sum(f[1] for f in fits)
+        share = max(share, POLICY.formula_share) if distance <= enough else share
+        found.append(FittedForm(form, tuple(f[0] for f in fits), distance, share))
+    return tuple(sorted(found, key=lambda f: (not f.as_good, f.size if f.as_good else 0, f.distance)))
+
+
+def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ...], float, float, float] | None:
+    """Coefficients, chi-square distance, and squares left and present beside the baseline's law; None without fit."""
+    law, definition = LAW_FORMS[form], _definition(curve.part, form, (), curve)
+    free = curve.gauge(finding.fitted.solution.values)
+    root = np.linalg.cholesky(curve.covariance + RIDGE * np.mean(np.diag(curve.covariance)) * np.eye(len(curve.at)))
+    target = np.linalg.solve(root, curve.value)
+
+    def solved(shapes: Sequence[float]) -> tuple[float, float, Array]:
+        with np.errstate(all="ignore"):
+            column = np.array([float(law.law(float(x), shapes, definition)) for x in curve.at])
+        if not np.all(np.isfinite(column)) or not np.any(column):
+            return 0.0, np.inf, curve.value
+        design = np.column_stack([column, free])
+        whitened = np.linalg.solve(root, design)
+        step = np.linalg.lstsq(whitened, target, rcond=None)[0]
+        return float(step[0]), float(np.sum((target - whitened @ step) ** 2)), column
+
+    starts = list(product(*_grids(curve, law.units[1:])))
+    best = min(starts, key=lambda s: solved(s)[1])
+    if best:
+        start = np.array(best, dtype=np.float64)
+        cost = cast(Any, lambda s: solved(tuple(s))[1])
+        search: Any = minimize(cost, start, method="Nelder-Mead", options={"maxiter": 200})
+        best = tuple(float(v) for v in search.x) if search.fun <= solved(best)[1] else best
+    size, distance, column = solved(best)
+    if not np.isfinite(distance):
+        return None
+    values = finding.fitted.solution.values
+    left = curve.beside_baseline(curve.value - size * column, values)
+    deviation = curve.beside_baseline(curve.value, values)
+    return (size, *best), distance, float(curve.weights @ left**2), float(curve.weights @ deviation**2)
+
+
+def _grids(curve: Curve, units: Sequence[str]) -> list[list[float]]:
+    """Starts of each shape: exponents, or places and widths within the covered range."""
+    low, high = float(curve.at[0]), float(curve.at[-1])
+    reach = max(abs(low), abs(high))
+    grids = []
+    for k, unit in enumerate(units):
+        if unit == "":
+            grids.append([0.3, 0.6, 1.5, 2.0, 3.0, 5.0])
+        elif len(units) == 2 and k == 0 and curve.part.anchored is False:
+            grids.append(list(np.linspace(low, high, 12)))
+        else:
+            smallest = curve.part.scale or reach / 50
+            grids.append([s * w for w in np.geomspace(smallest, 2 * reach, 10) for s in ((1, -1) if low < 0 else (1,))])
+    return grids
+
+
+def _definition(
+    part: Part, form: str, names: tuple[str, ...], curve: Curve, basis: Array | None = None
+) -> CurveDefinition:
+    return CurveDefinition(
+        place=part.place,
+        coordinate=part.coordinate,
+        coordinate_unit=part.coordinate_unit,
+        unit=part.unit,
+        factor=part.factor,
+        span=part.span,
+        scale=part.scale,
+        anchored=part.anchored,
+        form=cast(Form, form),
+        unknowns=names,
+        basis=() if basis is None else tuple(tuple(row) for row in basis.tolist()),
+        reference=float(np.max(np.abs(curve.at))),
+    )
+
+
+def learned(finding: PartFinding, form: FittedForm | None, others: Sequence[str], label: str) -> Learned:
+    """The learned law of a part.
+
+    Parameters
+    ----------
+    form : None for a table. others : forms that these data cannot tell from it. label : the part in words.
+    """
+    name = f"learned_{finding.name}"
+    curves: list[CurveDefinition] = []
+    starts: dict[str, tuple[float, float, float]] = {}
+    for k, curve in enumerate(finding.curves):
+        part = curve.part
+        prefix = f"{name}_{part.place}" if len(finding.curves) > 1 else name
+        if form is None:
+            basis, sizes = _directions(finding, part, curve)
+            names = tuple(f"{prefix}_{j + 1}" for j in range(len(sizes)))
+            curves.append(_definition(part, "table", names, curve, basis))
+            most = MOST * max(part.size, float(np.max(np.abs(sizes), initial=0.0)))
+            starts |= {n: (v, -most, most) for n, v in zip(names, sizes.tolist(), strict=True)}
+            continue
+        coefficients = LAW_FORMS[form.form].coefficients
+        names = tuple(f"{prefix}_{c}" for c in coefficients)
+        curves.append(_definition(part, form.form, names, curve))
+        for j, (n, v) in enumerate(zip(names, form.values[k], strict=True)):
+            low, high = (-MOST * abs(v), MOST * abs(v)) if not j else sorted((v / ROOM, v * ROOM))
+            starts[n] = (v, low, high)
+    tags = _tags(finding.parts[0])
+    law = LawDefinition(
+        element=finding.parts[0].element, label=f"the learned law of {label}", tags=tags, curves=tuple(curves)
+    )
+    shown = "table" if form is None else form.form
+    return Learned(name, shown, law, learned_effect(name, law, starts), tuple(o for o in others if o != shown))
+
+
+def _tags(part: Part) -> tuple[str, ...]:
+    """What the law belongs to: a sensor, the test, or the vehicle."""
+    if part.sensor:
+        return ("sensor",)
+    if part.factor or part.coordinate in ("elapsed", "run_time", "position"):
+        return ("test_only",)
+    return ()
+
+
+def _directions(finding: PartFinding, part: Part, curve: Curve) -> tuple[Array, Array]:
+    """(cosines, directions) the shapes that the data determine, each with a largest value of one, and their sizes.
+
+    With C the posterior covariance of the coefficients and S the prior's, the information of the data is C^-1 - S^-1;
+    directions of S^1/2 in which it is several times the prior's own are kept. What the baseline's law can follow has
+    no information, so that no direction holds it.
+    """
+    solution, count = finding.fitted.solution, len(part.unknowns)
+    place = [p.name for p in finding.parts].index(part.name)
+    variance = finding.fitted.variance[place * count : (place + 1) * count]
+    at = [solution.names.index(n) for n in part.unknowns]
+    root = np.sqrt(variance)
+    covariance = solution.classical_covariance[np.ix_(at, at)] / finding.search.noise(finding.fitted)
+    shrunk, axes = np.linalg.eigh(covariance / np.outer(root, root))
+    kept = axes[:, shrunk < 1.0 / (1.0 + POLICY.learned_information)]
+    basis = root[:, None] * kept
+    found = kept.T @ (np.array([solution.values[n] for n in part.unknowns]) / root)
+    largest = np.max(np.abs(part.basis(curve.at) @ basis), axis=0)
+    return basis / largest, found * largest

@@ -1,0 +1,105 @@
+"""The answers that a verdict leaves open, published each, and the intervals that hold them all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from vdyn_cli.diagnosis.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.extension import Extension, publish_with
+from vdyn_cli.diagnosis.full_model import FittedModel
+from vdyn_cli.diagnosis.interval_union import Answer, biases, widened
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.diagnosis.unexplained import unexplained_biases
+from vdyn_cli.quantities.number_text import decimals
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import SimulatedProblem
+
+BASELINE = "baseline"
+LISTED = 3  # intervals written out in the result's sentence
+
+
+def with_open_answers(
+    strategy: Strategy, judgment: Judgment, extension: Extension, problem: SimulatedProblem, base: Result
+) -> Result:
+    """The result whose intervals know the verdict.
+
+    ``ambiguous``: they hold the values of all answers and of the baseline. ``unknown``: those of the baseline and of
+    what comes closest, each with the bias by what it leaves unexplained. ``named`` with a significant remainder: with
+    the bias by that.
+    """
+    result = extension.result or base
+    if not result.parameters or judgment.verdict not in ("ambiguous", "unknown", "named", "data_fault"):
+        return result
+    found: list[Answer] = []
+    if judgment.verdict == "ambiguous":
+        found = [Answer(BASELINE, base.parameters), *_published(strategy, judgment.answers, problem, base)]
+    elif judgment.verdict == "unknown":
+        closest = [judgment.closest] if judgment.closest else []
+        known = _biases(strategy, judgment.base, base, problem)
+        found = [Answer(BASELINE, base.parameters, known), *_published(strategy, closest, problem, base, True)]
+    elif judgment.answer is not None and not judgment.answer.sufficient and extension.result is not None:
+        near = strategy.relinearized(judgment.answer.fitted)
+        found = [Answer(_label(judgment.answer), result.parameters, _biases(strategy, near, result, problem))]
+    parameters = widened(result.parameters, found)
+    return replace(result, parameters=parameters, sentence=_sentence(result, parameters))
+
+
+def _published(
+    strategy: Strategy,
+    answers: Sequence[CandidateModel],
+    problem: SimulatedProblem,
+    base: Result,
+    unexplained: bool = False,
+) -> list[Answer]:
+    """The parameters with each answer in the model; by the diagnosis's fit where the step cannot publish them."""
+    found, candidates = [], strategy.model.setup.candidates
+    for answer in answers:
+        near = strategy.relinearized(answer.fitted)
+        result = publish_with(problem, [candidates[e] for e in answer.effects], near.values)[0]
+        bias = _biases(strategy, near, result or base, problem) if unexplained else {}
+        found.append(Answer(_label(answer), result.parameters if result else _by_fit(near, base), bias))
+    return found
+
+
+def _by_fit(near: FittedModel, base: Result) -> dict[str, Estimate]:
+    """The published parameters that are fitted, with the values and intervals of a fit of the diagnosis."""
+    fit = near.solution
+    return {
+        n: replace(e, value=float(fit.values[n]), std=float(fit.std[n]), interval95=fit.interval95[n])
+        for n, e in base.parameters.items()
+        if n in fit.values
+    }
+
+
+def _biases(strategy: Strategy, at: FittedModel, result: Result, problem: SimulatedProblem) -> dict[str, float]:
+    """Half the interval of each published parameter's bias by what a fit leaves unexplained."""
+    found = unexplained_biases(strategy.model, at)
+    return biases({n: float(v) for n, v in at.values.items()}, found, result.parameters, problem.derived)
+
+
+def _label(answer: CandidateModel) -> str:
+    return " + ".join(answer.effects)
+
+
+def _sentence(result: Result, parameters: Parameters) -> str:
+    """The result's sentence; where intervals are wider than the fit's, they come first."""
+    wide = [(n, e) for n, e in parameters.items() if e.spans]
+    if not wide:
+        return result.sentence
+    texts = []
+    for name, e in wide[:LISTED]:
+        places = decimals(0.5 * (e.interval95[1] - e.interval95[0]), 12)
+        low, high = (f"{end:.{places}f}" for end in e.interval95)
+        texts.append(f"{name.replace('_', ' ')} {low} to {high} {e.unit}".strip())
+    rest = f" and {len(wide) - LISTED} more" if len(wide) > LISTED else ""
+    return (
+        f"{_capital('; '.join(texts))}{rest} (95 %), with what the diagnosis leaves open. "
+        f"By the fit alone: {result.sentence}"
+    )
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

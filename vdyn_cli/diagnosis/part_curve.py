@@ -1,0 +1,193 @@
+"""The law of a part as a curve with its band, and how far laws of the catalogue follow it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.diagnosis.part_search import FittedParts
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model_builder import MissingSignalError, Signals
+from vdyn_cli.inference import Solution
+from vdyn_cli.inference.function_prior import beyond
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.steps.free_part import Part
+
+POINTS = 61  # of a curve: three for each of its twenty cosines
+FEWEST_POINTS = 5  # of a curve that is shown
+OUTERMOST = 10  # samples at each end of the coordinate: a curve there rests on single moments
+STEADY, STEP = 3.0, 1e-3  # s: how long, and in which steps, an effect's own states approach their rest
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One part's law over the range of its coordinate that the data cover.
+
+    Parameters
+    ----------
+    at : (n,) coordinate. value : (n,) the whole law, or a sensor's error. half : (n,) half of the 95 % interval.
+    baseline : (n,) of the fit without addition. covariance : (n, n) of the value.
+    """
+
+    part: Part
+    at: Array
+    value: Array
+    half: Array
+    baseline: Array
+    covariance: Array
+
+    def gauge(self, values: Mapping[str, float]) -> Array:
+        """(n, k) what the baseline's law can follow by its own unknowns, and a constant where nothing anchors it."""
+        columns = self.part.slopes(self.at, values)
+        return columns if self.part.anchored else np.column_stack([columns, np.ones(len(self.at))])
+
+    @property
+    def weights(self) -> Array:
+        """(n,) share of the covered range that each point stands for."""
+        return np.asarray(np.gradient(self.at) / max(float(self.at[-1] - self.at[0]), 1e-300))
+
+    def deviation(self, values: Mapping[str, float]) -> Array:
+        """(n,) the curve less the baseline's law of the same shape that is nearest to it."""
+        return self.beside_baseline(self.value, values)
+
+    def beside_baseline(self, curve: Array, values: Mapping[str, float]) -> Array:
+        """(n,) what of a curve the own unknowns of the baseline's law cannot follow, by weighted least squares.
+
+        Parameters
+        ----------
+        curve : (n,). values : of the unknowns about which the law is linear.
+        """
+        columns = self.gauge(values)
+        root = np.sqrt(self.weights)[:, None]
+        step = np.linalg.lstsq(root * columns, root[:, 0] * curve, rcond=None)[0]
+        return np.asarray(curve - columns @ step)
+
+
+def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | None = None) -> Curve | None:
+    """The curve of one of the fitted parts; None where hardly anything of it is covered.
+
+    The band is the wider of two: by the scatter between units, and by the noise model with the prior of smoothness,
+    which holds what the smoothing leaves out. Covered is where there are samples, and the band is half the prior's.
+
+    Parameters
+    ----------
+    fitted : the fit with the part free. base : without. samples : of the coordinate in the runs; None: anywhere.
+    """
+    solution = fitted.solution
+    x = part.points(POINTS)
+    own = [n for n in part.own if n in solution.values]
+    names = [*own, *part.unknowns]
+    basis = part.basis(x)
+    if not part.own and not part.anchored:  # a constant is absorbed: the curve is what varies over the coordinate
+        within = _seen(x, samples) if samples is not None else np.ones(POINTS, dtype=np.bool_)
+        basis = basis - basis[within].mean(axis=0)
+    gradient = np.column_stack([part.slopes(x, solution.values), basis]) if own else basis
+    at = [solution.names.index(n) for n in names]
+    half = np.max(
+        [_half(gradient, solution, matrix, at) for matrix in (solution.covariance, solution.classical_covariance)],
+        axis=0,
+    )
+    count = len(part.unknowns)
+    place = [p.name for p in fitted.parts].index(part.name)
+    variance = fitted.variance[place * count : (place + 1) * count]
+    found = np.array([solution.values[n] for n in part.unknowns])
+    half = np.hypot(half, NORMAL95 * np.sqrt(beyond(found, part.orders)))
+    seen = _seen(x, samples) if samples is not None else np.ones(POINTS, dtype=np.bool_)
+    prior = np.sqrt(basis**2 @ variance)
+    seen &= (half <= POLICY.covered_share * NORMAL95 * prior) | (np.abs(x) <= part.scale)
+    seen = _longest(seen, x)
+    if np.count_nonzero(seen) < FEWEST_POINTS:
+        return None
+    value = part.baseline(x, solution.values) + basis @ found
+    inside = gradient[seen]
+    covariance = _covariance(inside, solution, at) + beyond(found, part.orders) * np.eye(int(np.count_nonzero(seen)))
+    return Curve(part, x[seen], value[seen], half[seen], part.baseline(x[seen], base.values), covariance)
+
+
+def _covariance(gradient: Array, solution: Solution, at: Sequence[int]) -> Array:
+    """(points, points) by the noise model, of linear functions of the unknowns at places ``at``."""
+    return np.asarray(gradient @ solution.classical_covariance[np.ix_(at, at)] @ gradient.T)
+
+
+def _half(gradient: Array, solution: Solution, covariance: Array, at: Sequence[int]) -> Array:
+    """(points,) half-widths of the 95 % interval of linear functions of the unknowns at places ``at``."""
+    std = np.sqrt(np.maximum(np.einsum("pi,ij,pj->p", gradient, covariance[np.ix_(at, at)], gradient), 0.0))
+    if covariance is solution.classical_covariance:
+        return np.asarray(NORMAL95 * std)
+    degrees = min(solution.degrees[solution.names[i]] for i in at)
+    return np.asarray(t_quantile(max(degrees, POLICY.fewest_curve_degrees)) * std)
+
+
+def _seen(x: Array, samples: Array) -> NDArray[np.bool_]:
+    """(points,) whether a point lies within the samples of the coordinate, their outermost left out."""
+    known = np.sort(samples[np.isfinite(samples)])
+    left_out = min(OUTERMOST, known.size // 20)
+    return np.asarray((x >= known[left_out]) & (x <= known[-1 - left_out]))
+
+
+def _longest(good: NDArray[np.bool_], x: Array) -> NDArray[np.bool_]:
+    """The longest unbroken run of good points."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
+    runs = list(zip(edges[::2], edges[1::2], strict=True))
+    chosen = np.zeros_like(good)
+    if runs:
+        first, last = max(runs, key=lambda r: float(x[r[1] - 1] - x[r[0]]))
+        chosen[first:last] = True
+    return chosen
+
+
+def law_values(curve: Curve, effect: Effect, values: Mapping[str, float]) -> Array | None:
+    """(n,) the element's law with an effect in it, at the curve's points; None where it depends on other signals.
+
+    States of the effect stand at the values that they approach while the coordinate is held.
+
+    Parameters
+    ----------
+    values : of the law's and the effect's unknowns.
+    """
+    part = curve.part
+    if part.law is None or part.element not in effect.laws:
+        return None
+    q = Signals(**{n: values.get(n, effect.nominal.get(n, 0.0)) for n in effect.unknowns})
+    found = []
+    try:
+        for x in curve.at.tolist():
+            s = part.signals(x, values)
+            rest = s.but(**_at_rest(effect, s.but(**q.__dict__)))
+            found.append(float(effect.laws[part.element](part.law, rest, q)))
+    except (MissingSignalError, ZeroDivisionError, OverflowError):
+        return None
+    value = np.array(found)
+    return value if np.all(np.isfinite(value)) else None
+
+
+def _at_rest(effect: Effect, s: Signals) -> dict[str, float]:
+    """The effect's states after a long time at constant signals."""
+    states = dict.fromkeys(effect.states, 0.0)
+    for _ in range(int(STEADY / STEP) if states else 0):
+        seen = s.but(**states)
+        rates = {n: float(rate(seen)) for n, rate in effect.states.items()}
+        states = {n: v + STEP * rates[n] for n, v in states.items()}
+        if all(abs(r) < 1e-6 for r in rates.values()):
+            break
+    return states
+
+
+def share_of_curve(curves: Sequence[tuple[Curve, Array]], values: Mapping[str, float]) -> float:
+    """Share of the curves' rms deviation from the baseline's law that laws explain, 0 to 1.
+
+    1 - sqrt(sum w (curve - law)^2 / sum w deviation^2), both beside the baseline's law
+
+    Parameters
+    ----------
+    curves : each with the law's values at its points. values : about which the baseline's law is linear.
+    """
+    left = sum(float(c.weights @ c.beside_baseline(c.value - law, values) ** 2) for c, law in curves)
+    whole = sum(float(c.weights @ c.deviation(values) ** 2) for c, _ in curves)
+    return 1.0 - float(np.sqrt(left / whole)) if whole > 0 and left < whole else 0.0

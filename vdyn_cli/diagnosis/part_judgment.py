@@ -1,0 +1,104 @@
+"""Part before law: the judgment revised by the part of the model that is at fault."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from vdyn_cli.diagnosis.candidate_models import candidate_model
+from vdyn_cli.diagnosis.held_out_gain import Selection, held_out_gain
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.learned_judgment import with_learned_law
+from vdyn_cli.diagnosis.learned_law import Learned
+from vdyn_cli.diagnosis.part_finding import LawWithin, PartFinding, part_finding
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.steps import SimulatedProblem
+from vdyn_cli.steps.free_part import Part
+
+
+@dataclass(frozen=True)
+class PartJudgment:
+    """A judgment with the part of the model behind it.
+
+    Parameters
+    ----------
+    strategy : of the judgment's fits. finding : the part; None where no part was looked for, or none has evidence.
+    law : of the catalogue within the part, which the judgment names. learned : else the law that it names.
+    """
+
+    strategy: Strategy
+    judgment: Judgment
+    finding: PartFinding | None = None
+    law: LawWithin | None = None
+    learned: Learned | None = None
+
+
+def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem) -> PartJudgment:
+    """The judgment, revised where the part of the model that is at fault says more.
+
+    Where no candidate suffices, or the named one leaves much of what one part explains, the law of the catalogue that
+    follows the part's curve is named, if held-out runs are predicted better with it; where none does, the law that is
+    learned from the curve. A part that does not suffice changes nothing.
+
+    Parameters
+    ----------
+    judgment : by the candidates alone. problem : whose parts are freed.
+    """
+    detected = judgment.verdict in ("named", "ambiguous", "unknown")
+    # A problem of an installed package need not know of parts.
+    if not detected or strategy.prior_values or not getattr(problem, "parts", ()):
+        return PartJudgment(strategy, judgment)
+    finding = part_finding(strategy, problem)
+    if finding is None:
+        return PartJudgment(strategy, judgment)
+    same = PartJudgment(strategy, judgment, finding, _named_law(judgment, finding))
+    if not finding.explains or not (judgment.verdict == "unknown" or _surpassed(judgment, finding)):
+        return same
+    for law in finding.laws:
+        if law.follows and (named := _with_law(strategy, judgment, law)) is not None:
+            return PartJudgment(strategy, named, finding, law)
+    # A law of place on the road, or of a wind, has no signal of its own that a learned law could keep.
+    if any(p.reads is not None for p in finding.parts):
+        return same
+    found = with_learned_law(strategy, judgment, finding, label_of(finding.parts))
+    return same if found is None else PartJudgment(found[0], found[1], finding, None, found[2])
+
+
+def label_of(parts: Sequence[Part]) -> str:
+    """Parts of one element in words: "the rear damper's force", "the dampers' force"."""
+    first = parts[0]
+    return first.what if len(parts) == 1 else first.what.replace(f"{first.place} ", "").replace("'s ", "s' ")
+
+
+def _named_law(judgment: Judgment, finding: PartFinding) -> LawWithin | None:
+    """The law within the part that the judgment already names."""
+    named = judgment.answer.effects if judgment.answer is not None else ()
+    return next((law for law in finding.laws if law.effect in named), None)
+
+
+def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
+    """Whether the part explains much more than each answer: an answer that leaves so much is not the cause."""
+    search = finding.search
+    most = search.explained(finding.fitted)
+    for answer in judgment.answers:
+        fitted = search.refitted((), answer.effects)
+        if fitted is None:
+            continue
+        explained = search.explained(fitted)
+        if explained >= POLICY.part_squares * most or most - explained < 2 * POLICY.part_gain * search.floor:
+            return False
+    return True
+
+
+def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:
+    """The judgment that names a law of the catalogue; None where its fit fails or its gain is not positive."""
+    base = judgment.base
+    answer = candidate_model(strategy, (law.effect,))
+    if answer is None:
+        return None
+    gain = held_out_gain(strategy, base, answer.fitted, Selection((law.effect,), base))
+    if gain is not None and not gain.before > gain.after:
+        return None
+    tried = (*(t for t in judgment.tried if t.effects != answer.effects), answer)
+    return replace(judgment, verdict="named", why="", answers=(answer,), tried=tried, gain=gain, closest=None)

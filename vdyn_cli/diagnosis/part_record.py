@@ -1,0 +1,121 @@
+"""The part at fault as published: its curve, its share, and the sentence about it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from vdyn_cli.diagnosis.learned_law import Learned
+from vdyn_cli.diagnosis.part_curve import Curve
+from vdyn_cli.diagnosis.part_finding import LawWithin, PartFinding
+from vdyn_cli.diagnosis.part_judgment import PartJudgment, label_of
+from vdyn_cli.quantities.diagnosis import CurvePoint, Diagnosis, FaultyPart, LearnedLaw, PartLaw
+from vdyn_cli.steps.learned_effect import LAW_FORMS
+
+WHOLE = "none: the curve is the whole law, the baseline's included"
+ADDITION = "the curve is an addition to the model, up to a constant and what the fitted parameters absorb"
+ERROR = "the curve is the sensor's error, up to a gain and a zero that the fitted parameters absorb"
+
+
+def with_part_record(diagnosis: Diagnosis, found: PartJudgment) -> Diagnosis:
+    """The diagnosis with the part at fault, and its sentence with the part's.
+
+    Parameters
+    ----------
+    found : the part judgment; without a finding the diagnosis stays as it is.
+    """
+    finding = found.finding
+    if finding is None or not finding.curves:
+        return diagnosis
+    part = _record(finding, found.law)
+    learned = _learned(finding, found.learned, diagnosis) if found.learned is not None else None
+    sentence = _sentence(finding, part, learned) if finding.explains else ""
+    text = f"{diagnosis.sentence} {sentence}".strip()
+    return diagnosis.model_copy(update={"part": part, "learned": learned, "sentence": text})
+
+
+def _record(finding: PartFinding, law: LawWithin | None) -> FaultyPart:
+    first = finding.parts[0]
+    return FaultyPart(
+        element=finding.name,
+        label=label_of(finding.parts),
+        coordinate=first.coordinate,
+        coordinate_unit=first.coordinate_unit,
+        unit=first.unit,
+        curve=tuple(p for c in finding.curves for p in points_of(c)),
+        baseline=tuple(float(v) for c in finding.curves for v in c.baseline),
+        gauge=ERROR if first.sensor else WHOLE if first.own else ADDITION,
+        share_of_rms=finding.share_of_rms,
+        explains=finding.explains,
+        rivals=finding.rivals,
+        law=None if law is None else _law(finding, law),
+    )
+
+
+def points_of(curve: Curve) -> tuple[CurvePoint, ...]:
+    """The points of a curve with their intervals."""
+    return tuple(
+        CurvePoint(at=x, value=v, interval95=(v - h, v + h), place=curve.part.place)
+        for x, v, h in zip(curve.at.tolist(), curve.value.tolist(), curve.half.tolist(), strict=True)
+    )
+
+
+def _law(finding: PartFinding, law: LawWithin) -> PartLaw:
+    label = finding.search.strategy.model.setup.candidates[law.effect].label
+    return PartLaw(
+        effect=law.effect,
+        label=label,
+        share_of_curve=law.share_of_curve,
+        share_of_rms=law.share_of_rms,
+        values=tuple(float(v) for values in law.values for v in values),
+    )
+
+
+def _learned(finding: PartFinding, law: Learned, diagnosis: Diagnosis) -> LearnedLaw:
+    """The learned law with its coefficients, as the extended model or the diagnosis fitted them."""
+    unknowns = next((c.unknowns for c in diagnosis.causes if c.effect == law.name), {})
+    formula = "sum of the shapes in the table" if law.form == "table" else LAW_FORMS[law.form].text
+    base = finding.search.start.values
+    table = [
+        CurvePoint(at=x, value=v - b, interval95=(v - b - h, v - b + h), place=c.part.place)
+        for c in finding.curves
+        for x, v, b, h in zip(
+            c.at.tolist(),
+            c.value.tolist(),
+            (c.value - c.beside_baseline(c.value, base)).tolist(),
+            c.half.tolist(),
+            strict=True,
+        )
+    ]
+    return LearnedLaw(
+        effect=law.name,
+        element=finding.name,
+        form=law.form,
+        formula=formula,
+        coefficients=unknowns,
+        indistinguishable=law.indistinguishable,
+        table=tuple(table),
+    )
+
+
+def _sentence(finding: PartFinding, part: FaultyPart, learned: LearnedLaw | None) -> str:
+    """Which part is at fault, and how much of its curve the law explains."""
+    over = finding.parts[0].over
+    what = f"The error lies in {part.label} over the {over} (curve with 95 % band)"
+    rivals = f"; these data cannot tell it from an error of {_and(part.rivals)}" if part.rivals else ""
+    if learned is not None:
+        others = f" ({' or '.join(learned.indistinguishable)} would do as well)" if learned.indistinguishable else ""
+        form = "a table" if learned.form == "table" else f"{learned.form.replace('_', ' ')}: {learned.formula}"
+        return f"{what}{rivals}; no law of the catalogue follows the curve, and its law is learned as {form}{others}."
+    if part.law is None:
+        return f"{what}{rivals}; no law of the catalogue follows the curve."
+    label = part.law.label
+    if math.isnan(part.law.share_of_curve):
+        share = f"{100 * part.law.share_of_rms:.0f} % of the rms error that the free curve explains"
+    else:
+        share = f"{100 * part.law.share_of_curve:.0f} % of the rms of the curve beside the model's law"
+    return f"{what}{rivals}; {label} explains {share}."
+
+
+def _and(names: Sequence[str]) -> str:
+    return " and ".join(name.replace("_", " ") for name in names)

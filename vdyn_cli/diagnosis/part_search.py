@@ -1,0 +1,267 @@
+"""Which part of the model is at fault: each element's law over its coordinates is freed, and the evidence compared.
+
+The additions of all parts are linearized about the baseline's fit in one pass. A part's evidence is its marginal
+likelihood, in which a flexible function has to pay for what it could have fitted as well, so that parts of any number
+of coefficients compare with each other and with the effects of the catalogue. The most likely parts are then refitted
+nonlinearly, with the smoothness that the evidence chose as prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+
+from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, unknowns_of
+from vdyn_cli.diagnosis.full_model import LEAST_STEP
+from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, linearize, linearized_system, orthonormal
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.effects import Effect
+from vdyn_cli.inference import Regression, Solution, Unknown, solve
+from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, evidence
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.inference.restrict import restricted
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps import SimulatedProblem
+from vdyn_cli.steps.free_part import Part
+
+MOST_ITERATIONS = 25  # of a refit: parts that are at fault converge within a dozen, others creep
+
+
+@dataclass(frozen=True)
+class FittedParts:
+    """The baseline with the free additions of some parts of one element.
+
+    Parameters
+    ----------
+    parts : of one element over one coordinate; none for the baseline alone.
+    effects : of the catalogue, in the fit instead of parts.
+    solution : of the fit; its priors hold the additions smooth.
+    squares : sum of squares of the residuals, the additions' priors left out.
+    gain : log evidence over the baseline, by the fit.
+    variance : prior variances of the coefficients. freedom : effective number of free coefficients.
+    """
+
+    parts: tuple[Part, ...]
+    effects: tuple[str, ...]
+    solution: Solution
+    squares: float
+    gain: float
+    variance: Array
+    freedom: float
+
+
+@dataclass(frozen=True)
+class PartSearch:
+    """The regression with all parts and candidates in it, and the evidence of each part by its linearization.
+
+    Parameters
+    ----------
+    regression : baseline, candidates, coefficients of all parts without priors.
+    base : names of the baseline's shared unknowns.
+    start : the baseline's solution.
+    parts : all of the step's.
+    gains : evidence of every set of parts, the largest first.
+    rivals : evidence of every candidate effect, on the same scale.
+    floor : variance of the whitened residual with all parts and candidates in: 1 where the noise model holds.
+    """
+
+    strategy: Strategy
+    regression: Regression
+    base: tuple[str, ...]
+    start: Solution
+    parts: tuple[Part, ...]
+    gains: tuple[tuple[tuple[Part, ...], FunctionEvidence], ...]
+    rivals: Mapping[str, FunctionEvidence]
+    floor: float
+
+    def noise(self, fitted: FittedParts) -> float:
+        """Variance of a whitened row that is noise, as far as a fit tells."""
+        return min(self.floor, solution_floor(fitted.solution))
+
+    def explained(self, fitted: FittedParts) -> float:
+        """Reduction of the sum of squares by a fit, beyond what its free coefficients would explain by chance."""
+        return 2 * self.start.cost - fitted.squares - self.noise(fitted) * fitted.freedom
+
+    def explained_share(self, fitted: FittedParts) -> float:
+        """Share of what is explained by a fit and by what then explains most of the rest, that the fit explains."""
+        explained = self.explained(fitted)
+        return float(np.clip(explained / max(explained + self.rest(fitted), 1e-12), 0.0, 1.0))
+
+    def rest(self, fitted: FittedParts) -> float:
+        """Sum of squares that another part, or a candidate, would explain beside the fitted parts; 0 by chance."""
+        names = [n for p in fitted.parts for n in p.unknowns]
+        priors = dict(zip(names, np.sqrt(fitted.variance).tolist(), strict=True))
+        unknowns = tuple(
+            replace(u, prior=(0.0, priors[u.name])) if u.name in priors else u for u in self.regression.unknowns
+        )
+        regression = replace(self.regression, unknowns=unknowns)
+        values = {u.name: fitted.solution.values.get(u.name, u.start) for u in regression.shared}
+        try:
+            system = linearized_system(linearize(regression, values, fitted.solution.per_run))
+        except (ResultError, ArithmeticError):
+            return 0.0
+        projected = _Projected(system, [*self.base, *names, *system.own])
+        others = [p for p in self.parts if p.group != fitted.parts[0].group]
+        gains, rivals = _gains(self.strategy, projected, others, self.noise(fitted))
+        beside = [e for _, e in gains] + [
+            e for n, e in rivals.items() if not fitted.parts[0].concerns(self.strategy.model.setup.candidates[n])
+        ]
+        return max((e.explained * self.noise(fitted) for e in beside if e.gain > POLICY.part_gain), default=0.0)
+
+    def share_of_part(self, law: FittedParts, part: FittedParts) -> float:
+        """Share of the rms error that a part explains which a law explains, 0 to 1."""
+        share = self.explained(law) / max(self.explained(part), 1e-12)
+        return 1.0 - float(np.sqrt(1.0 - np.clip(share, 0.0, 1.0)))
+
+    def refitted(
+        self, parts: Sequence[Part], effects: Sequence[str] = (), by: FunctionEvidence | None = None
+    ) -> FittedParts | None:
+        """The nonlinear fit with these parts free, or these effects of the catalogue in; None where it fails.
+
+        Parameters
+        ----------
+        by : the evidence that gives the additions' prior.
+        """
+        names = [n for p in parts for n in p.unknowns]
+        variance = by.variance if by is not None and names else np.zeros(0)
+        priors = dict(zip(names, np.sqrt(variance).tolist(), strict=True))
+        candidates = self.strategy.model.setup.candidates
+        free = {*self.base, *names, *(n for e in effects for n in self.strategy.model.freed(e))}
+        known = self.strategy.fitted(effects) if effects else None
+        values = known.values if known is not None else {}
+        unknowns = tuple(
+            replace(u, prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf) if u.name in priors
+            else replace(u, start=float(np.clip(values.get(u.name, u.start), u.lower, u.upper)))
+            for u in self.regression.unknowns
+        )  # fmt: skip
+        held = {
+            u.name: 0.0 if u.name not in _nominal(candidates) else u.start
+            for u in unknowns
+            if u.name not in free and not u.per_run
+        }
+        full = replace(self.regression, unknowns=unknowns)
+        try:
+            solution = solve(restricted(full, held, self.start), tolerance=LEAST_STEP, most_iterations=MOST_ITERATIONS)
+        except (ResultError, ArithmeticError):
+            return None
+        penalty = sum((solution.values[n] / s) ** 2 for n, s in priors.items())
+        squares = 2 * solution.cost - penalty
+        floor = min(self.floor, solution_floor(solution))
+        shrunk = self._shrinkage(solution, priors)
+        gain = (self.start.cost - solution.cost) / floor + 0.5 * float(np.sum(np.log(shrunk)))
+        freedom = float(np.sum(1.0 - shrunk)) if names else float(len(free) - len(self.base))
+        return FittedParts(tuple(parts), tuple(effects), solution, squares, gain, variance, freedom)
+
+    def _shrinkage(self, solution: Solution, priors: Mapping[str, float]) -> Array:
+        """(n,) eigenvalues of the posterior covariance of the additions' coefficients over the prior's, 0 to 1."""
+        at = [solution.names.index(n) for n in priors]
+        prior = np.array(list(priors.values()))
+        variance = solution_floor(solution)
+        covariance = solution.classical_covariance[np.ix_(at, at)] / variance
+        values = np.linalg.eigvalsh(covariance / np.outer(prior, prior)) if at else np.ones(0)
+        return np.asarray(np.clip(values, 1e-12, 1.0))
+
+
+def solution_floor(solution: Solution) -> float:
+    """Variance of a whitened row at a solution: the sum of squares over the rows less the unknowns, at least one."""
+    rows = sum(r.size for r in solution.residuals)
+    return max(1.0, 2 * solution.cost / max(rows - len(solution.names), 1))
+
+
+def _nominal(candidates: Mapping[str, Effect]) -> set[str]:
+    return {n for e in candidates.values() for n in e.nominal}
+
+
+def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | None:
+    """The evidence of every part beside the baseline's fit; None where a step has no parts, or cannot be linearized.
+
+    Parameters
+    ----------
+    strategy : with the baseline's fit. problem : whose parts are freed.
+    """
+    base, parts = strategy.fitted(()), problem.parts
+    if not parts or base is None:
+        return None
+    regression = _regression(strategy, problem)
+    values = {n: base.solution.values.get(n, 0.0) for n in base.solution.values}
+    shared = {u.name: values.get(u.name, u.start) for u in regression.shared}
+    try:
+        runs = linearize(regression, shared, base.solution.per_run)
+    except (ResultError, ArithmeticError):
+        return None
+    system = linearized_system(runs)
+    projected = _Projected(system, [*strategy.model.base, *system.own])
+    floor = _floor(strategy, projected, system, parts)
+    gains, rivals = _gains(strategy, projected, parts, floor)
+    return PartSearch(strategy, regression, strategy.model.base, base.solution, parts, gains, rivals, floor)
+
+
+def _gains(
+    strategy: Strategy, projected: _Projected, parts: Sequence[Part], floor: float
+) -> tuple[tuple[tuple[tuple[Part, ...], FunctionEvidence], ...], dict[str, FunctionEvidence]]:
+    """The evidence of every set of parts, the largest first, and of every candidate."""
+    gains = []
+    for some in _sets(parts):
+        information, score = projected.of([n for p in some for n in p.unknowns])
+        found = best_evidence(information / floor, score / floor, some[0].orders, some[0].size, len(some))
+        gains.append((some, found))
+    rivals = {}
+    for name, effect in strategy.model.setup.candidates.items():
+        information, score = projected.of(strategy.model.amplitudes(name))
+        every = [effect.unknowns[n] for n in amplitudes_of(effect)]
+        ranges = np.array([max(abs(q.lower), abs(q.upper)) for q in every])
+        rivals[name] = evidence(information / floor, score / floor, (POLICY.catalogue_prior * ranges) ** 2)
+    return tuple(sorted(gains, key=lambda pair: -pair[1].gain)), rivals
+
+
+class _Projected:
+    """Information and scores of columns beside what the baseline fits."""
+
+    def __init__(self, system: LinearizedSystem, fitted: Sequence[str]) -> None:
+        self.system, self.basis = system, orthonormal(system.of(fitted))
+        self.y = system.y - self.basis @ (self.basis.T @ system.y)
+
+    def left(self, names: Sequence[str]) -> Array:
+        whole = self.system.of(names)
+        return np.asarray(whole - self.basis @ (self.basis.T @ whole))
+
+    def of(self, names: Sequence[str]) -> tuple[Array, Array]:
+        left = self.left(names)
+        return left.T @ left, left.T @ self.y
+
+
+def _floor(strategy: Strategy, projected: _Projected, system: LinearizedSystem, parts: Sequence[Part]) -> float:
+    """Variance of a row with everything in, at least one."""
+    names = [n for p in parts for n in p.unknowns]
+    names += [n for e in strategy.model.setup.candidates for n in strategy.model.amplitudes(e)]
+    q = orthonormal(projected.left(names))
+    rest = projected.y - q @ (q.T @ projected.y)
+    rows = float(system.counts[system.run >= 0].sum())
+    degrees = max(rows - q.shape[1] - projected.basis.shape[1], 1.0)
+    return float(max(1.0, float(rest @ rest) / degrees))
+
+
+def _sets(parts: Sequence[Part]) -> list[tuple[Part, ...]]:
+    """Each part alone, and all places of one element together."""
+    found: list[tuple[Part, ...]] = [(p,) for p in parts]
+    for _, group in groupby(parts, key=lambda p: (p.group, p.coordinate)):
+        several = tuple(group)
+        if len(several) > 1:
+            found.append(several)
+    return found
+
+
+def _regression(strategy: Strategy, problem: SimulatedProblem) -> Regression:
+    """The step's regression with every candidate and every part, whose noise no part has to explain."""
+    setup, parts = strategy.model.setup, problem.parts
+    extra = [u for e in setup.effects for u in unknowns_of(e, prior=True)]
+    extra += [Unknown(n, 0.0, unit=p.unit, prior=(0.0, p.size)) for p in parts for n in p.unknowns]
+    effects = (*setup.effects, *(p.effect for p in parts))
+    regression = problem.regression_like(strategy.model.regression, effects, extra, {})
+    amplitudes = {n for e in setup.effects for n in amplitudes_of(e)} | {n for p in parts for n in p.unknowns}
+    unknowns = tuple(replace(u, prior=None) if u.name in amplitudes else u for u in regression.unknowns)
+    return replace(regression, unknowns=unknowns)

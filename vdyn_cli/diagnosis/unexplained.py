@@ -1,0 +1,105 @@
+"""What a part of the data that no effect explains can do to the parameters.
+
+The unexplained part is a free profile f = sum_k a_k hat_k that is continuous, as physical laws are: a random walk from
+the middle of its coordinate, a = tau L e with e ~ N(0, I). It is as large where the fitted parameters hide it as where
+it shows. What shows of it after the fit gives tau: with V = S'S = sum_i l_i v_i v_i' the information about e of the
+profile's visible part S and u = S'y its score,
+
+    u_i / l_i ~ N(0, tau^2 + 1 / l_i),     tau by maximum likelihood,
+
+and a parameter is off by B e, with B the bias by one unit of each e: half = t(r) tau |B|, r the number of visible
+directions. Independent coefficients instead of a walk would make the part that looks like a parameter (a level, a
+slope) as small as one wiggle. Source: empirical Bayes, Morris, J. Am. Stat. Assoc. 78 (1983) 47.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.linearized_system import orthonormal
+from vdyn_cli.diagnosis.scores import ROUNDING
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.inference.qr_factors import Array
+
+STEPS = 60  # values of tau tried for each of DECADES: within 4 % of the best, and its own error is a quarter and more
+DECADES = 4.0  # below the largest estimated coefficient, where tau is next to nothing
+
+
+Bias = Mapping[str, Array]  # by fitted unknown, (k,): half intervals of independent parts of its bias
+
+
+def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
+    """The bias of the baseline's shared unknowns by what a fit leaves unexplained, over every free profile.
+
+    Parameters
+    ----------
+    at : the fitted model.
+
+    Returns
+    -------
+    For each profile in which more than noise is left, t(r) tau B: half the 95 % interval of an unknown's bias is the
+    root of its sum of squares.
+    """
+    system, fitted = at.system, model.with_base(at.effects)
+    known = system.of([*fitted, *system.own])
+    basis = orthonormal(known)
+    y = system.y - basis @ (basis.T @ system.y)
+    found = []
+    for family in model.setup.families:
+        coefficients = system.of(model.amplitudes(family))
+        whole = coefficients @ walk(coefficients.shape[1])
+        size, visible = unexplained_size(whole - basis @ (basis.T @ whole), y)
+        if size > 0.0:
+            parts = t_quantile(visible) * size * _absorbed(known, whole)
+            found.append({n: parts[i] for i, n in enumerate(fitted) if n in model.base})
+    return tuple(found)
+
+
+def walk(knots: int) -> Array:
+    """A root L of the covariance of a random walk from the middle knot, whose value there is as large: (k, k).
+
+    L L' = 1 + min(|i - m|, |j - m|) / m on the same side of the middle m, else 1; as large as 1 to 2 times tau.
+    """
+    place = np.arange(knots) - 0.5 * (knots - 1)
+    same = np.sign(place)[:, None] == np.sign(place)[None]
+    steps = np.minimum(np.abs(place)[:, None], np.abs(place)[None]) / max(0.5 * (knots - 1), 0.5)
+    values, axes = np.linalg.eigh(1.0 + np.where(same, steps, 0.0))
+    return np.asarray(axes * np.sqrt(np.maximum(values, 0.0)))
+
+
+def half_widths(found: Sequence[Bias]) -> dict[str, float]:
+    """Half the 95 % interval of each unknown's bias: of the profile that makes it largest."""
+    names = {n for one in found for n in one}
+    return {n: max(float(np.linalg.norm(one[n])) for one in found) for n in sorted(names)}
+
+
+def unexplained_size(left: Array, y: Array) -> tuple[float, int]:
+    """The standard deviation of a profile's coefficients, and the number of directions in which they are visible.
+
+    Parameters
+    ----------
+    left : (n, k), whitened sensitivities to the coefficients less what is fitted. y : (n,), the residual.
+    """
+    values, axes = np.linalg.eigh(left.T @ left)
+    good = values > ROUNDING * max(float(values[-1]), 1e-300)
+    if not good.any() or values[-1] <= 0:
+        return 0.0, 0
+    estimates = (axes[:, good].T @ (left.T @ y)) / values[good]
+    variances = 1.0 / values[good]
+    largest = float(np.max(np.abs(estimates)))
+    if largest == 0.0:
+        return 0.0, int(good.sum())
+    tau2 = np.concatenate([[0.0], (largest * np.logspace(-DECADES, 1.0, int(STEPS * (DECADES + 1)))) ** 2])
+    total = tau2[:, None] + variances[None]
+    likelihood = -0.5 * np.sum(np.log(total) + estimates[None] ** 2 / total, axis=1)
+    return float(np.sqrt(tau2[int(np.argmax(likelihood))])), int(good.sum())
+
+
+def _absorbed(known: Array, columns: Array) -> Array:
+    """Least squares of columns (n, k) on what is fitted (n, p), of any scale: (p, k)."""
+    size = np.sqrt(np.sum(known**2, axis=0))
+    size = np.where(size > 0, size, 1.0)
+    return np.asarray(np.linalg.lstsq(known / size, columns, rcond=ROUNDING)[0] / size[:, None])

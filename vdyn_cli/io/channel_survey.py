@@ -1,0 +1,132 @@
+"""What each channel of a log of any format holds: rate, span, range, rests, and which channels are the same."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.log_formats import readers
+from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, Reader, ReadOptions, Recorded, is_clock
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+State = Literal["clock", "varies", "constant", "empty", "text"]
+
+_SWITCH = 16  # values; a channel of fewer is a switch or a gear, which may rest anywhere
+_REST = 0.1  # of the channel's duration: shorter rests are usual in traffic
+_SHORTEST_REST = 10.0  # s
+
+
+@dataclass(frozen=True)
+class ChannelFacts:
+    """What a channel holds.
+
+    Parameters
+    ----------
+    info : name, unit, rate, span, group and source.
+    column : how a description names it, with ``#2`` for the second of its name where no group tells them apart.
+    state : ``clock``, ``varies``, ``constant``, ``empty``, or ``text``.
+    samples : written ones.
+    lowest, highest : in the unit of the file; NaN where nothing is written.
+    rest : first and last time (s) and value of the longest rest of a channel that varies otherwise; None where it
+        has none of a tenth of its duration and 10 s.
+    same_as : the first channel with the same samples; empty where there is none.
+    repeated : how many channels of the file have this name.
+    """
+
+    info: ChannelInfo
+    column: str
+    state: State
+    samples: int
+    lowest: float
+    highest: float
+    rest: tuple[float, float, float] | None = None
+    same_as: str = ""
+    repeated: int = 1
+
+
+def survey(path: Path) -> tuple[ChannelFacts, ...]:
+    """What each channel of a log holds, in the file's order.
+
+    Raises
+    ------
+    InputError : the file cannot be read.
+    """
+    known, _ = readers()
+    reader = next((r for r in known if r.matches(path)), known[-1])
+    facts: list[ChannelFacts] = []
+    seen: dict[str, str] = {}
+    names: dict[tuple[str, str], int] = {}
+    for recorded in _recordings(reader, path):
+        info = recorded.info
+        names[info.group, info.name] = names.get((info.group, info.name), 0) + 1
+        nth = names[info.group, info.name]
+        column = info.name if nth == 1 else f"{info.name}#{nth}"
+        one = _facts(recorded, column)
+        mark = _fingerprint(recorded) if one.state == "varies" else ""
+        label = f"{info.group}.{column}" if info.group else column
+        same = seen.setdefault(mark, label) if mark else label
+        facts.append(replace(one, same_as="" if same == label else same))
+    return tuple(replace(f, repeated=sum(o.info.name == f.info.name for o in facts)) for f in facts)
+
+
+def _recordings(reader: Reader, path: Path) -> Iterator[Recorded]:
+    """Every channel with its samples; of a reader that cannot hand them out, as it reads them by name."""
+    if isinstance(reader, Browsable):
+        yield from reader.recordings(path)
+        return
+    infos = reader.channels(path)
+    clock = next((c for c in infos if is_clock(c.name)), None)
+    if clock is None:
+        yield from (Recorded(info, None, None) for info in infos)
+        return
+    mapping = {"time": Column(clock.name, clock.unit or "s", clock.unit or "s")}
+    mapping |= {c.name: Column(c.name, c.unit, c.unit, optional=True) for c in infos if c is not clock}
+    log: Log = reader.read(path, mapping, ReadOptions(), path.name)
+    for info in infos:
+        values = log.time if info is clock else log.channels.get(info.name)
+        yield Recorded(info, log.time, values)
+
+
+def _facts(recorded: Recorded, column: str) -> ChannelFacts:
+    info, time, values = recorded.info, recorded.time, recorded.values
+    nan = float("nan")
+    if values is None:
+        return ChannelFacts(info, column, "text", 0, nan, nan)
+    written = np.isfinite(values)
+    some = values[written] if not written.all() else values
+    if some.size == 0:
+        return ChannelFacts(info, column, "empty", 0, nan, nan)
+    lowest, highest = float(some.min()), float(some.max())
+    state: State = "constant" if lowest == highest else "varies"
+    if time is values:
+        state = "clock"
+    rest = _rest(time[written], some) if state == "varies" and time is not None else None
+    return ChannelFacts(info, column, state, int(some.size), lowest, highest, rest)
+
+
+def _rest(time: Array, values: Array) -> tuple[float, float, float] | None:
+    """The longest time within which a channel of many values does not change."""
+    starts = np.concatenate([[0], np.flatnonzero(values[1:] != values[:-1]) + 1])
+    if starts.size <= _SWITCH or np.unique(values[starts]).size <= _SWITCH:
+        return None
+    stops = np.append(starts[1:] - 1, values.size - 1)
+    length = time[stops] - time[starts]
+    longest = int(np.argmax(length))
+    if length[longest] < max(_REST * (time[-1] - time[0]), _SHORTEST_REST):
+        return None
+    return float(time[starts[longest]]), float(time[stops[longest]]), float(values[starts[longest]])
+
+
+def _fingerprint(recorded: Recorded) -> str:
+    """Equal for channels with the same samples, at the same times as far as that shows in their number and span."""
+    values = recorded.values
+    if values is None:
+        return ""
+    return f"{hashlib.sha256(values.tobytes()).hexdigest()} {recorded.info.span}"

@@ -1,0 +1,36 @@
+"""Names of a file's columns: exact ones, the n-th of several, and the closest where none is the same."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from vdyn_cli.io.file_units import BRACKET
+from vdyn_cli.quantities.errors import close_names
+
+_NTH = re.compile(r"(.*)#(\d+)")
+
+
+def positions(names: Sequence[str], wanted: str) -> list[int]:
+    """Where a name stands; ``Name#2`` is the second of several of that name."""
+    at = [i for i, cell in enumerate(names) if cell == wanted]
+    if at or (nth := _NTH.fullmatch(wanted)) is None:
+        return at
+    same = [i for i, cell in enumerate(names) if cell == nth[1].rstrip()]
+    return same[int(nth[2]) - 1 :][:1] if int(nth[2]) > 0 else []
+
+
+def closest_names(names: Sequence[str], wanted: str) -> str:
+    """The remedy for a name that a file does not have: first those that differ in case, blanks or unit alone."""
+    named = [cell for cell in dict.fromkeys(names) if cell]
+    same = [cell for cell in named if _bare(cell) == _bare(wanted)]
+    bare = {_bare(cell): cell for cell in reversed(named)}
+    near = same or [bare[b] for b in close_names(_bare(wanted), bare)]
+    if near:
+        return "did you mean " + " or ".join(f"'{cell[:100]}'" for cell in near[:3]) + "?"
+    shown = ", ".join(f"'{cell[:60]}'" for cell in named[:12])
+    return f"its columns are {shown}" + (f" and {len(named) - 12} more" if len(named) > 12 else "")
+
+
+def _bare(name: str) -> str:
+    return re.sub(r"[\W_]+", "", BRACKET.sub("", name).casefold()) or name

@@ -1,0 +1,101 @@
+"""One writer at a time in a folder of results: locks that the system releases when their process ends."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from vdyn_cli.quantities.errors import Finding, InputError
+
+
+@contextmanager
+def pipeline_lock(folder: Path) -> Iterator[None]:
+    """Keep a folder for one pipeline.
+
+    Raises
+    ------
+    InputError : another pipeline or a step writes there, or the folder cannot be made.
+    """
+    with _opened(folder) as number:
+        if not _try(number, shared=False):
+            raise InputError(_busy(folder))
+        yield
+
+
+@contextmanager
+def step_lock(folder: Path, own: Path) -> Iterator[None]:
+    """Keep a folder for the results of one step; steps wait for each other.
+
+    Parameters
+    ----------
+    own : a folder within it, whose lock is the turn to write.
+
+    Raises
+    ------
+    InputError : a pipeline writes there, or the folder cannot be made.
+    """
+    with _opened(folder) as number, _opened(own) as turn:
+        if not _try(number, shared=True):
+            raise InputError(_busy(folder))
+        _wait(turn)
+        yield
+
+
+def refuse_busy(folder: Path) -> None:
+    """Refuse a folder in which a pipeline writes, before work that would be lost.
+
+    Raises
+    ------
+    InputError : a pipeline writes there.
+    """
+    if folder.is_dir():
+        with _opened(folder) as number:
+            if not _try(number, shared=True):
+                raise InputError(_busy(folder))
+
+
+def _busy(folder: Path) -> Finding:
+    remedy = "wait until it is done, or choose another folder with -o"
+    return Finding(str(folder), "another run of vdyn writes its results here", remedy=remedy)
+
+
+# Windows has no flock; there, and on network drives without locks, two runs in one folder are not noticed.
+@contextmanager
+def _opened(folder: Path) -> Iterator[int]:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        number = -1 if sys.platform == "win32" else os.open(folder, os.O_RDONLY)
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        finding = Finding(str(folder), f"can't be written: {why}", remedy="choose another folder with -o")
+        raise InputError(finding) from None
+    try:
+        yield number
+    finally:
+        if number >= 0:
+            os.close(number)
+
+
+def _try(number: int, shared: bool) -> bool:
+    if sys.platform == "win32":
+        return True
+    import fcntl
+
+    try:
+        fcntl.flock(number, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+    except OSError as error:
+        return error.errno not in (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES)
+    return True
+
+
+def _wait(number: int) -> None:
+    if sys.platform != "win32":
+        import fcntl
+
+        with contextlib.suppress(OSError):
+            fcntl.flock(number, fcntl.LOCK_EX)

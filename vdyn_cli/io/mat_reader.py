@@ -1,0 +1,236 @@
+"""MATLAB files: vectors, columns of matrices, and fields of structs; version 7.3, which is HDF5, by h5py."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded
+from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there, read_stored, recorded
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+_HDF5 = b"\x89HDF"
+_DATA, _NAME, _UNIT = ("data", "values"), ("name", "label"), ("unit", "units")
+_DEEPEST = 8  # structs within structs; a loop of references in an HDF5 file would have no end
+
+
+@dataclass(frozen=True)
+class _Leaf:
+    """A numeric array of a file: its shape without dimensions of one, and how it is loaded."""
+
+    shape: tuple[int, ...]
+    load: Callable[[], NDArray[Any]]
+
+
+class MatReader:
+    """MATLAB files of versions 5, 6, 7 and 7.3."""
+
+    def matches(self, path: Path) -> bool:
+        """Whether the file begins as a MATLAB file does, or is an HDF5 file named ``.mat``."""
+        try:
+            with path.open("rb") as stream:
+                head = stream.read(10)
+        except (OSError, ValueError):
+            return False
+        return head == b"MATLAB 5.0" or head == b"MATLAB 7.3" or (head[:4] == _HDF5 and path.suffix == ".mat")
+
+    def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
+        """Every vector; a field of a struct has the struct as its group, a column of a matrix is ``name(:,2)``.
+
+        Raises
+        ------
+        InputError : h5py is not installed for version 7.3, or the file is damaged.
+        """
+        return tuple(found.info for found in self.recordings(path))
+
+    def recordings(self, path: Path) -> Iterator[Recorded]:
+        """Every vector with its samples."""
+        with _opened(path) as file:
+            yield from recorded(file)
+
+    def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
+        """The mapped vectors, each on the clock of its own struct, or else on the only clock of its length.
+
+        Raises
+        ------
+        InputError : with every problem of the file.
+        """
+        with _opened(path) as file:
+            return read_stored(file, mapping, options, name)
+
+
+READER = MatReader()
+
+
+class _MatFile:
+    """The numeric arrays of an open file."""
+
+    row = "row"
+
+    def __init__(self, tree: Mapping[str, Any]) -> None:
+        found = list(_walk(tree, "", 0))
+        self.listed = tuple(channel for channel, _ in found)
+        self._load = {channel.at: load for channel, load in found}
+
+    def line(self, channel: StoredChannel, row: int) -> int:
+        """The number of a row, counted from 1."""
+        return row + 1
+
+    def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
+        """The vectors as floating-point numbers."""
+        return [np.array(self._load[channel.at](), dtype=np.float64) for channel in wanted]
+
+
+Loaded = Iterator[tuple[StoredChannel, Callable[[], NDArray[Any]]]]
+
+
+def _walk(node: Mapping[str, Any], path: str, depth: int) -> Loaded:
+    """Every channel below a struct."""
+    if depth > _DEEPEST:
+        return
+    for key, value in node.items():
+        inner = f"{path}.{key}" if path else key
+        unit = _text(node, (f"{key}_unit", *_UNIT))
+        if isinstance(value, _Leaf):
+            yield from _vectors(key, value, path, inner, unit)
+        elif isinstance(value, Mapping):
+            yield from _named(value, path, inner, depth)
+        elif isinstance(value, (list, tuple)):
+            for n, part in enumerate(value):
+                if isinstance(part, Mapping):
+                    yield from _named(part, path, f"{inner}({n + 1})", depth)
+
+
+def _named(node: Mapping[str, Any], path: str, inner: str, depth: int) -> Loaded:
+    """A struct that names its own data, such as ``Name, Data, Unit``, is one channel; others are groups."""
+    name, data = _text(node, _NAME), next((v for k, v in node.items() if k.lower() in _DATA), None)
+    if name and isinstance(data, _Leaf) and len(data.shape) == 1:
+        yield from _vectors(name, data, path, inner, _text(node, _UNIT))
+    else:
+        yield from _walk(node, inner, depth + 1)
+
+
+def _vectors(name: str, leaf: _Leaf, group: str, at: str, unit: str) -> Loaded:
+    if len(leaf.shape) == 1 and leaf.shape[0] > 1:
+        yield StoredChannel(name, unit, (group, leaf.shape[0]), at, group), leaf.load
+    elif len(leaf.shape) == 2 and leaf.shape[0] >= leaf.shape[1]:
+        for n in range(leaf.shape[1]):
+            column = f"(:,{n + 1})"
+            stored = StoredChannel(name + column, unit, (group, leaf.shape[0]), at + column, group)
+            yield stored, partial(_column, leaf, n)
+
+
+def _column(leaf: _Leaf, n: int) -> NDArray[Any]:
+    return leaf.load()[:, n]
+
+
+def _text(node: Mapping[str, Any], keys: Sequence[str]) -> str:
+    """The first text of a struct under one of some keys, whatever their case."""
+    return next((v.strip() for k in keys for n, v in node.items() if n.lower() == k.lower() and isinstance(v, str)), "")
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[_MatFile]:
+    not_there(path)
+    with path.open("rb") as stream:
+        head = stream.read(520)
+    with ExitStack() as stack:
+        if head.startswith(b"MATLAB 7.3") or head.startswith(_HDF5) or head[512:516] == _HDF5:
+            try:
+                import h5py
+            except ImportError:
+                missing_library(path, "h5py", "mat", "a MATLAB 7.3 file (save it with '-v7', or install the library)")
+            with _damage_named(path):
+                opened = stack.enter_context(h5py.File(path, "r"))
+                tree = {k: _hdf5_value(opened, v, 0) for k, v in opened.items() if not k.startswith("#")}
+        else:
+            with _damage_named(path):
+                tree = _version_5(path)
+        with _damage_named(path):
+            yield _MatFile(tree)
+
+
+def _version_5(path: Path) -> dict[str, Any]:
+    """Structs as loaded; plain arrays are loaded when they are used."""
+    from scipy.io import loadmat, whosmat
+
+    plain = {"double", "single", "logical"} | {f"{u}int{b}" for u in ("", "u") for b in (8, 16, 32, 64)}
+    found: dict[str, Any] = {}
+    nested = []
+    for name, shape, kind in whosmat(path):
+        if kind in plain:
+            sizes = tuple(n for n in shape if n != 1)
+            found[name] = _Leaf(sizes, partial(_variable, path, name))
+        else:
+            nested.append(name)
+            found[name] = None  # keeps the file's order
+    if nested:
+        loaded = loadmat(path, variable_names=nested, simplify_cells=True)
+        found |= {name: _version_5_value(loaded.get(name), 0) for name in nested}
+    return found
+
+
+def _variable(path: Path, name: str) -> NDArray[Any]:
+    from scipy.io import loadmat
+
+    return np.asarray(loadmat(path, variable_names=[name])[name]).squeeze()
+
+
+def _version_5_value(value: Any, depth: int) -> Any:
+    if depth > _DEEPEST:
+        return None
+    if isinstance(value, Mapping):
+        return {k: _version_5_value(v, depth + 1) for k, v in value.items()}
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biuf":
+        squeezed = value.squeeze()
+        return _Leaf(squeezed.shape, lambda: squeezed)
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        return [_version_5_value(v, depth + 1) for v in value.ravel()]
+    if isinstance(value, list):
+        return [_version_5_value(v, depth + 1) for v in value]
+    return value if isinstance(value, str) else None
+
+
+def _hdf5_value(file: Any, node: Any, depth: int) -> Any:
+    """A struct as a mapping, an array of structs as a list of mappings, text as text, numbers as a leaf."""
+    if depth > _DEEPEST:
+        return None
+    if hasattr(node, "items"):
+        fields = {k: _hdf5_value(file, v, depth + 1) for k, v in node.items()}
+        lengths = {len(v) for v in fields.values() if isinstance(v, list)}
+        if lengths and len(lengths) == 1 and all(isinstance(v, list) for v in fields.values()):
+            return [dict(zip(fields, row, strict=True)) for row in zip(*fields.values(), strict=True)]
+        return fields
+    kind = node.attrs.get("MATLAB_class", b"")
+    kind = kind.decode() if isinstance(kind, bytes) else str(kind)
+    if node.dtype == object:
+        return [_hdf5_value(file, file[reference], depth + 1) for reference in node[()].ravel()]
+    if kind == "char":
+        return "".join(map(chr, np.asarray(node[()]).ravel(order="F" if node.ndim < 2 else "C")))
+    if node.dtype.kind not in "biuf" or node.attrs.get("MATLAB_empty", 0):
+        return None
+    sizes = tuple(n for n in reversed(node.shape) if n != 1)
+    return _Leaf(sizes, lambda: node[()].T.squeeze())
+
+
+@contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
+    """Turn what the parsers raise for a damaged file into a message."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (OSError, ValueError, TypeError, KeyError, IndexError, EOFError, NotImplementedError, zlib.error) as error:
+        what = f"is damaged or cut off ({type(error).__name__}: {error})"
+        raise InputError(Finding(str(path), what[:200], remedy="save it again in MATLAB, with '-v7'")) from None

@@ -1,0 +1,189 @@
+"""ASAM MDF 4 (and 3) measurements by asammdf: each group of channels on its own clock, in the file's units."""
+
+from __future__ import annotations
+
+import gc
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded
+from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there, read_stored, recorded
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+_MAGIC = (b"MDF     ", b"UnFinMF ")
+_FRAGMENT = 1 << 20  # bytes that asammdf holds at a time; larger ones cost memory and save no time
+
+
+class MdfReader:
+    """ASAM MDF files, versions 3 and 4, also unfinished ones."""
+
+    def matches(self, path: Path) -> bool:
+        """Whether the file begins as a measurement of MDF does."""
+        try:
+            with path.open("rb") as stream:
+                return stream.read(8) in _MAGIC
+        except (OSError, ValueError):
+            return False
+
+    def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
+        """Every channel; the clock of each group among them.
+
+        Raises
+        ------
+        InputError : asammdf is not installed, or the file is damaged.
+        """
+        return tuple(found.info for found in self.recordings(path))
+
+    def recordings(self, path: Path) -> Iterator[Recorded]:
+        """Every channel with its samples, group by group."""
+        with _opened(path) as file:
+            yield from recorded(file)
+
+    def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
+        """The mapped channels; those of other groups than the first stand on clocks of their own.
+
+        Samples that the file marks as invalid are NaN. Values with a conversion to text are the numbers below it.
+
+        Raises
+        ------
+        InputError : with every problem of the file.
+        """
+        with _opened(path) as file:
+            return read_stored(file, mapping, options, name)
+
+
+READER = MdfReader()
+
+
+class _MdfFile:
+    """An open measurement."""
+
+    row = "sample"
+
+    def __init__(self, mdf: Any, path: Path) -> None:
+        self._mdf, self._path = mdf, path
+        self.listed = tuple(_listed(mdf))
+
+    def line(self, channel: StoredChannel, row: int) -> int:
+        """The number of a sample, counted from 1."""
+        return row + 1
+
+    def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
+        """Samples of channels of one group, read together."""
+        group = int(str(wanted[0].table))
+        found: dict[StoredChannel, Array | None] = {}
+        signals = [c for c in wanted if not c.master]
+        with _damage_named(self._path):
+            if signals:
+                places = [(None, group, c.at[1]) for c in signals if isinstance(c.at, tuple)]
+                read = self._mdf.select(places, copy_master=False, ignore_value2text_conversions=True)
+                time = read[0].timestamps
+                for channel in signals:
+                    found[channel] = _numbers(read.pop(0))  # each is freed as soon as it is converted
+            else:
+                time = self._mdf.get_master(group)
+        return [np.asarray(time, dtype=float) if c.master else found[c] for c in wanted]
+
+
+def _listed(mdf: Any) -> Iterator[StoredChannel]:
+    """The channels of all groups; of groups without samples only those that no other group has."""
+    filled = {c.name for group in mdf.groups if group.channel_group.cycles_nr for c in group.channels}
+    for number, group in enumerate(mdf.groups):
+        called = _group_name(group, number)
+        device = _source_name(getattr(group.channel_group, "acq_source", None))
+        master = mdf.masters_db.get(number)
+        for index, channel in enumerate(group.channels):
+            if not group.channel_group.cycles_nr and channel.name in filled:
+                continue
+            source = _source_name(channel.source) or device
+            is_master = index == master
+            unit = "s" if is_master else (mdf.get_channel_unit(group=number, index=index) or "")
+            yield StoredChannel(channel.name, unit.strip(), number, (number, index), called, source, is_master)
+
+
+def _group_name(group: Any, number: int) -> str:
+    """The acquisition name, the comment's first line, or the group's number."""
+    block = group.channel_group
+    texts = (getattr(block, "acq_name", None), getattr(block, "comment", None))
+    plain = next((t.strip().splitlines()[0].strip() for t in texts if t and t.strip() and "<" not in t), "")
+    return plain or f"group {number + 1}"
+
+
+def _source_name(source: Any) -> str:
+    if source is None:
+        return ""
+    return str(getattr(source, "name", "") or getattr(source, "path", "") or "").strip()
+
+
+def _numbers(signal: Any) -> Array | None:
+    """The samples as floating-point numbers, NaN where marked invalid; None where they are no single numbers."""
+    samples = signal.samples
+    if samples.ndim != 1 or samples.dtype.kind not in "biuf":
+        return None
+    values = samples.astype(np.float64)
+    invalid = signal.invalidation_bits
+    if invalid is not None:
+        values[np.asarray(invalid, dtype=bool)] = np.nan
+    return np.asarray(values)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[_MdfFile]:
+    not_there(path)
+    try:
+        from asammdf import MDF
+    except ImportError:
+        missing_library(path, "asammdf", "mdf", "an MDF measurement")
+    # A file object keeps asammdf from mapping the whole file into memory.
+    with path.open("rb") as stream:
+        mdf = _parsed(MDF, stream, path)
+        with _damage_named(path):
+            mdf.configure(read_fragment_size=_FRAGMENT)
+            file = _MdfFile(mdf, path)
+        try:
+            yield file
+        finally:
+            mdf.close()
+
+
+def _parsed(parser: Any, stream: BinaryIO, path: Path) -> Any:
+    """What asammdf makes of the file.
+
+    Raises
+    ------
+    InputError : it is damaged.
+    """
+    try:
+        return parser(stream)
+    except Exception as error:  # whatever its parser happens to meet: struct.error, KeyError, MdfException
+        finding = _damage(path, error)
+    hook = sys.unraisablehook
+    sys.unraisablehook = lambda _: None  # the half-made object complains on the console when it is deleted
+    gc.collect()
+    sys.unraisablehook = hook
+    raise InputError(finding)
+
+
+def _damage(path: Path, error: Exception) -> Finding:
+    what = f"is damaged or cut off, so that asammdf cannot read it ({type(error).__name__}: {error})"
+    return Finding(str(path), what[:200], remedy="copy or record the file again")
+
+
+@contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
+    """Turn what asammdf raises for a damaged file into a message."""
+    try:
+        yield
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # whatever its parser happens to meet
+        raise InputError(_damage(path, error)) from None

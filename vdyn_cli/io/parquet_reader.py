@@ -1,0 +1,149 @@
+"""Parquet tables by pyarrow: one row a sample, only the mapped columns read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded
+from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there, read_stored, recorded
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+_UNIT_KEYS = (b"unit", b"units", b"Unit", b"Units")
+_PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+
+
+class ParquetReader:
+    """Parquet files of one table."""
+
+    def matches(self, path: Path) -> bool:
+        """Whether the file begins as a Parquet file does."""
+        try:
+            with path.open("rb") as stream:
+                return stream.read(4) == b"PAR1"
+        except (OSError, ValueError):
+            return False
+
+    def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
+        """Every column, its unit from the column's metadata or from the brackets in its name.
+
+        Raises
+        ------
+        InputError : pyarrow is not installed, or the file is damaged.
+        """
+        return tuple(found.info for found in self.recordings(path))
+
+    def recordings(self, path: Path) -> Iterator[Recorded]:
+        """Every column with its samples."""
+        with _opened(path) as file:
+            yield from recorded(file)
+
+    def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
+        """The mapped columns; nulls are NaN, and dates with times become seconds since the first of them.
+
+        Raises
+        ------
+        InputError : with every problem of the file.
+        """
+        with _opened(path) as file:
+            return read_stored(file, mapping, options, name)
+
+
+READER = ParquetReader()
+
+
+class _ParquetTable:
+    """An open Parquet file."""
+
+    row = "row"
+
+    def __init__(self, file: Any, path: Path) -> None:
+        self._file, self._path = file, path
+        self.listed = tuple(_listed(file.schema_arrow))
+
+    def line(self, channel: StoredChannel, row: int) -> int:
+        """The number of a row, counted from 1."""
+        return row + 1
+
+    def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
+        """Columns one after another, so that only one is held twice."""
+        return [self._column(channel) for channel in wanted]
+
+    def _column(self, channel: StoredChannel) -> Array | None:
+        from pyarrow import default_memory_pool
+
+        with _damage_named(self._path):
+            same = [c for c in self.listed if c.name == channel.name]
+            column = self._file.read(columns=[channel.name], use_threads=False).column(same.index(channel))
+            found = _numbers(column)
+            del column
+            default_memory_pool().release_unused()  # else every column's buffers stay, beside the numbers
+            return found
+
+
+def _listed(schema: Any) -> Iterator[StoredChannel]:
+    for index, field in enumerate(schema):
+        metadata = field.metadata or {}
+        unit = next((metadata[k].decode("utf-8", "replace") for k in _UNIT_KEYS if k in metadata), "")
+        kind = str(field.type)
+        if kind.startswith(("timestamp", "duration", "time32", "time64")):
+            unit = "s"
+        yield StoredChannel(field.name, unit, "table", index)
+
+
+def _numbers(column: Any) -> Array | None:
+    """A column as numbers, NaN for null; None where it holds text or nested values."""
+    import pyarrow as pa
+
+    kind = column.type
+    if pa.types.is_dictionary(kind):
+        column, kind = column.cast(kind.value_type), kind.value_type
+    if pa.types.is_null(kind):
+        return np.full(len(column), np.nan)
+    if pa.types.is_boolean(kind):
+        column = column.cast(pa.int8())
+    elif pa.types.is_timestamp(kind) or pa.types.is_duration(kind) or pa.types.is_time(kind):
+        import pyarrow.compute as pc
+
+        whole = column.cast(pa.int32()).cast(pa.int64()) if pa.types.is_time32(kind) else column.cast(pa.int64())
+        first = next((x for x in whole.drop_null()[:1].to_pylist()), 0) if pa.types.is_timestamp(kind) else 0
+        column = pc.divide(pc.subtract(whole, first).cast(pa.float64(), safe=False), _PER_SECOND[kind.unit])
+    elif not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+        return None
+    return np.array(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[_ParquetTable]:
+    not_there(path)
+    try:
+        from pyarrow.parquet import ParquetFile
+    except ImportError:
+        missing_library(path, "pyarrow", "parquet", "a Parquet file")
+    with _damage_named(path):
+        file = ParquetFile(path, pre_buffer=False)
+        table = _ParquetTable(file, path)
+    try:
+        yield table
+    finally:
+        file.close()
+
+
+@contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
+    """Turn what pyarrow raises for a damaged file into a message."""
+    from pyarrow import ArrowException
+
+    try:
+        yield
+    except (ArrowException, OSError) as error:
+        what = f"is damaged or cut off, so that pyarrow cannot read it ({error})"
+        raise InputError(Finding(str(path), what[:200], remedy="copy or export the file again")) from None

@@ -1,0 +1,247 @@
+"""Which column of an unknown log could be which channel of a step, and why; undecided where several could be."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
+
+Words = frozenset[str]
+
+# Other spellings of the words in the rules below, English and German.
+_SAME_WORD = {
+    **dict.fromkeys(("velocity", "vel", "spd", "v", "geschwindigkeit"), "speed"),
+    **dict.fromkeys(("acceleration", "acc", "beschleunigung", "specificforce"), "accel"),
+    **dict.fromkeys(("longitudinal", "lon", "forward", "laengs", "längs"), "long"),
+    **dict.fromkeys(("vertical", "vertikal"), "vert"),
+    **dict.fromkeys(("trq", "tq", "moment", "drehmoment"), "torque"),
+    **dict.fromkeys(("mot", "emotor", "em"), "motor"),
+    **dict.fromkeys(("whl", "rad"), "wheel"),
+    **dict.fromkeys(("altitude", "alt", "height", "elev", "höhe", "hoehe"), "elevation"),
+    **dict.fromkeys(("distance", "dist", "pos", "odometer", "weg"), "position"),
+    **dict.fromkeys(("slope", "incline", "gradient", "steigung"), "grade"),
+    **dict.fromkeys(("kraft",), "force"),
+    **dict.fromkeys(("vl", "lf"), "fl"),
+    **dict.fromkeys(("vr", "rf"), "fr"),
+    **dict.fromkeys(("hl", "lr"), "rl"),
+    **dict.fromkeys(("hr",), "rr"),
+}
+_CORNERS = {"fl": ("front", "left"), "fr": ("front", "right"), "rl": ("rear", "left"), "rr": ("rear", "right")}
+_SUFFIX = {
+    **{"mps": "m/s", "kmh": "km/h", "kph": "km/h", "kmph": "km/h", "mph": "mph", "mps2": "m/s^2", "ms2": "m/s^2"},
+    **{"rpm": "rpm", "radps": "rad/s", "degps": "deg/s", "dps": "deg/s", "deg": "deg", "nm": "N m", "kn": "kN"},
+    **{"n": "N", "m": "m", "mm": "mm", "km": "km", "s": "s", "ms": "ms"},
+}
+_ELSEWHERE = frozenset(["fl", "fr", "rl", "rr", "front", "rear", "left", "right"])
+_NOT_DRIVEN = frozenset(["target", "requested", "request", "setpoint", "limit", "max", "min", "desired", "command"])
+
+# For each channel: words of which one set must all be in the name, the most telling set first; words that rule it out.
+_RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
+    "speed": (("speed",), "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub"),
+    "vehicle_speed": (
+        ("speed",),
+        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub",
+    ),
+    "position": (("position",), "pedal throttle steering gear valve brake accel lat long"),
+    "elevation": (("elevation",), "ride"),
+    "drive_torque": (("drive torque", "motor torque", "torque"), "brake hub wheel shaft left right steering friction"),
+    "drive_torque_left": (("drive torque left", "motor torque left"), "brake hub wheel"),
+    "drive_torque_right": (("drive torque right", "motor torque right"), "brake hub wheel"),
+    "drive_force": (("drive force", "traction force"), "brake"),
+    "brake_torque": (("brake torque",), ""),
+    "acceleration": (("long accel", "ax", "accel"), "lat vert pedal angular ay az y z down right left position"),
+    "vertical_acceleration": (("vert accel", "az"), "pedal down"),
+    "jerk": (("jerk",), ""),
+    "grade": (("grade",), ""),
+    "wind_speed": (("wind speed", "headwind"), "cross"),
+    "pitch": (("pitch",), "rate"),
+    "pitch_rate": (("pitch rate",), ""),
+    "front_load": (("front load", "front fz"), "fl fr"),
+    "rear_load": (("rear load", "rear fz"), "rl rr"),
+    "front_left_load": (("fl load", "fl fz"), ""),
+    "front_right_load": (("fr load", "fr fz"), ""),
+    "rear_left_load": (("rl load", "rl fz"), ""),
+    "rear_right_load": (("rr load", "rr fz"), ""),
+    "hub_torque": (("hub torque", "wheel torque"), "brake"),
+    "hub_force_x": (("hub fx", "hub force x", "wheel fx", "fx"), ""),
+    "hub_force_z": (("hub fz", "hub force z", "wheel fz", "fz"), ""),
+    "force_x": (("fx", "force x", "long force"), ""),
+    "force_z": (("fz", "force z", "vert force", "load"), ""),
+    "wheel_speed": (("wheel speed",), "motor"),
+    "wheel_speed_fl": (("wheel speed fl",), ""),
+    "wheel_speed_fr": (("wheel speed fr",), ""),
+    "wheel_speed_rl": (("wheel speed rl",), ""),
+    "wheel_speed_rr": (("wheel speed rr",), ""),
+    "slip": (("slip",), "angle"),
+    "shaft_torque": (("shaft torque",), "left right"),
+    "shaft_torque_left": (("shaft torque left",), ""),
+    "shaft_torque_right": (("shaft torque right",), ""),
+    "twist": (("twist",), ""),
+    "motor_speed": (("motor speed",), ""),
+    "angle": (("angle",), "steering slip"),
+    "angular_rate": (("angular rate", "angular speed", "gyro"), ""),
+}
+# Rates, Hz, that loggers of road tests have: a unit of time is decided where only one gives such a rate.
+_RATES = (0.5, 5_000.0)
+_SINGLE = frozenset(("wheel_speed", "speed", "vehicle_speed"))
+
+
+@dataclass(frozen=True)
+class ChannelGuess:
+    """What a column search found for one channel.
+
+    Parameters
+    ----------
+    facts : the column; None where none, or several, could be it.
+    unit : in which the column is read; ``?`` where the file does not tell.
+    why : what the choice rests on, or why there is none.
+    """
+
+    facts: ChannelFacts | None
+    unit: str
+    why: str
+
+
+def guess_channels(
+    wanted: Mapping[str, Quantity], facts: Sequence[ChannelFacts], file_name: str
+) -> Mapping[str, ChannelGuess]:
+    """The column of each channel of a step, from names, units and values; each column is used once.
+
+    Parameters
+    ----------
+    wanted : the channels of the step.
+    facts : what the log holds.
+    file_name : whose words are added to names that say nothing by themselves, such as ``forward``.
+    """
+    found: dict[str, ChannelGuess] = {}
+    used: dict[int, str] = {}
+    for channel, quantity in wanted.items():
+        guess = _time(facts) if channel == "time" else _guess(channel, quantity, facts, file_name)
+        if guess.facts is not None and id(guess.facts) in used:
+            other = used[id(guess.facts)]
+            guess = ChannelGuess(None, "", f"its only candidate '{guess.facts.column}' is used for '{other}'")
+        elif guess.facts is not None:
+            used[id(guess.facts)] = channel
+        found[channel] = guess
+    return found
+
+
+def _time(facts: Sequence[ChannelFacts]) -> ChannelGuess:
+    clocks = [f for f in facts if f.state == "clock"]
+    if not clocks:
+        return ChannelGuess(None, "", "no column rises like a clock")
+    clock = clocks[0]
+    several = f"; {len(clocks)} groups with clocks of their own" if len(clocks) > 1 else ""
+    if clock.info.unit:
+        return ChannelGuess(clock, clock.info.unit, f"rises like a clock; unit from the file{several}")
+    units = [u for u in ("s", "ms", "us") if _RATES[0] <= clock.info.rate / to_si(1.0, u, "s") <= _RATES[1]]
+    if len(units) == 1:
+        rate = clock.info.rate / to_si(1.0, units[0], "s")
+        return ChannelGuess(clock, units[0], f"rises like a clock; only {units[0]} gives a usual rate, {rate:.4g} Hz")
+    which = " or ".join(units) or "none"
+    return ChannelGuess(clock, "?", f"rises like a clock; the file states no unit, possible: {which}")
+
+
+def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file_name: str) -> ChannelGuess:
+    ways, never = _RULES.get(channel, ((channel.replace("_", " "),), ""))
+    others: list[str] = []
+    for context in (frozenset[str](), _words(file_name.split(".")[0])[0]):
+        ranked: dict[int, list[tuple[ChannelFacts, str, str]]] = {}
+        for one in facts:
+            words, suffix = _words(one.column)
+            if one.state in ("clock", "text") or (context and words & {"time", "speed", "accel", "torque"}):
+                continue
+            rank = _rank(words | context, ways, frozenset(never.split()), channel)
+            if rank is None or not words & set(ways[rank].split()):
+                continue
+            unit, how = _unit(one, quantity, suffix, file_name if context else "")
+            why_not = how if not unit else _unfit(one, quantity, unit)
+            if why_not:
+                others.append(f"'{one.column}' {why_not}")
+                continue
+            ranked.setdefault(rank, []).append((one, unit, how))
+        if ranked:
+            best = _distinct(ranked[min(ranked)])
+            if len(best) == 1:
+                one, unit, how = best[0]
+                by = "name and file name" if context else "name"
+                return ChannelGuess(one, unit, f"by its {by}; {how}; {_range(one, unit)}")
+            rivals = " and ".join(f"'{_label(f)}'" for f, _, _ in best[:4])
+            return ChannelGuess(None, "", f"not decided between {rivals}")
+    return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or "no column has such a name")
+
+
+def _words(name: str) -> tuple[Words, str]:
+    """The words of a name in the spelling of the rules, and the unit that its last word states."""
+    plain = re.sub(r"[\[({][^\[\](){}]*[\])}]|#\d+$", " ", name)
+    split = re.findall(r"[A-Z]{2,}(?![a-zäöü])\d*|[A-ZÄÖÜ]?[a-zäöü]+\d*|[A-Z]+\d*", plain)
+    lower = [w.lower() for w in split]
+    suffix = _SUFFIX.get(lower[-1], "") if len(lower) > 1 else ""
+    if suffix:
+        lower = lower[:-1]
+    words = {_SAME_WORD.get(w, w) for w in lower}
+    for corner, (end, side) in _CORNERS.items():
+        if {end, side} <= words:
+            words.add(corner)
+        elif corner in words:
+            words |= {end, side}
+    return frozenset(words), suffix
+
+
+def _rank(words: Words, ways: Sequence[str], never: Words, channel: str) -> int | None:
+    if words & (never | _NOT_DRIVEN) or (channel in _SINGLE and words & _ELSEWHERE):
+        return None
+    return next((rank for rank, way in enumerate(ways) if set(way.split()) <= words), None)
+
+
+def _unit(one: ChannelFacts, quantity: Quantity, suffix: str, file_name: str) -> tuple[str, str]:
+    """The unit of a column and where it comes from; an empty unit, and the reason, where it is of another kind."""
+    if one.info.unit:
+        unit, how = one.info.unit, "unit from the file"
+    elif suffix:
+        unit, how = suffix, "unit from the end of its name"
+    elif file_name and (stated := _words(file_name.split(".")[0])[1]):
+        unit, how = stated, "unit from the file's name"
+    elif not quantity.unit:
+        return "?", "the file states no unit: '' for a plain number, or %"
+    else:
+        return "?", f"the file states no unit ({quantity.unit} is vdyn's)"
+    try:
+        to_si(1.0, unit, quantity.unit)
+    except UnitError:
+        return "", f"is in {unit}, which is no unit of the same kind as {quantity.unit or '1'}"
+    return unit, how
+
+
+def _unfit(one: ChannelFacts, quantity: Quantity, unit: str) -> str:
+    """Why the samples cannot be this channel's; empty where they can."""
+    if one.state == "empty":
+        return "is empty"
+    if one.state == "constant":
+        return f"is constant at {one.lowest:.5g}"
+    if unit == "?":
+        return ""
+    ends = [to_si(x, unit, quantity.unit) for x in (one.lowest, one.highest)]
+    if all(quantity.allows(x) for x in ends):
+        return ""
+    return f"holds {one.lowest:.5g} to {one.highest:.5g} {unit}, which no vehicle has"
+
+
+def _distinct(found: Iterable[tuple[ChannelFacts, str, str]]) -> list[tuple[ChannelFacts, str, str]]:
+    """Without channels whose samples are those of another one of them."""
+    kept: list[tuple[ChannelFacts, str, str]] = []
+    for one in found:
+        if not any(one[0].same_as in (f.column, f"{f.info.group}.{f.column}") for f, _, _ in kept if one[0].same_as):
+            kept.append(one)
+    return kept
+
+
+def _label(facts: ChannelFacts) -> str:
+    return f"{facts.info.group}: {facts.column}" if facts.repeated > 1 and facts.info.group else facts.column
+
+
+def _range(facts: ChannelFacts, unit: str) -> str:
+    return f"{facts.lowest:.4g} to {facts.highest:.4g}" + (f" {unit}" if unit != "?" else "")

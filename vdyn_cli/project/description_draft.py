@@ -1,0 +1,278 @@
+"""A first description of unknown logs: channels guessed with the reason, and a mark where the logs do not tell."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.project.channel_guess import ChannelGuess, guess_channels
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.vocabulary import CHANNELS
+from vdyn_cli.steps import Step
+
+_SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
+_LONGEST = 150  # characters of a line with its comment, beyond which the comment stands above
+
+
+@dataclass(frozen=True)
+class DescriptionDraft:
+    """The text of a description, the channels that are mapped, and what is left to the user."""
+
+    text: str
+    mapped: tuple[str, ...]
+    undecided: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Guessed:
+    path: Path
+    facts: tuple[ChannelFacts, ...]
+    guesses: Mapping[str, ChannelGuess]
+
+    def columns(self) -> dict[str, tuple[str, str]]:
+        """Column and group of each channel that is decided."""
+        return {
+            channel: (guess.facts.column, guess.facts.info.group)
+            for channel, guess in self.guesses.items()
+            if guess.facts is not None
+        }
+
+
+def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> DescriptionDraft:
+    """The commented YAML of a step's test for some logs.
+
+    Parameters
+    ----------
+    paths : the logs, of any format: runs if they have the same columns, else several loggers of one run.
+    folder : where the description is going to stand, from which logs are named.
+
+    Raises
+    ------
+    InputError : a step that reads no logs, a log that cannot be read, or a file that is no log.
+    """
+    if not step.required:
+        what = f"the step '{step.name}' reads no logs, so that nothing can be guessed"
+        raise InputError(
+            Finding(step.name, what, remedy=f"see 'vdyn explain {step.name}' and configs/{step.name}.yaml")
+        )
+    logs, problems = _read(step, paths)
+    raise_all(problems)
+    parts = _parts(step)
+    swings = [c for c in parts.get("PENDULUM_CHANNELS", ()) if logs[0].guesses[c].facts is not None]
+    head = [
+        f"# A first description by 'vdyn init {step.name}'. \"?\" marks what the logs do not tell: write it there.",
+        f"test: {step.name}",
+    ]
+    if swings and not _decided(step, logs[0]):
+        body, mapped, undecided = _pendulum(logs[0], swings[:1], parts, folder)
+    else:
+        body, mapped, undecided = _drives(step, logs, parts, folder)
+    text = "\n".join([*head, *body]) + "\n"
+    return DescriptionDraft(text, mapped, (*undecided, *_marked(text)))
+
+
+def _read(step: Step, paths: Sequence[Path]) -> tuple[list[_Guessed], list[Finding]]:
+    wanted = dict(step.channels())
+    wanted |= {c: CHANNELS[c] for c in _parts(step).get("PENDULUM_CHANNELS", ())}
+    logs: list[_Guessed] = []
+    problems: list[Finding] = []
+    for path in paths:
+        try:
+            facts = survey(path)
+        except InputError as error:
+            problems += error.findings
+            continue
+        guessed = _Guessed(path, facts, guess_channels(wanted, facts, path.name))
+        if guessed.guesses["time"].facts is None:
+            what = "is no log: no column rises like a clock"
+            problems.append(
+                Finding(path.name, what, remedy="see its columns with 'vdyn channels', and map time yourself")
+            )
+        logs.append(guessed)
+    return logs, problems
+
+
+def _parts(step: Step) -> Mapping[str, Any]:
+    """What the step's module ``draft`` states; nothing for a step of another package."""
+    name = f"vdyn_cli.steps.{step.name}.draft"
+    try:
+        return vars(import_module(name)) if find_spec(name) else {}
+    except ModuleNotFoundError:
+        return {}
+
+
+def _decided(step: Step, log: _Guessed) -> bool:
+    """Whether any channel that the step needs is found, beside the time."""
+    return any(part in log.columns() for entry in step.required for part in _names(entry) if part != "time")
+
+
+def _names(entry: str) -> list[str]:
+    return [part for way in entry.split("|") for part in way.split("+")]
+
+
+def _drives(
+    step: Step, logs: Sequence[_Guessed], parts: Mapping[str, Any], folder: Path
+) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
+    """Vehicle, channels and runs of a test that is driven."""
+    body = parts.get("DRAFT", "").splitlines()
+    names = [_from(folder, log.path) for log in logs]
+    if _several_loggers(step, logs):
+        lines, mapped, undecided = _loggers(step, logs, names)
+    else:
+        lines, mapped, undecided = _channels(step, logs[0], logs, required=True)
+        lines = ["channels:", *lines, "runs:"]
+        side = f", {parts['RUN']}" if parts.get("RUN", "").startswith("side") else ""
+        lines += [f"  - {{log: {_quoted(name)}{side}}}" for name in names]
+    body += lines
+    if parts.get("RUN") and not parts["RUN"].startswith("side"):
+        body.append(f"  # not decided by the logs, for each run: {parts['RUN']}")
+    body += parts.get("SETTINGS", "").splitlines()
+    return body, tuple(dict.fromkeys(mapped)), tuple(undecided)
+
+
+def _several_loggers(step: Step, logs: Sequence[_Guessed]) -> bool:
+    """Whether the logs are those of several loggers in one run: other columns, over about the same time."""
+    first = logs[0].columns()
+    needed = [n for entry in step.required for n in _names(entry) if n in first]
+    alike = len(needed) > 1 and all(log.columns().get(n) == first[n] for log in logs for n in needed)
+    if len(logs) == 1 or alike:
+        return False
+    starts, stops = zip(*(_span(log) for log in logs), strict=True)
+    together, whole = min(stops) - max(starts), max(stops) - min(starts)
+    return bool(together > _SAME_DRIVE * whole)
+
+
+def _span(log: _Guessed) -> tuple[float, float]:
+    clock = log.guesses["time"].facts
+    assert clock is not None
+    return clock.info.span
+
+
+def _loggers(step: Step, logs: Sequence[_Guessed], names: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+    """Several loggers of one run: only those with a channel of the step beside the time."""
+    useful = [(log, name) for log, name in zip(logs, names, strict=True) if len(log.columns()) > 1]
+    lines = [
+        "# The logs have other columns over the same time, so they are taken for several loggers of one run; if they"
+    ]
+    lines += ["# are runs of their own, write one description for each.", "loggers:"]
+    mapped: list[str] = []
+    undecided: list[str] = []
+    for log, _ in useful:
+        own, found, open_ones = _channels(step, log, (log,), required=False)
+        if "speed" not in found:
+            own.append("  # no speed: map a channel that all loggers recorded, and name it under 'align_on'")
+            undecided.append(f"channel to align {log.path.name} on")
+        lines += [f"  - channels:               # {log.path.name}", *("    " + line for line in own)]
+        mapped += found
+        undecided += [f"{key} ({log.path.name})" for key in open_ones]
+    lines += [f"# {name}: not found in any of the logs, and needed" for name in _unfound(step, mapped)]
+    undecided += _unfound(step, mapped)
+    for log in logs:
+        if log.path not in [one.path for one, _ in useful]:
+            reasons = [f"{c}: {g.why}" for c, g in log.guesses.items() if g.facts is None and "'" in g.why]
+            lines.append(f"# left out: {log.path.name}, " + ("; ".join(reasons) or "no column is one of this step's"))
+    lines += ["runs:", f"  - logs: [{', '.join(_quoted(name) for _, name in useful)}]"]
+    return lines, mapped, undecided
+
+
+def _channels(
+    step: Step, log: _Guessed, logs: Sequence[_Guessed], required: bool
+) -> tuple[list[str], list[str], list[str]]:
+    """The lines of a log's channels, which are mapped, and which are needed and not decided."""
+    lines: list[str] = []
+    mapped: list[str] = []
+    undecided: list[str] = []
+    left: list[str] = []
+    needed = {n for entry in step.required for n in _names(entry)}
+    for channel in _ways(step, log):
+        guess = log.guesses[channel]
+        missing = [o.path.name for o in logs if o.columns().get(channel) != log.columns().get(channel)]
+        if guess.facts is not None and (not missing or channel in needed):
+            lines += _line(channel, guess, log)
+            mapped.append(channel)
+            if missing:
+                lines.append(
+                    f"  # another column in {', '.join(missing[:3])}: describe these runs in a file of their own"
+                )
+                undecided.append(f"{channel} of {', '.join(missing[:3])}")
+            if guess.unit == "?":
+                undecided.append(f"unit of {channel}")
+        elif channel in needed and required:
+            lines.append(f'  {channel}: {{column: "?", unit: "?"}}  # needed: {guess.why}')
+            undecided.append(channel)
+        elif missing:
+            lines.append(f"  # {channel}: has another column, or none, in {', '.join(missing[:3])}")
+        elif guess.why != "no column has such a name":
+            lines.append(f"  # {channel}: {guess.why}")
+        else:
+            left.append(channel)
+    if left:
+        lines.append(f"  # optional, and no column has such a name: {', '.join(left)}")
+    return lines, mapped, undecided
+
+
+def _ways(step: Step, log: _Guessed) -> list[str]:
+    """The channels of a step in order. Where a step takes one of several channels, the one that the log has."""
+    found = log.columns()
+    chosen: list[str] = []
+    for entry in (*step.required, *step.optional):
+        ways = [way.split("+") for way in entry.split("|")]
+        whole = [way for way in ways if all(part in found for part in way)]
+        chosen += (whole or ways)[0]
+    return list(dict.fromkeys(chosen))
+
+
+def _line(channel: str, guess: ChannelGuess, log: _Guessed) -> list[str]:
+    assert guess.facts is not None
+    info = guess.facts.info
+    several = bool(info.group) and guess.facts.repeated > 1 and channel != "time"
+    group = f", group: {_quoted(info.group)}" if several else ""
+    plain = guess.unit.replace("/", "").replace(" ", "").isalpha()
+    unit = guess.unit if plain else _quoted(guess.unit)
+    line = f"  {channel}: {{column: {_quoted(guess.facts.column)}, unit: {unit}{group}}}"
+    comment = f"# {guess.why}"
+    return [f"{line}  {comment}"] if len(line) + len(comment) < _LONGEST else [f"  {comment}", line]
+
+
+def _quoted(text: str) -> str:
+    """A text as YAML and JSON both quote it."""
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _unfound(step: Step, mapped: Sequence[str]) -> list[str]:
+    """Needed channels that no logger has."""
+    open_ones = []
+    for entry in step.required:
+        ways = [way.split("+") for way in entry.split("|")]
+        if not any(set(way) <= set(mapped) for way in ways):
+            open_ones.append(ways[0][0])
+    return open_ones
+
+
+def _pendulum(
+    log: _Guessed, swings: Sequence[str], parts: Mapping[str, Any], folder: Path
+) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
+    body = str(parts["PENDULUM"]).splitlines()
+    body += [f"  log: {_quoted(_from(folder, log.path))}", "  channels:"]
+    undecided = []
+    for channel in ("time", *swings):
+        body += ["  " + line for line in _line(channel, log.guesses[channel], log)]
+        undecided += [f"unit of {channel}"] if log.guesses[channel].unit == "?" else []
+    return body, ("time", *swings), tuple(undecided)
+
+
+def _from(folder: Path, path: Path) -> str:
+    """The path of a log as seen from the description's folder."""
+    return os.path.relpath(path.resolve(), folder.resolve())
+
+
+def _marked(text: str) -> list[str]:
+    """Keys outside the channels that are marked."""
+    return [line.split(":")[0].strip(" -") for line in text.splitlines() if ': "?"' in line and "column" not in line]

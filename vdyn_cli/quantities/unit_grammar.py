@@ -1,0 +1,57 @@
+"""Which texts may be units: checked before the parser of units sees them, since it computes powers of powers."""
+
+from __future__ import annotations
+
+import re
+
+LONGEST = 40  # characters; "kilogram * meter ** 2 / second ** 2" has 35
+MOST_EXPONENTS = 200.0  # product of all exponents: kg^2 m^4/s^6 has 48, and 1e9 to the 200th is done in microseconds
+DEEPEST = 3  # brackets in brackets
+
+_RAISED = str.maketrans({raised: f"**{plain}" for raised, plain in zip("⁰¹²³⁴⁵⁶⁷⁸⁹", "0123456789", strict=True)})
+_TOKEN = re.compile(
+    r"\s*(?:(?P<power>\*\*|\^)\s*(?P<exponent>\(\s*[+-]?\d(?:\.\d\d?)?\s*\)|[+-]?\d(?:\.\d\d?)?(?![\d.]))"
+    r"|(?P<name>[^\W\d][^\W]*|[°%′″'\"]+[^\W\d]*|Δ°[CF])"
+    r"|(?P<number>\d{1,9}(?:\.\d{0,9})?(?:[eE][+-]?\d{1,2})?)"
+    r"|(?P<operator>[*/·])|(?P<opens>\()|(?P<closes>\)))"
+)
+
+# Units of this name are not one size: what a user who writes it means, and what to write.
+AMBIGUOUS = {
+    name: "t or kg for the metric ton of 1000 kg, short_ton for the US ton of 907 kg" for name in ("ton", "tons", "TON")
+}
+
+
+def plain_powers(text: str) -> str:
+    """The text with raised digits as powers: ``m²`` as ``m**2``, ``s⁻²`` as ``s**-2``."""
+    for minus in ("⁻", "¯"):
+        text = text.replace(minus, "**-")
+    return re.sub(r"\*\*-\*\*", "**-", text.translate(_RAISED))
+
+
+def why_no_unit(text: str) -> str:
+    """Why a text cannot be a unit; empty for a product of names and small powers, ``kg m^2/s``.
+
+    Accepts names, numbers of up to nine digits as factors, ``*``, ``/`` and brackets, and one-digit exponents of names
+    and brackets whose product is at most 200. Everything else is no unit, so that its value is never computed.
+    """
+    if len(text) > LONGEST:
+        return f"is not a unit: it has more than {LONGEST} characters"
+    text = plain_powers(text)
+    at, depth, exponents, before = 0, 0, 1.0, ""
+    while text[at:].strip():
+        token = _TOKEN.match(text, at)
+        if token is None:
+            return "is not a unit"
+        kind = str(token.lastgroup)
+        if (kind == "exponent" and before not in ("name", "closes")) or (kind == before == "operator"):
+            return "is not a unit"
+        if kind == "exponent":
+            exponents *= max(abs(float(token["exponent"].strip("() \t"))), 1.0)
+        depth += (kind == "opens") - (kind == "closes")
+        if not 0 <= depth <= DEEPEST:
+            return "is not a unit"
+        if kind == "name" and token["name"] in AMBIGUOUS:
+            return f"is ambiguous: write {AMBIGUOUS[token['name']]}"
+        at, before = token.end(), kind
+    return "is not a unit" if depth or exponents > MOST_EXPONENTS else ""

@@ -1,0 +1,59 @@
+"""The size of a finding on a page: what it changes in the output, in the parameters and in the rms error."""
+
+from __future__ import annotations
+
+import math
+
+from vdyn_cli.quantities.diagnosis import Diagnosis, Size
+from vdyn_cli.report import effect_labels, typography
+from vdyn_cli.report.text_table import TextTable
+
+_SHIFTS = 4  # parameters in one cell: what two lines of the column hold
+_NOISE = 0.02  # p of the remainder, above which the naming accepts it as noise
+
+
+def sizes(source: Diagnosis) -> TextTable | None:
+    """The size of each named effect; of the finding as a whole where no effect was named.
+
+    Parameters
+    ----------
+    source : the diagnosis; without a significant finding there is no table.
+    """
+    rows = [
+        (effect_labels.bare(effect_labels.label(c.effect)), *_row(c.size)) for c in source.causes if c.size is not None
+    ]
+    if not rows and source.size is not None:
+        rows = [("what comes closest" if source.verdict == "unknown" else "the finding", *_row(source.size))]
+    if not rows:
+        return None
+    caption = (
+        "Change of the output: rms over all runs, with the effect less without it, beside the noise floor; at: the"
+        " change at the start of the run in which it is largest, at its largest, and at the end. Share of rms: (error"
+        " before − after) / (error before − noise floor), by rms. A finding below a tenth of the noise floor and of"
+        " every parameter's half interval, or below what the description states under 'matters', is a note."
+    )
+    columns = ("finding", "change of the output", "at", "shift of parameters, std", "share of rms")
+    return TextTable("Size of the finding", caption, columns, tuple(rows), (False, False, False, False, True))
+
+
+def remainder_note(source: Diagnosis) -> str:
+    """What the answer leaves, as a sentence; empty where it is noise."""
+    left = source.remainder
+    if left is None or left.p_value > _NOISE or not math.isfinite(left.share_of_rms) or not source.causes:
+        return ""
+    share = typography.significant(100 * left.share_of_rms, 1)
+    like = f", most like {effect_labels.label(left.mostly)}" if left.mostly else ""
+    return f"A small significant residual remains: {share}{typography.NARROW}% of the rms misfit{like}."
+
+
+def _row(size: Size) -> tuple[str, str, str, str]:
+    unit = typography.unit(size.unit)
+    floor = f" (noise {typography.significant(size.noise_floor, 2)})" if math.isfinite(size.noise_floor) else ""
+    change = f"{typography.name(size.output)} {typography.significant(size.change, 2)}{floor} {unit}".strip()
+    points = "; ".join(f"{typography.prose(p.at)}: {typography.signed(p.change, 2)}" for p in size.points)
+    run = f"{typography.run_name(typography.prose(size.points[0].run))}: " if size.points else ""
+    shifts = sorted(size.shifts_in_std.items(), key=lambda item: -abs(item[1]))
+    more = f"; {len(shifts) - _SHIFTS} more" if len(shifts) > _SHIFTS else ""
+    moved = "; ".join(f"{typography.name(n)} {typography.signed(t, 2)}" for n, t in shifts[:_SHIFTS]) + more
+    share = f"{typography.fixed(100 * size.share_of_rms, 0)}{typography.NARROW}%"
+    return change, f"{run}{points}", moved, share

@@ -1,0 +1,101 @@
+"""The parts of the half car whose laws can be freed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.physics.laws.suspension import damper, spring
+from vdyn_cli.steps.bump.half_car_fit import BumpFit
+from vdyn_cli.steps.bump.replay import replay
+from vdyn_cli.steps.free_part import Part
+
+STROKE, RATE, PRESS = 0.12, 2.5, 0.08  # m, m/s, m: more than a bump deflects springs, dampers and tires by
+TURN = 0.005  # m/s: dry friction turns within millimeters a second
+FORCE = 500.0  # N, plausible size: some 6 % of an axle's load
+SENSORS = {  # span and plausible error of a reading, in its unit
+    "vertical_acceleration": ((-15.0, 15.0), 0.3, "m/s^2", "the vertical acceleration reading"),
+    "pitch_rate": ((-1.0, 1.0), 0.02, "rad/s", "the pitch rate reading"),
+}
+AXLES = ("front", "rear")
+
+
+def bump_parts(channels: Sequence[str]) -> tuple[Part, ...]:
+    """Dampers, springs and tires of both axles; sensors of ``channels``.
+
+    Parameters
+    ----------
+    channels : that are fitted.
+    """
+    sensors = (
+        Part(name, "", "value", span, size, unit, unit, what, "value", anchored=False, sensor=True)
+        for name, (span, size, unit, what) in SENSORS.items()
+        if name in channels
+    )
+    elements = (_damper, _spring, _tire, _tire_damping)
+    return (*(of(axle) for of in elements for axle in AXLES), *sensors)
+
+
+def coordinate_of(part: Part, fit: BumpFit, solution: Solution) -> Array | None:
+    """The values (n,) of a part's coordinate in all crossings, at a solution of the fit; None where it is not known."""
+    if part.element in fit.channels:
+        return np.concatenate([c.channels[part.element] for c in fit.crossings])
+    replays = [replay(fit, solution, k) for k in range(len(fit.crossings))]
+    if part.coordinate in ("stroke", "stroke_rate"):
+        return np.concatenate([getattr(r, part.coordinate)[part.place] for r in replays])
+    stiffness = solution.values["tire_vertical_stiffness"]
+    loads = [r.outputs[f"{part.place}_load"] - r.zeros[f"{part.place}_load"] for r in replays]
+    pressed = [(load - np.median(load)) / stiffness for load in loads]
+    if part.coordinate == "compression":
+        return np.concatenate(pressed)
+    return np.concatenate([np.gradient(x, r.time) for x, r in zip(pressed, replays, strict=True)])
+
+
+def _damper(axle: str) -> Part:
+    name = f"suspension_damping_{axle}"
+
+    def arguments(rate: float, values: Mapping[str, float]) -> Mapping[str, float]:
+        return {"damping": values[name], "stroke": 0.0}
+
+    what = f"the {axle} damper's force"
+    return Part(
+        "damper", axle, "stroke_rate", (-RATE, RATE), FORCE, "N", "m/s", what, "rate", TURN,
+        law=damper, arguments=arguments, own=(name,),
+    )  # fmt: skip
+
+
+def _spring(axle: str) -> Part:
+    name = f"suspension_stiffness_{axle}"
+
+    def arguments(stroke: float, values: Mapping[str, float]) -> Mapping[str, float]:
+        return {"stiffness": values[name]}
+
+    what = f"the {axle} spring's force"
+    return Part(
+        "spring", axle, "stroke", (-STROKE, STROKE), FORCE, "N", "m", what, "stroke",
+        law=spring, arguments=arguments, own=(name,),
+    )  # fmt: skip
+
+
+def _tire(axle: str) -> Part:
+    name = "tire_vertical_stiffness"
+
+    def arguments(compression: float, values: Mapping[str, float]) -> Mapping[str, float]:
+        return {"stiffness": values[name]}
+
+    what = f"the {axle} tire's vertical force beyond that at rest"
+    return Part(
+        "tire_vertical", axle, "compression", (-PRESS, PRESS), FORCE, "N", "m", what, "deflection",
+        law=lambda s: s.stiffness * s.compression, arguments=arguments, own=(name,),
+    )  # fmt: skip
+
+
+def _tire_damping(axle: str) -> Part:
+    what = f"the {axle} tire's damping force"
+    return Part(
+        "tire_vertical", axle, "compression_rate", (-RATE, RATE), FORCE, "N", "m/s", what, "rate of deflection",
+        law=lambda s: 0.0, arguments=lambda rate, values: {"stiffness": 0.0, "damping": 0.0},
+    )  # fmt: skip

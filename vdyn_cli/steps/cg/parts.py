@@ -1,0 +1,45 @@
+"""The parts of the load-transfer balance whose laws can be freed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.free_part import Part, addition
+from vdyn_cli.steps.free_profiles import span_of
+
+MOMENT, LOAD = 200.0, 50.0  # N m, N: plausible sizes of what is left out, and of a load reading's error
+
+
+def balance_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
+    """The body's moment over acceleration and pitch rate, and the load readings over their value.
+
+    Parameters
+    ----------
+    logs : of the runs.
+    """
+    push = span_of([log["acceleration"] for log in logs], 1.0)
+    parts = [
+        Part(
+            "motion_moment", "", "acceleration", push, MOMENT, "N m", "m/s^2", "the moment of the body's motion",
+            "acceleration", anchored=False, law=addition, arguments=lambda x, values: {}, kin=("climb", "acceleration"),
+        )
+    ]  # fmt: skip
+    if all("pitch_rate" in log for log in logs):
+        rate = span_of([log["pitch_rate"] for log in logs], 0.02)
+        parts.append(
+            Part(
+                "motion_moment", "", "pitch_rate", rate, MOMENT, "N m", "rad/s", "the moment of the body's motion",
+                "pitch rate", anchored=False, law=addition, arguments=lambda x, values: {},
+            )
+        )  # fmt: skip
+    for place in ("front", "rear"):
+        if all(f"{place}_load" in log for log in logs):
+            load = span_of([log[f"{place}_load"] for log in logs], 100.0)
+            parts.append(
+                Part(
+                    "wheel_force", place, "value", load, LOAD, "N", "N", f"the {place} load reading", "value",
+                    anchored=False, sensor=True,
+                )
+            )  # fmt: skip
+    return tuple(parts)

@@ -1,0 +1,86 @@
+"""Speed and accelerometer measure the same motion: the logged speed as a second reading of the acceleration.
+
+    V(t) - mean V = integral of a - its mean + error
+
+A tilt or a zero of the accelerometer is collinear with the place of the center of gravity in the loads; beside a speed
+it is a slope of V - integral of a over time. A delay between the channels, a gain of one of them, and the antenna's
+motion with the pitch are no such slope: they are covered by an error that is larger than the speed's noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import Rows, white_level
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+EVERY = 0.5  # s between the speeds that are compared: half a swing of the body's pitch, which moves the antenna
+FEWEST = 8  # speeds of a run
+LONGEST_GAP = 5.0  # usual steps of the clock
+# m/s^2, standard deviation of the accelerometer's mean against the rate of the speed in one run: 0.02 m/s^2 moves the
+# center of gravity by a millimeter. It is spread over the speeds of the run as white noise.
+LEAST_SLOPE = 0.01
+
+
+@dataclass(frozen=True)
+class SpeedChange:
+    """The logged speed of one run at some of its samples.
+
+    Parameters
+    ----------
+    time : (n,), s, of all samples. at : (m,), indices of the speeds compared.
+    speed : (m,), m/s, less its mean. error : m/s, standard deviation of each.
+    """
+
+    time: Array
+    at: NDArray[np.int64]
+    speed: Array
+    error: float
+
+
+def speed_change(log: Log) -> SpeedChange | None:
+    """The speed of a run, m/s; None where it is not logged, or acceleration or speed has gaps.
+
+    Parameters
+    ----------
+    log : with speed (m/s), acceleration (m/s^2).
+    """
+    if "speed" not in log or not (np.isfinite(log["speed"]).all() and np.isfinite(log["acceleration"]).all()):
+        return None
+    time, speed = log.time, log["speed"]
+    step = float(np.median(np.diff(time)))
+    wanted = np.arange(time[0], time[-1], EVERY)
+    at = np.unique(np.searchsorted(time, wanted)).astype(np.int64)
+    if np.max(np.diff(time)) > LONGEST_GAP * step or at.size < FEWEST:
+        return None
+    duration = float(time[at[-1]] - time[at[0]])
+    error = LEAST_SLOPE * duration * (at.size / 12.0) ** 0.5  # a line through m points: std of slope (12 / m)^0.5 / T
+    chosen = speed[at]
+    return SpeedChange(time, at, chosen - chosen.mean(), max(white_level(speed, time), error))
+
+
+def with_speed(balanced: Rows, speed: SpeedChange, rate: Array, slopes: Array) -> Rows:
+    """The rows of the balance, and behind them those of the speed.
+
+    Parameters
+    ----------
+    balanced : (k,) rows over j local unknowns. rate : (n,), m/s^2, by the accelerometer as the model corrects it.
+    slopes : (n, >= j), its derivatives to the local unknowns.
+    """
+    assert balanced.time is not None
+    columns = np.column_stack([rate, slopes[:, : balanced.jacobian.shape[1]]])
+    steps = np.diff(speed.time)[:, None] * (columns[1:] + columns[:-1]) / 2
+    gained = np.vstack([np.zeros(columns.shape[1]), np.cumsum(steps, axis=0)])[speed.at]
+    gained -= gained.mean(axis=0)
+    off = np.column_stack([gained[:, 0] - speed.speed, gained[:, 1:]]) / speed.error
+    return replace(
+        balanced,
+        residual=np.concatenate([balanced.residual, off[:, 0]]),
+        jacobian=np.vstack([balanced.jacobian, off[:, 1:]]),
+        time=np.concatenate([balanced.time, speed.time[speed.at]]),
+    )

@@ -1,0 +1,206 @@
+"""Whether the fitted road load agrees with the decelerations that the logs show, without its noise model.
+
+In classes of speed, the force of each run is inertia times the slope of a straight line through its measured speed,
+less the known slope of the road. The mean of both directions is compared with the fitted road load at the same speeds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
+from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadFit
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.05  # chance of a disagreement where there is none, over all classes together
+CLASSES = 8  # of speed: a straight line over an eighth of a coast bends by less than the force's own scatter
+FEWEST_SAMPLES = 5  # of a run in a class: a slope of fewer is noise
+
+
+@dataclass(frozen=True)
+class LocalForces:
+    """Force from the decelerations of a class of speeds, and what the simulated runs have there.
+
+    Parameters
+    ----------
+    speed : (k,) m/s. measured, fitted : (k,) N. half : (k,) N, half the 95 % interval of their difference.
+    """
+
+    speed: Array
+    measured: Array
+    fitted: Array
+    half: Array
+
+    @property
+    def outside(self) -> NDArray[np.bool_]:
+        """(k,), the classes whose interval does not hold the fitted force."""
+        return np.abs(self.measured - self.fitted) > self.half
+
+
+def local_forces(fit: RoadLoadFit) -> LocalForces | None:
+    """The comparison; None where the car is driven, or too few runs pass a class.
+
+    Assumes that a run's slope within a class is that of its mean speed, for the measured and the simulated run alike.
+    The road's part, common to all runs of a direction, is in the interval by the fitted roughness.
+    """
+    if fit.campaign.drive != "coasting" or not fit.campaign.speed_fitted:
+        return None
+    low, high = fit.speeds
+    edges = np.linspace(low, high, CLASSES + 1)
+    headings = np.array([r.heading for r in fit.campaign.runs])
+    level = {**fit.at, **dict.fromkeys(fit.rows.road, 0.0)}
+    fitted = fit.solution.per_run["start.speed"]
+    simulated = [fit.simulate_with(k, level, float(fitted[k])).outputs["speed"] for k in range(headings.size)]
+    rows = []
+    for a, b in pairwise(edges):
+        seen = np.array([_forces(fit, k, simulated[k], float(a), float(b)) for k in range(headings.size)])
+        good = np.isfinite(seen).all(axis=1)  # a run may leave the class in the log and not in the simulation
+        means, variance, fewest = [], 0.0, np.inf
+        for way in np.unique(headings[good]):
+            mine = seen[good & (headings == way)]
+            if len(mine) < 2:
+                continue
+            means.append(mine.mean(axis=0))
+            variance += float(np.var(mine[:, 1] - mine[:, 2], ddof=1)) / len(mine)
+            fewest = min(fewest, len(mine))
+        if means and len(means) == len(np.unique(headings)):
+            speed, force, model = np.mean(means, axis=0)
+            # Welch: degrees of freedom of the sum of both directions' variances are at least the smaller one's.
+            scatter = t_quantile(len(means) * (fewest - 1.0)) * np.sqrt(variance) / len(means)
+            road = NORMAL95 * _road_force(fit, float(a), float(b))
+            rows.append((speed, force, model, float(np.hypot(scatter, road))))
+    return LocalForces(*np.array(rows).T) if rows else None
+
+
+def _forces(fit: RoadLoadFit, run: int, simulated: Array, low: float, high: float) -> tuple[float, float, float]:
+    """Mean speed (m/s), force by the measured and by the simulated speed (N) of a run between two speeds."""
+    one = fit.campaign.runs[run]
+
+    def slope(speed: Array) -> tuple[float, float]:
+        falling = np.minimum.accumulate(speed)
+        inside = (falling >= low) & (falling <= high)
+        if inside.sum() < FEWEST_SAMPLES:
+            return np.nan, np.nan
+        time = one.time[inside] - one.time[inside].mean()
+        grade = one.inputs["grade"]
+        known = float(np.mean(grade[inside])) if isinstance(grade, np.ndarray) else float(grade)
+        rate = float(time @ speed[inside]) / float(time @ time)
+        return float(speed[inside].mean()), -fit.inertia * rate - fit.at["mass"] * GRAVITY * known
+
+    speed, measured = slope(one.speed)
+    return speed, measured, slope(simulated)[1]
+
+
+def _road_force(fit: RoadLoadFit, low: float, high: float) -> float:
+    """Standard deviation of the mean over the directions of the road's force between two speeds, N."""
+    layout = fit.campaign.layout
+    if layout is None or not fit.rows.road:
+        return 0.0
+    each: dict[float, list[Array]] = {}
+    for k, run in enumerate(fit.campaign.runs):
+        inside = (run.speed >= low) & (run.speed <= high)
+        if inside.any():
+            each.setdefault(run.heading, []).append(layout.weights(k)[inside].mean(axis=0))
+    if not each:
+        return 0.0
+    way = np.mean([np.mean(rows, axis=0) for rows in each.values()], axis=0)
+    return fit.at["mass"] * GRAVITY * fit.sizes[ROUGHNESS] * float(np.linalg.norm(way @ layout.factor))
+
+
+def disagreement(found: LocalForces | None) -> float:
+    """Largest difference of a class over its half interval, corrected for the number of classes; above 1 it disagrees.
+
+    Bonferroni over k classes: the normal quantile of 0.05/k over that of 0.05.
+    """
+    if found is None:
+        return 0.0
+    from scipy.special import ndtri
+
+    wider = -float(ndtri(LEVEL / 2 / found.speed.size)) / NORMAL95
+    return float(np.max(np.abs(found.measured - found.fitted) / np.maximum(found.half, 1e-300))) / wider
+
+
+def alternative(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:
+    """Rolling resistance and drag area by the local forces, as far as both are estimated.
+
+    Weighted least squares of measured less fitted force on M g and 1/2 rho V^2.
+    """
+    columns = {
+        "rolling_resistance": np.full(found.speed.size, fit.at["mass"] * GRAVITY),
+        "drag_area": 0.5 * fit.at["air_density"] * found.speed**2,
+    }
+    names = [n for n in columns if n in fit.solution.names]
+    matrix = np.column_stack([columns[n] for n in names]) / found.half[:, None]
+    step = np.linalg.lstsq(matrix, (found.measured - found.fitted) / found.half, rcond=None)[0]
+    return {n: fit.solution.values[n] + float(d) for n, d in zip(names, step, strict=True)}
+
+
+def holding(solution: Solution, other: Mapping[str, float]) -> Solution:
+    """The solution with intervals that also hold other values: the covariance grows by the outer product of the shift.
+
+    Parameters
+    ----------
+    other : values of some of the shared unknowns.
+    """
+    shift = np.array([other.get(n, solution.values[n]) - solution.values[n] for n in solution.names])
+    quantile = np.array([t_quantile(solution.degrees[n]) for n in solution.names])
+    covariance = solution.covariance + np.outer(shift / quantile, shift / quantile)
+    std = dict(zip(solution.names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    half = {n: q * std[n] for n, q in zip(solution.names, quantile.tolist(), strict=True)}
+    interval = {n: (solution.values[n] - h, solution.values[n] + h) for n, h in half.items()}
+    return replace(solution, covariance=covariance, std=std, interval95=interval)
+
+
+def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
+    """Shift of each published unknown when a run is left out, to first order, by run.
+
+    The sum over the run's units of their deletions (inference.intervals.Spread).
+    """
+    solution = fit.solution
+    shared = [(i, n) for i, n in enumerate(solution.names) if n in ("rolling_resistance", "drag_area")]
+    found: dict[str, dict[str, float]] = {}
+    for k, run in enumerate(fit.campaign.runs):
+        change = sum((u.change for u in solution.units if u.run == k), np.zeros(len(solution.names)))
+        found[run.name] = {n: float(change[i]) for i, n in shared}
+    return found
+
+
+def shared_force(fit: RoadLoadFit) -> Mapping[float, tuple[float, float]]:
+    """Mean correlation of the residual force between runs of a direction, and the force that they share, N rms.
+
+    By heading (+1, -1, 0). Residuals are those about the fit on a level road: differences of binned speeds over time
+    as a function of the distance driven. Directions of fewer than two runs are left out.
+    """
+    level = {**fit.at, **dict.fromkeys(fit.rows.road, 0.0)}
+    starts = fit.solution.per_run.get("start.speed")
+    if starts is None:
+        return {}
+    traces: dict[float, list[tuple[Array, Array]]] = {}
+    for k, run in enumerate(fit.campaign.runs):
+        bins = fit.campaign.bins[k]
+        seen = fit.simulate_with(k, level, float(starts[k])).outputs["speed"]
+        left = bins.mean(run.speed - seen)
+        place = bins.mean(run.distance)
+        force = -fit.inertia * np.diff(left) / np.diff(bins.time)
+        traces.setdefault(run.heading, []).append((0.5 * (place[1:] + place[:-1]), force))
+    return {way: _common(each) for way, each in traces.items() if len(each) > 1}
+
+
+def _common(traces: Sequence[tuple[Array, Array]]) -> tuple[float, float]:
+    """Mean correlation between the traces over their common distance, and the rms of what they share."""
+    grid = np.linspace(max(t[0][0] for t in traces), min(t[0][-1] for t in traces), 40)
+    every = np.array([np.interp(grid, place, force) for place, force in traces])
+    every = every - every.mean(axis=1, keepdims=True)
+    product = every @ every.T / grid.size
+    pairs = product[np.triu_indices(len(traces), 1)]
+    size = np.sqrt(np.diag(product))
+    each = np.outer(size, size)[np.triu_indices(len(traces), 1)]
+    return float(np.mean(pairs / np.maximum(each, 1e-300))), float(np.sqrt(max(float(np.mean(pairs)), 0.0)))

@@ -1,0 +1,196 @@
+"""Findings on the quality of a fitted road load: its noise, its road, its agreement with the logs, single runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.number_text import number
+from vdyn_cli.quantities.result import Figure, Series, Table
+from vdyn_cli.steps.coastdown.agreement import (
+    LocalForces,
+    alternative,
+    disagreement,
+    holding,
+    influence,
+    local_forces,
+    shared_force,
+)
+from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
+from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadFit
+
+# Largest physical sizes. Gusts: turbulence of 0.3 in the largest mean wind that SAE J1263 and WLTP allow (5 m/s).
+# Speed: receivers and wheel sensors read within 0.1 m/s; held or rounded to 1 km/h they err by 0.3 m/s.
+# Road: SAE J1263 allows a slope of 0.5 % on a test road.
+LIMITS: Mapping[str, tuple[float, str]] = {
+    "gust": (1.5, "gusts"),
+    "speed_noise": (0.5, "noise of the speed"),
+    ROUGHNESS: (0.005, "slope of the road"),
+}
+LEAST_OTHERS = 0.05  # of the variance, that is taken as the other runs': the shift is to first order
+# Correlation between the runs of a direction from which they share a force. Without one it scatters about zero by
+# 1/sqrt(pairs x independent stretches), 0.1 for four runs of 60 to 100 s with gusts of 8 s: three times that.
+SHARED = 0.3
+
+
+@dataclass(frozen=True)
+class FitQuality:
+    """How well a fitted road load is supported by its runs.
+
+    Parameters
+    ----------
+    fit : with intervals that hold the local forces where they disagree.
+    local : force from decelerations beside the fitted force. off : their disagreement, above 1 where significant.
+    shared : correlation and force (N rms) that runs of a direction share, by heading. shifts : by run and parameter.
+    """
+
+    fit: RoadLoadFit
+    local: LocalForces | None
+    off: float
+    shared: Mapping[float, tuple[float, float]]
+    shifts: Mapping[str, Mapping[str, float]]
+
+    def document(self) -> dict[str, Any]:
+        """Numbers for the JSON."""
+        local = self.local
+        rows = (
+            [] if local is None else np.column_stack([local.speed, local.measured, local.fitted, local.half]).tolist()
+        )
+        return {
+            "influence": {run: dict(shift) for run, shift in self.shifts.items()},
+            "agreement": {
+                "worst": self.off,
+                "classes": [
+                    {"speed_kmh": 3.6 * v, "from_deceleration_N": m, "fitted_N": f, "half_interval_N": h}
+                    for v, m, f, h in rows
+                ],
+            },
+            "shared_force": [
+                {"heading": way, "correlation": c, "rms_N": f} for way, (c, f) in sorted(self.shared.items())
+            ],
+        }
+
+    def findings(self) -> tuple[Finding, ...]:
+        """What the user should know, each with a number and a remedy."""
+        return (*self._noise(), *self._road(), *self._disagreement(), *self._runs())
+
+    def _noise(self) -> list[Finding]:
+        found = []
+        for name, (size, limit, words) in unphysical(self.fit).items():
+            unit = "" if name == ROUGHNESS else " m/s"
+            what = (
+                f"fitted {words}: {size:.2g}{unit} rms, physical is at most {limit:.2g}{unit}: the model misses a force"
+            )
+            remedy = "inspect the residual force over speed and over runs; log position, wind and drive torque"
+            found.append(Finding("noise", what, remedy=remedy, doubt=True))
+        return found
+
+    def _road(self) -> list[Finding]:
+        together = {w: (c, f) for w, (c, f) in self.shared.items() if c > SHARED}
+        if not together:
+            return []
+        correlation, force = max(together.values())
+        rough = self.fit.sizes.get(ROUGHNESS, 0.0)
+        what = (
+            f"runs of one direction share a force of {force:.0f} N rms (correlation {correlation:.2f}): the road "
+            f"({rough:.2%} rms of slope explains it) or the driver; the intervals contain it"
+        )
+        placed = self.fit.campaign.road is not None
+        remedy = "extend by grade_profile" if placed else "log position, or survey the road and map 'grade'"
+        return [Finding("runs", what, remedy=remedy)]
+
+    def _disagreement(self) -> list[Finding]:
+        if self.local is None or self.off <= 1.0:
+            return []
+        off = np.abs(self.local.measured - self.local.fitted) / self.local.half
+        k = int(np.argmax(off))
+        what = (
+            f"at {3.6 * self.local.speed[k]:.0f} km/h the logs decelerate with {self.local.measured[k]:.0f} N "
+            f"(+- {self.local.half[k]:.0f}), the fit has {self.local.fitted[k]:.0f} N; the intervals are widened"
+        )
+        remedy = "inspect the residual force over speed; narrow speed_window, or log what acts there"
+        return [Finding("road_load", what, remedy=remedy, doubt=True)]
+
+    def _runs(self) -> list[Finding]:
+        found = []
+        for run, shifts in self.shifts.items():
+            for name, shift in shifts.items():
+                low, high = self.fit.solution.interval95[name]
+                # The run's own deviation widens the interval: what the others leave of it is the measure.
+                others = 1.0 - (shift / self.fit.solution.std[name]) ** 2
+                if abs(shift) > 0.5 * (high - low) * np.sqrt(max(others, LEAST_OTHERS)):
+                    what = f"without this run {name} would be {number(abs(shift), 0.1 * abs(shift))} "
+                    what += f"{'higher' if shift > 0 else 'lower'}, more than the 95 % interval of the others"
+                    found.append(
+                        Finding(run, what, remedy="inspect this run; remove it if it is disturbed", doubt=True)
+                    )
+        return found
+
+    def table(self) -> Table:
+        """Influence of each run, in half-widths of the 95 % interval."""
+        names = list(next(iter(self.shifts.values()), {}))
+        rows = []
+        for run, shifts in self.shifts.items():
+            cells = []
+            for name in names:
+                low, high = self.fit.solution.interval95[name]
+                cells.append(f"{shifts[name]:+.2g} ({abs(shifts[name]) / (0.5 * (high - low)):.2f})")
+            rows.append((run, *cells))
+        caption = "Shift when a run is left out, to first order; in brackets in half-widths of the 95 % interval."
+        return Table(
+            "influence", "Influence of each run", ("run", *(n.replace("_", " ") for n in names)), tuple(rows), caption
+        )
+
+    def figure(self, load: RoadLoad) -> Figure | None:
+        """Force from the measured decelerations beside the fitted road load."""
+        local = self.local
+        if local is None:
+            return None
+        speed = np.linspace(*self.fit.speeds, 60)
+        force, half = np.asarray(load.force(speed)), load.half_width(speed)
+        return Figure(
+            "agreement",
+            "Force from local decelerations",
+            "Points: inertia times the slope of the measured speed in classes of speed, mean of both directions, with "
+            "the 95 % interval of runs and road. Line and band: the fitted road load. Good: the bars reach the band. "
+            "Bad: they miss it at one end; then the noise model hides a force that all runs have.",
+            "speed [km/h]",
+            "force [N]",
+            (
+                Series("95 % band", 3.6 * speed, force - half, "band", force + half, role="muted"),
+                Series("fitted", 3.6 * speed, force, role="simulated"),
+                Series(
+                    "from decelerations", 3.6 * local.speed, local.measured, "points", error=local.half, role="measured"
+                ),
+            ),
+        )
+
+
+def quality_of(fit: RoadLoadFit) -> FitQuality:
+    """The quality of a fit; its intervals are widened where local forces disagree."""
+    local = local_forces(fit)
+    off = disagreement(local)
+    if local is not None and off > 1.0:
+        fit = replace(fit, solution=holding(fit.solution, alternative(fit, local)))
+    return FitQuality(fit, local, off, shared_force(fit), influence(fit))
+
+
+def unphysical(fit: RoadLoadFit) -> dict[str, tuple[float, float, str]]:
+    """Noise sizes beyond what is physical: size, limit and words, by source."""
+    found = {}
+    for name, (limit, words) in LIMITS.items():
+        size = fit.sizes.get(name, 0.0)
+        if name == "speed_noise":
+            size *= float(np.median([levels.get("speed", 0.0) for levels in fit.campaign.levels]))
+        if size > limit and not fit.campaign.white:
+            found[name] = (size, limit, words)
+    return found
+
+
+def physical_sizes(fit: RoadLoadFit) -> dict[str, float]:
+    """The noise sizes, each at most the largest physical one."""
+    return {**fit.sizes, **{n: fit.sizes[n] * limit / size for n, (size, limit, _) in unphysical(fit).items()}}

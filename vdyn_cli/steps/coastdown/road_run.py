@@ -1,0 +1,66 @@
+"""One run of a coast-down campaign as the fit sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import white_level
+
+Array = NDArray[np.float64]
+
+LOWEST_LEVEL = 1e-4  # in SI, of the white noise in a channel: a simulated log has none
+
+
+@dataclass(frozen=True)
+class RoadRun:
+    """One run as the fit sees it.
+
+    Parameters
+    ----------
+    time, speed : (n,) s, m/s; finite.
+    inputs : grade, wind_speed, and the drive's torque or force: (n,) each, or one number.
+    acceleration : (n,) m/s^2 specific force, NaN where missing; its zero is already subtracted where ``zero_std`` (the
+        standard deviation of that zero, m/s^2) is positive.
+    part : (n,), label of the window of each row.
+    heading : +1 out, -1 back, 0 unknown. start : s since the first run began. temperature : K.
+    air_density : kg/m^3 of this run, None for the campaign's.
+    since : s of the log that go before the first row.
+    place : m, road coordinate at the first row; None where it is unknown.
+    """
+
+    name: str
+    time: Array
+    speed: Array
+    inputs: Mapping[str, Array | float]
+    part: NDArray[np.int64]
+    acceleration: Array | None = None
+    zero_std: float = 0.0
+    heading: float = 0.0
+    start: float = 0.0
+    temperature: float = 293.15
+    air_density: float | None = None
+    since: float = 0.0
+    place: float | None = None
+
+    @cached_property
+    def distance(self) -> Array:
+        """Distance driven at each row, (n,) m."""
+        return np.asarray(np.r_[0.0, np.cumsum(np.diff(self.time) * (self.speed[1:] + self.speed[:-1]) / 2)])
+
+    @property
+    def levels(self) -> dict[str, float]:
+        """White noise in a sample of each measured channel, in its unit."""
+        channels = {"speed": self.speed, "acceleration": self.acceleration, **self.inputs}
+        found = {n: channels.get(n) for n in ("speed", "acceleration", "drive_torque", "drive_force")}
+        return {n: max(white_level(c, self.time), LOWEST_LEVEL) for n, c in found.items() if isinstance(c, np.ndarray)}
+
+    def channel(self, name: str) -> Array:
+        """A fitted channel, speed or acceleration, (n,)."""
+        values = self.speed if name == "speed" else self.acceleration
+        assert values is not None
+        return values

@@ -1,0 +1,186 @@
+"""The road that all runs share: a random slope profile over position, met again by every run.
+
+A road that undulates pushes every run of one direction alike at the same place, and the runs of the other direction
+the other way. Taken for gusts, which differ from run to run, the same force seen eight times would look eight times
+as certain. So the slope at equal knots is a vector of unknowns of the fit, with a normal prior of standard deviation
+``roughness`` (m/m) and a correlation over distance, the likeliest of a few (SPECTRA): a road may be a sum of waves of
+every length or a few long valleys, and what it does at the lengths that a coast cannot tell from a resistance follows
+from what it does at the others. A slope i accelerates a car by -g i M/(M + mr).
+
+Places come from the logged position, else from the distance that each run has driven: runs of one direction then share
+one profile, and the way back is the mirrored way out where the data say so (``turn``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.model_builder import Correction
+from vdyn_cli.inference import Unknown
+from vdyn_cli.steps.coastdown.road_run import RoadRun
+
+Array = NDArray[np.float64]
+
+KNOTS = 96  # of all profiles: 20 to 40 m apart, which a coasting car passes in one bin of 2 s
+# Correlations of the slope as sums of (share, length in m, smooth). Road elevation has a power density of about 1/n^2
+# (ISO 8608), slope a flat one: the third holds waves of 100 m to 2 km alike. Built roads are smooth: vertical curves
+# are parabolas of 100 m to 1 km (the others, Matern 3/2 with a twentieth of rough road). Longest waves last.
+SPECTRA: tuple[tuple[tuple[float, float, bool], ...], ...] = (
+    ((0.95, 50.0, True), (0.05, 50.0, False)),
+    ((0.95, 120.0, True), (0.05, 50.0, False)),
+    ((0.5, 50.0, False), (0.5, 300.0, False)),
+    ((0.95, 300.0, True), (0.05, 50.0, False)),
+)
+KEPT, MOST = 0.97, 60  # share of the slope's variance that its unknowns describe, and most of them; the rest is short
+TURNING = 0.2  # of a run's length: standard deviation of where the runs of the other direction begin
+USUAL = 1  # of SPECTRA, where the runs show none: crests and sags of 100 to 500 m
+NAME = "shared_road"  # under which an effect covers it
+ROUNDING = 1e-9  # added to a correlation of one, so that its factor exists
+
+
+@dataclass(frozen=True)
+class RoadLayout:
+    """Where the runs met the road.
+
+    Parameters
+    ----------
+    knots : (m,) m, ascending within each profile. profile : (m,), label of the profile of each knot.
+    along : (n,) m, coordinate of each sample of each run. owner : profile of each run.
+    sense : +1 where the run meets the profile's uphill as uphill, else -1. spectrum : of SPECTRA.
+    """
+
+    knots: Array
+    profile: NDArray[np.int64]
+    along: tuple[Array, ...]
+    owner: tuple[int, ...]
+    sense: tuple[float, ...]
+    spectrum: int = 0
+
+    @cached_property
+    def factor(self) -> Array:
+        """Factor (m, k) of the correlation of the slopes at the knots, without directions of next to no variance.
+
+        Profiles are independent of each other.
+        """
+        same = self.profile[:, None] == self.profile[None, :]
+        values, axes = np.linalg.eigh(np.where(same, slope_correlation(self.knots, self.spectrum), 0.0))
+        order = np.argsort(-values)[:MOST]
+        kept = order[: 1 + int(np.searchsorted(np.cumsum(values[order]), KEPT * values.sum()))]
+        return np.asarray(axes[:, kept] * np.sqrt(values[kept]), dtype=np.float64)
+
+    def moved(self, run: int, shift: float) -> RoadLayout:
+        """The layout with a run ``shift`` m farther in its own direction."""
+        along = list(self.along)
+        ahead = 1.0 if along[run][-1] >= along[run][0] else -1.0
+        along[run] = along[run] + ahead * shift
+        return replace(self, along=tuple(along))
+
+    def weights(self, run: int) -> Array:
+        """(n, m), of each knot's slope in the uphill slope that a run meets at its samples."""
+        mine = np.flatnonzero(self.profile == self.owner[run])
+        found = np.zeros((self.along[run].size, self.knots.size))
+        at = self.knots[mine]
+        place = np.clip(self.along[run], at[0], at[-1])
+        low = np.clip(np.searchsorted(at, place, side="right") - 1, 0, at.size - 2)
+        share = (place - at[low]) / (at[low + 1] - at[low])
+        rows = np.arange(place.size)
+        found[rows, mine[low]] = self.sense[run] * (1.0 - share)
+        found[rows, mine[low + 1]] = self.sense[run] * share
+        return found
+
+
+def road_unknowns(layout: RoadLayout) -> tuple[Unknown, ...]:
+    """The independent slopes in units of the roughness: nuisances with a prior of one."""
+    degrees = independent_slopes(layout.factor)
+    one = Unknown("", 0.0, prior=(0.0, 1.0), nuisance=True, prior_degrees=degrees)
+    return tuple(replace(one, name=f"road_{k + 1}") for k in range(layout.factor.shape[1]))
+
+
+def independent_slopes(factor: Array) -> float:
+    """Effective number of independent slopes from which the roughness is estimated: (tr K)^2 / tr(K^2).
+
+    Parameters
+    ----------
+    factor : (m, k), of their correlation K.
+    """
+    correlation = factor @ factor.T
+    return float(np.trace(correlation) ** 2 / np.sum(correlation**2))
+
+
+def describes_road(effect: Correction) -> bool:
+    """Whether an effect describes the whole road, so that none is left for the noise."""
+    return NAME in getattr(effect, "covers", ())
+
+
+def slope_factor(knots: Array, spectrum: int) -> Array:
+    """Lower triangular factor (m, m) of the correlation of slopes at knots (m,) in m."""
+    correlation = slope_correlation(knots, spectrum)
+    return np.asarray(np.linalg.cholesky(correlation + ROUNDING * np.eye(knots.size)), dtype=np.float64)
+
+
+def slope_correlation(knots: Array, spectrum: int) -> Array:
+    """Correlation (m, m) of slopes at knots (m,) in m.
+
+    Parameters
+    ----------
+    spectrum : of SPECTRA.
+    """
+    apart = np.abs(knots[:, None] - knots[None, :])
+    correlation = np.zeros_like(apart)
+    for share, length, smooth in SPECTRA[spectrum]:
+        far = np.sqrt(3.0) * apart / length
+        correlation += share * ((1.0 + far) * np.exp(-far) if smooth else np.exp(-apart / length))
+    return correlation
+
+
+def road_layout(runs: Sequence[RoadRun], turn: float | None = None, spectrum: int = 0) -> RoadLayout:
+    """The layout of runs.
+
+    Parameters
+    ----------
+    turn : m, where position is not logged: distance from the start of the runs out to the start of the runs back, over
+        the same road; None: both directions have profiles of their own.
+    spectrum : of SPECTRA.
+    """
+    ways = [r.heading for r in runs]
+    if all(r.place is not None for r in runs):
+        along = [(r.place or 0.0) + r.heading * r.distance for r in runs]
+        owner, sense = [0] * len(runs), ways
+    elif turn is not None:
+        along = [r.distance if r.heading > 0 else turn - r.distance for r in runs]
+        owner, sense = [0] * len(runs), ways
+    else:
+        along = [r.distance for r in runs]
+        owner = [sorted(set(ways)).index(w) for w in ways]
+        sense = [1.0] * len(runs)
+    profiles = max(owner) + 1
+    knots, label = [], []
+    for p in range(profiles):
+        mine = np.concatenate([a[[0, -1]] for a, o in zip(along, owner, strict=True) if o == p])
+        count = KNOTS // profiles + (KNOTS % profiles if p == 0 else 0)
+        knots.append(np.linspace(mine.min(), max(mine.max(), mine.min() + 1.0), count))
+        label.append(np.full(count, p, dtype=np.int64))
+    return RoadLayout(
+        np.concatenate(knots),
+        np.concatenate(label),
+        tuple(np.asarray(a, dtype=np.float64) for a in along),
+        tuple(owner),
+        tuple(float(s) for s in sense),
+        spectrum,
+    )
+
+
+def possible_turns(runs: Sequence[RoadRun]) -> tuple[Array, Array]:
+    """Distances between the starts of both directions, m, and the logarithm of each one's prior probability, (k,).
+
+    A test road is driven to and fro: the way back begins about where the way out ended, TURNING of its length apart.
+    """
+    longest = max(float(r.distance[-1]) for r in runs)
+    share = np.linspace(0.6, 1.6, 51)
+    chance = -0.5 * ((share - 1.0) / TURNING) ** 2
+    return share * longest, chance - float(np.log(np.sum(np.exp(chance))))

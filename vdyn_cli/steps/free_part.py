@@ -1,0 +1,186 @@
+"""Parts of a model: one element's law over one of its coordinates, free to take any smooth shape.
+
+The addition to the law is a sum of cosines along the coordinate, which is compressed around zero where a law may turn
+within a small part of its range (dry friction over the stroke rate).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.effects import Effect, effect
+from vdyn_cli.engine.maths import copysign, cos, fabs, fmax, fmin, log, sqrt
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.quantity import Quantity
+
+ORDER = 20  # cosines: a wave of a tenth of the span is the narrowest shape that they follow
+
+STEP = 1e-4  # of a parameter, over which a law's derivative is taken
+
+Arguments = Callable[[float, Mapping[str, float]], Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One element's law over one coordinate.
+
+    Parameters
+    ----------
+    element : the law's name in the model; ``place`` : the call of it ("front"), or every call where empty.
+    coordinate : the signal of the law that the addition depends on.
+    span : its range, in ``coordinate_unit``; beyond, the addition is constant.
+    scale : of the coordinate, above which it is compressed (asinh x / scale); 0: it is not compressed.
+    size : plausible size of the addition, in ``unit``.
+    anchored : the addition is zero at zero of the coordinate.
+    what, over : words: "the rear dampers' force", "stroke rate".
+    law, arguments : the element's law, and its signals from (coordinate, values of unknowns): the addition alone is
+        defined up to what they absorb. None for a sensor, whose addition is its error.
+    own : the unknowns that ``arguments`` reads; in which it is nearly linear.
+    called : name of the part where it stands for more than one law; the element's else.
+    kin : further laws whose effects are effects of this part.
+    reads : the coordinate from the law's signals, where it is none of them. factor : a signal that multiplies the
+        addition ("heading": it turns with the direction of driving).
+    sensor : the addition is the error of a reading.
+    """
+
+    element: str
+    place: str
+    coordinate: str
+    span: tuple[float, float]
+    size: float
+    unit: str
+    coordinate_unit: str
+    what: str
+    over: str
+    scale: float = 0.0
+    anchored: bool = True
+    law: Law | None = None
+    arguments: Arguments | None = None
+    own: tuple[str, ...] = ()
+    called: str = ""
+    kin: tuple[str, ...] = ()
+    reads: Callable[[Signals], Number] | None = None
+    factor: str = ""
+    sensor: bool = False
+
+    @property
+    def name(self) -> str:
+        """The element with its place, as in the JSON: ``damper_rear``."""
+        return f"{self.group}_{self.place}" if self.place else self.group
+
+    @property
+    def group(self) -> str:
+        """The name without the place."""
+        return self.called or self.element
+
+    @cached_property
+    def orders(self) -> Array:
+        """Orders of the cosines; an addition that is zero at zero needs no constant."""
+        return np.arange(1 if self.anchored else 0, ORDER + 1, dtype=float)
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Names of the coefficients."""
+        return tuple(f"free_{self.name}_{self.coordinate}_{int(i)}" for i in self.orders)
+
+    def signals(self, x: float, values: Mapping[str, float]) -> Signals:
+        """What the law is called with at one value of the coordinate."""
+        assert self.arguments is not None
+        return Signals(**{"place": f"_{self.place}", "share": 1.0, **self.arguments(x, values), self.coordinate: x})
+
+    def baseline(self, x: Array, values: Mapping[str, float]) -> Array:
+        """(points,) the law without addition; zero for a sensor."""
+        law = self.law
+        if law is None or self.arguments is None:
+            return np.zeros(len(x))
+        return np.array([float(law(self.signals(float(one), values))) for one in x])
+
+    def slopes(self, x: Array, values: Mapping[str, float]) -> Array:
+        """(points, own) derivatives of the baseline's law to its own unknowns, by central differences."""
+        columns = []
+        for n in (name for name in self.own if name in values):
+            step = STEP * max(abs(values[n]), 1e-3)
+            ahead, behind = (self.baseline(x, {**values, n: values[n] + d}) for d in (step, -step))
+            columns.append((ahead - behind) / (2 * step))
+        return np.array(columns).reshape(len(columns), len(x)).T
+
+    def basis(self, x: Array) -> Array:
+        """(points, coefficients), the cosines at values (points,) of the coordinate."""
+        return np.array([[float(v) for v in self.cosines(float(one))] for one in np.atleast_1d(x)])
+
+    def points(self, count: int) -> Array:
+        """(count,) values of the coordinate, equally spaced where it is compressed."""
+        low, high = self._compressed(self.span[0]), self._compressed(self.span[1])
+        u = np.linspace(float(low), float(high), count)
+        x = self.scale * np.sinh(u) if self.scale else u
+        return np.clip(x, *self.span)
+
+    @cached_property
+    def effect(self) -> Effect:
+        """The free addition as an effect of the model."""
+        names = self.unknowns
+        many = tuple(
+            Quantity(n, self.unit, f"cosine {int(i)} of a free addition over {self.coordinate}", "", -size, size)
+            for n, i, size in zip(names, self.orders, [self.size] * len(names), strict=True)
+        )
+
+        def law(element: Law, s: Signals, q: Signals) -> Number:
+            """An addition of any smooth shape over one signal."""
+            if not matches(self.place, s.place):
+                return element(s)
+            total: Number = 0.0
+            x = getattr(s, self.coordinate) if self.reads is None else self.reads(s)
+            for n, wave in zip(names, self.cosines(x), strict=True):
+                total = total + getattr(q, n) * wave
+            factor = getattr(s, self.factor) if self.factor else 1.0
+            return element(s) + factor * s.__dict__.get("share", 1.0) * total
+
+        law.__name__ = f"free_{self.name}_{self.coordinate}"
+        return effect(on=self.element, unknowns=many, reference="smooth, no physics assumed", label=self.what)(law)
+
+    def concerns(self, one: Effect) -> bool:
+        """Whether an effect corrects the part's law, or one of those that it stands for."""
+        return bool({self.element, *self.kin} & set(one.on))
+
+    def cosines(self, x: Any) -> list[Any]:
+        """The cosines at a value, or symbol, of the coordinate, in the order of ``orders``."""
+        first = self._wave(x)
+        zero = float(self._wave(0.0)) if self.anchored else 0.0
+        waves, at_zero = [1.0, first], [1.0, zero]
+        for _ in range(ORDER - 1):  # cos((i + 1) t) = 2 cos(t) cos(i t) - cos((i - 1) t)
+            waves.append(2.0 * first * waves[-1] - waves[-2])
+            at_zero.append(2.0 * zero * at_zero[-1] - at_zero[-2])
+        if self.anchored:
+            return [w - z for w, z in zip(waves[1:], at_zero[1:], strict=True)]
+        return list(waves)
+
+    def _wave(self, x: Any) -> Any:
+        low, high = float(self._compressed(self.span[0])), float(self._compressed(self.span[1]))
+        inside = fmin(fmax(x, self.span[0]), self.span[1])
+        return cos((self._compressed(inside) - low) * (np.pi / (high - low)))
+
+    def _compressed(self, x: Any) -> Any:
+        if not self.scale:
+            return x
+        ratio = x / self.scale
+        return copysign(log(fabs(ratio) + sqrt(ratio * ratio + 1.0)), ratio)
+
+
+_CORNERS = {"fl": ("front", "left"), "fr": ("front", "right"), "rl": ("rear", "left"), "rr": ("rear", "right")}
+
+
+def addition(s: Signals) -> Number:
+    """A law of which only the addition is known: zero."""
+    return 0.0
+
+
+def matches(place: str, at: str) -> bool:
+    """Whether a law called at ``at`` ("_fl") stands for the part's place ("front"); empty: for every place."""
+    words = [w for token in at.split("_") for w in _CORNERS.get(token, (token,))]
+    return not place or place in words

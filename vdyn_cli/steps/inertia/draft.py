@@ -1,0 +1,19 @@
+"""What ``vdyn init`` writes beside the channels of a wheel inertia test: keys that no log tells."""
+
+DRAFT = """\
+vehicle:
+  wheel_mass: "?"           # what turns with the wheel outside the sensor, such as 20.0 +- 0.1 kg
+  wheel_radius: "?"         # effective rolling radius, such as 308 +- 0.5 mm
+  rolling_resistance: "?"   # from the step coastdown, such as 0.0095
+"""
+SETTINGS = ""
+RUN = ""
+
+# A log of a wheel that swings, which has no channel of a drive.
+PENDULUM_CHANNELS = ("angular_rate", "angle")
+PENDULUM = """\
+pendulum:
+  kind: "?"                 # compound, bifilar or torsional, such as compound
+  mass: "?"                 # such as 20.00 +- 0.01 kg
+  pivot_distance: "?"       # knife edge to axle, such as 204.8 +- 0.1 mm
+"""

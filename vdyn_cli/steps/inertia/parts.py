@@ -1,0 +1,40 @@
+"""The parts of a wheel's moment balance whose laws can be freed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vdyn_cli.physics.laws.wheel import bearing
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.free_part import Part
+from vdyn_cli.steps.free_profiles import span_of
+
+TORQUE, FORCE, ACCELERATION = 2.0, 100.0, 0.2  # N m, N, m/s^2: plausible sizes of drag and of errors of readings
+SENSORS = {
+    "hub_torque": (TORQUE, "N m", "the hub torque reading"),
+    "hub_force_x": (FORCE, "N", "the longitudinal hub force reading"),
+    "acceleration": (ACCELERATION, "m/s^2", "the acceleration reading"),
+}
+
+
+def wheel_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
+    """The bearing's torque over the wheel's speed, and the readings over their value.
+
+    Parameters
+    ----------
+    logs : of the runs on the road; none gives no parts.
+    """
+    if not logs:
+        return ()
+    turn = span_of([log["wheel_speed"] for log in logs], 1.0)
+    spin = Part(
+        "bearing", "", "wheel_speed", turn, TORQUE, "N m", "rad/s", "the bearing's drag torque", "wheel speed",
+        anchored=False, law=bearing, arguments=lambda x, values: {"bearing_torque": 0.0}, kin=("brake",),
+    )  # fmt: skip
+    readings = (
+        Part(n, "", "value", span_of([log[n] for log in logs], 0.1), size, unit, unit, what, "value",
+             anchored=False, sensor=True)
+        for n, (size, unit, what) in SENSORS.items()
+        if all(n in log for log in logs)
+    )  # fmt: skip
+    return (spin, *readings)

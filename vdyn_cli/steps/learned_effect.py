@@ -1,0 +1,181 @@
+"""Learned laws as effects: rebuilt from their definition wherever a model has the element."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.effects import Effect, effect
+from vdyn_cli.engine.maths import exp, fabs, fmax, sin, sqrt, tanh
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.quantities.law_definition import CurveDefinition, LawDefinition
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps.free_part import Part, matches
+
+SHARP = 1e-3  # of the span: width of a step, and within which a sign turns
+
+
+@dataclass(frozen=True)
+class LawForm:
+    """A short formula of one coordinate x.
+
+    Parameters
+    ----------
+    coefficients : the size first, in which it is linear, then the shapes.
+    units : of each: "value", "value/x", "x" or "".
+    text : the formula.
+    law : (x, shapes, definition) -> the addition for a size of one.
+    """
+
+    coefficients: tuple[str, ...]
+    units: tuple[str, ...]
+    text: str
+    law: Callable[[Any, Sequence[Any], CurveDefinition], Any]
+
+
+def _sense(x: Any, d: CurveDefinition) -> Any:
+    width = SHARP * (d.span[1] - d.span[0]) if not d.scale else d.scale * SHARP
+    return x / sqrt(x * x + width * width)
+
+
+def _power(x: Any, exponent: Any, d: CurveDefinition) -> Any:
+    """|x / reference|^exponent, with a finite slope at zero."""
+    ratio = x / d.reference
+    return (ratio * ratio + SHARP**2) ** (exponent / 2.0) - SHARP**exponent
+
+
+def _bell(x: Any, center: Any, width: Any) -> Any:
+    return exp(-(((x - center) / width) ** 2))
+
+
+LAW_FORMS: Mapping[str, LawForm] = {
+    "line": LawForm(("slope",), ("value/x",), "slope x", lambda x, s, d: x),
+    "step": LawForm(("size",), ("value",), "size sign(x)", lambda x, s, d: _sense(x, d)),
+    "saturation": LawForm(("size", "width"), ("value", "x"), "size tanh(x / width)", lambda x, s, d: tanh(x / s[0])),
+    "power": LawForm(
+        ("size", "exponent"), ("value", ""), "size sign(x) |x / reference|^exponent",
+        lambda x, s, d: _sense(x, d) * _power(x, s[0], d),
+    ),
+    "even_power": LawForm(
+        ("size", "exponent"), ("value", ""), "size |x / reference|^exponent", lambda x, s, d: _power(x, s[0], d)
+    ),
+    "knee": LawForm(
+        ("slope", "onset"), ("value/x", "x"), "slope sign(x) max(|x| - onset, 0)",
+        lambda x, s, d: _sense(x, d) * fmax(fabs(x) - s[0], 0.0),
+    ),
+    "hinge_up": LawForm(
+        ("slope", "onset"), ("value/x", "x"), "slope max(x - onset, 0)", lambda x, s, d: fmax(x - s[0], 0.0)
+    ),
+    "hinge_down": LawForm(
+        ("slope", "onset"), ("value/x", "x"), "slope min(x - onset, 0)", lambda x, s, d: -fmax(s[0] - x, 0.0)
+    ),
+    "bump": LawForm(
+        ("size", "center", "width"), ("value", "x", "x"), "size exp(-((x - center) / width)^2)",
+        lambda x, s, d: _bell(x, s[0], s[1]) - (_bell(0.0, s[0], s[1]) if d.anchored else 0.0),
+    ),
+    "periodic": LawForm(
+        ("size", "length", "shift"), ("value", "x", "x"), "size sin(2 pi (x - shift) / length)",
+        lambda x, s, d: sin(2 * np.pi * (x - s[1]) / s[0]) - (sin(-2 * np.pi * s[1] / s[0]) if d.anchored else 0.0),
+    ),
+}  # fmt: skip
+
+
+def learned_effect(name: str, law: LawDefinition, starts: Mapping[str, tuple[float, float, float]]) -> Effect:
+    """The effect of a learned law.
+
+    Parameters
+    ----------
+    name : of the effect. starts : of each unknown, (value, lower, upper); shapes of formulas keep the value as nominal.
+    """
+    quantities, nominal = [], {}
+    for curve in law.curves:
+        for k, unknown in enumerate(curve.unknowns):
+            value, lower, upper = starts[unknown]
+            quantities.append(Quantity(unknown, unit_of(curve, k), meaning_of(curve, k), "", lower, upper))
+            if curve.form != "table" and k:
+                nominal[unknown] = value
+    additions = [(curve, _addition(law.element, curve)) for curve in law.curves]
+
+    def correction(element: Law, s: Signals, q: Signals) -> Number:
+        """An addition that was learned from data, over one signal of the law."""
+        total = element(s)
+        for curve, addition in additions:
+            if matches(curve.place, s.place):
+                factor = getattr(s, curve.factor) if curve.factor else 1.0
+                values = [getattr(q, n) for n in curve.unknowns]
+                total = total + factor * s.__dict__.get("share", 1.0) * addition(getattr(s, curve.coordinate), values)
+        return total
+
+    correction.__name__ = name
+    made = effect(
+        on=law.element,
+        unknowns=tuple(quantities),
+        reference="learned from the logs, no physics assumed",
+        nominal=nominal,
+        label=law.label,
+        tags=set(law.tags),
+    )
+    return made(correction)
+
+
+def meaning_of(curve: CurveDefinition, k: int) -> str:
+    """What the k-th unknown of a curve is."""
+    if curve.form == "table":
+        return f"size of shape {k + 1} of a learned law over {curve.coordinate}"
+    return f"{LAW_FORMS[curve.form].coefficients[k]} of a learned law over {curve.coordinate}"
+
+
+def unit_of(curve: CurveDefinition, k: int) -> str:
+    """The unit of the k-th unknown of a curve."""
+    if curve.form == "table":
+        return curve.unit
+    slope = f"{curve.unit}/({curve.coordinate_unit})" if curve.coordinate_unit else curve.unit
+    kinds = {"value": curve.unit, "x": curve.coordinate_unit, "value/x": slope, "": ""}
+    return kinds[LAW_FORMS[curve.form].units[k]]
+
+
+def _addition(element: str, curve: CurveDefinition) -> Callable[[Any, Sequence[Any]], Any]:
+    if curve.form != "table":
+        form = LAW_FORMS[curve.form]
+        return lambda x, values: values[0] * form.law(x, values[1:], curve)
+    part = Part(
+        element, curve.place, curve.coordinate, curve.span, 1.0, curve.unit, curve.coordinate_unit, "", "",
+        curve.scale, curve.anchored,
+    )  # fmt: skip
+    basis = np.array(curve.basis)
+
+    def table(x: Any, values: Sequence[Any]) -> Any:
+        waves = part.cosines(x)
+        total: Any = 0.0
+        for j, value in enumerate(values):
+            total = total + value * sum(float(b) * w for b, w in zip(basis[:, j], waves, strict=True))
+        return total
+
+    return table
+
+
+def learned_effects(parameters: Parameters) -> tuple[Effect, ...]:
+    """The effects of the learned laws that belong to the vehicle, at the values that earlier steps found.
+
+    Parameters
+    ----------
+    parameters : with their extensions and the definitions of learned laws.
+    """
+    made = []
+    for name, law in parameters.laws.items():
+        known = parameters.extensions.get(name, {})
+        names = [n for c in law.curves for n in c.unknowns]
+        if all(n in known for n in names):
+            spans = {n: (known[n].value, *_wide(known[n].value, known[n].std)) for n in names}
+            made.append(learned_effect(name, law, spans))
+    return tuple(made)
+
+
+def _wide(value: float, std: float) -> tuple[float, float]:
+    """A range that holds the value with room on both sides: ten of its own size or of its deviations."""
+    room = 10.0 * max(abs(value), std, 1e-12)
+    return value - room, value + room

@@ -1,0 +1,54 @@
+"""The parts of the tire's curve whose laws can be freed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vdyn_cli.physics.laws.tire_forces import friction, tire
+from vdyn_cli.physics.models.tire_curve import SHAPE
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.free_part import Part, addition
+from vdyn_cli.steps.free_profiles import span_of
+
+FORCE = 100.0  # N, plausible size: some 3 % of a wheel's load
+GRIP = 0.05  # plausible change of the friction
+
+
+def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
+    """The force over slip and over load, and the friction over the sliding speed where it is known.
+
+    Parameters
+    ----------
+    logs : with slip and load.
+    """
+    slip = span_of([log["slip"] for log in logs], 0.01)
+    load = span_of([log["force_z"] for log in logs], 10.0)
+    middle = float(np.nanmedian(np.concatenate([log["force_z"] for log in logs])))
+
+    def arguments(x: float, values: Mapping[str, float]) -> Mapping[str, float]:
+        return {"load": middle, **{n: values[n] for n in SHAPE}}
+
+    def grip(x: float, values: Mapping[str, float]) -> Mapping[str, float]:
+        return {"load": middle, "static_load": middle, "tire_D": values["tire_D"], "tire_load_sensitivity": 0.0}
+
+    parts = [
+        Part(
+            "tire", "", "slip", slip, FORCE, "N", "", "the tire's force", "slip", anchored=False, law=tire,
+            arguments=arguments, own=SHAPE, kin=("slip", "force_x", "friction"),
+        ),
+        Part(
+            "tire", "", "load", load, FORCE, "N", "N", "the tire's force", "load", anchored=False, law=addition,
+            arguments=lambda x, values: {}, kin=("friction",),
+        ),
+    ]  # fmt: skip
+    if all("vehicle_speed" in log for log in logs):
+        sliding = span_of([log["slip"] * log["vehicle_speed"] for log in logs], 0.1)
+        parts.append(
+            Part(
+                "friction", "", "sliding", sliding, GRIP, "", "m/s", "the tire's friction", "sliding speed",
+                law=friction, arguments=grip, own=("tire_D",),
+            )
+        )  # fmt: skip
+    return tuple(parts)
