@@ -68,7 +68,7 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
         return data_fault(judgment.why)
     answer = judgment.answer
     named = " and ".join(_with_amplitude(effects[e], amplitudes) for e in answer.effects)
-    several = len(answer.effects) > 1 or _plural(effects[answer.effects[0]].label)
+    several = len(answer.effects) > 1 or is_plural(effects[answer.effects[0]].label)
     text = f"{named} {'explain' if several else 'explains'} {_explained(judgment)}.{_compensated(judgment.gain)}"
     if judgment.verdict == "data_fault":
         return f"Data fault: {text}"
@@ -143,7 +143,7 @@ def _explained(judgment: Judgment) -> str:
     return _share(judgment.gain)
 
 
-def _plural(label: str) -> bool:
+def is_plural(label: str) -> bool:
     """Whether a label such as "brakes that drag" or "wheel loads with a wrong gain" is a plural."""
     return any(word.endswith("s") and not word.endswith("ss") for word in label.split()[:2])
 
