@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
-from tests.bench.cases import COAST_CHANNELS, Case, Made, write
-from tests.plant import coast
+from tests.bench.cases import COAST_CHANNELS, Case, Made, tire_sweeps, write
+from tests.plant import coast, tire
 from tests.plant.coast_information import information as coast_information
 from tests.plant.information import prior, total
 from tests.plant.sensors import Record, quantize, white
@@ -21,6 +22,7 @@ WHEEL_SPEED_SD, WHEEL_SPEED_STEP = 0.3, 0.1  # rpm, of a wheel speed from the CA
 CONSTANT_SD = 0.01  # relative, of a motor's torque constant by its data sheet
 CURRENT_SD, CURRENT_STEP = 0.3, 0.05  # A
 GRADE = 0.004  # of a test hill of constant slope
+SHAPE_SD = {"tire_C": 0.05, "tire_E": 0.1}  # of a tire of the same make on another rig
 RPM = 30.0 / np.pi
 
 
@@ -93,6 +95,50 @@ def _motor_current(seed: int, folder: Path) -> Made:
     return Made(path, coast.truth(vehicle), bound)
 
 
+def _tire(
+    seed: int, folder: Path, effects: Mapping[str, float], settings: Mapping[str, Any], peak: bool = True
+) -> Made:
+    """Slip sweeps whose curve has more unknowns; the truth and the bound of the usual ones."""
+    vehicle = random_vehicle(seed)
+    path = tire_sweeps(vehicle, seed, folder, peak, effects)
+    description = yaml.safe_load(path.read_text(encoding="utf-8"))
+    path.write_text(yaml.safe_dump({**description, "settings": dict(settings)}), encoding="utf-8")
+    info = tire.information(vehicle, seed, effects, peak=peak, unknowns=tuple(effects))
+    truth = {n: tire.truth(vehicle)[n] for n in tire.PARAMETERS}
+    return Made(path, truth, info.bound())
+
+
+def _tire_shifts(seed: int, folder: Path) -> Made:
+    """Curves that are shifted by some per cent of slip and of friction."""
+    rng = np.random.default_rng([seed, 0x37])
+    shifts = {"slip_offset": float(rng.normal(0, 0.01)), "vertical_shift": float(rng.normal(0, 0.02))}
+    made = _tire(seed, folder, shifts, {"shifts": True})
+    truth = {**made.truth, "tire_Sh": -shifts["slip_offset"], "tire_Sv": shifts["vertical_shift"]}
+    bound = {**made.bound, "tire_Sh": made.bound["slip_offset"], "tire_Sv": made.bound["vertical_shift"]}
+    return Made(made.description, truth, bound)
+
+
+def _tire_two_peaks(seed: int, folder: Path) -> Made:
+    """Tires that grip better or worse in braking."""
+    more = float(np.random.default_rng([seed, 0x38]).uniform(-0.15, 0.15))
+    made = _tire(seed, folder, {"braking_friction": more}, {"peaks": "two"})
+    peak = made.truth["tire_D"]
+    bound = float(np.hypot((1 + more) * made.bound["tire_D"], peak * made.bound["braking_friction"]))
+    return Made(
+        made.description, {**made.truth, "tire_D_brake": peak * (1 + more)}, {**made.bound, "tire_D_brake": bound}
+    )
+
+
+def _tire_priors(seed: int, folder: Path) -> Made:
+    """Sweeps that end before the peak, C and E known from another test."""
+    vehicle, rng = random_vehicle(seed), np.random.default_rng([seed, 0x39])
+    known = {n: float(rng.normal(getattr(vehicle, n), sd)) for n, sd in SHAPE_SD.items()}
+    priors = {n: f"{known[n]!r} +- {sd}" for n, sd in SHAPE_SD.items()}
+    made = _tire(seed, folder, {}, {"priors": priors}, peak=False)
+    information = tire.information(vehicle, seed, peak=False)
+    return Made(made.description, made.truth, total([information, prior(SHAPE_SD)]).bound())
+
+
 INPUT_CASES: dict[str, Case] = {
     "coastdown_constant_grade": Case(
         "coastdown",
@@ -103,6 +149,17 @@ INPUT_CASES: dict[str, Case] = {
         "coastdown",
         "Eight coasts from 36 to 2 m/s, a wheel's speed in rpm for speed, its radius known within 0.3 %.",
         _wheel_speed,
+    ),
+    "tire_shifts": Case("tire", "Five slip sweeps, shifts Sh and Sv unknown (`shifts: true`).", _tire_shifts),
+    "tire_two_peaks": Case(
+        "tire",
+        "Five slip sweeps, friction in braking up to 15 % apart from that in driving (`peaks: two`).",
+        _tire_two_peaks,
+    ),
+    "tire_priors": Case(
+        "tire",
+        "Five sweeps below half the peak, with priors C +- 0.05 and E +- 0.1 (`priors`).",
+        _tire_priors,
     ),
     "coastdown_motor_current": Case(
         "coastdown",

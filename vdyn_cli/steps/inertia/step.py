@@ -16,6 +16,8 @@ STEP = Step(
     needs=("wheel_mass", "wheel_radius", "rolling_resistance"),
     gives=("wheel_inertia",),
     scaled=(torque_at_wheel("hub_torque"),),
+    reads=(),
+    run_keys=(),
     prepare=prepare,
     diagnosable=Diagnosable(metric=("wheel speed", "rad/s"), run="drive"),
     load=load,

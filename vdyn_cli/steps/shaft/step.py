@@ -16,6 +16,8 @@ STEP = Step(
     needs=(),
     gives=("shaft_stiffness_left", "shaft_stiffness_right", "shaft_damping_left", "shaft_damping_right"),
     scaled=(torque_at_wheel("shaft_torque"),),
+    reads=("shear_modulus",),
+    run_keys=(),
     prepare=prepare,
     diagnosable=Diagnosable(metric=("shaft torque", "N m"), run="tip-in"),
 )

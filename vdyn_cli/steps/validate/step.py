@@ -20,6 +20,7 @@ STEP = Step(
     needs=tuple(GIVERS),
     gives=(),
     scaled=(TORQUE_OF_MOTOR,),
+    run_keys=("direction", "temperature"),
     prepare=lambda spec, data, known: ValidateProblem(spec, tuple(data), known),
     diagnosable=Diagnosable(
         metric=("speed", "m/s"),
