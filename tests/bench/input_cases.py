@@ -11,10 +11,10 @@ import numpy as np
 import yaml
 
 from tests.bench.cases import COAST_CHANNELS, Case, Made, tire_sweeps, write
-from tests.plant import coast, tire
+from tests.plant import coast, shaft, tire
 from tests.plant.coast_information import information as coast_information
 from tests.plant.information import prior, total
-from tests.plant.sensors import Record, quantize, white
+from tests.plant.sensors import Record, Sensor, quantize, white
 from tests.plant.vehicle import random_vehicle
 
 RADIUS_SD = 0.003  # relative, of a rolling radius that was measured by rolling ten turns
@@ -22,6 +22,8 @@ WHEEL_SPEED_SD, WHEEL_SPEED_STEP = 0.3, 0.1  # rpm, of a wheel speed from the CA
 CONSTANT_SD = 0.01  # relative, of a motor's torque constant by its data sheet
 CURRENT_SD, CURRENT_STEP = 0.3, 0.05  # A
 GRADE = 0.004  # of a test hill of constant slope
+GEAR = 9.7  # turns of the motor per turn of the wheel
+ENCODER_STEP, ENCODER_SD = 2 * np.pi / 65536, 2e-5  # rad
 SHAPE_SD = {"tire_C": 0.05, "tire_E": 0.1}  # of a tire of the same make on another rig
 RPM = 30.0 / np.pi
 
@@ -139,6 +141,37 @@ def _tire_priors(seed: int, folder: Path) -> Made:
     return Made(made.description, made.truth, total([information, prior(SHAPE_SD)]).bound())
 
 
+def _shaft_angles(seed: int, folder: Path) -> Made:
+    """A tip-in of which torque and the angles of both ends were logged, the motor's before a gear."""
+    vehicle, rng = random_vehicle(seed), np.random.default_rng([seed, 0x3A])
+    (record,) = shaft.campaign(vehicle, seed)
+    times = record["Time [s]"]
+    fine = np.arange(0.0, times[-1] + 2e-4, 1e-4)
+    clean = shaft.noise_free(vehicle, fine)
+    slow, twist = clean["Wheel Speed [rad/s]"], clean["Twist [deg]"]
+    wheel = np.concatenate([[0.0], np.cumsum((slow[1:] + slow[:-1]) / 2 * np.diff(fine))])
+    motor = GEAR * (wheel + twist)
+    angles = {
+        "Motor Angle [rad]": quantize(white(np.interp(times, fine, motor) + 3.0, ENCODER_SD, rng), ENCODER_STEP),
+        "Wheel Angle [rad]": quantize(white(np.interp(times, fine, wheel) - 1.0, ENCODER_SD, rng), ENCODER_STEP),
+    }
+    columns = {n: v for n, v in record.columns.items() if n in ("Time [s]", "Shaft Torque [N m]")}
+    channels = {
+        "time": ("Time [s]", "s"),
+        "shaft_torque": ("Shaft Torque [N m]", "N m"),
+        "motor_angle": ("Motor Angle [rad]", "rad"),
+        "wheel_angle": ("Wheel Angle [rad]", "rad"),
+    }
+    log = Record({**columns, **angles}, {**shaft.DECIMALS, **dict.fromkeys(angles, 7)})
+    path = write(folder, "shaft", {}, channels, [log], [{"side": "left"}], settings={"gear_ratio": GEAR})
+    one = float(np.hypot(ENCODER_SD, ENCODER_STEP / 12**0.5))
+    unread = Sensor(noise=1e3)
+    sensors = {**shaft.SENSORS, "Motor Speed [rad/s]": unread, "Wheel Speed [rad/s]": unread}
+    sensors["Twist [deg]"] = Sensor(noise=float(np.hypot(one / GEAR, one)))
+    truth = {name: shaft.truth(vehicle)[name] for name in ("shaft_stiffness_left", "shaft_damping_left")}
+    return Made(path, truth, shaft.information(vehicle, seed, sensors=sensors).bound())
+
+
 INPUT_CASES: dict[str, Case] = {
     "coastdown_constant_grade": Case(
         "coastdown",
@@ -149,6 +182,11 @@ INPUT_CASES: dict[str, Case] = {
         "coastdown",
         "Eight coasts from 36 to 2 m/s, a wheel's speed in rpm for speed, its radius known within 0.3 %.",
         _wheel_speed,
+    ),
+    "shaft_angles": Case(
+        "shaft",
+        "One tip-in with the angles of two 16 bit encoders, one of them before a gear, for the twist.",
+        _shaft_angles,
     ),
     "tire_shifts": Case("tire", "Five slip sweeps, shifts Sh and Sv unknown (`shifts: true`).", _tire_shifts),
     "tire_two_peaks": Case(

@@ -152,6 +152,8 @@ CHANNELS = _named(
         Q("shaft_torque_right", "N m", "torque in the right half-shaft", "Ts", -20_000, 20_000),
         Q("twist", "rad", "twist of the half-shaft", "phi", -10, 10),
         Q("motor_speed", "rad/s", "angular speed of the shaft's input end", "om", -5_000, 5_000),
+        Q("motor_angle", "rad", "angle of the half-shaft's input end, or of a motor before it", "phi1"),
+        Q("wheel_angle", "rad", "angle of the half-shaft's output end: of the wheel", "phi2"),
         Q("angle", "rad", "swing angle of the pendulum", "phi", -10, 10),
         Q("angular_rate", "rad/s", "angular rate of the pendulum", "phi'", -200, 200),
     ]
