@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 
 from tests.bench.cases import COAST_CHANNELS, Case, Made, tire_sweeps, write
-from tests.plant import coast, shaft, tire
+from tests.plant import coast, shaft, stand, tire
 from tests.plant.coast_information import information as coast_information
 from tests.plant.information import prior, total
 from tests.plant.sensors import Record, Sensor, quantize, white
@@ -172,6 +172,34 @@ def _shaft_angles(seed: int, folder: Path) -> Made:
     return Made(path, truth, shaft.information(vehicle, seed, sensors=sensors).bound())
 
 
+SPIN_CHANNELS = {"time": ("Time [s]", "s"), "wheel_speed": ("Wheel Speed [rad/s]", "rad/s")}
+
+
+def _stand(seed: int, folder: Path) -> Made:
+    """A wheel spun up and down on a stand, with a torque sensor."""
+    vehicle = random_vehicle(seed)
+    channels = {**SPIN_CHANNELS, "hub_torque": ("Torque [N m]", "N m")}
+    settings = {"torque_zero": stand.TORQUE.zero}
+    records = stand.campaign(vehicle, seed)
+    path = write(folder, "inertia", {}, channels, records, manoeuvre="stand", settings=settings)
+    return Made(path, stand.truth(vehicle, seed), stand.information(vehicle, seed).bound())
+
+
+def _stand_current(seed: int, folder: Path) -> Made:
+    """The same, spun by a geared motor whose current was logged, its torque constant known within 1 %."""
+    vehicle, rng = random_vehicle(seed), np.random.default_rng([seed, 0x3B])
+    ratio, true = 5.0, float(rng.uniform(0.05, 0.2))
+    spread = (stand.TORQUE.noise / (true * ratio) / 3, 0.01)
+    records = stand.with_current(stand.campaign(vehicle, seed), true * ratio, spread, rng)
+    stated = float(true * (1.0 + CONSTANT_SD * rng.standard_normal()))
+    known = {"torque_constant": f"{stated!r} +- {CONSTANT_SD * stated!r} N m/A", "gear_ratio": ratio}
+    channels = {**SPIN_CHANNELS, "motor_current": ("Motor Current [A]", "A")}
+    settings = {"torque_zero": stand.TORQUE.zero}
+    path = write(folder, "inertia", known, channels, records, manoeuvre="stand", settings=settings)
+    information = stand.information(vehicle, seed, ("torque_gain",))
+    return Made(path, stand.truth(vehicle, seed), total([information, prior({"torque_gain": CONSTANT_SD})]).bound())
+
+
 INPUT_CASES: dict[str, Case] = {
     "coastdown_constant_grade": Case(
         "coastdown",
@@ -182,6 +210,12 @@ INPUT_CASES: dict[str, Case] = {
         "coastdown",
         "Eight coasts from 36 to 2 m/s, a wheel's speed in rpm for speed, its radius known within 0.3 %.",
         _wheel_speed,
+    ),
+    "inertia_stand": Case("inertia", "A wheel spun up and down on a stand three times, with a torque sensor.", _stand),
+    "inertia_stand_current": Case(
+        "inertia",
+        "The same with the current of a geared motor, its torque constant known within 1 %.",
+        _stand_current,
     ),
     "shaft_angles": Case(
         "shaft",

@@ -62,6 +62,8 @@ OTHERS = _named(
         Q("unsprung_mass_front", "kg", "mass of both front wheels with their carriers", "mf", 1, 5_000),
         Q("unsprung_mass_rear", "kg", "mass of both rear wheels with their carriers", "mr", 1, 5_000),
         Q("wheel_mass", "kg", "mass between wheel force sensor and road", "mw", 0.1, 500),
+        Q("bearing_torque", "N m", "drag torque of a wheel's bearing, seals and pads at standstill", "Tb", -50, 500),
+        Q("bearing_viscous", "N m s/rad", "drag torque of a wheel's bearing per speed", "cb", -1, 10),
         Q("tire_vertical_damping", "N s/m", "vertical damping of the two tires of an axle", "Ct", 0, 1e5),
         Q("tire_Sh", "", "horizontal shift of the magic formula: slip that is added to the slip", "Sh", -0.2, 0.2),
         Q("tire_Sv", "", "vertical shift of the magic formula: friction at its zero", "Sv", -0.5, 0.5),

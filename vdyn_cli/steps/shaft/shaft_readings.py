@@ -96,7 +96,9 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
     findings: list[Finding] = []
     for run, logged in zip(spec.runs, logs, strict=True):
         by_angles = "twist" not in logged and all(name in logged for name in ANGLES)
-        findings += ratio_of_angles_doubts(logged, ratio) if by_angles else []
+        if by_angles and (doubts := ratio_of_angles_doubts(logged, ratio)):
+            findings += doubts
+            continue
         log = with_twist_of_angles(logged, ratio) if by_angles else logged
         used = _used(log)
         if len(used) == 1:
