@@ -115,8 +115,8 @@ _BY_STEP = {
     "cg": "cg_height cg_to_rear cg_to_front pitch_inertia",
     "bump": "suspension_stiffness_front suspension_stiffness_rear suspension_damping_front suspension_damping_rear "
     "tire_vertical_stiffness",
-    "inertia": "wheel_inertia bearing_torque bearing_viscous",
-    "tire": "tire_B tire_C tire_D tire_E tire_longitudinal_stiffness tire_Sh tire_Sv tire_B_brake tire_D_brake",
+    "inertia": "wheel_inertia",
+    "tire": "tire_B tire_C tire_D tire_E tire_longitudinal_stiffness",
     "shaft": "shaft_stiffness_left shaft_stiffness_right shaft_damping_left shaft_damping_right",
 }
 
