@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.description.test_description import (
     Channel,
@@ -27,23 +26,25 @@ from vdyn_cli.effects import candidates, extensions_in_si, refused
 from vdyn_cli.io.align import merge
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, with_cuts
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.io.sample_times import impossible_clock
 from vdyn_cli.io.unchanged import read_unchanged
 from vdyn_cli.physics.laws.atmosphere import air_density
 from vdyn_cli.project.repeated_runs import repeated_runs
+from vdyn_cli.project.run_parts import split_runs
+from vdyn_cli.quantities.cut_ledger import DataQuality
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Step
 
 CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
-STUCK = 100  # samples of one value, from which a sensor may have stood still
 SAME = 1e-3  # share by which such values may differ however well they are known
-Array = NDArray[np.float64]
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -59,6 +60,14 @@ class Inputs:
     known: Parameters
     files: Mapping[Path, str]
     findings: tuple[Finding, ...] = ()
+    cut: tuple[CutLog, ...] = ()
+
+    @property
+    def quality(self) -> DataQuality:
+        """The quality of all logs, and the ledger of their cuts."""
+        channels = {one.log.name: {n: one.flags.counts(n) for n in one.flags.states} for one in self.cut}
+        rows = {id(row): row for one in self.cut for row in one.ledger}  # parts of one run share theirs
+        return DataQuality(channels, tuple(rows.values()))
 
 
 def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
@@ -72,7 +81,12 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     spec, source = load_spec(path, step.spec)
     known_files = tuple(known_files)
     unreadable = _wrong_channels(step, spec, source)
-    problems = [*unreadable, *_wrong_effects(step, spec, source), *_repeated(spec, source)]
+    problems = [
+        *unreadable,
+        *_wrong_effects(step, spec, source),
+        *_repeated(spec, source),
+        *_wrong_segments(spec, source),
+    ]
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     known, files = stated, dict(source.digests)
     for file in known_files:
@@ -81,8 +95,12 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     # A wrong channel map would only repeat itself for every log.
     runs = () if unreadable else range(len(spec.runs))
     read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in runs]
-    logs = tuple(log for log in read if log is not None)
-    problems += repeated_runs(logs, [source.where(("runs", i)) for i, log in enumerate(read) if log is not None])
+    cut = tuple(one for one in read if one is not None)
+    logs = tuple(one.log for one in cut)
+    problems += repeated_runs(logs, [source.where(("runs", i)) for i, one in enumerate(read) if one is not None])
+    if len(cut) == len(spec.runs):
+        spec, cut = split_runs(step, spec, cut)
+        logs = tuple(one.log for one in cut)
     data: Any = logs
     if step.load is not None:
         extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, logs))
@@ -91,7 +109,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             files |= own_files
     raise_all(problems)
     findings = (*_overruled(stated, known, source), *(refused() if step.diagnosable else ()))
-    return Inputs(spec, source, data, logs, known, files, findings)
+    return Inputs(spec, source, data, logs, known, files, findings, cut)
 
 
 def _read_known(file: Path) -> tuple[Parameters, str]:
@@ -209,7 +227,7 @@ def _log_names(run: Run) -> list[str]:
     return [run.log] if run.log is not None else list(run.logs or [])
 
 
-def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]) -> Log:
+def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]) -> CutLog:
     """One run's log, from one logger or merged from several, cut to its window; enters its files with their sha256."""
     run = spec.runs[index]
     names = _log_names(run)
@@ -234,18 +252,18 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files:
     for one in read:
         files |= one[1] if one is not None else {}
     log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
+    found = with_cuts(log, _cut_orders(run))
+    if run.from_time is not None or run.to_time is not None:
+        start = run.from_time.value if run.from_time else log.time[0]
+        stop = run.to_time.value if run.to_time else log.time[-1]
+        found = found.between(start, stop)
+        if found.log.time.size < 2:
+            got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
+            raise InputError(Finding(place, "the time window holds no samples of the log", got))
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
-    log = with_cross_checks(_summed(step, _within_physics(step, log)), refuse="driving" not in step.situations)
-    if run.from_time is None and run.to_time is None:
-        return log
-    start = run.from_time.value if run.from_time else log.time[0]
-    stop = run.to_time.value if run.to_time else log.time[-1]
-    cut = log.between(start, stop)
-    if cut.time.size < 2:
-        got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
-        raise InputError(Finding(place, "the time window holds no samples of the log", got))
-    headers = {n: c.column for one in loggers for n, c in one.channels.items()}
-    return replace(cut, findings=tuple(f for f in cut.findings if not (f.fault and _cut_out(f, cut, headers))))
+    log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger)))
+    log = with_cross_checks(summed(step, _within_physics(step, log)), refuse="driving" not in step.situations)
+    return replace(found, log=log)
 
 
 def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:
@@ -265,16 +283,26 @@ def _log_and_file(
     return read_log(file, columns, options, name), (file,)
 
 
-def _cut_out(fault: Finding, cut: Log, headers: Mapping[str, str]) -> bool:
-    """Whether the fault is of a channel that no longer stands still, since the run is cut."""
-    named = [n for n, column in headers.items() if n in cut and fault.where.endswith(f"column '{column}'")]
-    return bool(named) and all(_longest_rest(cut[n]) < STUCK for n in named)
+def _wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
+    """Segments to cut or to keep of channels that no logger maps, or that end before they begin."""
+    mapped = sorted({n for channels, _ in _channel_maps(spec) for n in channels} - {"time"})
+    for i, run in enumerate(spec.runs):
+        for key, listed in (("cuts", run.cuts), ("keep", run.keep)):
+            for k, one in enumerate(listed if isinstance(listed, list) else ()):
+                place = source.where(("runs", i, key, k))
+                if one.channel not in (EVERY, *mapped):
+                    remedy = did_you_mean(one.channel, mapped, f"write {EVERY}, or one of {', '.join(mapped)}")
+                    yield Finding(place, f"'{key}': channel '{one.channel}' is not mapped", remedy=remedy)
+                elif one.stop.value < one.start.value:
+                    got = f"from {one.start.value:g} s to {one.stop.value:g} s"
+                    yield Finding(place, f"'{key}': the segment ends before it begins", got)
 
 
-def _longest_rest(values: Array) -> int:
-    """How many samples in a row hold one value, at most."""
-    moves = np.flatnonzero(np.diff(values) != 0.0)
-    return int(np.max(np.diff(np.concatenate([[-1], moves, [values.size - 1]]))))
+def _cut_orders(run: Run) -> CutOrders:
+    """What the description says about cuts in this run."""
+    listed = run.cuts if isinstance(run.cuts, list) else []
+    spans = [tuple(TimeSpan(s.channel, s.start.value, s.stop.value) for s in group) for group in (listed, run.keep)]
+    return CutOrders(run.cuts == "automatic", *spans)
 
 
 def _within_physics(step: Step, log: Log) -> Log:
@@ -308,7 +336,7 @@ def _column(quantity: Quantity, channel: Channel, source: YamlSource, at: Locati
     )
 
 
-def _summed(step: Step, log: Log) -> Log:
+def summed(step: Step, log: Log) -> Log:
     """The log with totals made of mapped parts: ``front_load|front_left_load+front_right_load``."""
     for entry in (*step.required, *step.optional):
         total, *alternatives = entry.split("|")

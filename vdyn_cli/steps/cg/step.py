@@ -18,5 +18,6 @@ STEP = Step(
     ),
     gives=("cg_height", "cg_to_rear", "cg_to_front", "pitch_inertia"),
     prepare=prepare,
+    complete=("pitch_rate",),
     diagnosable=Diagnosable(metric=("front load", "N"), run="run"),
 )

@@ -15,5 +15,6 @@ STEP = Step(
     needs=(),
     gives=("shaft_stiffness_left", "shaft_stiffness_right", "shaft_damping_left", "shaft_damping_right"),
     prepare=prepare,
+    unbroken=("shaft_torque", "twist", "motor_speed", "wheel_speed"),
     diagnosable=Diagnosable(metric=("shaft torque", "N m"), run="tip-in"),
 )
