@@ -129,13 +129,18 @@ class LedgerEntry(Entry):
     )
 
 
-class QualityEntry(Entry):
-    """The quality of the logs."""
+class QualityEntry(BaseModel):
+    """The quality of the logs. Further keys are checks of one step, such as ``agreement`` of a coast-down."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
 
     channels: dict[str, dict[str, dict[str, int]]] = Field(
         description="log: channel: number of samples by state: good, not_evaluated, suspect, failed, missing"
     )
     ledger: list[LedgerEntry] = Field(description="segments that were cut, or kept although they failed a test")
+    influence: dict[str, dict[str, float]] = Field(
+        {}, description="run: parameter: how much higher it is without this run, in its SI unit"
+    )
 
 
 class ResultDocument(ParameterSetDocument):
