@@ -183,6 +183,10 @@ class Policy:
         "needed_t^2 / 2: a likelihood ratio of 90, which collinear laws reach by chance in 0.3 % (chi-square with one "
         "degree of freedom above 9).",
     )  # fmt: skip
+    revealing_power: float = _threshold(
+        0.9, "probability", "with which the test rejects at the amplitude that an adequate model would have revealed",
+        "The usual power of a planned trial (Cohen, Statistical Power Analysis, 1988, has 0.8 at least).",
+    )  # fmt: skip
     # Naming ---------------------------------------------------------------------------------------------------------
     rest_level: float = _threshold(
         0.02, "probability", "above which the residual of a candidate model counts as noise",

@@ -11,6 +11,7 @@ from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, refuse_unknown
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
+from vdyn_cli.project.scaling_uncertainty import with_scaling_uncertainty
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
@@ -45,10 +46,9 @@ def execute(
     InputError : the description, a log or a parameter file is wrong.
     RefusedResultError : the input is well-formed, but the result cannot be published, with what can be shown of it.
     """
-    step = load_step(step_name)
-    inputs = gather(step, path, known_files)
+    inputs = gather(load_step(step_name), path, known_files)
     try:
-        result = _estimated(step, inputs, level)
+        result = with_scaling_uncertainty(_estimated(inputs.step, inputs, level), inputs)
     except InputError as error:
         raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
     refused = tuple(_placed(f, inputs) for f in result.refused)
