@@ -134,6 +134,7 @@ def test_an_unsettled_fit_is_returned_where_it_is_stopped_and_not_kept() -> None
     relinearization = opened.relinearization
     stopped = relinearization.from_values(("step",), {"step": 0.5}, lambda fit, before: True)
     settled = relinearization.from_values(("step",), {"step": 0.5})
-    assert stopped is not None and settled is not None
+    assert stopped is not None
+    assert settled is not None
     assert relinearization.from_values(("step",), {"step": 0.5}, lambda fit, before: True) is settled
     assert stopped is not settled
