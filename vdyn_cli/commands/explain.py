@@ -73,6 +73,7 @@ def _step(name: str) -> str:
         "",
         f"channels: {', '.join(step.required) or 'none'}",
         f"optional: {', '.join(step.optional) or 'none'}",
+        *(f"  {one.equation}, where {one.target} is not mapped" for one in step.scaled),
         f"reads:    {', '.join(step.needs) or 'no parameters'}",
         f"estimates: {', '.join(step.gives) or 'no parameters'}",
     ]

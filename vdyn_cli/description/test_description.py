@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -11,8 +11,10 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import (
     BaseModel,
     ConfigDict,
+    Discriminator,
     Field,
     GetCoreSchemaHandler,
+    Tag,
     ValidationError,
     ValidationInfo,
     create_model,
@@ -120,13 +122,36 @@ class Channel(Strict):
     """Where one of our channels stands in a log: its column, unit, and sign convention."""
 
     column: str = Field(description="name of the column in the log's header")
-    unit: str = Field(description="unit of the column, such as km/h; write '' for a dimensionless column")
+    unit: str = Field(description="unit of the column, such as km/h; write 1 for a dimensionless column")
     sign: Literal[1, -1] = Field(1, description="-1 where the logger's sign convention is the opposite of vdyn's")
     group: str = Field(
         "",
         description="group of the column where a file has several of its name; of time: the group that gives the clock",
     )
     source: str = Field("", description="device or bus of the column where a file has several of this name")
+
+    @field_validator("unit", mode="before")
+    @classmethod
+    def _one(cls, value: Any) -> Any:
+        """The number 1 as a unit: dimensionless."""
+        return "1" if value == 1 and not isinstance(value, bool) else value
+
+
+class KnownChannel(Strict):
+    """One of our channels that no logger recorded, since its value is known and the same throughout."""
+
+    constant: str | float = Field(description="value of the channel throughout, with its unit, such as 0 N")
+
+
+LOGGED, KNOWN = "logged channel", "known channel"  # the branches of a channel's source, in pydantic's locations
+
+
+def _branch(value: Any) -> str:
+    known = "constant" in value if isinstance(value, dict) else isinstance(value, KnownChannel)
+    return KNOWN if known else LOGGED
+
+
+ChannelSource = Annotated[Annotated[Channel, Tag(LOGGED)] | Annotated[KnownChannel, Tag(KNOWN)], Discriminator(_branch)]
 
 
 class Reading(Strict):
@@ -151,7 +176,9 @@ class Reading(Strict):
 class Logger(Strict):
     """One of several loggers that recorded the same run on clocks of their own."""
 
-    channels: dict[str, Channel] = Field(description="vdyn's channel name: column and unit of this logger's log")
+    channels: dict[str, ChannelSource] = Field(
+        description="vdyn's channel name: column and unit of this logger's log, or a constant"
+    )
     reading: Reading = Field(Reading(), description="how this logger's files are written")
 
 
@@ -260,7 +287,9 @@ class TestSpec(Strict):
     vehicle: Vehicle = Field(Vehicle(), description="known parameters of the vehicle, or a YAML file of them")
     environment: Environment = Field(Environment(), description="the air during the test")
     reading: Reading = Field(Reading(), description="how the log files are written, where detection fails")
-    channels: dict[str, Channel] = Field({}, description="vdyn's channel name: column and unit of the logs")
+    channels: dict[str, ChannelSource] = Field(
+        {}, description="vdyn's channel name: column and unit of the logs, or a constant such as {constant: 0 N}"
+    )
     loggers: list[Logger] = Field([], description="several loggers of the same runs, each with its channels and clock")
     align_on: str = Field("speed", description="channel of all loggers that aligns their clocks")
     runs: list[Run] = Field([], description="the runs, one entry each")
@@ -343,7 +372,8 @@ def _location(detail: ErrorDetails) -> Location:
 def _is_branch(part: str | int) -> bool:
     """Pydantic puts the names of union branches into an error's location."""
     return isinstance(part, str) and (
-        part.startswith(("literal[", "list[", "dict[", "function-", "nullable")) or part in ("str", "float", "int")
+        part.startswith(("literal[", "list[", "dict[", "function-", "nullable"))
+        or part in ("str", "float", "int", LOGGED, KNOWN)
     )
 
 
@@ -374,7 +404,7 @@ def _models(annotation: Any) -> list[type[BaseModel]]:
 
 
 def check_channels(
-    channels: Mapping[str, Channel], known: Mapping[str, Quantity], source: YamlSource, at: Location
+    channels: Iterable[str], known: Mapping[str, Quantity], source: YamlSource, at: Location
 ) -> list[Finding]:
     """Findings for channels that the step does not know; units are checked where the log is read."""
     return [

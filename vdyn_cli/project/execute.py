@@ -12,6 +12,7 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.project.cut_changes import with_changes
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
+from vdyn_cli.project.scaling_uncertainty import with_scaling_uncertainty
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
@@ -46,16 +47,16 @@ def execute(
     InputError : the description, a log or a parameter file is wrong.
     RefusedResultError : the input is well-formed, but the result cannot be published, with what can be shown of it.
     """
-    step = load_step(step_name)
-    inputs = gather(step, path, known_files)
+    inputs = gather(load_step(step_name), path, known_files)
     try:
-        baseline, result = _estimated(step, inputs, level)
+        baseline, found = _estimated(inputs.step, inputs, level)
+        result = with_scaling_uncertainty(found, inputs)
     except InputError as error:
         raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
     refused = tuple(_placed(f, inputs) for f in result.refused)
     if refused:
         refused = (*refused, *(f for f in _faults(inputs) if f not in refused))
-    quality = with_changes(step, inputs, inputs.quality, baseline)
+    quality = with_changes(inputs, baseline)
     result = _warned(replace(result, refused=refused, findings=(*inputs.findings, *result.findings), quality=quality))
     made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)
     record = StepRecord(result, made)

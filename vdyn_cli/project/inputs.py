@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -31,6 +31,16 @@ from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.io.sample_times import impossible_clock
 from vdyn_cli.io.unchanged import read_unchanged
 from vdyn_cli.physics.laws.atmosphere import air_density
+from vdyn_cli.project.channel_sources import (
+    Scaling,
+    channel_maps,
+    completed,
+    known_channels,
+    logged,
+    needed_channel,
+    scalings,
+    unused_sources,
+)
 from vdyn_cli.project.repeated_runs import repeated_runs
 from vdyn_cli.project.run_parts import split_runs
 from vdyn_cli.quantities.cut_ledger import DataQuality
@@ -49,10 +59,18 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
+def _same(log: Log) -> Log:
+    return log
+
+
 @dataclass(frozen=True)
 class Inputs:
-    """Everything a step's estimate reads, and the files it came from, with the sha256 of the bytes that were read."""
+    """Everything a step's estimate reads, and the files it came from, with the sha256 of the bytes that were read.
 
+    ``step`` is the one of the description's manoeuvre; ``scalings`` are the channels made from others.
+    """
+
+    step: Step
     spec: Any
     source: YamlSource
     data: Any
@@ -60,7 +78,13 @@ class Inputs:
     known: Parameters
     files: Mapping[Path, str]
     findings: tuple[Finding, ...] = ()
+    scalings: tuple[Scaling, ...] = ()
     cut: tuple[CutLog, ...] = ()
+    ready: Callable[[Log], Log] = _same
+
+    def data_with(self, logs: tuple[Log, ...]) -> Any:
+        """What the step reads, with other logs in the place of those that were read."""
+        return logs if self.step.load is None else self.step.load(self.spec, self.source.path.parent, logs)[0]
 
     @property
     def quality(self) -> DataQuality:
@@ -79,7 +103,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     """
     _refuse_other_test(step, path)
     spec, source = load_spec(path, step.spec)
-    known_files = tuple(known_files)
+    step, known_files = step.of(spec), tuple(known_files)
     unreadable = _wrong_channels(step, spec, source)
     problems = [
         *unreadable,
@@ -92,14 +116,19 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     for file in known_files:
         if (later := _attempt(problems, _read_known, file)) is not None:
             known, files[file] = known.updated(later[0]), later[1]
+    constants = known_channels(step, spec, source, problems)
+    made = _attempt(problems, scalings, step, spec, known) or ()
     # A wrong channel map would only repeat itself for every log.
     runs = () if unreadable else range(len(spec.runs))
     read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in runs]
-    cut = tuple(one for one in read if one is not None)
-    logs = tuple(one.log for one in cut)
-    problems += repeated_runs(logs, [source.where(("runs", i)) for i, one in enumerate(read) if one is not None])
-    if len(cut) == len(spec.runs):
-        spec, cut = split_runs(step, spec, cut)
+    ready = partial(_ready, step, constants, made)
+    cut = tuple(replace(one, log=ready(one.log)) for one in read if one is not None)
+    logs = tuple(log for one in cut if (log := _attempt(problems, _within_physics, step, one.log)) is not None)
+    problems += repeated_runs(
+        [one.log for one in cut], [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
+    )
+    if len(logs) == len(spec.runs):
+        spec, cut = split_runs(step, spec, cut, ready)
         logs = tuple(one.log for one in cut)
     data: Any = logs
     if step.load is not None:
@@ -108,8 +137,9 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             data, own_files = extra
             files |= own_files
     raise_all(problems)
-    findings = (*_overruled(stated, known, source), *(refused() if step.diagnosable else ()))
-    return Inputs(spec, source, data, logs, known, files, findings, cut)
+    findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
+    findings += refused() if step.diagnosable else ()
+    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready)
 
 
 def _read_known(file: Path) -> tuple[Parameters, str]:
@@ -161,7 +191,12 @@ def _wrong_channels(step: Step, spec: TestSpec, source: YamlSource) -> list[Find
         findings += check_channels(logger.channels, known, source, ("loggers", i, "channels"))
     if not spec.runs:
         return findings
-    mapped = {n for channels, _ in _channel_maps(spec) for n in channels}
+    for channels, at in channel_maps(spec):
+        if "time" in channels and "time" not in logged(channels):
+            place = source.where((*at, "time"))
+            findings.append(Finding(place, "the clock cannot be a constant", "", "write its column and unit"))
+    mapped = {n for channels, _ in channel_maps(spec) for n in channels}
+    mapped |= {one.target for one in step.scaled if one.source in mapped}
     place = source.where(("loggers",) if spec.loggers else ("channels",))
     for entry in step.required:
         ways = [way.split("+") for way in entry.split("|")]
@@ -169,7 +204,8 @@ def _wrong_channels(step: Step, spec: TestSpec, source: YamlSource) -> list[Find
             names = " or ".join(" + ".join(way) for way in ways)
             quantity = known[ways[0][0]]
             line = f"{ways[0][0]}: {{column: '<header>', unit: {quantity.unit or '1'}}}"
-            findings.append(Finding(place, f"channel {names} is needed", remedy=f"add '{line}' to the channels"))
+            remedy = f"add '{line}' to the channels{needed_channel(step, ways[0])}"
+            findings.append(Finding(place, f"channel {names} is needed", remedy=remedy))
     return findings
 
 
@@ -217,12 +253,6 @@ def _repeated(spec: TestSpec, source: YamlSource) -> list[Finding]:
     return findings
 
 
-def _channel_maps(spec: TestSpec) -> list[tuple[Mapping[str, Channel], Location]]:
-    if not spec.loggers:
-        return [(spec.channels, ("channels",))]
-    return [(logger.channels, ("loggers", i, "channels")) for i, logger in enumerate(spec.loggers)]
-
-
 def _log_names(run: Run) -> list[str]:
     return [run.log] if run.log is not None else list(run.logs or [])
 
@@ -238,10 +268,10 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files:
         raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
     problems = _unmapped(run, spec, source, ("runs", index, "columns"))
     read = []
-    for name, logger, (channels, at) in zip(names, loggers, _channel_maps(spec), strict=True):
-        own = {n: c.model_copy(update={"column": run.columns[n]}) for n, c in channels.items() if n in run.columns}
-        channels = {**channels, **own}
-        columns = {n: _column(step.channels()[n], c, source, (*at, n)) for n, c in channels.items()}
+    for name, logger, (channels, at) in zip(names, loggers, channel_maps(spec), strict=True):
+        mapped = logged(channels)
+        mapped |= {n: c.model_copy(update={"column": run.columns[n]}) for n, c in mapped.items() if n in run.columns}
+        columns = {n: _column(step.channels()[n], c, source, (*at, n)) for n, c in mapped.items()}
         options = ReadOptions(**logger.reading.model_dump())
         called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
         file = source.path.parent / name
@@ -262,13 +292,13 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files:
             raise InputError(Finding(place, "the time window holds no samples of the log", got))
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
     log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger)))
-    log = with_cross_checks(summed(step, _within_physics(step, log)), refuse="driving" not in step.situations)
+    log = with_cross_checks(_summed(step, _within_physics(step, log)), refuse="driving" not in step.situations)
     return replace(found, log=log)
 
 
 def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:
     """Columns of a run for channels that no logger maps, so that they would have no unit."""
-    mapped = [n for channels, _ in _channel_maps(spec) for n in channels]
+    mapped = [n for channels, _ in channel_maps(spec) for n in logged(channels)]
     remedy = "map it, with its unit, under channels"
     return [
         Finding(source.where((*at, n)), f"channel '{n}' is not mapped", run.columns[n], remedy)
@@ -283,9 +313,14 @@ def _log_and_file(
     return read_log(file, columns, options, name), (file,)
 
 
+def _ready(step: Step, constants: Mapping[str, float], made: Sequence[Scaling], log: Log) -> Log:
+    """The log with its constant channels, those made from others, and totals."""
+    return _summed(step, completed(log, constants, made))
+
+
 def _wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
     """Segments to cut or to keep of channels that no logger maps, or that end before they begin."""
-    mapped = sorted({n for channels, _ in _channel_maps(spec) for n in channels} - {"time"})
+    mapped = sorted({n for channels, _ in channel_maps(spec) for n in logged(channels)} - {"time"})
     for i, run in enumerate(spec.runs):
         for key, listed in (("cuts", run.cuts), ("keep", run.keep)):
             for k, one in enumerate(listed if isinstance(listed, list) else ()):
@@ -336,7 +371,7 @@ def _column(quantity: Quantity, channel: Channel, source: YamlSource, at: Locati
     )
 
 
-def summed(step: Step, log: Log) -> Log:
+def _summed(step: Step, log: Log) -> Log:
     """The log with totals made of mapped parts: ``front_load|front_left_load+front_right_load``."""
     for entry in (*step.required, *step.optional):
         total, *alternatives = entry.split("|")

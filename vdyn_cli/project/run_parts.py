@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -13,14 +13,13 @@ from vdyn_cli.io.quality.cuts import CutLog
 from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps import Step
 
 S = TypeVar("S", bound=TestSpec)
 
 
-def split_runs(step: Step, spec: S, cut: Sequence[CutLog]) -> tuple[S, tuple[CutLog, ...]]:
+def split_runs(step: Step, spec: S, cut: Sequence[CutLog], ready: Callable[[Log], Log]) -> tuple[S, tuple[CutLog, ...]]:
     """The description and logs with a run of its own for each part between long cuts, and short cuts filled.
 
     Runs are split at cuts longer than ``longest_bridge`` of the step's complete and unbroken channels; parts shorter
@@ -29,7 +28,7 @@ def split_runs(step: Step, spec: S, cut: Sequence[CutLog]) -> tuple[S, tuple[Cut
 
     Parameters
     ----------
-    spec, cut : one log for each run.
+    spec, cut : one log for each run. ready : adds the channels that are made from others to a log before its cuts.
     """
     runs, logs = [], []
     for run, one in zip(spec.runs, cut, strict=True):
@@ -38,11 +37,11 @@ def split_runs(step: Step, spec: S, cut: Sequence[CutLog]) -> tuple[S, tuple[Cut
             part = one.between(start, stop)
             findings = one.log.findings if (start, stop) == parts[0] else ()
             log = replace(part.log, name=f"{one.log.name}, {start:.1f} to {stop:.1f} s", findings=findings)
-            logs.append(replace(part, log=bridged(log, part.whole, step.complete), ledger=one.ledger))
+            logs.append(replace(part, log=bridged(log, ready(part.whole), step.complete), ledger=one.ledger))
             window = {"from_time": Given(start, 0.0), "to_time": Given(stop, 0.0)}
             runs.append(run.model_copy(update=window))
         if not parts:
-            logs.append(replace(one, log=bridged(one.log, one.whole, step.complete)) if one.ledger else one)
+            logs.append(replace(one, log=bridged(one.log, ready(one.whole), step.complete)) if one.ledger else one)
             runs.append(run)
     return spec.model_copy(update={"runs": runs}), tuple(logs)
 
@@ -87,6 +86,8 @@ def _parts(one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> list[
 
 
 def _breaks(row: LedgerRow, one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> bool:
-    """Whether a cut leaves a gap in an unbroken channel that is too long to be bridged."""
-    names = [n for n in unbroken if n in one.log and (n == row.channel or row.channel == EVERY)]
-    return row.decision != "kept" and bool(names) and row.stop - row.start > policy.longest_bridge
+    """Whether a cut leaves a gap in an unbroken channel, or in one that it is made from, too long to be bridged."""
+    if row.decision == "kept" or row.stop - row.start <= policy.longest_bridge:
+        return False
+    inside = slice(*np.searchsorted(one.log.time, [row.start, np.nextafter(row.stop, np.inf)]))
+    return any(np.isnan(one.log[n][inside]).any() for n in unbroken if n in one.log)

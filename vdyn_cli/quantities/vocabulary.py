@@ -65,6 +65,7 @@ OTHERS = _named(
         Q("tire_vertical_damping", "N s/m", "vertical damping of the two tires of an axle", "Ct", 0, 1e5),
         Q("tire_load_sensitivity", "1/N", "loss of peak friction per wheel load beyond that at rest", "k", 0, 1e-3),
         Q("tire_cornering_stiffness", "1/rad", "lateral tire force per load and slip angle", "ca", 0.5, 100),
+        Q("torque_constant", "N m/A", "torque of a motor per ampere of its torque-producing current", "kt", 1e-4, 100),
         Q("gear_ratio", "", "turns of the torque sensor's shaft per turn of the wheel", "i", 0.05, 100),
         Q("driveline_efficiency", "", "share of the drive torque that reaches the wheels", "eta", 0.3, 1),
         Q(
@@ -115,6 +116,7 @@ CHANNELS = _named(
         Q("drive_torque", "N m", "torque at the driveline's input", "T", -20_000, 20_000),
         Q("drive_torque_left", "N m", "torque at the left half-shaft's input", "Tl", -20_000, 20_000),
         Q("drive_torque_right", "N m", "torque at the right half-shaft's input", "Tr", -20_000, 20_000),
+        Q("motor_current", "A", "torque-producing current of a motor, positive when it drives", "I", -5_000, 5_000),
         Q("drive_force", "N", "drive force at the wheels", "Fx", -60_000, 60_000),
         Q("brake_torque", "N m", "brake torque summed over the wheels", "Tb", -60_000, 60_000),
         Q("acceleration", "m/s^2", "longitudinal specific force: acceleration plus g sin(grade)", "a", -60, 60),
@@ -153,6 +155,13 @@ CHANNELS = _named(
 
 # Channels that may be constant over a whole log: commands, properties of place and weather. The reading of any other
 # sensor varies as long as it measures.
-COMMANDS = ("drive_torque", "drive_torque_left", "drive_torque_right", "drive_force", "brake_torque")
+COMMANDS = (
+    "drive_torque",
+    "drive_torque_left",
+    "drive_torque_right",
+    "motor_current",
+    "drive_force",
+    "brake_torque",
+)
 STEADY = ("time", *COMMANDS, "grade", "wind_speed")
 TREMBLING = frozenset(n for n in CHANNELS if n not in STEADY)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
 from types import MappingProxyType
@@ -13,6 +13,7 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.scaled_channel import ScaledChannel
 
 if TYPE_CHECKING:
     from vdyn_cli.description.test_description import TestSpec
@@ -260,6 +261,9 @@ class Step:
     unbroken : further channels at whose long cuts the run is split.
     situations : tags of the effects to look for (``effects.SITUATIONS``, or the step's own); none: every effect whose
         laws its model calls.
+    scaled : channels that may be read from another one, times constants of the vehicle.
+    manoeuvres : how the step evaluates other manoeuvres than its usual one, by the key ``manoeuvre`` of their
+        descriptions: each a step of the same name, spec and parameters.
     """
 
     name: str
@@ -275,6 +279,12 @@ class Step:
     complete: tuple[str, ...] = ()
     unbroken: tuple[str, ...] = ()
     situations: frozenset[str] = frozenset()
+    scaled: tuple[ScaledChannel, ...] = ()
+    manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)
+
+    def of(self, spec: Any) -> Step:
+        """The step of this name that evaluates the description's manoeuvre."""
+        return self.manoeuvres.get(getattr(spec, "manoeuvre", ""), self)
 
     def estimate(
         self,
@@ -293,4 +303,5 @@ class Step:
 
         own = {q.name: q for q in self.extra_channels}
         names = [n for entry in (*self.required, *self.optional) for way in entry.split("|") for n in way.split("+")]
+        names += [one.source for one in self.scaled if one.target in names]
         return {n: own.get(n) or CHANNELS[n] for n in dict.fromkeys(names)}

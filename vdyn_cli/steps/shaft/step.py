@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vdyn_cli.steps.contract import Diagnosable, Step
+from vdyn_cli.steps.scaled_channel import torque_at_wheel
 from vdyn_cli.steps.shaft.problem import prepare
 from vdyn_cli.steps.shaft.spec import ShaftSpec
 
@@ -14,6 +15,7 @@ STEP = Step(
     optional=("twist", "motor_speed", "wheel_speed"),
     needs=(),
     gives=("shaft_stiffness_left", "shaft_stiffness_right", "shaft_damping_left", "shaft_damping_right"),
+    scaled=(torque_at_wheel("shaft_torque"),),
     prepare=prepare,
     unbroken=("shaft_torque", "twist", "motor_speed", "wheel_speed"),
     diagnosable=Diagnosable(metric=("shaft torque", "N m"), run="tip-in"),
