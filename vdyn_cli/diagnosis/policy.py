@@ -150,6 +150,16 @@ class Policy:
         2.0, "times the least rms error", "of the main channel, above which a large candidate is no answer",
         "A sufficient candidate reaches the noise, as the best one does; equivalent ones differ by per cents.",
     )  # fmt: skip
+    hopeless_share: float = _threshold(
+        0.2, "share of the misfit", "that a large candidate leaves beyond an answer, above which it is given up",
+        "Beside an answer at most negligible_rest may remain: twice that, by the root of the ratio of log likelihoods. "
+        "A candidate's own noise takes in what it leaves, so that the true share is larger.",
+    )  # fmt: skip
+    coarse_gain: float = _threshold(
+        0.9, "of the baseline's rms error", "below which a candidate must come at a coarse start, if another one fits",
+        "Where the baseline is far off, the true cause takes away a third and more at the nearest of its starts: they "
+        "are at most a factor of 1.6 off (coarse_factor), or a factor of 2 (coarse_ratio).",
+    )  # fmt: skip
     coarse_ratio: float = _threshold(
         4.0, "", "between the amplitudes from which a fit is started where the baseline is far off",
         "A relinearized fit moves an amplitude by a factor of 2 and more in a round. Three starts on either side of "
