@@ -57,6 +57,17 @@ def test_rest_quantization_and_switches_are_no_faults(name: str) -> None:
     assert flags(Log("run.csv", T, {channel: values})).faults == ()
 
 
+def test_a_log_without_noise_is_no_fault() -> None:
+    ramp = np.where(T < 30.0, 20.0 - T / 3.0, 10.0)
+    assert found({"speed": ramp, "wheel_speed_fl": ramp / 0.3}) == []
+
+
+def test_a_smooth_speed_that_freezes_while_the_car_moves_jumps_at_the_end() -> None:
+    values = np.round(20.0 + 8.0 * np.sin(0.3 * T), 3)
+    values[2000:2300] = values[2000]
+    assert found({"speed": values}) == [("speed", "frozen", 2000, 2300)]
+
+
 @pytest.mark.parametrize("channel", ["speed", "wheel_speed_fl", "acceleration", "drive_torque"])
 @pytest.mark.parametrize("length", [50, 600])
 def test_a_frozen_channel_is_found_from_its_first_to_its_last_sample(channel: str, length: int) -> None:

@@ -16,6 +16,7 @@ from vdyn_cli.io.quality.regular_stretches import (
     Spans,
     bent_little,
     equal,
+    flickering,
     improbable,
     joined,
     quantum,
@@ -70,6 +71,23 @@ class _Sampled:
     def bending(self) -> Continuation:
         """How often a straight line goes on."""
         return Continuation.of(bent_little(self.values, QUALITY.flat_step * self.resolution / 2.0), self.moving)
+
+    @cached_property
+    def _flickers(self) -> NDArray[np.intp]:
+        """(m + 1,), number of samples before each that bend to and fro."""
+        tolerance = QUALITY.flat_step * self.resolution / 2.0
+        return np.concatenate([[0], np.cumsum(flickering(self.values, tolerance))])
+
+    @cached_property
+    def _usual_step(self) -> float:
+        steps = np.abs(np.diff(self.values))
+        return float(np.quantile(steps[steps > 0.0], 0.99)) if np.any(steps) else 0.0
+
+    def breaks_off(self, a: int, b: int) -> bool:
+        """Whether a segment lacks the noise that the channel has elsewhere, or ends with a jump."""
+        elsewhere = int(self._flickers[-1] - self._flickers[b] + self._flickers[a])
+        jump = abs(self.values[b] - self.values[b - 1]) if b < self.values.size else 0.0
+        return elsewhere >= QUALITY.fewest_flickers or bool(jump > QUALITY.exit_jump * self._usual_step > 0.0)
 
     @property
     def varies(self) -> bool:
@@ -149,7 +167,7 @@ def _together(log: Log, sampled: list[_Sampled], policy: QualityPolicy) -> list[
     moving = whole[0].moving
     rests = np.all([s.equal for s in whole], axis=0)
     frozen = improbable(rests, moving, policy.longer_varying, policy, finer=[s.resting for s in whole])
-    frozen = _lasting(frozen, log.time, policy)
+    frozen = [(a, b) for a, b in _lasting(frozen, log.time, policy) if any(s.breaks_off(a, b) for s in whole)]
     faults = [_every(log, a, b, "frozen", "all channels are constant") for a, b in frozen]
     lines = np.all([s.straight for s in whole], axis=0)
     for a, b in frozen:
@@ -157,7 +175,7 @@ def _together(log: Log, sampled: list[_Sampled], policy: QualityPolicy) -> list[
     filled = improbable(lines, moving, policy.longer_line, policy, LINE, [s.bending for s in whole])
     filled = joined(filled, policy.joined_gap)
     for a, b in _lasting(filled, log.time, policy):
-        if moving[a:b].any() and any(np.ptp(s.values[a:b]) > 0.0 for s in whole):
+        if moving[a:b].any() and any(np.ptp(s.values[a:b]) > 0.0 and s.breaks_off(a, b) for s in whole):
             faults.append(_every(log, a, b, "straight_line", "all channels follow straight lines"))
     return faults
 
@@ -202,7 +220,7 @@ def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator
     for a, b in _lasting(improbable(channel.equal & ~marked, judged, longer, policy), time, policy):
         if not channel.varies and time[b - 1] - time[a] < policy.command_time:
             continue
-        if not marked[a:b].any() and (channel.varies or not _extreme(channel, a)):
+        if not marked[a:b].any() and channel.breaks_off(a, b) and (channel.varies or not _extreme(channel, a)):
             what = f"is constant at {values[a]:.5g} {_unit(channel.name)} for {time[b - 1] - time[a]:.3g} s"
             yield a, b, "frozen", what
     # A line that rests is a frozen channel, or none.
@@ -211,7 +229,12 @@ def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator
         improbable(lines, moving & ~marked, policy.longer_line, policy, LINE, [channel.bending]), policy.joined_gap
     )
     for a, b in _lasting(found, time, policy):
-        if not marked[a:b].any() and np.ptp(values[a:b]) > 0.0 and _on_chord(channel, a, b):
+        if (
+            not marked[a:b].any()
+            and np.ptp(values[a:b]) > 0.0
+            and channel.breaks_off(a, b)
+            and _on_chord(channel, a, b)
+        ):
             yield a, b, "straight_line", f"follows a straight line for {time[b - 1] - time[a]:.3g} s"
 
 

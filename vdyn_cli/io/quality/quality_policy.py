@@ -50,6 +50,14 @@ class QualityPolicy:
         1.15, "", "times the longest ordinary straight line, which a filled gap must last at least",
         "Six values and more on one chord within their rounding are rare: 13 in 18 trips at 10 Hz at the most.",
     )  # fmt: skip
+    fewest_flickers: int = threshold(
+        50, "samples", "that bend to and fro beside a frozen or straight segment, so that the channel has noise",
+        "Fewer do not show whether a channel has noise. A simulated log has none, and may rest and rise evenly.",
+    )  # fmt: skip
+    exit_jump: float = threshold(
+        3.0, "", "times the 99 % quantile of steps, a jump out of a frozen segment that also shows it",
+        "A smooth sensor that froze jumps to where the car is by then; one that rested goes on as it came.",
+    )  # fmt: skip
     coarse_share: float = threshold(
         0.4, "share of the samples", "that are as regular in ordinary driving, above which a channel is coarse",
         "Its rests then follow its slope, not its noise, and the Markov chain does not hold. Real channels with noise "

@@ -61,6 +61,13 @@ def bent_little(values: Array, tolerance: float) -> Mask:
     return np.concatenate([[False, False], bends <= 4.0 * tolerance])
 
 
+def flickering(values: Array, tolerance: float) -> Mask:
+    """(n,): where the values bend by more than the tolerance explains, and otherwise than just before: noise does."""
+    bends = values[2:] - 2.0 * values[1:-1] + values[:-2]
+    bends = np.where(np.abs(bends) > 4.0 * tolerance, bends, 0.0)
+    return np.concatenate([[False, False, False], bends[1:] * bends[:-1] < 0.0])[: values.size]
+
+
 @dataclass(frozen=True, eq=False)
 class Continuation:
     """How often a regular sample follows a regular one, outside of any segment.
@@ -88,10 +95,10 @@ class Continuation:
         pairs = self.pairs[-1] - self.pairs[stop] + self.pairs[first]
         return float((pairs + 1.0) / (ones + 2.0))
 
-    def share(self, taken: Spans) -> float:
-        """The share of regular samples among those judged, outside of some segments."""
-        ones = self.ones[-1] - sum(int(self.ones[b] - self.ones[a]) for a, b in taken)
-        return float(ones / max(self.judged[-1] - sum(int(self.judged[b] - self.judged[a]) for a, b in taken), 1))
+    def beside(self, taken: Spans) -> tuple[int, int]:
+        """The numbers of judged samples, and of regular ones among them, outside of some segments."""
+        judged = int(self.judged[-1]) - sum(int(self.judged[b] - self.judged[a]) for a, b in taken)
+        return judged, int(self.ones[-1]) - sum(int(self.ones[b] - self.ones[a]) for a, b in taken)
 
 
 def improbable(
@@ -151,7 +158,8 @@ def improbable(
         found.append(int(i))
         removed_ones, removed_pairs = removed_ones + own_ones, removed_pairs + own_pairs
     taken = [(int(begin[i]), int(stop[i])) for i in found]
-    coarse = min(one.share(taken) for one in (finer or (counted,))) > policy.coarse_share
+    beside = [one.beside(taken) for one in (finer or (counted,))]
+    coarse = min(ones / max(judged, 1) for judged, ones in beside) > policy.coarse_share
     if coarse and not finer:
         return []  # a cruise rests such a channel for any time
     return _above(begin, stop, length, found, max(longer, policy.longer_coarse) if coarse else longer, before)
