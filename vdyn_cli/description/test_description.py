@@ -182,6 +182,16 @@ class Logger(Strict):
     reading: Reading = Field(Reading(), description="how this logger's files are written")
 
 
+class Segment(Strict):
+    """A segment of a channel of one log."""
+
+    model_config = ConfigDict(serialize_by_alias=True)
+
+    channel: str = Field("all", description="vdyn's channel name; all: every channel")
+    start: Annotated[Given, Si("s")] = Field(alias="from", description="time of the log at which it begins, s")
+    stop: Annotated[Given, Si("s")] = Field(alias="to", description="time of the log at which it ends, s")
+
+
 class Run(Strict):
     """One run: its log (or one log per logger), direction, and start since the first run."""
 
@@ -199,12 +209,29 @@ class Run(Strict):
     )
     from_time: Annotated[Given, Si("s")] | None = Field(None, description="use samples from this time of the log on, s")
     to_time: Annotated[Given, Si("s")] | None = Field(None, description="use samples up to this time of the log, s")
+    cuts: Literal["automatic", "none"] | list[Segment] = Field(
+        "automatic",
+        description="samples to leave out. automatic: those that fail a quality test; none; or a list of segments, "
+        "such as [{channel: speed, from: 12 s, to: 15 s}], which are cut instead of those that fail a test",
+    )
+    keep: list[Segment] = Field(
+        [], description="segments that are not cut although they fail a quality test, as a list like that of 'cuts'"
+    )
 
     @model_validator(mode="after")
     def _one_kind_of_log(self) -> Run:
         if (self.log is None) == (self.logs is None):
             raise PydanticCustomError("log", "a run has either 'log' or 'logs'")
         return self
+
+    @field_validator("cuts", mode="before")
+    @classmethod
+    def _cut_list(cls, value: Any) -> Any:
+        if isinstance(value, str) and value not in ("automatic", "none"):
+            raise PydanticCustomError(
+                "list", "takes automatic, none, or a list such as [{{channel: speed, from: 12 s, to: 15 s}}]"
+            )
+        return value
 
 
 class Diagnose(Strict):

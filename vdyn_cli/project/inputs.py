@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.description.test_description import (
     Channel,
@@ -29,6 +28,7 @@ from vdyn_cli.io.align import merge
 from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, with_cuts
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.io.sample_times import impossible_clock
 from vdyn_cli.io.unchanged import read_unchanged
@@ -44,21 +44,26 @@ from vdyn_cli.project.channel_sources import (
     unused_sources,
 )
 from vdyn_cli.project.repeated_runs import repeated_runs
+from vdyn_cli.project.run_parts import split_runs
 from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
+from vdyn_cli.quantities.cut_ledger import DataQuality
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Step
 
 CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
-STUCK = 100  # samples of one value, from which a sensor may have stood still
 SAME = 1e-3  # share by which such values may differ however well they are known
-Array = NDArray[np.float64]
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+def _same(log: Log) -> Log:
+    return log
 
 
 @dataclass(frozen=True)
@@ -77,10 +82,19 @@ class Inputs:
     files: Mapping[Path, str]
     findings: tuple[Finding, ...] = ()
     scalings: tuple[Scaling, ...] = ()
+    cut: tuple[CutLog, ...] = ()
+    ready: Callable[[Log], Log] = _same
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
         """What the step reads, with other logs in the place of those that were read."""
         return logs if self.step.load is None else self.step.load(self.spec, self.source.path.parent, logs)[0]
+
+    @property
+    def quality(self) -> DataQuality:
+        """The quality of all logs, and the ledger of their cuts."""
+        channels = {one.log.name: {n: one.flags.counts(n) for n in one.flags.states} for one in self.cut}
+        rows = {id(row): row for one in self.cut for row in one.ledger}  # parts of one run share theirs
+        return DataQuality(channels, tuple(rows.values()))
 
 
 def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
@@ -100,7 +114,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     step, known_files = step.of(spec), tuple(known_files)
     unreadable = _wrong_channels(step, spec, source, described.dropped)
     problems += [*unreadable, *contradictory_keys(spec, source), *_wrong_effects(step, spec, source)]
-    problems += _repeated(spec, source)
+    problems += [*_repeated(spec, source), *_wrong_segments(spec, source)]
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     known, files = stated, dict(source.digests)
     for file in known_files:
@@ -111,11 +125,17 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     made = _attempt(problems, scalings, step, spec, known) or ()
     unreadable += problems[before:]
     read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in range(len(spec.runs))]
-    read = [None if log is None else _summed(step, completed(log, constants, made)) for log in read]
+    ready = partial(_ready, step, constants, made)
+    cut = tuple(replace(one, log=ready(one.log)) for one in read if one is not None)
     if not unreadable:
-        read = [None if log is None else _attempt(problems, _within_physics, step, log) for log in read]
-    logs = tuple(log for log in read if log is not None)
-    problems += repeated_runs(logs, [source.where(("runs", i)) for i, log in enumerate(read) if log is not None])
+        cut = tuple(one for one in cut if _attempt(problems, _within_physics, step, one.log) is not None)
+    logs = tuple(one.log for one in cut)
+    places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
+    problems += repeated_runs(logs, places) if len(places) == len(logs) else []
+    there = [run for run, one in zip(spec.runs, read, strict=True) if one is not None]
+    if len(logs) == len(spec.runs):
+        spec, cut = split_runs(step, spec, cut, ready)
+        logs, there = tuple(one.log for one in cut), spec.runs
     data: Any = logs
     if step.load is not None and not unreadable:
         extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, logs))
@@ -123,14 +143,13 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             data, own_files = extra
             files |= own_files
     if problems:
-        if not unreadable and _usable(described.dropped, step) and logs:
-            there = [run for run, log in zip(spec.runs, read, strict=True) if log is not None]
+        if not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
             _attempt(problems, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
         raise InputError(*problems)
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
     findings += tuple(unread_keys(step, spec, source))
     findings += refused() if step.diagnosable else ()
-    return Inputs(step, spec, source, data, logs, known, files, findings, made)
+    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready)
 
 
 def _usable(dropped: Iterable[Location], step: Step) -> bool:
@@ -284,7 +303,7 @@ def _log_names(run: Run) -> list[str]:
     return [run.log] if run.log is not None else list(run.logs or [])
 
 
-def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]) -> Log:
+def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]) -> CutLog:
     """One run's log, from one logger or merged from several, cut to its window; enters its files with their sha256."""
     run = spec.runs[index]
     names = _log_names(run)
@@ -318,18 +337,18 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files:
     for one in read:
         files |= one[1] if one is not None else {}
     log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
+    found = with_cuts(log, _cut_orders(run))
+    if run.from_time is not None or run.to_time is not None:
+        start = run.from_time.value if run.from_time else log.time[0]
+        stop = run.to_time.value if run.to_time else log.time[-1]
+        found = found.between(start, stop)
+        if found.log.time.size < 2:
+            got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
+            raise InputError(Finding(place, "the time window holds no samples of the log", got))
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
+    log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger)))
     log = with_cross_checks(_summed(step, _within_physics(step, log, no_unit)), refuse="driving" not in step.situations)
-    if run.from_time is None and run.to_time is None:
-        return log
-    start = run.from_time.value if run.from_time else log.time[0]
-    stop = run.to_time.value if run.to_time else log.time[-1]
-    cut = log.between(start, stop)
-    if cut.time.size < 2:
-        got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
-        raise InputError(Finding(place, "the time window holds no samples of the log", got))
-    headers = {n: c.column for one in loggers for n, c in logged(one.channels).items()}
-    return replace(cut, findings=tuple(f for f in cut.findings if not (f.fault and _cut_out(f, cut, headers))))
+    return replace(found, log=log)
 
 
 def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:
@@ -349,16 +368,31 @@ def _log_and_file(
     return read_log(file, columns, options, name), (file,)
 
 
-def _cut_out(fault: Finding, cut: Log, headers: Mapping[str, str]) -> bool:
-    """Whether the fault is of a channel that no longer stands still, since the run is cut."""
-    named = [n for n, column in headers.items() if n in cut and fault.where.endswith(f"column '{column}'")]
-    return bool(named) and all(_longest_rest(cut[n]) < STUCK for n in named)
+def _ready(step: Step, constants: Mapping[str, float], made: Sequence[Scaling], log: Log) -> Log:
+    """The log with its constant channels, those made from others, and totals."""
+    return _summed(step, completed(log, constants, made))
 
 
-def _longest_rest(values: Array) -> int:
-    """How many samples in a row hold one value, at most."""
-    moves = np.flatnonzero(np.diff(values) != 0.0)
-    return int(np.max(np.diff(np.concatenate([[-1], moves, [values.size - 1]]))))
+def _wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
+    """Segments to cut or to keep of channels that no logger maps, or that end before they begin."""
+    mapped = sorted({n for channels, _ in channel_maps(spec) for n in logged(channels)} - {"time"})
+    for i, run in enumerate(spec.runs):
+        for key, listed in (("cuts", run.cuts), ("keep", run.keep)):
+            for k, one in enumerate(listed if isinstance(listed, list) else ()):
+                place = source.where(("runs", i, key, k))
+                if one.channel not in (EVERY, *mapped):
+                    remedy = did_you_mean(one.channel, mapped, f"write {EVERY}, or one of {', '.join(mapped)}")
+                    yield Finding(place, f"'{key}': channel '{one.channel}' is not mapped", remedy=remedy)
+                elif one.stop.value < one.start.value:
+                    got = f"from {one.start.value:g} s to {one.stop.value:g} s"
+                    yield Finding(place, f"'{key}': the segment ends before it begins", got)
+
+
+def _cut_orders(run: Run) -> CutOrders:
+    """What the description says about cuts in this run."""
+    listed = run.cuts if isinstance(run.cuts, list) else []
+    spans = [tuple(TimeSpan(s.channel, s.start.value, s.stop.value) for s in group) for group in (listed, run.keep)]
+    return CutOrders(run.cuts == "automatic", *spans)
 
 
 def _within_physics(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:

@@ -163,15 +163,13 @@ CHANNELS = _named(
 
 # Channels that may be constant over a whole log: commands, properties of place and weather. The reading of any other
 # sensor varies as long as it measures.
-STEADY = (
-    "time",
+COMMANDS = (
     "drive_torque",
     "drive_torque_left",
     "drive_torque_right",
     "motor_current",
     "drive_force",
     "brake_torque",
-    "grade",
-    "wind_speed",
 )
+STEADY = ("time", *COMMANDS, "grade", "wind_speed")
 TREMBLING = frozenset(n for n in CHANNELS if n not in STEADY)

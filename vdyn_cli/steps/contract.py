@@ -256,6 +256,9 @@ class Step:
     load : reads what is not a run's log (a picture, a pendulum recording): (spec, folder, logs) -> (data, paths read);
         None for steps that need the runs' logs alone, whose data is the tuple of Logs.
     diagnosable : how it is diagnosed; None where nothing is simulated.
+    complete : channels that must have a value in every row: short cuts are filled by straight lines, and the run is
+        split at long ones. All other cut samples reach the step as missing values (NaN), which it leaves out.
+    unbroken : further channels at whose long cuts the run is split.
     situations : tags of the effects to look for (``effects.SITUATIONS``, or the step's own); none: every effect whose
         laws its model calls.
     reads : keys of the vehicle and the air that the step reads beside ``needs``; None: it may read any of them.
@@ -275,6 +278,8 @@ class Step:
     load: Callable[[Any, Path, tuple[Log, ...]], tuple[Any, tuple[Path, ...]]] | None = None
     extra_channels: tuple[Quantity, ...] = ()
     diagnosable: Diagnosable | None = None
+    complete: tuple[str, ...] = ()
+    unbroken: tuple[str, ...] = ()
     situations: frozenset[str] = frozenset()
     reads: tuple[str, ...] | None = None
     run_keys: tuple[str, ...] | None = None

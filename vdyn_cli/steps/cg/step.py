@@ -20,5 +20,6 @@ STEP = Step(
     reads=("tire_vertical_stiffness",),
     run_keys=("direction",),
     prepare=prepare,
+    complete=("pitch_rate",),
     diagnosable=Diagnosable(metric=("front load", "N"), run="run"),
 )

@@ -19,5 +19,6 @@ STEP = Step(
     reads=("shear_modulus",),
     run_keys=(),
     prepare=prepare,
+    unbroken=("shaft_torque", "twist", "motor_speed", "wheel_speed"),
     diagnosable=Diagnosable(metric=("shaft torque", "N m"), run="tip-in"),
 )
