@@ -136,14 +136,14 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     if len(logs) == len(spec.runs):
         spec, cut = split_runs(step, spec, cut, ready)
         logs, there = tuple(one.log for one in cut), spec.runs
-    data: Any = logs
+    data: Any = logs if step.load is None else None
     if step.load is not None and not unreadable:
         extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, logs))
         if extra is not None:
             data, own_files = extra
             files |= own_files
     if problems:
-        if not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
+        if data is not None and not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
             _attempt(problems, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
         raise InputError(*problems)
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
