@@ -57,6 +57,7 @@ class Campaign:
     road: tuple[float, float] | None
     air_share: float = 0.0
     roughness: float | None = None
+    shown_roughness: float | None = None
     turn: float | None = None
     spectrum: int = 0
     shifts: tuple[float, ...] = ()

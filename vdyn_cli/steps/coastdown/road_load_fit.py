@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 SUBSTEPS = 2  # between the nodes of a coast, which are a second apart
 ROUNDS = 3  # of noise sizes and fit, at most
 STEPS = 6  # of a fit with every candidate effect in, whose values are not published
+NEAR = 0.1  # share by which the baseline's unknowns move beside all candidates, which describe larger changes
 SIZES_SETTLED = 0.05  # of the logarithm of a noise size
 SETTLED = 1.0  # standard deviations that a round may move an estimate: within them the model is nearly linear
 CONVERGED = 1e-6  # of one residual variance: a further step would move a value by 1e-3 of its standard deviation
@@ -305,13 +306,41 @@ def regression_with_effects(
 
     regression = _initial(campaign, effects, extra)
     if rows_of(regression).road:
-        # Begun at the baseline and no smoother, or candidates at the ends of their ranges imitate the road.
-        base = weighted_start(campaign)
-        regression = _initial(replace(campaign, roughness=rows_of(base).sizes[ROUGHNESS]), effects, extra)
-        values = {u.name: u.start for u in (*regression.shared, *base.shared)}
-        regression = _reweighted(_at_center(regression, rows_of(base)), values, base.run_starts)
+        return _beside_road(regression, campaign, rounds)
     regression = until_settled(reweight, regression, 0 if campaign.white else rounds, SIZES_SETTLED).state
     return _starting(regression, {u.name: u.start for u in extra}, {})
+
+
+def _beside_road(regression: Regression, campaign: Campaign, rounds: int) -> Regression:
+    """The regression with effects at the baseline's fit, on its road, with noise sizes free of the effects' signals.
+
+    The noise sizes are those on a level road with a random one beside it, whose roughness is what turns with the
+    heading (``Campaign.shown_roughness``): on the road that the baseline found, every error of a scale imitates that
+    road. The baseline's unknowns stay NEAR, and gusts act as on the baseline's car: else the candidates take the place
+    of the drag, and gusts of any size are free.
+    """
+    base = weighted_start(campaign)
+    known, names = rows_of(base), {u.name for u in base.shared}
+    rough = max(campaign.shown_roughness or known.sizes[ROUGHNESS], campaign.roughness or 0.0)
+    scale = known.sizes[ROUGHNESS] / rough
+    values = {u.name: u.start * (scale if u.name in known.road else 1.0) for u in base.shared}
+    sizes = {**typical_sizes(noise_of(campaign, 0, known.at)), ROUGHNESS: rough}
+    level = replace(regression, rows=rows_of(regression).weighted(sizes, known.at))
+    near = tuple(
+        replace(u, prior=(values[u.name], NEAR * abs(values[u.name])))
+        if u.name in names and u.prior is None and values[u.name]
+        else u
+        for u in regression.unknowns
+    )
+    level = _starting(replace(level, unknowns=near), values, base.run_starts)
+
+    def resize(before: Regression) -> tuple[Regression, float]:
+        after = _resized(before, *approach(before, STEPS))
+        old, new = rows_of(before).sizes, rows_of(after).sizes
+        return after, max(abs(float(np.log(new[n] / old[n]))) for n in new)
+
+    sized = rows_of(until_settled(resize, level, rounds, SIZES_SETTLED).state)
+    return _starting(replace(regression, rows=sized.on_road(values)), values, base.run_starts)
 
 
 def with_noise_of(known: Regression, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
@@ -442,12 +471,33 @@ def _reweighted(regression: Regression, shared: Mapping[str, float], own: Mappin
     for k in range(len(rows.campaign.runs)):
         theta = np.array([*(shared[n] for n in rows.shared), *(own[u.name][k] for u in regression.own)])
         runs.append(rows.noisy(k, theta, at))
-    known = np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
-    sizes = find_sizes(runs, rows.sizes, known, rows.random())
+    sizes = find_sizes(runs, rows.sizes, prior_information(regression), rows.random())
     rows = rows.on_road(shared).weighted(sizes, {**at, "wind_variance": wind_variance(sizes)})
     if rows.road:  # the same slopes in units of another roughness
         shared = {**shared, **dict(zip(rows.road, rows.reference.tolist(), strict=True))}
     return _with_hill_prior(replace(_starting(regression, shared, own), rows=rows))
+
+
+def _resized(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:
+    """The regression started at these values, with the noise sizes that its residuals there show.
+
+    The road keeps its roughness, and the car its response to the noise.
+    """
+    rows, random = rows_of(regression), rows_of(regression).random()
+    assert random is not None
+    regression = _starting(regression, shared, own)
+    start = regression.start()
+    runs = [rows.noisy(k, regression.local(start, k), rows.at) for k in range(len(regression.runs))]
+    rough = rows.sizes[ROUGHNESS]
+    sizes = find_sizes(
+        runs, rows.sizes, prior_information(regression), replace(random, least=rough), most={ROUGHNESS: rough}
+    )
+    return replace(regression, rows=rows.weighted(sizes, {**rows.at, "wind_variance": wind_variance(sizes)}))
+
+
+def prior_information(regression: Regression) -> Array:
+    """(s,) inverse prior variance of the shared unknowns, zero without a prior."""
+    return np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
 
 
 def _starting(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:

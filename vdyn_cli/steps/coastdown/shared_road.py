@@ -68,7 +68,11 @@ class RoadLayout:
         Profiles are independent of each other.
         """
         same = self.profile[:, None] == self.profile[None, :]
-        values, axes = np.linalg.eigh(np.where(same, slope_correlation(self.knots, self.spectrum), 0.0))
+        correlation = np.where(same, slope_correlation(self.knots, self.spectrum), 0.0)
+        about_mean = np.eye(self.knots.size) - same / same.sum(axis=1)
+        correlation = about_mean @ correlation @ about_mean
+        correlation *= self.knots.size / np.trace(correlation)
+        values, axes = np.linalg.eigh(correlation)
         order = np.argsort(-values)[:MOST]
         kept = order[: 1 + int(np.searchsorted(np.cumsum(values[order]), KEPT * values.sum()))]
         return np.asarray(axes[:, kept] * np.sqrt(values[kept]), dtype=np.float64)
