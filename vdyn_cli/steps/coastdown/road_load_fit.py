@@ -290,6 +290,11 @@ def regression_with_effects(
     The noise sizes come from the residual of a fit with baseline and all effects in, held together by their priors:
     sizes from the baseline alone would absorb the effects. The effects' unknowns then start at zero again.
 
+    That fit is about a level road with a random one beside it, whose roughness is what turns with the heading
+    (``Campaign.shown_roughness``): on the road that the baseline found, every error of a scale imitates that road. The
+    baseline's unknowns stay NEAR, and gusts act as on the baseline's car: else candidates take the place of the drag,
+    and gusts of any size are free.
+
     Parameters
     ----------
     effects, extra, rounds : as in ``fit_road_load``.
@@ -298,41 +303,18 @@ def regression_with_effects(
     ------
     ResultError : the baseline cannot be fitted.
     """
-
-    def reweight(before: Regression) -> tuple[Regression, float]:
-        after = _reweighted(before, *approach(before, STEPS))
-        old, new = rows_of(before).sizes, rows_of(after).sizes
-        return after, max(abs(float(np.log(new[n] / old[n]))) for n in new)
-
-    regression = _initial(campaign, effects, extra)
-    if rows_of(regression).road:
-        return _beside_road(regression, campaign, rounds)
-    regression = until_settled(reweight, regression, 0 if campaign.white else rounds, SIZES_SETTLED).state
-    return _starting(regression, {u.name: u.start for u in extra}, {})
-
-
-def _beside_road(regression: Regression, campaign: Campaign, rounds: int) -> Regression:
-    """The regression with effects at the baseline's fit, on its road, with noise sizes free of the effects' signals.
-
-    The noise sizes are those on a level road with a random one beside it, whose roughness is what turns with the
-    heading (``Campaign.shown_roughness``): on the road that the baseline found, every error of a scale imitates that
-    road. The baseline's unknowns stay NEAR, and gusts act as on the baseline's car: else the candidates take the place
-    of the drag, and gusts of any size are free.
-    """
+    regression = _initial(replace(campaign, level_mean=True), effects, extra)
     base = weighted_start(campaign)
-    known, names = rows_of(base), {u.name for u in base.shared}
-    rough = max(campaign.shown_roughness or known.sizes[ROUGHNESS], campaign.roughness or 0.0)
-    scale = known.sizes[ROUGHNESS] / rough
-    values = {u.name: u.start * (scale if u.name in known.road else 1.0) for u in base.shared}
-    sizes = {**typical_sizes(noise_of(campaign, 0, known.at)), ROUGHNESS: rough}
-    level = replace(regression, rows=rows_of(regression).weighted(sizes, known.at))
-    near = tuple(
-        replace(u, prior=(values[u.name], NEAR * abs(values[u.name])))
-        if u.name in names and u.prior is None and values[u.name]
-        else u
-        for u in regression.unknowns
-    )
-    level = _starting(replace(level, unknowns=near), values, base.run_starts)
+    if campaign.white:
+        return _starting(regression, {u.name: u.start for u in base.shared}, base.run_starts)
+    known, at = rows_of(base), rows_of(base).at
+    sizes = {**rows_of(regression).sizes, **typical_sizes(noise_of(campaign, 0, at))}
+    values = {u.name: u.start for u in base.shared}
+    if campaign.shown_roughness is not None and ROUGHNESS in sizes:
+        sizes[ROUGHNESS] = max(campaign.shown_roughness, campaign.roughness or 0.0)
+        values |= _road_values(rows_of(regression), known, sizes[ROUGHNESS])
+    level = replace(regression, rows=rows_of(regression).weighted(sizes, at))
+    level = _with_hill_prior(_starting(_near(level, values), values, base.run_starts))
 
     def resize(before: Regression) -> tuple[Regression, float]:
         after = _resized(before, *approach(before, STEPS))
@@ -340,7 +322,26 @@ def _beside_road(regression: Regression, campaign: Campaign, rounds: int) -> Reg
         return after, max(abs(float(np.log(new[n] / old[n]))) for n in new)
 
     sized = rows_of(until_settled(resize, level, rounds, SIZES_SETTLED).state)
-    return _starting(replace(regression, rows=sized.on_road(values)), values, base.run_starts)
+    return _with_hill_prior(_starting(replace(regression, rows=sized.on_road(values)), values, base.run_starts))
+
+
+def _road_values(rows: RoadLoadRows, known: RoadLoadRows, roughness: float) -> dict[str, float]:
+    """The unknowns of the road of some rows, in units of a roughness, nearest to the road of other rows."""
+    layout, other = rows.campaign.layout, known.campaign.layout
+    if layout is None or other is None or known.center is None:
+        return {}
+    found = layout.coordinates(other.factor @ known.center) / roughness
+    return dict(zip(rows.road, found.tolist(), strict=True))
+
+
+def _near(regression: Regression, values: Mapping[str, float]) -> Regression:
+    """The regression whose unknowns without a prior get one about these values."""
+
+    def near(unknown: Unknown) -> Unknown:
+        at = values.get(unknown.name, 0.0)
+        return replace(unknown, prior=(at, NEAR * abs(at))) if unknown.prior is None and at else unknown
+
+    return replace(regression, unknowns=tuple(near(u) for u in regression.unknowns))
 
 
 def with_noise_of(known: Regression, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
@@ -481,17 +482,16 @@ def _reweighted(regression: Regression, shared: Mapping[str, float], own: Mappin
 def _resized(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:
     """The regression started at these values, with the noise sizes that its residuals there show.
 
-    The road keeps its roughness, and the car its response to the noise.
+    The road keeps the roughness that it showed, and the car its response to the noise.
     """
-    rows, random = rows_of(regression), rows_of(regression).random()
-    assert random is not None
+    rows, random, held = rows_of(regression), rows_of(regression).random(), {}
     regression = _starting(regression, shared, own)
     start = regression.start()
     runs = [rows.noisy(k, regression.local(start, k), rows.at) for k in range(len(regression.runs))]
-    rough = rows.sizes[ROUGHNESS]
-    sizes = find_sizes(
-        runs, rows.sizes, prior_information(regression), replace(random, least=rough), most={ROUGHNESS: rough}
-    )
+    if random is not None and rows.campaign.shown_roughness is not None:
+        held = {ROUGHNESS: rows.sizes[ROUGHNESS]}
+        random = replace(random, least=held[ROUGHNESS])
+    sizes = find_sizes(runs, rows.sizes, prior_information(regression), random, most=held)
     return replace(regression, rows=rows.weighted(sizes, {**rows.at, "wind_variance": wind_variance(sizes)}))
 
 
