@@ -43,13 +43,16 @@ class Case:
 def write(
     folder: Path,
     step: str,
-    vehicle: Mapping[str, float],
-    channels: Mapping[str, tuple[str, str]],
+    vehicle: Mapping[str, Any],
+    channels: Mapping[str, tuple[str, str] | Mapping[str, Any]],
     records: Sequence[Record],
     runs: Sequence[Mapping[str, Any]] = (),
     **more: Any,
 ) -> Path:
-    """The logs, and a description that maps ``channels`` (ours to column and unit) and lists them as runs."""
+    """The logs, and a description that maps ``channels`` and lists them as runs.
+
+    ``channels`` are ours to column and unit, or to what the description says of them.
+    """
     entries = []
     for k, record in enumerate(records):
         (folder / f"{step}_{k}.csv").write_bytes(csv_bytes(record))
@@ -57,7 +60,7 @@ def write(
     description = {
         "test": step,
         "vehicle": dict(vehicle),
-        "channels": {name: {"column": column, "unit": unit} for name, (column, unit) in channels.items()},
+        "channels": {n: {"column": c[0], "unit": c[1]} if isinstance(c, tuple) else c for n, c in channels.items()},
         "runs": entries,
         **more,
     }

@@ -18,11 +18,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.bench.cases import CASES, Case
+from tests.bench.cases import CASES as USUAL_CASES
+from tests.bench.cases import Case
+from tests.bench.input_cases import INPUT_CASES
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.errors import VdynError
 from vdyn_cli.steps import names
 
+CASES = {**USUAL_CASES, **INPUT_CASES}
 PAGE = Path(__file__).with_name("recovery.md")
 FIRST_SEED = 1000  # apart from the seeds of the unit tests
 WANTED_RMSE, WANTED_BIAS, WANTED_COVERAGE = 1.25, 0.2, (0.92, 0.97)

@@ -7,8 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from tests.bench.cases import CASES
-from tests.bench.recovery import Report, Trial, merged, run, section
+from tests.bench.recovery import CASES, Report, Trial, merged, run, section
 from vdyn_cli.steps import names
 
 pytestmark = pytest.mark.slow  # whole diagnoses or recoveries

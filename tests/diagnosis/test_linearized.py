@@ -32,7 +32,7 @@ class Fits:
     def nondifferentiable(self, effects: tuple[str, ...]) -> bool:
         return False
 
-    def from_values(self, effects: tuple[str, ...], values: dict[str, float]) -> Any:
+    def from_values(self, effects: tuple[str, ...], values: dict[str, float], stop: object = None) -> Any:
         (name,) = effects
         self.requested.append(name)
         assert (values == {f"{name}_size": 7.0}) == (name in self.far)

@@ -12,6 +12,7 @@ from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.linearized import LinearizedStrategy, open_linearized
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.refit import spread_over
+from vdyn_cli.diagnosis.relinearization import _is_stuck
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Rows, Unknown
 
@@ -119,3 +120,21 @@ def test_probes_are_spread_over_their_list_and_no_more_than_the_policy_says():
     assert (some[0], some[-1]) == (probes[0], probes[-1])
     assert spread_over((0.5, 1.0), POLICY.most_probes) == [0.5, 1.0]
     assert spread_over((0.5,), POLICY.most_probes) == [0.5]
+
+
+def test_a_fit_that_is_beyond_its_bound_at_the_bound_ends() -> None:
+    assert _is_stuck(-0.6, -0.84, (-0.6, 2.0))
+    assert not _is_stuck(-0.6, -0.2, (-0.6, 2.0))
+    assert not _is_stuck(0.4, -5.4, (-0.6, 2.0))
+    assert not _is_stuck(None, -5.4, (-0.6, 2.0))
+
+
+def test_an_unsettled_fit_is_returned_where_it_is_stopped_and_not_kept() -> None:
+    opened = bench(knocks=False)
+    relinearization = opened.relinearization
+    stopped = relinearization.from_values(("step",), {"step": 0.5}, lambda fit, before: True)
+    settled = relinearization.from_values(("step",), {"step": 0.5})
+    assert stopped is not None
+    assert settled is not None
+    assert relinearization.from_values(("step",), {"step": 0.5}, lambda fit, before: True) is settled
+    assert stopped is not settled

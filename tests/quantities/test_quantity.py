@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vdyn_cli.quantities.quantity import UnitError, from_si, parse, to_si
+from vdyn_cli.quantities.common_units import _FACTORS, _SAME, common_factor
+from vdyn_cli.quantities.quantity import UnitError, _read_scale, from_si, parse, to_si
 from vdyn_cli.quantities.unit_grammar import why_no_unit
 
 
@@ -112,3 +115,15 @@ def test_there_and_back(value: float, units: tuple[str, str]) -> None:
 def test_any_text_is_read_or_refused(text: str) -> None:
     with contextlib.suppress(UnitError):
         parse(text, "m/s")
+
+
+@pytest.mark.parametrize("pair", [*((u, u) for u in sorted(_SAME)), *_FACTORS])
+def test_listed_factors_are_those_of_the_unit_library(pair):
+    assert common_factor(*pair) == _read_scale(*pair)
+
+
+def test_listed_units_need_no_unit_library():
+    uses = "from vdyn_cli.quantities.quantity import parse; parse('70 km/h', 'm/s')"
+    script = f"import sys; {uses}; print('pint' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

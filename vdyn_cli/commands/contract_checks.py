@@ -111,6 +111,7 @@ def step_checks(step: Step, example: Path, known_files: Sequence[Path] = ()) -> 
     ``known_files`` are parameter files that the example needs.
     """
     inputs = gather(step, example, known_files)
+    step = inputs.step
 
     def prepared() -> Problem:
         return step.prepare(inputs.spec, inputs.data, inputs.known)
@@ -172,6 +173,7 @@ def model_of(example: Path, known_files: Sequence[Path] = ()) -> Model:
         raise InputError(Finding(example.name, "names no known test", repr(test), "write 'test:' with a step's name"))
     step = steps.load_step(str(test))
     inputs = gather(step, example, known_files)
+    step = inputs.step
     problem = steps.simulated(step, step.prepare(inputs.spec, inputs.data, inputs.known))
     if problem is None:
         raise InputError(Finding(example.name, "describes a step that simulates nothing", step.name))

@@ -51,8 +51,9 @@ def explanation(topic: str) -> str:
         return glossary()
     if topic == "policy":
         from vdyn_cli.diagnosis.policy import policy_text
+        from vdyn_cli.io.quality.quality_policy import QUALITY, quality_text
 
-        return policy_text()
+        return f"{policy_text()}\nQuality of the logs\n\n{quality_text(QUALITY)}"
     effects = {e.name: e for e in catalogue()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)
@@ -72,6 +73,7 @@ def _step(name: str) -> str:
         "",
         f"channels: {', '.join(step.required) or 'none'}",
         f"optional: {', '.join(step.optional) or 'none'}",
+        *(f"  {one.equation}, where {one.target} is not mapped" for one in step.scaled),
         f"reads:    {', '.join(step.needs) or 'no parameters'}",
         f"estimates: {', '.join(step.gives) or 'no parameters'}",
     ]

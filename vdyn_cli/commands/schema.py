@@ -41,13 +41,14 @@ def _step_schema(name: str) -> dict[str, Any]:
     step = load_step(name)
     schema = _with_vehicle_file(step.spec.model_json_schema())
     keys = schema["properties"]
-    channel = {"$ref": "#/$defs/Channel"}
+    ways = [{"$ref": "#/$defs/Channel"}, {"$ref": "#/$defs/KnownChannel"}]
+    channels = {n: q for one in (step, *step.manoeuvres.values()) for n, q in one.channels().items()}
     keys["test"] = {"const": step.name, "description": keys["test"]["description"]}
     keys["channels"] = {
         "type": "object",
         "description": keys["channels"]["description"],
         "additionalProperties": False,
-        "properties": {n: {**channel, "description": described(q)} for n, q in step.channels().items()},
+        "properties": {n: {"anyOf": ways, "description": described(q)} for n, q in channels.items()},
     }
     return schema
 

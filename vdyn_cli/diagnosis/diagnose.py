@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from vdyn_cli.diagnosis import diagnosis_record as record
 from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
+from vdyn_cli.diagnosis.detectable import detectable
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
 from vdyn_cli.diagnosis.extension import Extension, extended
 from vdyn_cli.diagnosis.judgment import Judgment, judge, resized
@@ -113,15 +114,17 @@ def _described(
     judgment = _with_noise_floor(judgment, last or base, unit)
     size = published_size(judgment.size, base, exact, unit)
     sizes = effect_sizes(strategy, judgment, base, exact, unit)
+    shown = detectable(setup, found) if judgment.verdict == "adequate" and judgment.note is None else ()
     return Diagnosis(
         verdict=judgment.verdict,
-        sentence=verdict_sentence(judgment, setup.candidates, amplitudes, narrowed, size),
+        sentence=verdict_sentence(judgment, setup.candidates, amplitudes, narrowed, size, shown),
         p_value=found.p_value,
         evidence=record.evidence(found),
         causes=record.causes(model, judgment, extension, {**amplitudes, **extension.amplitudes}, sizes),
         extended=extension.effects,
         ambiguous=record.ambiguous(judgment),
         not_testable=record.not_testable(model, judgment.untestable),
+        detectable=shown,
         gain=record.gain(judgment, metric),
         size=size,
         remainder=remainder(judgment),

@@ -108,23 +108,30 @@ def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[st
     """
     if not judgment.answers:
         return ""
+    # Beside a free shape an amplitude is uncertain however certain the effect is: held-out runs must show it then.
+    confirmed = judgment.gain is not None and judgment.gain.better
     if judgment.answer is None:
         each = (
-            len(a.effects) == 1 and _holding_zero(fitted_amplitudes(a, setup), setup, a.effects)
+            len(a.effects) == 1 and _holding_zero(fitted_amplitudes(a, setup), setup, a.effects, confirmed)
             for a in judgment.answers
         )
         return "it, like what it is confounded with," if all(each) else ""
     named = judgment.answer.effects
     if result is not None and set(effects) == set(named):
-        return _holding_zero(_amplitudes(result, [setup.candidates[e] for e in named]), setup, named)
-    return _holding_zero(fitted_amplitudes(judgment.answer, setup), setup, named)
+        return _holding_zero(_amplitudes(result, [setup.candidates[e] for e in named]), setup, named, confirmed)
+    return _holding_zero(fitted_amplitudes(judgment.answer, setup), setup, named, confirmed)
 
 
-def _holding_zero(amplitudes: Mapping[str, Estimate], setup: DiagnosisSetup, effects: Sequence[str]) -> str:
-    """The first effect of one unknown whose interval holds zero, in words; empty where there is none."""
+def _holding_zero(
+    amplitudes: Mapping[str, Estimate], setup: DiagnosisSetup, effects: Sequence[str], confirmed: bool
+) -> str:
+    """The first effect of one amplitude whose interval holds zero, in words; empty where there is none.
+
+    ``confirmed``: held-out runs are predicted better with certainty, so that effects with a shape are not asked.
+    """
     for effect in (setup.candidates[e] for e in effects):
         (first, *others) = effect.unknowns
-        if not others and first in amplitudes:
+        if first in amplitudes and (not others or (not confirmed and set(others) == set(shapes_of(effect)))):
             low, high = amplitudes[first].interval95
             if low <= 0.0 <= high:
                 return effect.label if len(effects) > 1 else "it"

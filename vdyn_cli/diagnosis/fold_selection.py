@@ -18,7 +18,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, orthonormal
 from vdyn_cli.diagnosis.policy import POLICY
@@ -74,7 +74,7 @@ class Information:
         """Whether no other candidate and no profile shows anything beside these effects (Bonferroni)."""
         names = [n for n in (*candidates, *sorted(self.profiles)) if n not in effects]
         left = self.beside(effects).evidence(names)
-        return max(left.values(), default=0.0) < norm.isf(POLICY.rest_level / max(len(left), 1))
+        return max(left.values(), default=0.0) < -float(ndtri(POLICY.rest_level / max(len(left), 1)))
 
     def explained(self, effects: Sequence[str]) -> float:
         """What these effects explain together, T^2."""

@@ -114,7 +114,7 @@ def held_out_gain(
         return one if one is not None and len(_folds(one.system, fewest)) == len(folds) else other
 
     near, there = cut_alike(strategy.relinearized(extended), extended), cut_alike(selection.at, base)
-    without = cut_alike(strategy.predicted(extended, (), {}), base)
+    without = cut_alike(strategy.predicted(near, (), {}), base)
     simulated: dict[tuple[str, ...], FittedModel] = {(): without}
     before, after, fitted = [], [], []
     for k in range(len(folds)):
@@ -129,7 +129,7 @@ def held_out_gain(
             continue
         values |= priors
         if chosen not in simulated:
-            simulated[chosen] = cut_alike(strategy.predicted(extended, chosen, values), at)
+            simulated[chosen] = cut_alike(strategy.predicted(near, chosen, values), at)
         drives = simulated[chosen]
         before.append(_error(without, first, priors, as_measured=True))
         after.append(_error(drives, _folds(drives.system, fewest)[k], values, as_measured=True))

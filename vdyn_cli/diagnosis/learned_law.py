@@ -8,8 +8,7 @@ from itertools import product
 from typing import Any, cast
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from vdyn_cli.diagnosis.part_curve import Curve
 from vdyn_cli.diagnosis.part_finding import PartFinding
@@ -78,7 +77,7 @@ def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
         left = sum(f[2] for f in fits)
         whole = sum(f[3] for f in fits)
         share = 1.0 - float(np.sqrt(left / whole)) if 0 < left < whole else float(left <= 0)
-        enough = chi2.ppf(POLICY.formula_level, max(finding.fitted.freedom, 1.0))
+        enough = float(chdtri(max(finding.fitted.freedom, 1.0), 1.0 - POLICY.formula_level))
         distance = sum(f[1] for f in fits)
         share = max(share, POLICY.formula_share) if distance <= enough else share
         found.append(FittedForm(form, tuple(f[0] for f in fits), distance, share))
@@ -87,6 +86,8 @@ def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
 
 def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ...], float, float, float] | None:
     """Coefficients, chi-square distance, and squares left and present beside the baseline's law; None without fit."""
+    from scipy.optimize import minimize
+
     law, definition = LAW_FORMS[form], _definition(curve.part, form, (), curve)
     free = curve.gauge(finding.fitted.solution.values)
     root = np.linalg.cholesky(curve.covariance + RIDGE * np.mean(np.diag(curve.covariance)) * np.eye(len(curve.at)))

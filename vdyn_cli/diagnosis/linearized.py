@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from vdyn_cli.diagnosis.candidate_models import candidate_model
 from vdyn_cli.diagnosis.detection import Detection, detect
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import bounds_of, is_scale
@@ -13,7 +14,7 @@ from vdyn_cli.diagnosis.held_out_gain import rms_of
 from vdyn_cli.diagnosis.linearized_system import initial_values, linearize, linearized_system
 from vdyn_cli.diagnosis.nested_fits import NestedFits
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.relinearization import Relinearization, relaxed
+from vdyn_cli.diagnosis.relinearization import Relinearization, Stop, relaxed
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
@@ -32,6 +33,7 @@ class LinearizedStrategy:
     model: FullModel
     relinearization: Relinearization
     _fits: NestedFits = field(init=False)
+    _predictions: dict[object, FittedModel] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
         self._fits = NestedFits(self.model)
@@ -61,12 +63,16 @@ class LinearizedStrategy:
             return None
         every = tuple(sorted({*fitted.effects, *effects}))
         zero = {n: 0.0 for e in every for n in self.model.amplitudes(e)}
-        try:
-            alone = self.relinearization.alone(every, fitted.values)
-            runs = linearize(alone, {**zero, **values, **self.prior_values}, initial_values(alone))
-        except (ResultError, ArithmeticError):
-            return None
-        return FittedModel(tuple(effects), fitted.solution, runs, linearized_system(runs))
+        point = {**zero, **values, **self.prior_values}
+        key = every, tuple(effects), tuple(sorted(fitted.values.items())), tuple(sorted(point.items()))
+        if key not in self._predictions:
+            try:
+                alone = self.relinearization.alone(every, fitted.values)
+                runs = linearize(alone, point, initial_values(alone))
+            except (ResultError, ArithmeticError):
+                return None
+            self._predictions[key] = FittedModel(tuple(effects), fitted.solution, runs, linearized_system(runs))
+        return self._predictions[key]
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
         """None: nondifferentiable effects are linearized about their likely amplitude."""
@@ -108,18 +114,31 @@ class LinearizedStrategy:
     def _replace_far(self, near: LinearizedStrategy, strongest: str, large: Mapping[str, FittedModel | None]) -> None:
         """Give every other large candidate its fit on its own linearization: that of ``strongest`` is too far off.
 
-        Those whose best fit misses the main channel by far more than the best one does are no answer.
+        Those whose best fit misses the main channel by far more than the best one does are no answer, nor those that
+        leave much of the misfit where ``strongest`` leaves next to nothing.
         """
         missed = {n: rms_alone(fit) for n, fit in large.items() if fit is not None}
         least = min(missed.values(), default=0.0)
+        answer = candidate_model(near, (strongest,))
+        answered = answer is not None and (answer.sufficient or answer.nearly_sufficient)
+        best = large.get(strongest)
         for name, fit in large.items():
             if name == strongest or self.relinearization.nondifferentiable((name,)):
                 continue
-            kept = None
-            if fit is not None and missed[name] < POLICY.far_worse * least:
+            kept, hopeless = None, answered and best is not None and self.is_hopeless(fit, best)
+            if fit is not None and missed[name] < POLICY.far_worse * least and not hopeless:
                 there = self._opened({n: fit.values[n] for n in (*self.model.base, *self.model.amplitudes(name))})
                 kept = there.fitted((name,)) if there is not None else None
             near._fits.keep((name,), None if kept is None else _weighted_like(kept, near.model.regression))
+
+    def is_hopeless(self, fit: FittedModel | None, best: FittedModel) -> bool:
+        """Whether a candidate leaves so much of what the best one explains that it can be no answer beside it."""
+        base = self.fitted(())
+        if fit is None or base is None or self.model.setup.far_off:
+            return False
+        least, noise = _own_cost(best), self.model.regression.log_noise
+        explained = base.solution.cost + noise - least
+        return _own_cost(fit) - least > max(POLICY.hopeless_share**2 * explained, POLICY.large_t**2)
 
     def _about(self, effect: str) -> LinearizedStrategy:
         """Linearized about the effect's amplitude, until that settles.
@@ -198,7 +217,7 @@ def large_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, Fit
             continue
         step = found.scores.estimate[name].tolist() if linear is None else ()
         start = linear.values if linear else dict(zip(strategy.model.amplitudes(name), step, strict=True))
-        fits[name] = strategy.relinearization.from_values((name,), start)
+        fits[name] = strategy.relinearization.from_values((name,), start, _stop_beside(fits, strategy))
     return fits
 
 
@@ -207,10 +226,41 @@ def _far_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, Fitt
     relinearization, starts = strategy.relinearization, {}
     for name in found.testable:
         linear = dict(zip(strategy.model.amplitudes(name), found.scores.estimate[name].tolist(), strict=True))
-        if (best := relinearization.coarse_start(name, linear)) is not None:
-            starts[name] = best
+        if (start := relinearization.coarse_start(name, linear)) is not None:
+            starts[name] = start
     nearest = sorted(starts, key=lambda n: starts[n][0])[: POLICY.most_relinearized]
-    return {n: relinearization.from_values((n,), starts[n][1]) for n in nearest}
+    coarse = strategy.model.setup.coarse_error
+    baseline = coarse((), ()) if coarse is not None else float("inf")
+    fits: dict[str, FittedModel | None] = {}
+    for name in nearest:
+        best = _best_fit(fits)
+        fits_already = best is not None and POLICY.far_worse * rms_alone(best) < baseline
+        if fits_already and starts[name][0] > POLICY.coarse_gain * baseline:
+            continue
+        fits[name] = relinearization.from_values((name,), starts[name][1], _stop_beside(fits, strategy))
+    return fits
+
+
+def _stop_beside(fits: Mapping[str, FittedModel | None], strategy: LinearizedStrategy) -> Stop:
+    """Where a relinearized fit need not settle: it cannot reach the best of those that there are.
+
+    It leaves much of what that explains; or it misses the main channel by far more, twice in succession.
+    """
+
+    def stop(fit: FittedModel, before: FittedModel) -> bool:
+        best = _best_fit(fits)
+        if best is None:
+            return False
+        far = POLICY.far_worse * rms_alone(best)
+        now, last = rms_alone(fit), rms_alone(before)
+        return (now > far and last > far and now > last / POLICY.far_worse) or strategy.is_hopeless(fit, best)
+
+    return stop
+
+
+def _best_fit(fits: Mapping[str, FittedModel | None]) -> FittedModel | None:
+    best = best_of(fits)
+    return fits[best] if best else None
 
 
 def best_of(fits: Mapping[str, FittedModel | None], missed: Callable[[FittedModel], float] = rms_alone) -> str | None:
@@ -227,7 +277,12 @@ def best_of(fits: Mapping[str, FittedModel | None], missed: Callable[[FittedMode
     error = {n: missed(fit) for n, fit in made.items()}
     least = min(error.values(), default=0.0)
     near = [n for n in made if error[n] <= POLICY.far_worse * least]
-    return min(near, key=lambda n: made[n].solution.cost + made[n].runs.regression.log_noise, default=None)
+    return min(near, key=lambda n: _own_cost(made[n]), default=None)
+
+
+def _own_cost(fit: FittedModel) -> float:
+    """Negative log likelihood with the fit's own noise."""
+    return fit.solution.cost + fit.runs.regression.log_noise
 
 
 def _weighted_like(fit: FittedModel, other: Regression) -> FittedModel:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.detection import Detection
@@ -59,7 +59,7 @@ def simplest(
     best = min(answers, key=lambda t: t.cost)
     fewer = [t for t in laws if t.rest_p > POLICY.imitation_level and unknowns(t) < unknowns(best)]
     close = [
-        t for t in fewer if chi2.sf(2 * (t.cost - best.cost), unknowns(best) - unknowns(t)) > POLICY.imitation_level
+        t for t in fewer if chdtrc(unknowns(best) - unknowns(t), 2 * (t.cost - best.cost)) > POLICY.imitation_level
     ]
     least = min((t.cost for t in close), default=0.0)
     return tuple(t for t in close if not _significantly_worse(t, least)) or tuple(answers)
@@ -92,7 +92,7 @@ def is_imitated(model: FullModel, answer: CandidateModel, found: Detection) -> b
     scores = found.scores
     more = {f: scores.rank[effect] - scores.rank[f] for f in model.setup.families if scores.rank[f]}
     return any(
-        chi2.sf(scores.statistic[effect] - scores.statistic[f], df) > POLICY.imitation_level
+        chdtrc(df, scores.statistic[effect] - scores.statistic[f]) > POLICY.imitation_level
         for f, df in more.items()
         if df > 0
     )

@@ -12,13 +12,12 @@ from vdyn_cli.diagnosis.interval_union import Answer, biases, widened
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.diagnosis.unexplained import unexplained_biases
-from vdyn_cli.quantities.number_text import decimals
-from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import SimulatedProblem
+from vdyn_cli.steps.interval_text import with_wider_intervals
 
 BASELINE = "baseline"
-LISTED = 3  # intervals written out in the result's sentence
 
 
 def with_open_answers(
@@ -44,7 +43,9 @@ def with_open_answers(
         near = strategy.relinearized(judgment.answer.fitted)
         found = [Answer(_label(judgment.answer), result.parameters, _biases(strategy, near, result, problem))]
     parameters = widened(result.parameters, found)
-    return replace(result, parameters=parameters, sentence=_sentence(result, parameters))
+    wide = {n: e for n, e in parameters.items() if e.spans}
+    sentence = with_wider_intervals(result.sentence, wide, "with what the diagnosis leaves open")
+    return replace(result, parameters=parameters, sentence=sentence)
 
 
 def _published(
@@ -82,24 +83,3 @@ def _biases(strategy: Strategy, at: FittedModel, result: Result, problem: Simula
 
 def _label(answer: CandidateModel) -> str:
     return " + ".join(answer.effects)
-
-
-def _sentence(result: Result, parameters: Parameters) -> str:
-    """The result's sentence; where intervals are wider than the fit's, they come first."""
-    wide = [(n, e) for n, e in parameters.items() if e.spans]
-    if not wide:
-        return result.sentence
-    texts = []
-    for name, e in wide[:LISTED]:
-        places = decimals(0.5 * (e.interval95[1] - e.interval95[0]), 12)
-        low, high = (f"{end:.{places}f}" for end in e.interval95)
-        texts.append(f"{name.replace('_', ' ')} {low} to {high} {e.unit}".strip())
-    rest = f" and {len(wide) - LISTED} more" if len(wide) > LISTED else ""
-    return (
-        f"{_capital('; '.join(texts))}{rest} (95 %), with what the diagnosis leaves open. "
-        f"By the fit alone: {result.sentence}"
-    )
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

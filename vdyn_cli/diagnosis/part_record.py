@@ -9,6 +9,7 @@ from vdyn_cli.diagnosis.learned_law import Learned
 from vdyn_cli.diagnosis.part_curve import Curve
 from vdyn_cli.diagnosis.part_finding import LawWithin, PartFinding
 from vdyn_cli.diagnosis.part_judgment import PartJudgment, label_of
+from vdyn_cli.diagnosis.verdict_text import is_plural
 from vdyn_cli.quantities.diagnosis import CurvePoint, Diagnosis, FaultyPart, LearnedLaw, PartLaw
 from vdyn_cli.steps.learned_effect import LAW_FORMS
 
@@ -114,7 +115,7 @@ def _sentence(finding: PartFinding, part: FaultyPart, learned: LearnedLaw | None
         share = f"{100 * part.law.share_of_rms:.0f} % of the rms error that the free curve explains"
     else:
         share = f"{100 * part.law.share_of_curve:.0f} % of the rms of the curve beside the model's law"
-    return f"{what}{rivals}; {label} explains {share}."
+    return f"{what}{rivals}; {label} {'explain' if is_plural(label) else 'explains'} {share}."
 
 
 def _and(names: Sequence[str]) -> str:

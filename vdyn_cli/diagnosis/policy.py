@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from textwrap import fill
-from typing import TypeVar
+from dataclasses import dataclass
 
-N = TypeVar("N", int, float)
-
-
-def _threshold(value: N, unit: str, meaning: str, reason: str) -> N:
-    """A field of the policy: its value, and what ``policy_text`` prints of it."""
-    return field(default=value, metadata={"unit": unit, "meaning": meaning, "reason": reason})
+from vdyn_cli.quantities.threshold import threshold as _threshold
+from vdyn_cli.quantities.threshold import thresholds_text
 
 
 @dataclass(frozen=True)
@@ -150,6 +144,16 @@ class Policy:
         2.0, "times the least rms error", "of the main channel, above which a large candidate is no answer",
         "A sufficient candidate reaches the noise, as the best one does; equivalent ones differ by per cents.",
     )  # fmt: skip
+    hopeless_share: float = _threshold(
+        0.2, "share of the misfit", "that a large candidate leaves beyond an answer, above which it is given up",
+        "Beside an answer at most negligible_rest may remain: twice that, by the root of the ratio of log likelihoods. "
+        "A candidate's own noise takes in what it leaves, so that the true share is larger.",
+    )  # fmt: skip
+    coarse_gain: float = _threshold(
+        0.9, "of the baseline's rms error", "below which a candidate must come at a coarse start, if another one fits",
+        "Where the baseline is far off, the true cause takes away a third and more at the nearest of its starts: they "
+        "are at most a factor of 1.6 off (coarse_factor), or a factor of 2 (coarse_ratio).",
+    )  # fmt: skip
     coarse_ratio: float = _threshold(
         4.0, "", "between the amplitudes from which a fit is started where the baseline is far off",
         "A relinearized fit moves an amplitude by a factor of 2 and more in a round. Three starts on either side of "
@@ -172,6 +176,10 @@ class Policy:
         4.5, "log likelihood", "by which a nondifferentiable effect must exceed effects collinear with it",
         "needed_t^2 / 2: a likelihood ratio of 90, which collinear laws reach by chance in 0.3 % (chi-square with one "
         "degree of freedom above 9).",
+    )  # fmt: skip
+    revealing_power: float = _threshold(
+        0.9, "probability", "with which the test rejects at the amplitude that an adequate model would have revealed",
+        "The usual power of a planned trial (Cohen, Statistical Power Analysis, 1988, has 0.8 at least).",
     )  # fmt: skip
     # Naming ---------------------------------------------------------------------------------------------------------
     rest_level: float = _threshold(
@@ -360,10 +368,4 @@ def shared_level(steps: int) -> float:
 
 def policy_text(policy: Policy = POLICY, width: int = 100) -> str:
     """Every threshold with its value, unit, meaning and reason, one paragraph each."""
-    paragraphs = []
-    for one in fields(policy):
-        unit = f" {one.metadata['unit']}" if one.metadata["unit"] else ""
-        text = f"{one.metadata['meaning']}.\n{one.metadata['reason']}".split("\n")
-        lines = [fill(line, width, initial_indent="    ", subsequent_indent="    ") for line in text]
-        paragraphs.append("\n".join([f"{one.name} = {getattr(policy, one.name):g}{unit}", *lines]))
-    return "\n\n".join(paragraphs) + "\n"
+    return thresholds_text(policy, width)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,6 +23,8 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import Finding, ResultError
+
+Stop = Callable[[FittedModel, FittedModel], bool]
 
 
 @dataclass
@@ -52,13 +54,25 @@ class Relinearization:
             return self.about_likely(fitted.effects[0]) or fitted
         return self.from_values(fitted.effects, fitted.values) or fitted
 
-    def from_values(self, effects: tuple[str, ...], values: Mapping[str, float]) -> FittedModel | None:
-        """The fit with these effects alone, relinearized from these values until it settles; None where it fails."""
+    def from_values(
+        self, effects: tuple[str, ...], values: Mapping[str, float], stop: Stop | None = None
+    ) -> FittedModel | None:
+        """The fit with these effects alone, relinearized from these values until it settles; None where it fails.
+
+        Parameters
+        ----------
+        stop : (fit, the one before) -> whether to end with this fit although it has not settled.
+        """
         if effects not in self._fits:
             try:
-                fit = (self._twice if self.nondifferentiable(effects) else self._settled)(effects, values)
+                if self.nondifferentiable(effects):
+                    fit, settled = self._twice(effects, values), True
+                else:
+                    fit, settled = self._settled(effects, values, stop)
             except (ResultError, ArithmeticError):
                 return None
+            if not settled:
+                return fit
             self._fits[effects] = fit
         return self._fits[effects]
 
@@ -73,16 +87,18 @@ class Relinearization:
         -------
         None for candidates of several amplitudes, and where nothing can be simulated.
         """
-        one = self.setup.candidates[effect]
+        one, every = self.setup.candidates[effect], self.setup.effects
         first, *others = amplitudes_of(one)
         if others or self.setup.coarse_error is None:
             return None
         grid = coarse_starts(one)
         tried = [*grid, stepped(one, first, 0.0, linear[first])] if first in linear else grid
+        unknowns = [u for e in every for u in unknowns_of(e)]
         best: tuple[float, dict[str, float]] | None = None
         for size in tried:
             try:
-                error = self.setup.coarse_error((one,), [started_at(u, {first: size}) for u in unknowns_of(one)])
+                # All candidates are in the model, the others at zero: one model is compiled for all of them.
+                error = self.setup.coarse_error(every, [started_at(u, {first: size}) for u in unknowns])
             except (ResultError, ArithmeticError):
                 continue
             if best is None or error < best[0]:
@@ -135,8 +151,14 @@ class Relinearization:
             self._last = {key: self.setup.regression(every, extra, start=start)}
         return self._last[key]
 
-    def _settled(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
+    def _settled(
+        self, effects: tuple[str, ...], about: Mapping[str, float], stop: Stop | None
+    ) -> tuple[FittedModel, bool]:
         """Relinearized about its own amplitudes until they move by little of their standard deviations.
+
+        Returns
+        -------
+        The fit, and whether it has settled: not where ``stop`` ended it.
 
         Raises
         ------
@@ -145,17 +167,23 @@ class Relinearization:
         known = self.setup.candidates
         owner = {n: known[e] for e in effects if e in known for n in amplitudes_of(known[e])}
         point = {**about, **{n: stepped(e, n, 0.0, about[n]) for n, e in owner.items() if n in about}}
+        before: FittedModel | None = None
         for _ in range(POLICY.most_linearizations):
             fit = self._once(effects, point)
             values, std = fit.values, fit.solution.std
             if all(abs(values[n] - point.get(n, 0.0)) < POLICY.settled_std * std[n] for n in owner):
                 break
+            if any(_is_stuck(point.get(n), values[n], bounds_of(e, n)) for n, e in owner.items()):
+                break
+            if before is not None and stop is not None and stop(fit, before):
+                return fit, False
+            before = fit
             point = {**values, **{n: stepped(e, n, point.get(n, 0.0), values[n]) for n, e in owner.items()}}
         for n, e in owner.items():
             low, high = bounds_of(e, n)
             if not low < fit.values[n] < high:
                 raise ResultError(Finding("fit", f"{n} leaves the possible range", f"{fit.values[n]:.3g}"))
-        return fit
+        return fit, True
 
     def _once(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
         linear = relaxed(linearized(self.alone(effects, about)), self.setup)
@@ -166,6 +194,11 @@ class Relinearization:
     def _twice(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
         """Relinearized about what the first gave: nondifferentiable effects change the others' sensitivities."""
         return self._once(effects, self._once(effects, about).values)
+
+
+def _is_stuck(at: float | None, to: float, bounds: tuple[float, float]) -> bool:
+    """Whether an amplitude that is linearized at a bound leaves the range there: it will not come back."""
+    return at in bounds and not bounds[0] < to < bounds[1]
 
 
 def relaxed(regression: Regression, setup: DiagnosisSetup) -> Regression:

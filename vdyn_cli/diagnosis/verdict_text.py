@@ -9,12 +9,14 @@ from vdyn_cli.diagnosis.diagnosis_record import interchangeable
 from vdyn_cli.diagnosis.held_out_gain import HeldOutGain
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.effects import Effect
-from vdyn_cli.quantities.diagnosis import Size
+from vdyn_cli.quantities.diagnosis import Detectable, Size
 from vdyn_cli.quantities.number_text import decimals
 from vdyn_cli.quantities.parameters import Estimate
 
 # These choose words, no verdict.
 SHOWN = 4  # effects named in one sentence
+REVEALED = 2  # smallest errors that an adequate model would have revealed
+PLAIN = (1e-3, 1e5)  # amplitudes that read as plain numbers in a sentence
 # A factor is a known one within its interval, or within 1 % where that is narrower, and never beyond 6 %.
 SAME_FACTOR, UNLIKE_FACTOR = 0.01, 0.06
 MANY_TIMES = 1.5  # a scale that is off by more is stated as a factor, too
@@ -27,6 +29,7 @@ def verdict_sentence(
     amplitudes: Mapping[str, Estimate],
     narrowed: bool = False,
     size: Size | None = None,
+    shown: Sequence[Detectable] = (),
 ) -> str:
     """The verdict as one sentence.
 
@@ -36,13 +39,23 @@ def verdict_sentence(
     amplitudes : of the unknowns of effects that were named or taken into the model.
     narrowed : whether the description restricts the candidates.
     size : of the finding.
+    shown : what an adequate model would have revealed.
     """
     text = _sentence(judgment, effects, amplitudes)
     if judgment.note is not None:
         text = _immaterial(judgment, effects, amplitudes, size)
+    readable = [d for d in shown if PLAIN[0] < d.amplitude < PLAIN[1]]
+    if readable:
+        text += f" Smallest errors that these data reveal: {' and '.join(_revealed(d) for d in readable[:REVEALED])}."
     if narrowed and effects:
         text += f" Only {', '.join(effects)} {'was' if len(effects) == 1 else 'were'} tested."
     return text
+
+
+def _revealed(smallest: Detectable) -> str:
+    """The effect with the amplitude, "brakes that drag (9 N)"."""
+    value, unit = (smallest.amplitude, smallest.unit) if smallest.unit else (100.0 * smallest.amplitude, "%")
+    return f"{smallest.label} ({value:.2g} {unit})"
 
 
 def p_text(p: float) -> str:
@@ -60,7 +73,8 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
         closest = ""
         if judgment.closest:
             labels = " with ".join(effects[e].label for e in judgment.closest.effects)
-            closest = f" {_capital(labels)} comes closest, but {judgment.why or 'leaves a significant residual'}."
+            verb = "come" if len(judgment.closest.effects) > 1 or is_plural(labels) else "comes"
+            closest = f" {_capital(labels)} {verb} closest, but {judgment.why or 'leaves a significant residual'}."
         return f"Unmodeled effect present ({p}): no candidate effect explains the misfit.{closest}"
     if judgment.verdict == "ambiguous":
         return _ambiguous(judgment, effects, amplitudes)
@@ -68,7 +82,7 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
         return data_fault(judgment.why)
     answer = judgment.answer
     named = " and ".join(_with_amplitude(effects[e], amplitudes) for e in answer.effects)
-    several = len(answer.effects) > 1 or _plural(effects[answer.effects[0]].label)
+    several = len(answer.effects) > 1 or is_plural(effects[answer.effects[0]].label)
     text = f"{named} {'explain' if several else 'explains'} {_explained(judgment)}.{_compensated(judgment.gain)}"
     if judgment.verdict == "data_fault":
         return f"Data fault: {text}"
@@ -83,7 +97,8 @@ def _immaterial(
     """What is significant and does not matter: the size first, then what it may be."""
     assert judgment.note is not None
     named = " with ".join(_with_amplitude(effects[e], amplitudes) for e in judgment.note.effects)
-    what = "would explain it" if judgment.noted else "comes closest to it"
+    verb = "come" if len(judgment.note.effects) > 1 or is_plural(named) else "comes"
+    what = "would explain it" if judgment.noted else f"{verb} closest to it"
     text = f"No model error that matters: a deviation is significant ({p_text(judgment.detection.p_value)}) but small"
     return f"{text}{size_text(size)}. {_capital(named)} {what}."
 
@@ -143,7 +158,7 @@ def _explained(judgment: Judgment) -> str:
     return _share(judgment.gain)
 
 
-def _plural(label: str) -> bool:
+def is_plural(label: str) -> bool:
     """Whether a label such as "brakes that drag" or "wheel loads with a wrong gain" is a plural."""
     return any(word.endswith("s") and not word.endswith("ss") for word in label.split()[:2])
 

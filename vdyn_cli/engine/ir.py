@@ -8,6 +8,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 
@@ -211,6 +212,7 @@ class Printer(_ValuePrinter):
         self.lines.append(f"store {self._row} {row}, ptr {at}, align 8")
 
 
+@lru_cache(maxsize=64)
 def print_kernel(graph: Graph, directions: int, live: frozenset[int], seeded: frozenset[int]) -> str:
     """The text of ``void run(i64 n, z, u, dt, p, p_tangents, w, trajectory)``, arrays as in kernel.py.
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator
 
 from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.model_builder import ModelBuilder, Number
@@ -64,6 +63,8 @@ def read_ahead(drive: Drive, leads: Mapping[str, float]) -> Drive:
     Between samples they follow cubics: straight lines would take away 7 % of what swings at 12 Hz at half a sample of
     10 ms, which is then missed in the half-shafts. (Akima's slopes, modified, do not swing beside steps.)
     """
+    from scipy.interpolate import Akima1DInterpolator
+
     inputs, between = dict(drive.inputs), dict(drive.between)
     for name, lead in leads.items():
         at = drive.time + lead

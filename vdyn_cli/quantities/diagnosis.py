@@ -104,6 +104,15 @@ class Cause(Record):
     size: Size | None = None
 
 
+class Detectable(Record):
+    """The smallest amplitude of a candidate effect that these data would reveal nine times in ten, in its unit."""
+
+    effect: str
+    label: str
+    amplitude: Number
+    unit: str
+
+
 class NotTestable(Record):
     """A candidate effect that these data cannot show, and what it would do to the parameters if it had ``size``."""
 
@@ -241,7 +250,8 @@ class Diagnosis(Record):
 
     ``ambiguous`` holds sets of which one effect each makes the answer. ``material`` says whether a significant finding
     matters (None: there is none), ``size`` how large it is, ``remainder`` what its answer leaves. ``part`` is the part
-    of the model at fault, ``learned`` its law where no listed one suffices. ``doubt`` says why the result is in doubt
+    of the model at fault, ``learned`` its law where no listed one suffices. ``detectable`` holds for an adequate model
+    what it would have revealed. ``doubt`` says why the result is in doubt
     whatever the verdict; ``not_extended`` why the model could not be extended.
     """
 
@@ -253,6 +263,7 @@ class Diagnosis(Record):
     extended: tuple[str, ...] = ()
     ambiguous: tuple[tuple[str, ...], ...] = ()
     not_testable: tuple[NotTestable, ...] = ()
+    detectable: tuple[Detectable, ...] = ()
     gain: Gain | None = None
     size: Size | None = None
     remainder: Remainder | None = None

@@ -9,6 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from vdyn_cli.quantities import unit_grammar
+from vdyn_cli.quantities.common_units import common_factor
 
 if TYPE_CHECKING:
     import numpy as np
@@ -65,6 +66,11 @@ def _registry() -> UnitRegistry[Any]:
 @cache
 def _scale(unit: str, si_unit: str) -> tuple[float, float]:
     """(factor, offset) with SI value = factor * value + offset."""
+    return common_factor(unit, si_unit) or _read_scale(unit, si_unit)
+
+
+def _read_scale(unit: str, si_unit: str) -> tuple[float, float]:
+    """As ``_scale``, by the unit library."""
     # An accelerometer's "g" is standard gravity, not the gram; a rotating shaft's "1/min" counts revolutions.
     text = _BY_KIND.get((unit[: unit_grammar.LONGEST].strip().lower(), si_unit), unit)
     if wrong := unit_grammar.why_no_unit(text):

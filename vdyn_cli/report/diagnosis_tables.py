@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 
-from vdyn_cli.quantities.diagnosis import Amplitude, Cause, NextTest, NotTestable, Ranked, WorstSegment
+from vdyn_cli.quantities.diagnosis import Amplitude, Cause, Detectable, NextTest, NotTestable, Ranked, WorstSegment
 from vdyn_cli.quantities.parameters import Estimate, Extensions
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import effect_labels, typography
@@ -119,6 +119,15 @@ def _remainder(entry: Ranked) -> tuple[str, str]:
     if entry.left_p > _SUFFICIENT:
         return p_value(entry.left_p), "noise"
     return p_value(entry.left_p), effect_labels.bare(effect_labels.label(entry.left_mostly or ""))
+
+
+def detectable(entries: Sequence[Detectable]) -> TextTable | None:
+    """The smallest amplitudes that these data would reveal."""
+    rows = [
+        (effect_labels.bare(typography.prose(e.label)), effect_labels.amplitude(e.effect, e.amplitude)) for e in entries
+    ]
+    caption = "The test finds an effect of this size in nine of ten such data sets. Smaller effects remain possible."
+    return _filled("Smallest effects that these data reveal", caption, ("effect", "size"), rows, (False, True))
 
 
 def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> TextTable | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
 from types import MappingProxyType
@@ -13,6 +13,7 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.scaled_channel import ScaledChannel
 
 if TYPE_CHECKING:
     from vdyn_cli.description.test_description import TestSpec
@@ -255,8 +256,16 @@ class Step:
     load : reads what is not a run's log (a picture, a pendulum recording): (spec, folder, logs) -> (data, paths read);
         None for steps that need the runs' logs alone, whose data is the tuple of Logs.
     diagnosable : how it is diagnosed; None where nothing is simulated.
+    complete : channels that must have a value in every row: short cuts are filled by straight lines, and the run is
+        split at long ones. All other cut samples reach the step as missing values (NaN), which it leaves out.
+    unbroken : further channels at whose long cuts the run is split.
     situations : tags of the effects to look for (``effects.SITUATIONS``, or the step's own); none: every effect whose
         laws its model calls.
+    reads : keys of the vehicle and the air that the step reads beside ``needs``; None: it may read any of them.
+    run_keys : which of a run's direction, start and temperature it reads; None: it may read any of them.
+    scaled : channels that may be read from another one, times constants of the vehicle.
+    manoeuvres : how the step evaluates other manoeuvres than its usual one, by the key ``manoeuvre`` of their
+        descriptions: each a step of the same name, spec and parameters.
     """
 
     name: str
@@ -269,7 +278,17 @@ class Step:
     load: Callable[[Any, Path, tuple[Log, ...]], tuple[Any, tuple[Path, ...]]] | None = None
     extra_channels: tuple[Quantity, ...] = ()
     diagnosable: Diagnosable | None = None
+    complete: tuple[str, ...] = ()
+    unbroken: tuple[str, ...] = ()
     situations: frozenset[str] = frozenset()
+    reads: tuple[str, ...] | None = None
+    run_keys: tuple[str, ...] | None = None
+    scaled: tuple[ScaledChannel, ...] = ()
+    manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)
+
+    def of(self, spec: Any) -> Step:
+        """The step of this name that evaluates the description's manoeuvre."""
+        return self.manoeuvres.get(getattr(spec, "manoeuvre", ""), self)
 
     def estimate(
         self,
@@ -288,4 +307,5 @@ class Step:
 
         own = {q.name: q for q in self.extra_channels}
         names = [n for entry in (*self.required, *self.optional) for way in entry.split("|") for n in way.split("+")]
+        names += [one.source for one in self.scaled if one.target in names]
         return {n: own.get(n) or CHANNELS[n] for n in dict.fromkeys(names)}

@@ -19,6 +19,10 @@ slope of all roads is zero. Mass scales
 all forces; torque and efficiency are collinear with it, so give ``mass`` and ``driveline_efficiency`` as
 ``value +- std`` where they are uncertain: the stated values are priors of the fit and widen the intervals.
 
+Where only a wheel's speed is logged (rad/s or rpm), V = om r: a wheel that rolls free slips by less than 0.1 %, which
+is part of the effective radius. The radius' standard deviation is a scale of the speed, which the intervals include.
+Likewise a motor's current times its torque constant is a drive torque.
+
 In a narrow window of speeds rolling resistance and drag area are collinear; ``settings: {fix: {drag_coefficient:
 0.25}}`` fixes one as the paper does. The result states the window of speeds that separates them.
 

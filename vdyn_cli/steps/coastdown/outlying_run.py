@@ -35,7 +35,7 @@ def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
 
     Source: Cook and Weisberg, Residuals and Influence in Regression (1982), 2.2.2.
     """
-    from scipy.stats import t as student
+    from scipy.special import stdtr
 
     n = force.size
     order = np.arange(n) - (n - 1) / 2
@@ -51,5 +51,5 @@ def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
     spread = np.sqrt(np.maximum(total - residual**2 / free, 1e-12 * total) / left)
     far = np.abs(residual) / np.sqrt(free) / spread
     worst = int(np.argmax(far))
-    p_value = min(1.0, n * 2.0 * float(student.sf(far[worst], left)))
+    p_value = min(1.0, n * 2.0 * float(stdtr(left, -far[worst])))
     return OutlyingRun(worst, float(residual[worst] / free[worst]), p_value) if p_value < LEVEL else None

@@ -6,6 +6,7 @@ from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.contract import Diagnosable, Step
+from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 
 
 def _on_one_road(spec: CoastdownSpec) -> bool:
@@ -28,6 +29,12 @@ STEP = Step(
         "road_load_f1",
         "road_load_f2",
     ),
+    scaled=(SPEED_OF_WHEEL, TORQUE_OF_MOTOR),
+    reads=(
+        *("mass", "rotating_mass", "wheel_inertia", "wheel_radius", "gear_ratio", "driveline_efficiency"),
+        *("air_density", "temperature", "pressure"),
+    ),
+    run_keys=("direction", "start", "temperature"),
     prepare=prepare,
     diagnosable=Diagnosable(metric=("speed", "m/s"), run="coast", fewest_runs=4, two_way=_on_one_road),
     extra_channels=(Quantity("elevation", "m", "height of the road above the sea", "z", -500, 9_000),),

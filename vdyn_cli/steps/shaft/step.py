@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vdyn_cli.steps.contract import Diagnosable, Step
+from vdyn_cli.steps.scaled_channel import torque_at_wheel
 from vdyn_cli.steps.shaft.problem import prepare
 from vdyn_cli.steps.shaft.spec import ShaftSpec
 
@@ -11,9 +12,13 @@ STEP = Step(
     situations=frozenset({"shaft_twist"}),
     spec=ShaftSpec,
     required=("time", "shaft_torque"),
-    optional=("twist", "motor_speed", "wheel_speed"),
+    optional=("twist", "motor_speed", "wheel_speed", "motor_angle", "wheel_angle"),
     needs=(),
     gives=("shaft_stiffness_left", "shaft_stiffness_right", "shaft_damping_left", "shaft_damping_right"),
+    scaled=(torque_at_wheel("shaft_torque"),),
+    reads=("shear_modulus",),
+    run_keys=(),
     prepare=prepare,
+    unbroken=("shaft_torque", "twist", "motor_speed", "wheel_speed"),
     diagnosable=Diagnosable(metric=("shaft torque", "N m"), run="tip-in"),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.quantities.parameters import GIVERS
 from vdyn_cli.steps.contract import Diagnosable, Step
+from vdyn_cli.steps.scaled_channel import TORQUE_OF_MOTOR
 from vdyn_cli.steps.validate.problem import ValidateProblem
 from vdyn_cli.steps.validate.segments import OUTPUTS
 from vdyn_cli.steps.validate.spec import ValidateSpec
@@ -18,7 +19,11 @@ STEP = Step(
     optional=("brake_torque", *OUTPUTS[1:], "jerk", "grade", "wind_speed"),
     needs=tuple(GIVERS),
     gives=(),
+    scaled=(TORQUE_OF_MOTOR,),
+    run_keys=("direction", "temperature"),
     prepare=lambda spec, data, known: ValidateProblem(spec, tuple(data), known),
+    complete=("drive_torque", "drive_torque_left", "drive_torque_right", "brake_torque", "grade", "wind_speed"),
+    unbroken=("speed",),
     diagnosable=Diagnosable(
         metric=("speed", "m/s"),
         run="drive",

@@ -1,0 +1,27 @@
+"""What an adequate model would have revealed: the stated amplitude is detected about nine times in ten."""
+
+from __future__ import annotations
+
+from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.detectable import detectable
+from vdyn_cli.diagnosis.detection import detect
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
+
+CATALOGUE = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
+
+
+def test_the_stated_amplitude_is_detected_about_nine_times_in_ten() -> None:
+    found = []
+    for seed in range(300, 340):
+        setup = Campaign(seed).setup(*CATALOGUE, level=0.05)
+        strategy = open_strategy(setup)
+        base = strategy.fitted(())
+        assert base is not None
+        smallest = {d.effect: d.amplitude for d in detectable(setup, detect(strategy, base))}
+        assert set(smallest) <= {c.name for c in CATALOGUE}
+        name = CATALOGUE[seed % 4].name
+        strategy = open_strategy(Campaign(seed, hidden={name: smallest[name]}).setup(*CATALOGUE, level=0.05))
+        base = strategy.fitted(())
+        assert base is not None
+        found.append(detect(strategy, base).p_value <= 0.05)
+    assert 30 <= sum(found) <= 40  # of 40 with a chance of 0.9: 30 or fewer have a probability of 0.5 %

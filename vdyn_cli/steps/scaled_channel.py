@@ -1,0 +1,58 @@
+"""Channels that a step may read from another one: the other channel times constants of the vehicle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class ScaledChannel:
+    """A channel as the product of another channel and constants.
+
+    target = source * constants[0] * constants[1] ...
+
+    Parameters
+    ----------
+    target, source : channels of the vocabulary.
+    constants : parameters of the vehicle, which must be known.
+    optional : parameters of the vehicle that are 1 where they are not known.
+    assumes : what the product neglects, as a sentence.
+    """
+
+    target: str
+    source: str
+    constants: tuple[str, ...]
+    assumes: str
+    optional: tuple[str, ...] = ()
+
+    @property
+    def equation(self) -> str:
+        """How the channel follows from the other one: ``"speed = wheel_speed * wheel_radius"``."""
+        return f"{self.target} = {' * '.join((self.source, *self.constants, *self.optional))}"
+
+
+SPEED_OF_WHEEL = ScaledChannel(
+    "speed",
+    "wheel_speed",
+    ("wheel_radius",),
+    "The slip of a wheel that only rolls is neglected: it is below 0.1 %, and nearly constant.",
+)
+
+_MOTOR = "Friction and iron losses of the motor, and the inertia of its rotor, are part of the vehicle."
+TORQUE_OF_MOTOR = ScaledChannel("drive_torque", "motor_current", ("torque_constant",), _MOTOR)
+
+
+def torque_at_wheel(target: str) -> ScaledChannel:
+    """The torque behind a gear, from the current of the motor before it.
+
+    Parameters
+    ----------
+    target : the channel of the torque, N m.
+    """
+    return ScaledChannel(
+        target,
+        "motor_current",
+        ("torque_constant",),
+        "Losses of motor and gear, and the inertia of the rotor, are not taken off.",
+        ("gear_ratio",),
+    )
