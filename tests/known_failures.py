@@ -7,7 +7,7 @@ from __future__ import annotations
 
 CHANCE = (
     "the gusts of this day are alike by chance in runs of one direction, as a road of 0.02 % rms would make them "
-    "(likelihood ratios of 70 and 2700, where 18 of 20 flat days have less than 10): the two effects then differ by less"
+    "(likelihood ratios of 70 and 2700, where 18 of 20 flat days have less than 10): the effects then differ by less"
 )
 SCALE = "a speed that reads a sixth low explains the same logs, as position beside speed is not used to deny it"
 PLAY = "with the open differential the size of free play is 13 % too small, more than its interval: not understood"
