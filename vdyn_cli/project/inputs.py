@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -19,11 +20,12 @@ from vdyn_cli.description.test_description import (
     TestSpec,
     Vehicle,
     check_channels,
-    load_spec,
+    load_partial,
 )
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates, extensions_in_si, refused
 from vdyn_cli.io.align import merge
+from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
@@ -43,8 +45,9 @@ from vdyn_cli.project.channel_sources import (
 )
 from vdyn_cli.project.repeated_runs import repeated_runs
 from vdyn_cli.project.run_parts import split_runs
+from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
 from vdyn_cli.quantities.cut_ledger import DataQuality
-from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import Estimate, Parameters
@@ -97,49 +100,80 @@ class Inputs:
 def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     """Read a test's description and all that it refers to, reporting every problem at once.
 
+    What is wrong in the description is left out of it, so that the logs are checked all the same.
+
     Raises
     ------
     InputError : whatever is wrong in the description, the logs or the parameter files.
     """
     _refuse_other_test(step, path)
-    spec, source = load_spec(path, step.spec)
+    described = load_partial(path, step.spec)
+    spec, source, problems = described.spec, described.source, list(described.problems)
+    if spec is None:
+        raise InputError(*problems, *missing_logs(source))
     step, known_files = step.of(spec), tuple(known_files)
-    unreadable = _wrong_channels(step, spec, source)
-    problems = [
-        *unreadable,
-        *_wrong_effects(step, spec, source),
-        *_repeated(spec, source),
-        *_wrong_segments(spec, source),
-    ]
+    unreadable = _wrong_channels(step, spec, source, described.dropped)
+    problems += [*unreadable, *contradictory_keys(spec, source), *_wrong_effects(step, spec, source)]
+    problems += [*_repeated(spec, source), *_wrong_segments(spec, source)]
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     known, files = stated, dict(source.digests)
     for file in known_files:
         if (later := _attempt(problems, _read_known, file)) is not None:
             known, files[file] = known.updated(later[0]), later[1]
+    before = len(problems)
     constants = known_channels(step, spec, source, problems)
     made = _attempt(problems, scalings, step, spec, known) or ()
-    # A wrong channel map would only repeat itself for every log.
-    runs = () if unreadable else range(len(spec.runs))
-    read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in runs]
+    unreadable += problems[before:]
+    read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in range(len(spec.runs))]
     ready = partial(_ready, step, constants, made)
     cut = tuple(replace(one, log=ready(one.log)) for one in read if one is not None)
-    logs = tuple(log for one in cut if (log := _attempt(problems, _within_physics, step, one.log)) is not None)
-    problems += repeated_runs(
-        [one.log for one in cut], [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
-    )
+    if not unreadable:
+        cut = tuple(one for one in cut if _attempt(problems, _within_physics, step, one.log) is not None)
+    logs = tuple(one.log for one in cut)
+    places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
+    problems += repeated_runs(logs, places) if len(places) == len(logs) else []
+    there = [run for run, one in zip(spec.runs, read, strict=True) if one is not None]
     if len(logs) == len(spec.runs):
         spec, cut = split_runs(step, spec, cut, ready)
-        logs = tuple(one.log for one in cut)
+        logs, there = tuple(one.log for one in cut), spec.runs
     data: Any = logs
-    if step.load is not None:
+    if step.load is not None and not unreadable:
         extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, logs))
         if extra is not None:
             data, own_files = extra
             files |= own_files
-    raise_all(problems)
+    if problems:
+        if not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
+            _attempt(problems, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
+        raise InputError(*problems)
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
+    findings += tuple(unread_keys(step, spec, source))
     findings += refused() if step.diagnosable else ()
     return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready)
+
+
+def _usable(dropped: Iterable[Location], step: Step) -> bool:
+    """Whether a description without what is wrong in it still says which numbers its step lacks."""
+    needed = step.spec.model_fields.keys() - {"title", "diagnose", "reading", "environment", "settings"}
+    return all(at[0] not in needed for at in dropped)
+
+
+def _prepared(step: Step, spec: TestSpec, data: Any, known: Parameters) -> None:
+    """Prepare the step, so that what it lacks is reported together with everything else."""
+    with suppress(ResultError):
+        step.prepare(spec, data, known)
+
+
+def missing_logs(source: YamlSource) -> list[Finding]:
+    """The logs that do not exist, of a description that is no description."""
+    runs = source.data.get("runs") if isinstance(source.data, dict) else None
+    found = []
+    for i, run in enumerate(runs if isinstance(runs, list) else ()):
+        named = [run.get("log"), *(run.get("logs") or [])] if isinstance(run, dict) else []
+        for name in named:
+            if isinstance(name, str) and not (source.path.parent / name).exists():
+                found.append(Finding(source.where(("runs", i)), f"the log {name} does not exist"))
+    return found
 
 
 def _read_known(file: Path) -> tuple[Parameters, str]:
@@ -183,12 +217,22 @@ def _refuse_other_test(step: Step, path: Path) -> None:
         raise InputError(Finding(source.where(("test",)), what, repr(test), remedy))
 
 
-def _wrong_channels(step: Step, spec: TestSpec, source: YamlSource) -> list[Finding]:
-    """Unknown channels, and needed channels that no logger maps."""
+def _wrong_channels(
+    step: Step, spec: TestSpec, source: YamlSource, dropped: Collection[Location] = ()
+) -> list[Finding]:
+    """Unknown channels, wrong units, and needed channels that no logger maps.
+
+    Parameters
+    ----------
+    dropped : places of the description that are left out, since they are wrong.
+    """
     known = step.channels()
     findings = check_channels(spec.channels, known, source, ("channels",))
     for i, logger in enumerate(spec.loggers):
         findings += check_channels(logger.channels, known, source, ("loggers", i, "channels"))
+    for channels, at in channel_maps(spec):
+        columns = {n: _column(known[n], c, source, (*at, n)) for n, c in logged(channels).items() if n in known}
+        findings += [f for c in columns.values() if (f := unit_problem(c, source.path.name)) is not None]
     if not spec.runs:
         return findings
     for channels, at in channel_maps(spec):
@@ -196,6 +240,8 @@ def _wrong_channels(step: Step, spec: TestSpec, source: YamlSource) -> list[Find
             place = source.where((*at, "time"))
             findings.append(Finding(place, "the clock cannot be a constant", "", "write its column and unit"))
     mapped = {n for channels, _ in channel_maps(spec) for n in channels}
+    mapped |= {str(at[-1]) for at in dropped if at[:-1] and at[-2] == "channels"}
+    mapped |= set(known) if ("channels",) in dropped or ("loggers",) in dropped else set()
     mapped |= {one.target for one in step.scaled if one.source in mapped}
     place = source.where(("loggers",) if spec.loggers else ("channels",))
     for entry in step.required:
@@ -267,18 +313,27 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files:
         remedy = "give one log per entry of 'loggers', in the same order"
         raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
     problems = _unmapped(run, spec, source, ("runs", index, "columns"))
-    read = []
+    read, no_unit = [], set[str]()
     for name, logger, (channels, at) in zip(names, loggers, channel_maps(spec), strict=True):
         mapped = logged(channels)
         mapped |= {n: c.model_copy(update={"column": run.columns[n]}) for n, c in mapped.items() if n in run.columns}
-        columns = {n: _column(step.channels()[n], c, source, (*at, n)) for n, c in mapped.items()}
+        quantities = {n: q for n, q in step.channels().items() if n in mapped}
+        columns = {n: _column(q, mapped[n], source, (*at, n)) for n, q in quantities.items()}
+        wrong = {n for n, c in columns.items() if unit_problem(c, name) is not None}  # reported with the channels
+        columns |= {n: replace(columns[n], unit=columns[n].si_unit) for n in wrong}
+        no_unit |= wrong
         options = ReadOptions(**logger.reading.model_dump())
         called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
         file = source.path.parent / name
+        if "time" not in columns:  # reported with the channels
+            problems += [] if file.exists() else [Finding(place, f"the log {name} does not exist")]
+            continue
         reader = partial(_log_and_file, file, columns, options, called)
         read.append(_attempt(problems, read_unchanged, reader, (file,)))
     raise_all(problems)
     logs = [one[0] for one in read if one is not None]
+    if len(logs) < len(loggers):
+        raise InputError()
     for one in read:
         files |= one[1] if one is not None else {}
     log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
@@ -292,7 +347,7 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files:
             raise InputError(Finding(place, "the time window holds no samples of the log", got))
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
     log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
-    log = with_cross_checks(_summed(step, _within_physics(step, log)), refuse="driving" not in step.situations)
+    log = with_cross_checks(_summed(step, _within_physics(step, log, no_unit)), refuse="driving" not in step.situations)
     return replace(found, log=log)
 
 
@@ -340,8 +395,12 @@ def _cut_orders(run: Run) -> CutOrders:
     return CutOrders(run.cuts == "automatic", *spans)
 
 
-def _within_physics(step: Step, log: Log) -> Log:
+def _within_physics(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:
     """The log, unless its clock or a channel is that of no vehicle: then its unit is likely another one.
+
+    Parameters
+    ----------
+    no_unit : channels whose unit is not known, so that they are not checked.
 
     Raises
     ------
@@ -350,7 +409,7 @@ def _within_physics(step: Step, log: Log) -> Log:
     """
     problems = list(impossible_clock(log))
     for name, quantity in step.channels().items():
-        values = log[name] if name in log and name != "time" else None
+        values = log[name] if name in log and name != "time" and name not in no_unit else None
         if values is None or not np.isfinite(values).any():
             continue
         outside = (values < quantity.lower) | (values > quantity.upper)

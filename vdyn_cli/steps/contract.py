@@ -261,6 +261,8 @@ class Step:
     unbroken : further channels at whose long cuts the run is split.
     situations : tags of the effects to look for (``effects.SITUATIONS``, or the step's own); none: every effect whose
         laws its model calls.
+    reads : keys of the vehicle and the air that the step reads beside ``needs``; None: it may read any of them.
+    run_keys : which of a run's direction, start and temperature it reads; None: it may read any of them.
     scaled : channels that may be read from another one, times constants of the vehicle.
     manoeuvres : how the step evaluates other manoeuvres than its usual one, by the key ``manoeuvre`` of their
         descriptions: each a step of the same name, spec and parameters.
@@ -279,6 +281,8 @@ class Step:
     complete: tuple[str, ...] = ()
     unbroken: tuple[str, ...] = ()
     situations: frozenset[str] = frozenset()
+    reads: tuple[str, ...] | None = None
+    run_keys: tuple[str, ...] | None = None
     scaled: tuple[ScaledChannel, ...] = ()
     manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)
 

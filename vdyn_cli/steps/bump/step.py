@@ -22,6 +22,8 @@ STEP = Step(
         *("pitch_inertia", "sprung_pitch_inertia", "cg_height", "wheel_radius", "wheel_mass", "antenna_offset"),
     ),
     gives=SOUGHT,
+    reads=(),
+    run_keys=(),
     prepare=prepare,
     diagnosable=Diagnosable(metric=("front load", "N"), run="crossing"),
     load=load,

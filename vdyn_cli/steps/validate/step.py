@@ -20,6 +20,7 @@ STEP = Step(
     needs=tuple(GIVERS),
     gives=(),
     scaled=(TORQUE_OF_MOTOR,),
+    run_keys=("direction", "temperature"),
     prepare=lambda spec, data, known: ValidateProblem(spec, tuple(data), known),
     complete=("drive_torque", "drive_torque_left", "drive_torque_right", "brake_torque", "grade", "wind_speed"),
     unbroken=("speed",),
