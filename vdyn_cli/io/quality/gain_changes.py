@@ -68,9 +68,9 @@ def gain_change_findings(log: Log, policy: QualityPolicy = QUALITY) -> Iterator[
 
 def _ties(log: Log, policy: QualityPolicy) -> Iterator[Tie]:
     name = "speed" if "speed" in log else "vehicle_speed"
-    edges = np.searchsorted(log.time, np.arange(log.time[0], log.time[-1], policy.tie_window)) if log.time.size else []
-    if len(edges) < policy.fewest_tie_windows:
+    if log.duration < policy.fewest_tie_windows * policy.tie_window:
         return
+    edges = np.searchsorted(log.time, np.arange(log.time[0], log.time[-1], policy.tie_window))
     if name in log:
         if name == "speed":
             for wheel in WHEELS:
