@@ -25,6 +25,7 @@ from vdyn_cli.description.test_description import (
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates, extensions_in_si, refused
 from vdyn_cli.io.align import merge
+from vdyn_cli.io.block_means import condensed, condensing_note
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.reader import Column, ReadOptions
@@ -106,6 +107,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     read = [None if log is None else _attempt(problems, _within_physics, step, log) for log in read]
     logs = tuple(log for log in read if log is not None)
     problems += repeated_runs(logs, [source.where(("runs", i)) for i, log in enumerate(read) if log is not None])
+    logs, condensing = _condensed(logs, step.rate(spec))
     data: Any = logs
     if step.load is not None:
         extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, logs))
@@ -114,7 +116,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             files |= own_files
     raise_all(problems)
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
-    findings += refused() if step.diagnosable else ()
+    findings += (*condensing, *(refused() if step.diagnosable else ()))
     return Inputs(step, spec, source, data, logs, known, files, findings, made)
 
 
@@ -147,6 +149,14 @@ def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwa
     except InputError as error:
         problems.extend(f for f in error.findings if f not in problems)
         return None
+
+
+def _condensed(logs: tuple[Log, ...], rate: float | None) -> tuple[tuple[Log, ...], tuple[Finding, ...]]:
+    """The logs at the rate that the step needs, and a note where that averages any."""
+    if rate is None:
+        return logs, ()
+    after = tuple(condensed(log, rate) for log in logs)
+    return after, condensing_note(logs, after, rate)
 
 
 def _refuse_other_test(step: Step, path: Path) -> None:

@@ -259,6 +259,8 @@ class Step:
     situations : tags of the effects to look for (``effects.SITUATIONS``, or the step's own); none: every effect whose
         laws its model calls.
     scaled : channels that may be read from another one, times constants of the vehicle.
+    rate : (spec) -> Hz, to which logs that are sampled twice as fast or more are averaged, since the model has no
+        faster dynamics; None: as sampled.
     manoeuvres : how the step evaluates other manoeuvres than its usual one, by the key ``manoeuvre`` of their
         descriptions: each a step of the same name, spec and parameters.
     """
@@ -275,6 +277,7 @@ class Step:
     diagnosable: Diagnosable | None = None
     situations: frozenset[str] = frozenset()
     scaled: tuple[ScaledChannel, ...] = ()
+    rate: Callable[[Any], float | None] = lambda spec: None
     manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)
 
     def of(self, spec: Any) -> Step:
