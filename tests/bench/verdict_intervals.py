@@ -95,8 +95,8 @@ def outcome(row: Row, seed: int) -> Outcome:
         path = make(scenario, Path(folder)).description
         try:
             document = execute(row.step, path).document
-            if (document["diagnosis"] or {}).get("verdict") not in OPEN:
-                return Outcome((document["diagnosis"] or {}).get("verdict", "none"))
+            if not document["diagnosis"]:
+                return Outcome("none")
             plain = execute(row.step, path, level=None).document
         except VdynError as error:
             return Outcome(f"refused: {error.findings[0].what[:60]}")

@@ -7,14 +7,23 @@ from dataclasses import fields
 import pytest
 
 from vdyn_cli.diagnosis.policy import POLICY, policy_text, shared_level
+from vdyn_cli.io.quality.quality_policy import QUALITY, quality_text
 
 
-@pytest.mark.parametrize("one", fields(POLICY), ids=lambda f: f.name)
-def test_every_threshold_has_a_meaning_and_a_reason(one) -> None:  # type: ignore[no-untyped-def]
+@pytest.mark.parametrize(
+    ("one", "policy", "text"),
+    [
+        (one, policy, text)
+        for policy, text in ((POLICY, policy_text()), (QUALITY, quality_text()))
+        for one in fields(policy)
+    ],
+    ids=lambda f: getattr(f, "name", ""),
+)
+def test_every_threshold_has_a_meaning_and_a_reason(one, policy, text) -> None:  # type: ignore[no-untyped-def]
     assert len(one.metadata["meaning"]) > 10
     assert len(one.metadata["reason"]) > 10
     assert one.metadata["reason"].endswith(".")
-    assert f"{one.name} = {getattr(POLICY, one.name):g}" in policy_text()
+    assert f"{one.name} = {getattr(policy, one.name):g}" in text
 
 
 def test_a_pipeline_shares_the_level_as_the_option_can_state_it() -> None:

@@ -112,21 +112,6 @@ def test_rest_at_zero_is_not_clipping() -> None:
     assert said(np.maximum(load() - 4200.0, 0.0)) == ""
 
 
-@pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("decimals", [6, 1])
-def test_a_frozen_sensor_is_named(seed: int, decimals: int) -> None:
-    values = np.round(load(seed), decimals)
-    values[1500:1650] = values[1500]
-    text = said(values)
-    assert "for 150 samples in lines 1502 to 1651: sensor frozen" in text
-
-
-def test_a_speed_frozen_while_the_car_moves_is_named() -> None:
-    values = np.round(20.0 + 8.0 * np.sin(0.3 * T), 3)
-    values[2000:2300] = values[2000]
-    assert "for 300 samples" in said(values)
-
-
 def test_missing_values_are_counted_and_placed() -> None:
     values = load()
     values[:300] = np.nan

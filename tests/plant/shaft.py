@@ -120,6 +120,7 @@ def information(
     effects: Mapping[str, float] | None = None,
     duration: float = 4.0,
     unknowns: Sequence[str] = (),
+    sensors: Mapping[str, Sensor] = SENSORS,
 ) -> Information:
     """About stiffness, damping and the zero of torque (its and the twist's) of the left shaft, and the effects in
     ``unknowns``.
@@ -129,7 +130,7 @@ def information(
     times = jitter(regular(duration, RATE), 0.05, np.random.default_rng([seed, 0x5A]))
     _, fast, slow, twist = noise_free(vehicle, times, effects).values()
     n = times.size
-    sd_torque, sd_fast, sd_slow, sd_twist = (float(np.hypot(s.noise, s.step / 12**0.5)) for s in SENSORS.values())
+    sd_torque, sd_fast, sd_slow, sd_twist = (float(np.hypot(s.noise, s.step / 12**0.5)) for s in sensors.values())
     q = effects or {}
     k = 1.0 / (1.0 / truth(vehicle)["shaft_stiffness_left"] + q.get("series_compliance", 0.0))
     c = vehicle.shaft_damping_left + q.get("damping", 0.0)

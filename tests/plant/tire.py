@@ -21,12 +21,19 @@ EFFECTS = {
     "load_sensitivity": "1/N: friction falls by this share per newton above the static front wheel load",
     "slip_offset": "1: the slip read is larger by this",
     "force_offset": "N on the force channel",
+    "vertical_shift": "1: friction that is there at no slip, as a tire with ply steer or a conical tread has; an input",
     "tire_relaxation": "m over which slip builds up",
     "friction_fade": "s/m: friction is lost with the sliding speed |vs|, mu (1 - q |vs|)",
     "braking_friction": "1: friction is (1 + q) times as high under braking; in no catalogue, for controls",
 }
 # Sizes at which finite differences are taken.
-SMALL = {"load_sensitivity": 1e-6, "slip_offset": 1e-5, "force_offset": 1.0, "tire_relaxation": 0.2}
+SMALL = {
+    "load_sensitivity": 1e-6,
+    "slip_offset": 1e-5,
+    "force_offset": 1.0,
+    "vertical_shift": 1e-4,
+    "tire_relaxation": 0.2,
+}
 SMALL |= {"friction_fade": 1e-4, "braking_friction": 1e-3}
 ONE_SIDED = ("tire_relaxation",)
 PARAMETERS = ("tire_B", "tire_C", "tire_D", "tire_E")
@@ -98,6 +105,7 @@ def noise_free(vehicle: Vehicle, sweep: Sweep, effects: Mapping[str, float] | No
     grip *= 1.0 - effects.get("load_sensitivity", 0.0) * (sweep.load - vehicle.front_load / 2)
     grip *= 1.0 - effects.get("friction_fade", 0.0) * np.abs(sweep.slip * sweep.speed)
     grip *= 1.0 + effects.get("braking_friction", 0.0) * (lagging < 0.0)
+    grip += effects.get("vertical_shift", 0.0)
     turning = sweep.speed * (1.0 + sweep.slip + effects.get("slip_offset", 0.0)) / vehicle.wheel_radius
     force = grip * sweep.load + effects.get("force_offset", 0.0)
     return dict(zip(SENSORS, (turning, sweep.speed, force, sweep.load), strict=True))

@@ -51,8 +51,9 @@ def explanation(topic: str) -> str:
         return glossary()
     if topic == "policy":
         from vdyn_cli.diagnosis.policy import policy_text
+        from vdyn_cli.io.quality.quality_policy import QUALITY, quality_text
 
-        return policy_text()
+        return f"{policy_text()}\nQuality of the logs\n\n{quality_text(QUALITY)}"
     effects = {e.name: e for e in catalogue()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import typing
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -182,6 +182,16 @@ class Logger(Strict):
     reading: Reading = Field(Reading(), description="how this logger's files are written")
 
 
+class Segment(Strict):
+    """A segment of a channel of one log."""
+
+    model_config = ConfigDict(serialize_by_alias=True)
+
+    channel: str = Field("all", description="vdyn's channel name; all: every channel")
+    start: Annotated[Given, Si("s")] = Field(alias="from", description="time of the log at which it begins, s")
+    stop: Annotated[Given, Si("s")] = Field(alias="to", description="time of the log at which it ends, s")
+
+
 class Run(Strict):
     """One run: its log (or one log per logger), direction, and start since the first run."""
 
@@ -199,12 +209,29 @@ class Run(Strict):
     )
     from_time: Annotated[Given, Si("s")] | None = Field(None, description="use samples from this time of the log on, s")
     to_time: Annotated[Given, Si("s")] | None = Field(None, description="use samples up to this time of the log, s")
+    cuts: Literal["automatic", "none"] | list[Segment] = Field(
+        "automatic",
+        description="samples to leave out. automatic: those that fail a quality test; none; or a list of segments, "
+        "such as [{channel: speed, from: 12 s, to: 15 s}], which are cut instead of those that fail a test",
+    )
+    keep: list[Segment] = Field(
+        [], description="segments that are not cut although they fail a quality test, as a list like that of 'cuts'"
+    )
 
     @model_validator(mode="after")
     def _one_kind_of_log(self) -> Run:
         if (self.log is None) == (self.logs is None):
             raise PydanticCustomError("log", "a run has either 'log' or 'logs'")
         return self
+
+    @field_validator("cuts", mode="before")
+    @classmethod
+    def _cut_list(cls, value: Any) -> Any:
+        if isinstance(value, str) and value not in ("automatic", "none"):
+            raise PydanticCustomError(
+                "list", "takes automatic, none, or a list such as [{{channel: speed, from: 12 s, to: 15 s}}]"
+            )
+        return value
 
 
 class Diagnose(Strict):
@@ -270,6 +297,7 @@ class TestSpec(Strict):
 
 
 S = TypeVar("S", bound=BaseModel)
+MOST_ROUNDS = 5  # of leaving wrong keys out: a check of the whole sees only what is right in its parts
 
 
 def load_spec(path: Path, model: type[S]) -> tuple[S, YamlSource]:
@@ -285,8 +313,98 @@ def load_spec(path: Path, model: type[S]) -> tuple[S, YamlSource]:
     return validate(source, model), source
 
 
+@dataclass(frozen=True)
+class PartialSpec(Generic[S]):
+    """A description as far as it is right, so that its logs can be checked in the same round as the description.
+
+    Parameters
+    ----------
+    spec : without the keys that are wrong; None where it makes no description without them.
+    problems : of the description. dropped : places of the keys that are left out.
+    """
+
+    spec: S | None
+    source: YamlSource
+    problems: tuple[Finding, ...] = ()
+    dropped: frozenset[Location] = frozenset()
+
+
+def load_partial(path: Path, model: type[S]) -> PartialSpec[S]:
+    """Read a description, leaving out what is wrong in it.
+
+    Raises
+    ------
+    InputError : the file is no YAML mapping.
+    """
+    source, problems = load_yaml(path), list[Finding]()
+    data = source.data
+    try:
+        source = with_vehicle_file(source)
+        data = source.data
+    except InputError as error:
+        problems += error.findings
+        data = {n: v for n, v in data.items() if n != "vehicle"}
+    dropped: set[Location] = {("vehicle",)} if problems else set()
+    for _ in range(MOST_ROUNDS):
+        try:
+            spec = validate(replace(source, data=data), model)
+        except InvalidSpecError as error:
+            problems += [f for at, f in error.places if not any(at[: len(d)] == d for d in dropped)]
+            wrong = {_droppable(data, at) for at, _ in error.places}
+            if () in wrong:
+                break
+            data = _without(data, wrong)
+            dropped |= wrong
+        else:
+            return PartialSpec(spec, source, tuple(dict.fromkeys(problems)), frozenset(dropped))
+    return PartialSpec(None, source, tuple(dict.fromkeys(problems)), frozenset(dropped))
+
+
+def _droppable(data: Any, at: Location) -> Location:
+    """The smallest part around a wrong place that can be left out; nothing where that is the whole description.
+
+    What is missing is left out with what lacks it, an entry of a list with its list, so that other entries keep their
+    places.
+    """
+    there: Any = data
+    for depth, part in enumerate(at):
+        known = part in there if isinstance(there, dict) else isinstance(there, list) and isinstance(part, int)
+        if not known:
+            return _droppable(data, at[:depth])
+        there = there[part]
+    return at[:-1] if at and isinstance(at[-1], int) else at
+
+
+def _without(data: Any, places: Collection[Location]) -> Any:
+    """The data without the values at some places."""
+    if isinstance(data, dict):
+        inner = {n: {at[1:] for at in places if at[:1] == (n,)} for n in data}
+        return {n: _without(v, inner[n]) for n, v in data.items() if () not in inner[n]}
+    if isinstance(data, list):
+        return [_without(v, {at[1:] for at in places if at[:1] == (i,)}) for i, v in enumerate(data)]
+    return data
+
+
+class InvalidSpecError(InputError):
+    """A description that does not follow its model.
+
+    Parameters
+    ----------
+    places : location and finding of everything that is wrong.
+    """
+
+    def __init__(self, places: Sequence[tuple[Location, Finding]]) -> None:
+        super().__init__(*dict.fromkeys(finding for _, finding in places))
+        self.places = tuple(places)
+
+
 def validate(source: YamlSource, model: type[S]) -> S:
-    """Check a loaded description against a model."""
+    """Check a loaded description against a model.
+
+    Raises
+    ------
+    InputError : no mapping. InvalidSpecError : with everything that is wrong.
+    """
     if not isinstance(source.data, dict):
         got = type(source.data).__name__
         raise InputError(Finding(source.path.name, "must be a mapping of keys to values", got))
@@ -296,8 +414,7 @@ def validate(source: YamlSource, model: type[S]) -> S:
         details = error.errors(include_url=False)
         within = {_location(d)[:k] for d in details for k in range(len(_location(d)))}
         told = [d for d in details if not (isinstance(d["input"], list) and _location(d) in within)]
-        findings = [_explain(detail, source, model) for detail in told]
-        raise InputError(*dict.fromkeys(findings)) from None
+        raise InvalidSpecError([(_location(d), _explain(d, source, model)) for d in told]) from None
 
 
 def with_vehicle_file(source: YamlSource) -> YamlSource:

@@ -180,20 +180,26 @@ def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | 
     For logs of real cars, in which more than two things are wrong at once. Each effect must be needed beside all the
     others; None where the selection does not end within ``POLICY.most_effects``.
     """
-    model, evidence = strategy.model, found.scores.evidence
+    evidence = found.scores.evidence
     names = [n for n in found.testable if evidence[n] > POLICY.single_evidence]
-    effects: tuple[str, ...] = tuple(sorted(names, key=lambda n: -evidence[n])[:1])
-    while 0 < len(effects) <= POLICY.most_effects:
-        tried = candidate_model(strategy, effects)
-        if tried is None:
-            return None
+    tried = candidate_model(strategy, sorted(names, key=lambda n: -evidence[n])[:1]) if names else None
+    while tried is not None and len(tried.effects) <= POLICY.most_effects:
         if tried.sufficient:
-            return tried if len(effects) > 1 and all(_is_needed(strategy, tried, e) for e in effects) else None
-        beside = model.scores(tried.fitted, list(model.setup.candidates))
-        strongest = beside.strongest([n for n in beside.names if is_testable(model, beside, n)])
-        if strongest is None or beside.evidence[strongest] < POLICY.needed_t:
-            return None
-        effects = (*effects, strongest)
+            several = len(tried.effects) > 1
+            return tried if several and all(_is_needed(strategy, tried, e) for e in tried.effects) else None
+        tried = _with_next(strategy, tried)
+    return None
+
+
+def _with_next(strategy: Strategy, tried: CandidateModel) -> CandidateModel | None:
+    """The candidate model with the effect that shows most beside it, of those whose refit is possible."""
+    beside = strategy.model.scores(tried.fitted, list(strategy.model.setup.candidates))
+    shown = [n for n in beside.names if beside.evidence[n] >= POLICY.needed_t]
+    for name in sorted(shown, key=lambda n: -beside.evidence[n]):
+        if is_testable(strategy.model, beside, name):
+            found = candidate_model(strategy, (*tried.effects, name))
+            if found is not None:
+                return found
     return None
 
 

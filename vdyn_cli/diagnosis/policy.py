@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from textwrap import fill
-from typing import TypeVar
+from dataclasses import dataclass
 
-N = TypeVar("N", int, float)
-
-
-def _threshold(value: N, unit: str, meaning: str, reason: str) -> N:
-    """A field of the policy: its value, and what ``policy_text`` prints of it."""
-    return field(default=value, metadata={"unit": unit, "meaning": meaning, "reason": reason})
+from vdyn_cli.quantities.threshold import threshold as _threshold
+from vdyn_cli.quantities.threshold import thresholds_text
 
 
 @dataclass(frozen=True)
@@ -374,10 +368,4 @@ def shared_level(steps: int) -> float:
 
 def policy_text(policy: Policy = POLICY, width: int = 100) -> str:
     """Every threshold with its value, unit, meaning and reason, one paragraph each."""
-    paragraphs = []
-    for one in fields(policy):
-        unit = f" {one.metadata['unit']}" if one.metadata["unit"] else ""
-        text = f"{one.metadata['meaning']}.\n{one.metadata['reason']}".split("\n")
-        lines = [fill(line, width, initial_indent="    ", subsequent_indent="    ") for line in text]
-        paragraphs.append("\n".join([f"{one.name} = {getattr(policy, one.name):g}{unit}", *lines]))
-    return "\n\n".join(paragraphs) + "\n"
+    return thresholds_text(policy, width)

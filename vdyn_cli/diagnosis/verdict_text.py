@@ -73,7 +73,8 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
         closest = ""
         if judgment.closest:
             labels = " with ".join(effects[e].label for e in judgment.closest.effects)
-            closest = f" {_capital(labels)} comes closest, but {judgment.why or 'leaves a significant residual'}."
+            verb = "come" if len(judgment.closest.effects) > 1 or is_plural(labels) else "comes"
+            closest = f" {_capital(labels)} {verb} closest, but {judgment.why or 'leaves a significant residual'}."
         return f"Unmodeled effect present ({p}): no candidate effect explains the misfit.{closest}"
     if judgment.verdict == "ambiguous":
         return _ambiguous(judgment, effects, amplitudes)
@@ -96,7 +97,8 @@ def _immaterial(
     """What is significant and does not matter: the size first, then what it may be."""
     assert judgment.note is not None
     named = " with ".join(_with_amplitude(effects[e], amplitudes) for e in judgment.note.effects)
-    what = "would explain it" if judgment.noted else "comes closest to it"
+    verb = "come" if len(judgment.note.effects) > 1 or is_plural(named) else "comes"
+    what = "would explain it" if judgment.noted else f"{verb} closest to it"
     text = f"No model error that matters: a deviation is significant ({p_text(judgment.detection.p_value)}) but small"
     return f"{text}{size_text(size)}. {_capital(named)} {what}."
 

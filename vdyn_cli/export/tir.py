@@ -13,6 +13,7 @@ NEEDED = (
     *("tire_B", "tire_C", "tire_D", "tire_E", "wheel_radius", "tire_vertical_stiffness", "mass"),
     *("tire_load_sensitivity", "tire_relaxation_length", "tire_vertical_damping", "rolling_resistance"),
 )
+SHIFTS = ("tire_Sh", "tire_Sv")  # 0 where they are not given
 WIDTH, ASPECT = 0.195, 0.65  # m and 1, of a common passenger car tire
 DEFLECTION_SHARE = 1 / 3  # how far below the unloaded radius the effective one lies, in deflections
 
@@ -37,6 +38,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
         Dx = (PDX1 + PDX2 dfz) Fz      PDX1 = D,      PDX2 = -D Fz0 (load sensitivity)
         Ex = PEX1                      PEX1 = E
         Kx = (PKX1 + PKX2 dfz) Fz      PKX1 = B C D,  PKX2 = B C PDX2,  Bx = Kx / (Cx Dx) = B
+        SHx = PHX1 = Sh,  SVx = PVX1 Fz = Sv Fz
         sigma = R0 Fz / Fz0 PTX1 exp(PTX3 dfz)        PTX1 = sigma / R0, PTX3 = -1: constant to first order
 
     Assumes the effective radius to lie a third of the tire's deflection below the unloaded one. What is measured and
@@ -48,6 +50,9 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     """
     values, assumed = completed(parameter_file, NEEDED, "a tire file")
     why = {name: _why(parameter_file, name, assumed) for name in NEEDED}
+    shifts = {name: parameter_file.parameters.value(name, 0.0) for name in SHIFTS}
+    values |= shifts
+    why |= {n: _why(parameter_file, n, assumed) if n in parameter_file.parameters else "not fitted" for n in SHIFTS}
     sections = _sections(values, why, options)
     lines = [
         f"$ Tire of: {parameter_file.title} ({parameter_file.name})",
@@ -58,11 +63,21 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     for title, body in sections.items():
         lines += [f"$---------------------------------------------------------------- {title.lower()}", f"[{title}]"]
         lines += [str(line).rstrip() for line in body]
-    return ExportedFiles({f"{options.name}.tir": ("\n".join(lines) + "\n").encode()}, _notes(assumed))
+    return ExportedFiles(
+        {f"{options.name}.tir": ("\n".join(lines) + "\n").encode()}, (*_notes(assumed), *_braking(parameter_file))
+    )
 
 
 def _notes(assumed: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(f"assumed {name}: {why}" for name, why in assumed.items())
+
+
+def _braking(parameter_file: ParameterFile) -> tuple[str, ...]:
+    """What the file cannot hold: its keys know one peak for driving and braking."""
+    if "tire_D_brake" not in parameter_file.parameters:
+        return ()
+    value = parameter_file.parameters["tire_D_brake"].value
+    return (f"left out tire_B_brake and tire_D_brake ({value:.4g}): a .tir file has one peak for driving and braking",)
 
 
 def _why(parameter_file: ParameterFile, name: str, assumed: Mapping[str, str]) -> str:
@@ -133,7 +148,10 @@ def _sections(v: Mapping[str, float], why: Mapping[str, str], options: ExportOpt
             _Line("PKX1", b * c * d, f"B C D, with {why['tire_B']}"),
             _Line("PKX2", b * c * fall, "so that B does not depend on load"),
             _Line("PKX3", 0.0),
-            *(_Line(key, 0.0) for key in ("PHX1", "PHX2", "PVX1", "PVX2")),
+            _Line("PHX1", v["tire_Sh"], why["tire_Sh"]),
+            _Line("PHX2", 0.0),
+            _Line("PVX1", v["tire_Sv"], why["tire_Sv"]),
+            _Line("PVX2", 0.0),
             _Line("PTX1", v["tire_relaxation_length"] / unloaded, why["tire_relaxation_length"]),
             _Line("PTX2", 0.0),
             _Line("PTX3", -1.0, "relaxation length constant over load, to first order"),

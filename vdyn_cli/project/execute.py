@@ -9,6 +9,7 @@ from pathlib import Path
 from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, refuse_unknown
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.project.cut_changes import with_changes
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
 from vdyn_cli.project.scaling_uncertainty import with_scaling_uncertainty
@@ -48,13 +49,15 @@ def execute(
     """
     inputs = gather(load_step(step_name), path, known_files)
     try:
-        result = with_scaling_uncertainty(_estimated(inputs.step, inputs, level), inputs)
+        baseline, found = _estimated(inputs.step, inputs, level)
+        result = with_scaling_uncertainty(found, inputs)
     except InputError as error:
         raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
     refused = tuple(_placed(f, inputs) for f in result.refused)
     if refused:
         refused = (*refused, *(f for f in _faults(inputs) if f not in refused))
-    result = _warned(replace(result, refused=refused, findings=(*inputs.findings, *result.findings)))
+    quality = with_changes(inputs, baseline)
+    result = _warned(replace(result, refused=refused, findings=(*inputs.findings, *result.findings), quality=quality))
     made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)
     record = StepRecord(result, made)
     if refused:
@@ -62,21 +65,22 @@ def execute(
     return record
 
 
-def _estimated(step: Step, inputs: Inputs, level: float | None) -> Result:
-    """The diagnosed result; where neither the baseline nor an extension can be published, with the reasons."""
+def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result, Result]:
+    """The baseline, and the diagnosed result; where neither it nor an extension can be published, with the reasons."""
     try:
         problem = step.prepare(inputs.spec, inputs.data, inputs.known)
     except ResultError as error:
-        return Failure.from_error(error).refused(step.name)
+        failed = Failure.from_error(error).refused(step.name)
+        return failed, failed
     prepared = PreparedStep(step, inputs.spec, inputs.known, problem)
     if level is not None:
         refuse_unknown(prepared)
     found = published(problem)
     result = found.refused(step.name) if isinstance(found, Failure) else found
     if level is None:
-        return result
+        return result, result
     doubts = tuple(f for f in inputs.findings if f.doubt)
-    return diagnosed(prepared, result, level, _faults(inputs, result.fit.runs), doubts)
+    return result, diagnosed(prepared, result, level, _faults(inputs, result.fit.runs), doubts)
 
 
 def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.description.test_description import (
     Channel,
@@ -20,14 +20,16 @@ from vdyn_cli.description.test_description import (
     TestSpec,
     Vehicle,
     check_channels,
-    load_spec,
+    load_partial,
 )
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates, extensions_in_si, refused
 from vdyn_cli.io.align import merge
 from vdyn_cli.io.block_means import condensed, condensing_note
+from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.io.sample_times import impossible_clock
 from vdyn_cli.io.unchanged import read_unchanged
@@ -43,20 +45,26 @@ from vdyn_cli.project.channel_sources import (
     unused_sources,
 )
 from vdyn_cli.project.repeated_runs import repeated_runs
-from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
+from vdyn_cli.project.run_parts import split_runs
+from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
+from vdyn_cli.quantities.cut_ledger import DataQuality
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Step
 
 CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
-STUCK = 100  # samples of one value, from which a sensor may have stood still
 SAME = 1e-3  # share by which such values may differ however well they are known
-Array = NDArray[np.float64]
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+def _same(log: Log) -> Log:
+    return log
 
 
 @dataclass(frozen=True)
@@ -75,49 +83,100 @@ class Inputs:
     files: Mapping[Path, str]
     findings: tuple[Finding, ...] = ()
     scalings: tuple[Scaling, ...] = ()
+    cut: tuple[CutLog, ...] = ()
+    ready: Callable[[Log], Log] = _same
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
         """What the step reads, with other logs in the place of those that were read."""
-        return logs if self.step.load is None else self.step.load(self.spec, self.source.path.parent, logs)[0]
+        used, _ = _condensed(logs, self.step.rate(self.spec))
+        return used if self.step.load is None else self.step.load(self.spec, self.source.path.parent, used)[0]
+
+    @property
+    def quality(self) -> DataQuality:
+        """The quality of all logs, and the ledger of their cuts."""
+        channels = {one.log.name: {n: one.flags.counts(n) for n in one.flags.states} for one in self.cut}
+        rows = {id(row): row for one in self.cut for row in one.ledger}  # parts of one run share theirs
+        return DataQuality(channels, tuple(rows.values()))
 
 
 def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     """Read a test's description and all that it refers to, reporting every problem at once.
+
+    What is wrong in the description is left out of it, so that the logs are checked all the same.
 
     Raises
     ------
     InputError : whatever is wrong in the description, the logs or the parameter files.
     """
     _refuse_other_test(step, path)
-    spec, source = load_spec(path, step.spec)
+    described = load_partial(path, step.spec)
+    spec, source, problems = described.spec, described.source, list(described.problems)
+    if spec is None:
+        raise InputError(*problems, *missing_logs(source))
     step, known_files = step.of(spec), tuple(known_files)
-    unreadable = _wrong_channels(step, spec, source)
-    problems = [*unreadable, *_wrong_effects(step, spec, source), *_repeated(spec, source)]
+    unreadable = _wrong_channels(step, spec, source, described.dropped)
+    problems += [*unreadable, *contradictory_keys(spec, source), *_wrong_effects(step, spec, source)]
+    problems += [*_repeated(spec, source), *_wrong_segments(spec, source)]
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     known, files = stated, dict(source.digests)
     for file in known_files:
         if (later := _attempt(problems, _read_known, file)) is not None:
             known, files[file] = known.updated(later[0]), later[1]
+    before = len(problems)
     constants = known_channels(step, spec, source, problems)
     made = _attempt(problems, scalings, step, spec, known) or ()
-    # A wrong channel map would only repeat itself for every log.
-    runs = () if unreadable else range(len(spec.runs))
-    read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in runs]
-    read = [None if log is None else _summed(step, completed(log, constants, made)) for log in read]
-    read = [None if log is None else _attempt(problems, _within_physics, step, log) for log in read]
-    logs = tuple(log for log in read if log is not None)
-    problems += repeated_runs(logs, [source.where(("runs", i)) for i, log in enumerate(read) if log is not None])
-    logs, condensing = _condensed(logs, step.rate(spec))
-    data: Any = logs
-    if step.load is not None:
-        extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, logs))
+    unreadable += problems[before:]
+    read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in range(len(spec.runs))]
+    ready = partial(_ready, step, constants, made)
+    cut = tuple(replace(one, log=ready(one.log)) for one in read if one is not None)
+    if not unreadable:
+        cut = tuple(one for one in cut if _attempt(problems, _within_physics, step, one.log) is not None)
+    logs = tuple(one.log for one in cut)
+    places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
+    problems += repeated_runs(logs, places) if len(places) == len(logs) else []
+    there = [run for run, one in zip(spec.runs, read, strict=True) if one is not None]
+    if len(logs) == len(spec.runs):
+        spec, cut = split_runs(step, spec, cut, ready)
+        logs, there = tuple(one.log for one in cut), spec.runs
+    used, condensing = _condensed(logs, step.rate(spec))
+    data: Any = used if step.load is None else None
+    if step.load is not None and not unreadable:
+        extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, used))
         if extra is not None:
             data, own_files = extra
             files |= own_files
-    raise_all(problems)
+    if problems:
+        if data is not None and not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
+            _attempt(problems, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
+        raise InputError(*problems)
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
+    findings += tuple(unread_keys(step, spec, source))
     findings += (*condensing, *(refused() if step.diagnosable else ()))
-    return Inputs(step, spec, source, data, logs, known, files, findings, made)
+    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready)
+
+
+def _usable(dropped: Iterable[Location], step: Step) -> bool:
+    """Whether a description without what is wrong in it still says which numbers its step lacks."""
+    needed = step.spec.model_fields.keys() - {"title", "diagnose", "reading", "environment", "settings"}
+    return all(at[0] not in needed for at in dropped)
+
+
+def _prepared(step: Step, spec: TestSpec, data: Any, known: Parameters) -> None:
+    """Prepare the step, so that what it lacks is reported together with everything else."""
+    with suppress(ResultError):
+        step.prepare(spec, data, known)
+
+
+def missing_logs(source: YamlSource) -> list[Finding]:
+    """The logs that do not exist, of a description that is no description."""
+    runs = source.data.get("runs") if isinstance(source.data, dict) else None
+    found = []
+    for i, run in enumerate(runs if isinstance(runs, list) else ()):
+        named = [run.get("log"), *(run.get("logs") or [])] if isinstance(run, dict) else []
+        for name in named:
+            if isinstance(name, str) and not (source.path.parent / name).exists():
+                found.append(Finding(source.where(("runs", i)), f"the log {name} does not exist"))
+    return found
 
 
 def _read_known(file: Path) -> tuple[Parameters, str]:
@@ -169,12 +228,22 @@ def _refuse_other_test(step: Step, path: Path) -> None:
         raise InputError(Finding(source.where(("test",)), what, repr(test), remedy))
 
 
-def _wrong_channels(step: Step, spec: TestSpec, source: YamlSource) -> list[Finding]:
-    """Unknown channels, and needed channels that no logger maps."""
+def _wrong_channels(
+    step: Step, spec: TestSpec, source: YamlSource, dropped: Collection[Location] = ()
+) -> list[Finding]:
+    """Unknown channels, wrong units, and needed channels that no logger maps.
+
+    Parameters
+    ----------
+    dropped : places of the description that are left out, since they are wrong.
+    """
     known = step.channels()
     findings = check_channels(spec.channels, known, source, ("channels",))
     for i, logger in enumerate(spec.loggers):
         findings += check_channels(logger.channels, known, source, ("loggers", i, "channels"))
+    for channels, at in channel_maps(spec):
+        columns = {n: _column(known[n], c, source, (*at, n)) for n, c in logged(channels).items() if n in known}
+        findings += [f for c in columns.values() if (f := unit_problem(c, source.path.name)) is not None]
     if not spec.runs:
         return findings
     for channels, at in channel_maps(spec):
@@ -182,6 +251,8 @@ def _wrong_channels(step: Step, spec: TestSpec, source: YamlSource) -> list[Find
             place = source.where((*at, "time"))
             findings.append(Finding(place, "the clock cannot be a constant", "", "write its column and unit"))
     mapped = {n for channels, _ in channel_maps(spec) for n in channels}
+    mapped |= {str(at[-1]) for at in dropped if at[:-1] and at[-2] == "channels"}
+    mapped |= set(known) if ("channels",) in dropped or ("loggers",) in dropped else set()
     mapped |= {one.target for one in step.scaled if one.source in mapped}
     place = source.where(("loggers",) if spec.loggers else ("channels",))
     for entry in step.required:
@@ -243,7 +314,7 @@ def _log_names(run: Run) -> list[str]:
     return [run.log] if run.log is not None else list(run.logs or [])
 
 
-def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]) -> Log:
+def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]) -> CutLog:
     """One run's log, from one logger or merged from several, cut to its window; enters its files with their sha256."""
     run = spec.runs[index]
     names = _log_names(run)
@@ -253,33 +324,42 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files:
         remedy = "give one log per entry of 'loggers', in the same order"
         raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
     problems = _unmapped(run, spec, source, ("runs", index, "columns"))
-    read = []
+    read, no_unit = [], set[str]()
     for name, logger, (channels, at) in zip(names, loggers, channel_maps(spec), strict=True):
         mapped = logged(channels)
         mapped |= {n: c.model_copy(update={"column": run.columns[n]}) for n, c in mapped.items() if n in run.columns}
-        columns = {n: _column(step.channels()[n], c, source, (*at, n)) for n, c in mapped.items()}
+        quantities = {n: q for n, q in step.channels().items() if n in mapped}
+        columns = {n: _column(q, mapped[n], source, (*at, n)) for n, q in quantities.items()}
+        wrong = {n for n, c in columns.items() if unit_problem(c, name) is not None}  # reported with the channels
+        columns |= {n: replace(columns[n], unit=columns[n].si_unit) for n in wrong}
+        no_unit |= wrong
         options = ReadOptions(**logger.reading.model_dump())
         called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
         file = source.path.parent / name
+        if "time" not in columns:  # reported with the channels
+            problems += [] if file.exists() else [Finding(place, f"the log {name} does not exist")]
+            continue
         reader = partial(_log_and_file, file, columns, options, called)
         read.append(_attempt(problems, read_unchanged, reader, (file,)))
     raise_all(problems)
     logs = [one[0] for one in read if one is not None]
+    if len(logs) < len(loggers):
+        raise InputError()
     for one in read:
         files |= one[1] if one is not None else {}
     log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
+    found = with_cuts(log, _cut_orders(run))
+    if run.from_time is not None or run.to_time is not None:
+        start = run.from_time.value if run.from_time else log.time[0]
+        stop = run.to_time.value if run.to_time else log.time[-1]
+        found = found.between(start, stop)
+        if found.log.time.size < 2:
+            got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
+            raise InputError(Finding(place, "the time window holds no samples of the log", got))
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
-    log = with_cross_checks(_summed(step, _within_physics(step, log)), refuse="driving" not in step.situations)
-    if run.from_time is None and run.to_time is None:
-        return log
-    start = run.from_time.value if run.from_time else log.time[0]
-    stop = run.to_time.value if run.to_time else log.time[-1]
-    cut = log.between(start, stop)
-    if cut.time.size < 2:
-        got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
-        raise InputError(Finding(place, "the time window holds no samples of the log", got))
-    headers = {n: c.column for one in loggers for n, c in logged(one.channels).items()}
-    return replace(cut, findings=tuple(f for f in cut.findings if not (f.fault and _cut_out(f, cut, headers))))
+    log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
+    log = with_cross_checks(_summed(step, _within_physics(step, log, no_unit)), refuse="driving" not in step.situations)
+    return replace(found, log=log)
 
 
 def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:
@@ -299,20 +379,39 @@ def _log_and_file(
     return read_log(file, columns, options, name), (file,)
 
 
-def _cut_out(fault: Finding, cut: Log, headers: Mapping[str, str]) -> bool:
-    """Whether the fault is of a channel that no longer stands still, since the run is cut."""
-    named = [n for n, column in headers.items() if n in cut and fault.where.endswith(f"column '{column}'")]
-    return bool(named) and all(_longest_rest(cut[n]) < STUCK for n in named)
+def _ready(step: Step, constants: Mapping[str, float], made: Sequence[Scaling], log: Log) -> Log:
+    """The log with its constant channels, those made from others, and totals."""
+    return _summed(step, completed(log, constants, made))
 
 
-def _longest_rest(values: Array) -> int:
-    """How many samples in a row hold one value, at most."""
-    moves = np.flatnonzero(np.diff(values) != 0.0)
-    return int(np.max(np.diff(np.concatenate([[-1], moves, [values.size - 1]]))))
+def _wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
+    """Segments to cut or to keep of channels that no logger maps, or that end before they begin."""
+    mapped = sorted({n for channels, _ in channel_maps(spec) for n in logged(channels)} - {"time"})
+    for i, run in enumerate(spec.runs):
+        for key, listed in (("cuts", run.cuts), ("keep", run.keep)):
+            for k, one in enumerate(listed if isinstance(listed, list) else ()):
+                place = source.where(("runs", i, key, k))
+                if one.channel not in (EVERY, *mapped):
+                    remedy = did_you_mean(one.channel, mapped, f"write {EVERY}, or one of {', '.join(mapped)}")
+                    yield Finding(place, f"'{key}': channel '{one.channel}' is not mapped", remedy=remedy)
+                elif one.stop.value < one.start.value:
+                    got = f"from {one.start.value:g} s to {one.stop.value:g} s"
+                    yield Finding(place, f"'{key}': the segment ends before it begins", got)
 
 
-def _within_physics(step: Step, log: Log) -> Log:
+def _cut_orders(run: Run) -> CutOrders:
+    """What the description says about cuts in this run."""
+    listed = run.cuts if isinstance(run.cuts, list) else []
+    spans = [tuple(TimeSpan(s.channel, s.start.value, s.stop.value) for s in group) for group in (listed, run.keep)]
+    return CutOrders(run.cuts == "automatic", *spans)
+
+
+def _within_physics(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:
     """The log, unless its clock or a channel is that of no vehicle: then its unit is likely another one.
+
+    Parameters
+    ----------
+    no_unit : channels whose unit is not known, so that they are not checked.
 
     Raises
     ------
@@ -321,7 +420,7 @@ def _within_physics(step: Step, log: Log) -> Log:
     """
     problems = list(impossible_clock(log))
     for name, quantity in step.channels().items():
-        values = log[name] if name in log and name != "time" else None
+        values = log[name] if name in log and name != "time" and name not in no_unit else None
         if values is None or not np.isfinite(values).any():
             continue
         outside = (values < quantity.lower) | (values > quantity.upper)

@@ -15,6 +15,7 @@ from typing import Any
 
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.project.inputs import Inputs
+from vdyn_cli.quantities.cut_ledger import DataQuality
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, merge_similar
 from vdyn_cli.quantities.parameter_json import read_document
@@ -91,6 +92,7 @@ class StepRecord:
             },
             "findings": [asdict(f) for f in result.findings],
             **result.extra,
+            "quality": {**result.quality.to_json(), **result.extra.get("quality", {})},
             **_effects(result),
             "diagnosis": result.diagnosis and result.diagnosis.model_dump(),
             "provenance": self.provenance.to_json(),
@@ -143,6 +145,7 @@ def read_record(path: Path) -> tuple[StepRecord, str]:
         findings=findings,
         diagnosis=diagnosis,
         withheld=document["withheld"],
+        quality=DataQuality.from_json(document["quality"]) if "quality" in document else DataQuality(),
     )
     provenance = Provenance(made["inputs"], made["settings"], made["versions"], str(made["command"]))
     return StepRecord(result, provenance), read.digest

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
+from vdyn_cli.quantities.cut_ledger import DataQuality
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 
@@ -114,7 +115,8 @@ class Result:
     ``sentence`` is the closing sentence an engineer would say; ``extra`` holds further numbers for the JSON
     (for example the road load in dynamometer units), keyed by topic. ``amplitudes`` are the estimates of the unknowns
     of effects that the model was extended by. ``refused`` says why the result is not published: it is then without
-    parameters. ``withheld`` are parameters that the data do not determine, each with the reason.
+    parameters. ``withheld`` are parameters that the data do not determine, each with the reason. ``quality`` is that of
+    the logs, with what was cut.
     """
 
     step: str
@@ -131,3 +133,4 @@ class Result:
     amplitudes: Mapping[str, Estimate] = field(default_factory=dict)
     refused: tuple[Finding, ...] = ()
     withheld: Mapping[str, str] = field(default_factory=dict)
+    quality: DataQuality = field(default_factory=DataQuality)

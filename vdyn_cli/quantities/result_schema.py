@@ -109,6 +109,40 @@ class ParameterSetDocument(BaseModel):
     provenance: ProvenanceDocument = Field(description="inputs, settings, versions and command")
 
 
+class LedgerEntry(Entry):
+    """One row of the ledger of cuts: a segment that was cut, or that failed a test and was kept on request."""
+
+    log: str = Field(description="log of the segment")
+    channel: str = Field(description="channel of the segment, or 'all'")
+    start: float = Field(alias="from", description="time of its first sample on the log's clock, s")
+    stop: float = Field(alias="to", description="time of its last sample, s")
+    test: str = Field(description="test that failed: frozen, straight_line, spike, dropout; or requested")
+    why: str = Field(description="the fact, with its numbers")
+    samples: int = Field(description="number of samples of the segment")
+    before: int = Field(description="samples with a value in the channel before all cuts")
+    after: int = Field(description="samples with a value in the channel after all cuts")
+    decision: Literal["automatic", "requested", "kept"] = Field(
+        description="automatic: cut by the test; requested: cut by the description; kept: not cut, by the description"
+    )
+    changes: dict[str, float] | Literal["not evaluated"] = Field(
+        description="parameter: its value with this cut less that without it, in its SI unit, both without extensions"
+    )
+
+
+class QualityEntry(BaseModel):
+    """The quality of the logs. Further keys are checks of one step, such as ``agreement`` of a coast-down."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    channels: dict[str, dict[str, dict[str, int]]] = Field(
+        description="log: channel: number of samples by state: good, not_evaluated, suspect, failed, missing"
+    )
+    ledger: list[LedgerEntry] = Field(description="segments that were cut, or kept although they failed a test")
+    influence: dict[str, dict[str, float]] = Field(
+        {}, description="run: parameter: how much higher it is without this run, in its SI unit"
+    )
+
+
 class ResultDocument(ParameterSetDocument):
     """The result of one step. Further keys hold numbers of that step alone, such as ``road_load`` of a coast-down."""
 
@@ -121,6 +155,9 @@ class ResultDocument(ParameterSetDocument):
     withheld: dict[str, str] = Field(description="parameters that the data do not determine, each with the reason")
     fit: FitEntry = Field(description="how well the model follows the data")
     findings: list[FindingEntry] = Field(description="notes and doubts about inputs and result")
+    quality: QualityEntry = Field(
+        QualityEntry(channels={}, ledger=[]), description="quality of the logs' samples, and what was cut"
+    )
     diagnosis: Diagnosis | None = Field(description="errors of the model; null without a diagnosis")
 
 

@@ -62,7 +62,13 @@ OTHERS = _named(
         Q("unsprung_mass_front", "kg", "mass of both front wheels with their carriers", "mf", 1, 5_000),
         Q("unsprung_mass_rear", "kg", "mass of both rear wheels with their carriers", "mr", 1, 5_000),
         Q("wheel_mass", "kg", "mass between wheel force sensor and road", "mw", 0.1, 500),
+        Q("bearing_torque", "N m", "drag torque of a wheel's bearing, seals and pads at standstill", "Tb", -50, 500),
+        Q("bearing_viscous", "N m s/rad", "drag torque of a wheel's bearing per speed", "cb", -1, 10),
         Q("tire_vertical_damping", "N s/m", "vertical damping of the two tires of an axle", "Ct", 0, 1e5),
+        Q("tire_Sh", "", "horizontal shift of the magic formula: slip that is added to the slip", "Sh", -0.2, 0.2),
+        Q("tire_Sv", "", "vertical shift of the magic formula: friction at its zero", "Sv", -0.5, 0.5),
+        Q("tire_B_brake", "", "stiffness factor of the magic formula in braking, tire_B in driving", "Bb", 0.5, 100),
+        Q("tire_D_brake", "", "peak friction of the magic formula in braking, tire_D in driving", "Db", 0.05, 3),
         Q("tire_load_sensitivity", "1/N", "loss of peak friction per wheel load beyond that at rest", "k", 0, 1e-3),
         Q("tire_cornering_stiffness", "1/rad", "lateral tire force per load and slip angle", "ca", 0.5, 100),
         Q("torque_constant", "N m/A", "torque of a motor per ampere of its torque-producing current", "kt", 1e-4, 100),
@@ -132,6 +138,17 @@ CHANNELS = _named(
         Q("front_right_load", "N", "vertical load of the front right wheel", "Fz", -60_000, 150_000),
         Q("rear_left_load", "N", "vertical load of the rear left wheel", "Fz", -60_000, 150_000),
         Q("rear_right_load", "N", "vertical load of the rear right wheel", "Fz", -60_000, 150_000),
+        Q(
+            "body_height_front",
+            "m",
+            "height of the body over the front axle above ground, from any zero",
+            "zf",
+            -10,
+            10,
+        ),
+        Q("body_height_rear", "m", "height of the body over the rear axle above ground, from any zero", "zr", -10, 10),
+        Q("wheel_height_front", "m", "height of the front wheel, from any zero", "yf", -10, 10),
+        Q("wheel_height_rear", "m", "height of the rear wheel, from any zero", "yr", -10, 10),
         Q("hub_torque", "N m", "torque at the wheel hub", "T", -20_000, 20_000),
         Q("hub_force_x", "N", "longitudinal force at the wheel hub", "Fx", -60_000, 60_000),
         Q("hub_force_z", "N", "vertical force at the wheel hub", "Fz", -60_000, 150_000),
@@ -148,6 +165,8 @@ CHANNELS = _named(
         Q("shaft_torque_right", "N m", "torque in the right half-shaft", "Ts", -20_000, 20_000),
         Q("twist", "rad", "twist of the half-shaft", "phi", -10, 10),
         Q("motor_speed", "rad/s", "angular speed of the shaft's input end", "om", -5_000, 5_000),
+        Q("motor_angle", "rad", "angle of the half-shaft's input end, or of a motor before it", "phi1"),
+        Q("wheel_angle", "rad", "angle of the half-shaft's output end: of the wheel", "phi2"),
         Q("angle", "rad", "swing angle of the pendulum", "phi", -10, 10),
         Q("angular_rate", "rad/s", "angular rate of the pendulum", "phi'", -200, 200),
     ]
@@ -155,15 +174,13 @@ CHANNELS = _named(
 
 # Channels that may be constant over a whole log: commands, properties of place and weather. The reading of any other
 # sensor varies as long as it measures.
-STEADY = (
-    "time",
+COMMANDS = (
     "drive_torque",
     "drive_torque_left",
     "drive_torque_right",
     "motor_current",
     "drive_force",
     "brake_torque",
-    "grade",
-    "wind_speed",
 )
+STEADY = ("time", *COMMANDS, "grade", "wind_speed")
 TREMBLING = frozenset(n for n in CHANNELS if n not in STEADY)

@@ -10,6 +10,7 @@ from vdyn_cli.project.result_document import StepRecord
 from vdyn_cli.quantities.errors import merge_similar
 from vdyn_cli.report import comparison, residual_map, typography
 from vdyn_cli.report.chips import Chip, chips
+from vdyn_cli.report.cut_table import cut_sentence, cut_table
 from vdyn_cli.report.diagnosis_view import DiagnosisSection, diagnosis_section
 from vdyn_cli.report.figures import figure_svg
 from vdyn_cli.report.panels import ChannelTraces, channel_traces
@@ -71,6 +72,8 @@ class StepPage:
     figures: tuple[Plot, ...]
     tables: tuple[TextTable, ...]
     findings: tuple[Mapping[str, str], ...]
+    cut: str
+    cuts: TextTable | None
     methods: tuple[str, ...]
     correlation: tuple[tuple[str, tuple[Heat, ...]], ...]
     strongest: str
@@ -100,7 +103,7 @@ class StepPage:
             ("where", self.where_title, self.maps or (self.diagnosis and self.diagnosis.worst)),
             ("diagnosis", "Diagnosis", self.diagnosis),
             ("detail", "Results", self.figures or self.tables),
-            ("data", "Data", self.findings),
+            ("data", "Data", self.findings or self.cuts),
             ("methods", "Methods", self.methods or self.correlation),
             ("provenance", "Provenance", True),
         )
@@ -150,6 +153,8 @@ def step_page(record: StepRecord) -> StepPage:
         figures=tuple(figures),
         tables=tuple(text_table(t) for t in result.tables),
         findings=tuple(finding_texts(f) for f in findings),
+        cut=cut_sentence(result.quality.ledger),
+        cuts=cut_table(result.quality.ledger, dict(result.parameters.estimates)),
         methods=tuple(typography.prose(p) for p in result.methods.split("\n\n") if p.strip()),
         correlation=correlation(result.parameters.correlation),
         strongest=strongest(result.parameters.correlation),

@@ -160,6 +160,10 @@ class SimulatedProblem(Problem, Protocol):
         """The values (n,) of a part's coordinate in the runs, at the baseline's solution; None: all of its span."""
         return None
 
+    def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
+        """The result whose intervals beside the parameters hold those of all answers; unchanged by default."""
+        return result
+
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Published parameters that follow from fitted ones; none, unless a step says otherwise.
 
@@ -256,8 +260,13 @@ class Step:
     load : reads what is not a run's log (a picture, a pendulum recording): (spec, folder, logs) -> (data, paths read);
         None for steps that need the runs' logs alone, whose data is the tuple of Logs.
     diagnosable : how it is diagnosed; None where nothing is simulated.
+    complete : channels that must have a value in every row: short cuts are filled by straight lines, and the run is
+        split at long ones. All other cut samples reach the step as missing values (NaN), which it leaves out.
+    unbroken : further channels at whose long cuts the run is split.
     situations : tags of the effects to look for (``effects.SITUATIONS``, or the step's own); none: every effect whose
         laws its model calls.
+    reads : keys of the vehicle and the air that the step reads beside ``needs``; None: it may read any of them.
+    run_keys : which of a run's direction, start and temperature it reads; None: it may read any of them.
     scaled : channels that may be read from another one, times constants of the vehicle.
     rate : (spec) -> Hz, to which logs that are sampled twice as fast or more are averaged, since the model has no
         faster dynamics; None: as sampled.
@@ -275,7 +284,11 @@ class Step:
     load: Callable[[Any, Path, tuple[Log, ...]], tuple[Any, tuple[Path, ...]]] | None = None
     extra_channels: tuple[Quantity, ...] = ()
     diagnosable: Diagnosable | None = None
+    complete: tuple[str, ...] = ()
+    unbroken: tuple[str, ...] = ()
     situations: frozenset[str] = frozenset()
+    reads: tuple[str, ...] | None = None
+    run_keys: tuple[str, ...] | None = None
     scaled: tuple[ScaledChannel, ...] = ()
     rate: Callable[[Any], float | None] = lambda spec: None
     manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)

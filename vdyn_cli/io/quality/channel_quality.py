@@ -1,4 +1,4 @@
-"""Faults of one channel: missing, held, clipped and frozen values, as opposed to rest, plateaus and quantization."""
+"""Faults of one channel: missing, held and clipped values, as opposed to rest, plateaus and quantization."""
 
 from __future__ import annotations
 
@@ -20,10 +20,9 @@ _LEVELS = 16  # a channel of so few values is a switch or a gear, which may rest
 _SAMPLE = 20_000  # values that show how fine a channel is
 _CHUNK = 1 << 20
 _CLIPPED = 4  # equal values in a row, at least
-_FROZEN = 20
+_RESTS = 20  # samples
 _STUCK = 50
 _APART = 5.0  # times the longest ordinary stretch
-_MOST = 5  # stretches that are worth naming one by one
 
 
 @dataclass(frozen=True)
@@ -73,9 +72,6 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
     of rest, and a channel that holds other values too, as a slow or well-controlled one does, shows nothing by holding
     these.
 
-    *Frozen*: one value, neither extreme nor zero, stands far longer than any other, since a channel that rests at times
-    has rests of every length; and the signal flickers before and after, or jumps at the end.
-
     *Held*: it changes every k-th row only, by more than its resolution, as a slower sensor does on a faster clock.
 
     *Interpolated*: it bends at every k-th row only: see ``own_rows``.
@@ -103,11 +99,9 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
     if np.unique(sample).size <= _LEVELS:
         return Quality(tuple(findings))
     runs = _equal_runs(values)
-    held = _held(values, runs, where)
-    findings += held[1] or _interpolated(values, where)
+    findings += _held(values, runs, where) or _interpolated(values, where)
     for named_extreme in (("largest", float(values.max())), ("smallest", float(values.min()))):
         findings += _clipped(values, runs, named_extreme, unit, where, line)
-    findings += _frozen(values, runs, held[0], unit, where, line)
     return Quality(tuple(findings))
 
 
@@ -150,19 +144,19 @@ def _equal_runs(values: Array) -> _Runs:
     return _Runs(start, np.diff(start, append=np.int32(values.size)))
 
 
-def _held(values: Array, runs: _Runs, where: str) -> tuple[int, list[Finding]]:
-    """How many rows each value is held for, 1 where it is not."""
+def _held(values: Array, runs: _Runs, where: str) -> list[Finding]:
+    """The finding that each value is held for several rows; none where it is not."""
     if runs.length.size > values.size / 1.5:
-        return 1, []  # then more than half of the stretches are single rows
+        return []  # then more than half of the stretches are single rows
     usual = int(np.median(runs.length))
     near = np.abs(runs.length - usual) <= (0 if usual < 5 else 1)
     if usual < 2 or runs.length.size < 30 or near.mean() < 0.8:
-        return 1, []
+        return []
     # A steady slope of a coarse channel changes as regularly, but always by its resolution.
     if np.median(np.abs(np.diff(values[runs.start]))) < 1.5 * _quantum(values):
-        return 1, []
+        return []
     what = f"changes only once in {usual} rows: a slower sensor whose value is held"
-    return usual, [Finding(where, what, remedy="map a faster channel if there is one; its delay is up to one hold")]
+    return [Finding(where, what, remedy="map a faster channel if there is one; its delay is up to one hold")]
 
 
 def _interpolated(values: Array, where: str) -> list[Finding]:
@@ -197,7 +191,7 @@ def _clipped(
     length = runs.length[cut]
     worst = cut[np.argmax(length)]
     others = np.delete(runs.length, worst)
-    alone = cut.size == 1 and length[0] >= _APART * max(int(others.max(initial=0)), _FROZEN)
+    alone = cut.size == 1 and length[0] >= _APART * max(int(others.max(initial=0)), _RESTS)
     why = "frozen, or clipped" if alone else "clipped"
     what = (
         f"is at its {word} value, {extreme:.6g} {unit}, {_times(cut.size)}, {int(length.sum())} samples in all,"
@@ -233,40 +227,6 @@ def _quantum(values: Array) -> float:
     steps = np.abs(np.diff(values[:_SAMPLE]))
     steps = steps[steps > 1e-12 * np.abs(values[:_SAMPLE]).max()]
     return float(steps.min()) if steps.size else 0.0
-
-
-def _frozen(values: Array, runs: _Runs, held: int, unit: str, where: str, line: _Rows) -> list[Finding]:
-    if runs.length.max() < _FROZEN * held:
-        return []
-    lengths = np.sort(runs.length)
-    # Rests come in every length; a fault stands alone, far above the longest of the ordinary stretches.
-    above = np.flatnonzero((lengths[1:] >= _APART * lengths[:-1]) & (lengths[1:] >= _FROZEN * held)) + 1
-    if above.size == 0 or above[-1] < 100 or lengths[above[-1] :].sum() > 0.3 * values.size:
-        return []
-    value = values[runs.start]
-    long = np.flatnonzero(runs.length >= lengths[above[-1]])
-    found: list[Finding] = []
-    for i in long:
-        span = (int(runs.start[i]), int(runs.length[i]))
-        rest = value[i] in (0.0, values.max(), values.min()) or np.count_nonzero(value[long] == value[i]) > 1
-        if rest or len(found) == _MOST or not _broken_off(values, *span):
-            continue
-        what = f"is constant at {value[i]:.6g} {unit} for {span[1]} samples in {line.span(*span)}: sensor frozen"
-        remedy = "cut this part with from_time or to_time, or remove the run"
-        found.append(Finding(where, what, remedy=remedy, fault=True, doubt=True))
-    return found
-
-
-def _broken_off(values: Array, start: int, length: int) -> bool:
-    """Whether a signal flickers around a stretch, or jumps at its end, rather than coming to rest in it."""
-    before, after = np.diff(values[max(start - 50, 0) : start + 1]), np.diff(values[start + length - 1 :][:51])
-    jump = np.abs(after[0]) if after.size else 0.0
-    steps = np.concatenate([before, after])
-    steps = steps[steps != 0.0]
-    bends = np.concatenate([np.diff(before), np.diff(after[1:])])
-    # Noise bends to and fro, three times in four; a smooth signal keeps bending one way.
-    flickers = bends.size > 20 and float(np.mean(bends[1:] * bends[:-1] < 0.0)) > 0.5
-    return flickers or bool(jump > 3.0 * np.quantile(np.abs(steps), 0.9, method="higher") > 0.0)
 
 
 def _times(n: int) -> str:

@@ -11,6 +11,23 @@ def bearing(s: Signals) -> Number:
     return s.bearing_torque
 
 
+def bearing_drag_torque(s: Signals) -> Number:
+    """Drag torque of a wheel's bearing, seals and pads, N m: T = sense (Tb + cb |om|).
+
+    Signals: ``bearing_torque`` Tb at standstill, N m; ``bearing_viscous`` cb, N m s/rad; ``wheel_speed`` om, rad/s;
+    ``sense`` -1 to 1, of the turning. Air about the wheel, which takes a torque with om^2, is not in it.
+    """
+    return s.bearing_torque * s.sense + s.bearing_viscous * s.wheel_speed
+
+
+def free_wheel_spin(s: Signals) -> Number:
+    """Angular acceleration of a wheel that touches nothing, rad/s^2: J om' = T - Tb.
+
+    Signals: ``hub_torque`` T and ``bearing_torque`` Tb, N m; ``wheel_inertia`` J, kg m^2, of all that turns.
+    """
+    return (s.hub_torque - s.bearing_torque) / s.wheel_inertia
+
+
 def wheel_spin(s: Signals) -> Number:
     """Angular acceleration of a wheel between its hub and the road, rad/s^2.
 

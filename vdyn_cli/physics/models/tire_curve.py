@@ -4,21 +4,34 @@ from __future__ import annotations
 
 from math import atan, pi, tan
 
+from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.tire_forces import friction, tire
 
 SHAPE = ("tire_B", "tire_C", "tire_D", "tire_E")
+SHIFTS = ("tire_Sh", "tire_Sv")  # of slip and friction, 0 unless they are unknown
+BRAKING = ("braking_B", "braking_D")  # relative excess of B and D in braking over driving, 0 unless they are unknown
+TURN = 1e-4  # slip over which the curve changes from braking to driving
 
 
-def _force(e: ModelBuilder, load: Number, slip: Number, **sliding: Number) -> None:
-    """Friction as the load and the sliding leave it, and the curve; ``static_load`` is the load at which D is meant."""
+def _force(e: ModelBuilder, load: Number, read: Number, **sliding: Number) -> None:
+    """The curve, shifted, with its own B and D in braking; friction as the load and the sliding leave it.
+
+    Fx = Fz (D' sin(C atan(B' s - E (B' s - atan(B' s)))) + Sv),  s = slip + Sh,  B' and D' by the sign of s
+
+    ``static_load`` is the load at which D is meant.
+    """
     p = e.p
+    slip = read + p.tire_Sh
+    braking = (1 - slip / sqrt(slip * slip + TURN**2)) / 2
+    peak = p.tire_D * (1 + p.braking_D * braking)
     grip = e(
-        friction, load=load, static_load=p.static_load, tire_D=p.tire_D, tire_load_sensitivity=0.0, **sliding
+        friction, load=load, static_load=p.static_load, tire_D=peak, tire_load_sensitivity=0.0, **sliding
     )  # fmt: skip
-    force = e(tire, slip=slip, load=load, tire_B=p.tire_B, tire_C=p.tire_C, tire_D=grip, tire_E=p.tire_E)
-    e.sensor("force_x", force, 0.0)
+    stiff = p.tire_B * (1 + p.braking_B * braking)
+    force = e(tire, slip=slip, load=load, tire_B=stiff, tire_C=p.tire_C, tire_D=grip, tire_E=p.tire_E)
+    e.sensor("force_x", force + load * p.tire_Sv, 0.0)
 
 
 def _driven(e: ModelBuilder, u: Signals) -> None:
@@ -32,7 +45,7 @@ def _slipped(e: ModelBuilder, u: Signals) -> None:
     _force(e, u.load, e("slip", value=(1 + u.slip) * (1 + e.p.radius_error) - 1))
 
 
-_CONSTANTS = (*SHAPE, "radius_error", "static_load")
+_CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, "radius_error", "static_load")
 
 # ``slip_gradient`` is the slip's change per distance rolled, 1/m.
 TIRE_CURVE = Model(

@@ -14,6 +14,8 @@ STEP = Step(
     optional=(),
     needs=(),
     gives=("frontal_area",),
+    reads=(),
+    run_keys=(),
     prepare=prepare,
     load=load_pictures,
 )

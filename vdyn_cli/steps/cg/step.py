@@ -17,6 +17,9 @@ STEP = Step(
         *("wheel_inertia", "wheel_radius"),
     ),
     gives=("cg_height", "cg_to_rear", "cg_to_front", "pitch_inertia"),
+    reads=("tire_vertical_stiffness",),
+    run_keys=("direction",),
     prepare=prepare,
+    complete=("pitch_rate",),
     diagnosable=Diagnosable(metric=("front load", "N"), run="run"),
 )

@@ -34,6 +34,11 @@ STEP = Step(
         "road_load_f2",
     ),
     scaled=(SPEED_OF_WHEEL, TORQUE_OF_MOTOR),
+    reads=(
+        *("mass", "rotating_mass", "wheel_inertia", "wheel_radius", "gear_ratio", "driveline_efficiency"),
+        *("air_density", "temperature", "pressure"),
+    ),
+    run_keys=("direction", "start", "temperature"),
     prepare=prepare,
     rate=lambda spec: RATE,
     diagnosable=Diagnosable(metric=("speed", "m/s"), run="coast", fewest_runs=4, two_way=_on_one_road),

@@ -27,4 +27,12 @@ inverse variance; where they do not, it is the pendulum's, since it depends on l
 pendulum measures the wheel alone; the road's value includes a sensor's rotating part and the brake disc.
 
 Sources: SAE 2017-01-1574, equations (19) to (22); JCGM 100:2008 for the propagation of uncertainty.
+
+On a stand (``manoeuvre: stand``) the wheel touches nothing, and a torque at its hub spins it up and down; inertia and
+bearing drag follow without hub forces::
+
+    J om' = T - Tb sgn(om) - cb om
+
+J is that of all that turns; ``settings.stand_inertia`` takes off what does not belong to the wheel. The torque may be a
+motor's current times its torque constant (and gear_ratio), whose standard deviation is one of J.
 """

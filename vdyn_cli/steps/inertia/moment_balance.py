@@ -17,11 +17,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Correction
-from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
-from vdyn_cli.physics.models.wheel_spin import INPUTS, LEVER, READINGS, WHEEL_SPIN
+from vdyn_cli.physics.models.wheel_spin import LEVER, READINGS, WHEEL_SPIN
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.noise import WindowNoise
@@ -62,19 +63,21 @@ class DriveWindows:
         return np.asarray((self.log.time[self.last] + self.log.time[self.first]) / 2)
 
 
-def drive_windows(log: Log, width: float, wheel: Mapping[str, float]) -> DriveWindows:
+def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Model = WHEEL_SPIN) -> DriveWindows:
     """Cut a run into windows of about ``width`` s, leaving out gaps, missing values and standstill.
 
     Parameters
     ----------
-    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance.
+    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a wheel that is free.
+    model : whose inputs the log has.
     """
+    inputs = model.inputs
     time, speed = log.time, log["wheel_speed"]
-    good = np.all([np.isfinite(log[name]) for name in INPUTS], axis=0) & (np.abs(speed) > STANDSTILL)
+    good = np.all([np.isfinite(log[name]) for name in inputs], axis=0) & (np.abs(speed) > STANDSTILL)
     step = float(np.median(np.diff(time))) if time.size > 1 else 1.0
     whole = good[1:] & good[:-1] & (np.diff(time) < GAP * step)  # intervals that may be integrated
     first, last = _edges(whole, max(round(width / step), 2))
-    filled = {n: np.interp(time, time[good], log[n][good]) if good.any() else np.zeros(time.size) for n in INPUTS}
+    filled = {n: np.interp(time, time[good], log[n][good]) if good.any() else np.zeros(time.size) for n in inputs}
     log = log.with_channels(**filled)
     if first.size == 0:
         nothing = np.zeros(0)
@@ -103,6 +106,8 @@ def _edges(whole: NDArray[np.bool_], count: int) -> tuple[Index, Index]:
 
 def _net_torque(log: Log, wheel: Mapping[str, float]) -> Array:
     """The torque that speeds the wheel up, roughly: for the level of its noise and a start value."""
+    if "hub_force_x" not in log:
+        return log["hub_torque"]
     force = log["hub_force_x"] + wheel["wheel_mass"] * log["acceleration"]
     return log["hub_torque"] - wheel["wheel_radius"] * (force + wheel["rolling_resistance"] * log["hub_force_z"])
 
@@ -114,13 +119,16 @@ class MomentBalance:
     Parameters
     ----------
     runs : cut into windows.
-    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance.
+    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a wheel that is free.
     torque_zero : N m, standard deviation of each run's zero of the balance.
+    model : of the wheel. drag : its unknowns beside the inertia, shared by all runs.
     """
 
     runs: tuple[DriveWindows, ...]
     wheel: Mapping[str, float]
     torque_zero: float
+    model: Model = WHEEL_SPIN
+    drag: tuple[Unknown, ...] = ()
 
     @cached_property
     def plain_inertia(self) -> float:
@@ -139,7 +147,7 @@ class MomentBalance:
     @property
     def first_inertia(self) -> float:
         """Where the search begins, kg m^2: the plain inertia, or an ordinary wheel's where that is not positive."""
-        ordinary = RIM_SHARE * self.wheel["wheel_mass"] * self.wheel["wheel_radius"] ** 2
+        ordinary = RIM_SHARE * self.wheel.get("wheel_mass", 20.0) * self.wheel.get("wheel_radius", 0.3) ** 2
         return self.plain_inertia if self.plain_inertia > 0 else ordinary
 
     def negative_inertia(self) -> tuple[Finding, ...]:
@@ -176,25 +184,26 @@ class MomentBalance:
         zero = self.torque_zero
         every = (
             Unknown("wheel_inertia", inertia, 0.01 * inertia, 100 * inertia, "kg m^2"),
+            *self.drag,
             *unknowns,
             Unknown("hub_torque_zero", 0.0, -50 * zero, 50 * zero, "N m", (0.0, zero), per_run=True, nuisance=True),
         )
-        values = {**self.wheel, "wheel_inertia": inertia, "hub_torque_zero": 0.0}
-        simulator = Simulator(WHEEL_SPIN, values, [u.name for u in every], effects)
-        drives = [Drive(run.log.time, {name: run.log[name] for name in INPUTS}) for run in self.runs]
+        values = {**self.wheel, **{u.name: u.start for u in self.drag}}
+        values |= {"wheel_inertia": inertia, "hub_torque_zero": 0.0}
+        simulator = Simulator(self.model, values, [u.name for u in every], effects)
+        drives = [Drive(run.log.time, {name: run.log[name] for name in self.model.inputs}) for run in self.runs]
 
         def rows(index: int, theta: Array) -> Rows:
             run, simulated = self.runs[index], simulator(drives[index], theta)
-            speed = np.sum([simulated.outputs[name] for name in READINGS], axis=0)
-            tangents = np.sum([simulated.sensitivities[name] for name in READINGS], axis=0)
+            readings = [name for name in READINGS if name in simulated.outputs]
+            speed = np.sum([simulated.outputs[name] for name in readings], axis=0)
+            tangents = np.sum([simulated.sensitivities[name] for name in readings], axis=0)
             excess = speed[run.last] - speed[run.first] - run.gained
             slopes = theta[0] * (tangents[run.last] - tangents[run.first])
             slopes[:, 0] += excess
-            lever = float(simulated.outputs[LEVER][0])
-            longer = simulated.sensitivities[LEVER][0] / lever
+            scale, longer = self._lever(simulated, theta.size)
             slopes -= np.outer(theta[0] * excess, longer)
-            scale = self.wheel["wheel_radius"] / lever
-            apparent = theta[0] * self.wheel["wheel_radius"] / lever
+            apparent = theta[0] * scale
             factor = run.noise.factor(apparent)
             residual = whitened(factor, theta[0] * excess * scale)
             larger = -apparent * longer  # d J / d unknown
@@ -205,6 +214,13 @@ class MomentBalance:
             )
 
         return Regression(every, tuple(run.log.name for run in self.runs), rows)
+
+    def _lever(self, simulated: Simulated, unknowns: int) -> tuple[float, Array]:
+        """Stated over modeled radius, and the relative change of the modeled one by each unknown; 1 and 0 without."""
+        if LEVER not in simulated.outputs:
+            return 1.0, np.zeros(unknowns)
+        lever = float(simulated.outputs[LEVER][0])
+        return self.wheel["wheel_radius"] / lever, simulated.sensitivities[LEVER][0] / lever
 
     def slopes(
         self,

@@ -75,13 +75,15 @@ def road_inertia_at(
     unknowns: Sequence[Unknown] = (),
 ) -> RoadInertia:
     """The estimate at a solution of the balance's regression; parameters as of :func:`road_inertia`."""
-    torque = tuple(_torque(run, solution, white) for run, white in zip(balance.runs, solution.residuals, strict=True))
+    torque = tuple(
+        torque_in_windows(run, solution, white) for run, white in zip(balance.runs, solution.residuals, strict=True)
+    )
     shared, zeros = list(solution.values.values()), solution.per_run["hub_torque_zero"]
     slopes = balance.slopes(tuple(KNOWN), shared, zeros, effects, unknowns)
     return RoadInertia(balance.runs, solution, torque, _budget(solution, known, slopes, gain_std))
 
 
-def _torque(run: DriveWindows, solution: Solution, white: Array) -> tuple[Array, Array]:
+def torque_in_windows(run: DriveWindows, solution: Solution, white: Array) -> tuple[Array, Array]:
     """Mean torque in each window from the wheel's speed, and from the hub's torque and forces."""
     factor = run.noise.factor(solution.values["wheel_inertia"])
     excess = factor[0] * white

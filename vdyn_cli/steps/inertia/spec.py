@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -24,10 +24,17 @@ class InertiaSettings(Strict):
     gain_std: Annotated[Given, Si("", 0, 0.1)] = Field(
         Given(0.0), description="standard deviation of the torque's gain against the force's, 0.001 for 0.1 %"
     )
+    stand_inertia: Annotated[Given, Si("kg m^2", 0, 50)] = Field(
+        Given(0.0), description="inertia of what turns with the wheel on a stand (rotor, shaft, hub), kg m^2"
+    )
 
 
 class InertiaSpec(TestSpec):
-    """The description of a wheel-inertia test: runs on the road, a pendulum, or both."""
+    """The description of a wheel-inertia test: runs on the road, a pendulum, or both; or a free wheel on a stand."""
+
+    manoeuvre: Literal["road", "stand"] = Field(
+        "road", description="stand: the wheel touches nothing and a torque at its hub spins it up and down"
+    )
 
     settings: InertiaSettings = Field(InertiaSettings(), description="integration and accuracy of the sensors")
     pendulum: Rig | None = Field(None, description="suspension and timing of the wheel")

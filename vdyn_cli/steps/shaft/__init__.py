@@ -9,6 +9,9 @@ torque and twist (or of the speeds of both ends, whose difference is the twist's
 
     T = k phi + c phi' + zero
 
+Encoders at both ends give phi = motor_angle / gear_ratio - wheel_angle, their zeros being where the torque is zero; the
+rate is then that of the fitted twist, and no angle is differentiated.
+
 Noise is in every channel; the readings are adjusted, each by its own noise, until this law holds and the twist is the
 integral of its rate. Plain least squares would lose some per cent of c.
 

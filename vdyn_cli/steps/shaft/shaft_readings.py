@@ -12,6 +12,7 @@ from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import exceeds_noise, white_level
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.shaft.encoder_angles import ANGLES, ratio_of_angles_doubts, with_twist_of_angles
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec, SideName
 from vdyn_cli.steps.sign_conventions import REMEDY, cosine, wrong_sign
 
@@ -93,10 +94,15 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
     ratio = spec.settings.gear_ratio.value
     found: dict[SideName, list[ShaftReadings]] = {name: [] for name in SIDES}
     findings: list[Finding] = []
-    for run, log in zip(spec.runs, logs, strict=True):
+    for run, logged in zip(spec.runs, logs, strict=True):
+        by_angles = "twist" not in logged and all(name in logged for name in ANGLES)
+        if by_angles and (doubts := ratio_of_angles_doubts(logged, ratio)):
+            findings += doubts
+            continue
+        log = with_twist_of_angles(logged, ratio) if by_angles else logged
         used = _used(log)
         if len(used) == 1:
-            remedy = "map 'twist', or 'motor_speed' and 'wheel_speed'"
+            remedy = "map 'twist', or 'motor_speed' and 'wheel_speed', or 'motor_angle' and 'wheel_angle'"
             findings.append(Finding("channels", "the twist of the shaft cannot be computed", "", remedy))
             break
         samples = np.count_nonzero(np.all([np.isfinite(log[name]) for name in used], axis=0))

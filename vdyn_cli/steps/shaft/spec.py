@@ -45,7 +45,7 @@ class ShaftSettings(Strict):
     """What turns the channels into twist and torque of the shaft."""
 
     gear_ratio: Annotated[Given, Si("", 0.05, 100)] = Field(
-        Given(1.0), description="turns of the motor_speed channel per turn of the wheel"
+        Given(1.0), description="turns of the channels motor_speed and motor_angle per turn of the wheel"
     )
     torque_gain: Annotated[Given, Si("", 0, 0.1)] = Field(
         Given(0.0), description="standard deviation of the torque sensor's gain, 0.001 for 0.1 %"

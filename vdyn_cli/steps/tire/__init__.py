@@ -11,6 +11,10 @@ every channel taken from the channel itself.
 C, D and E need slip beyond the peak. Where no sweep reaches it, only the slope at zero slip is determined and
 published, with the spread that the shapes of passenger car tires give it (C 1.6 +- 0.15, E 0 +- 0.6).
 
+``tire_C: 1.32 +- 0.1`` under vehicle (or ``settings.priors``) is a prior of the fit, ``tire_C: 1.32`` holds the value.
+Options: ``shifts: true`` fits s + Sh for s and adds Sv to the friction; ``peaks: two`` gives braking a B and a D of its
+own (at s < 0), the slope at zero slip being that of driving.
+
 Assumes steady state (slow sweeps), pure longitudinal slip, one curve for all loads. An error of 1 % in the wheel
 radius is an error of 1 % of slip everywhere; the radius' standard deviation, where given, is carried into the result.
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Unknown, solve
-from vdyn_cli.physics.models.tire_curve import SLIP_CURVE, TIRE_CURVE
+from vdyn_cli.inference import Regression, Solution, Unknown, solve
+from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError, unpublished
 from vdyn_cli.steps.effect_estimates import unbounded
@@ -27,6 +28,7 @@ from vdyn_cli.steps.tire.spec import TireSpec
 from vdyn_cli.steps.tire.tire_regression import CAR_TIRES, FittedCurve, TireFit, fitted_curve
 
 FREE_FORCE = 300.0  # N, plausible size of a free profile: a tenth of the friction of a car's wheel
+HELD = 1e-4  # relative standard deviation of a shape factor that is stated without one
 FEWEST_TO_COMPARE = 3  # sweeps, of which one may be unlike the others
 
 
@@ -39,11 +41,15 @@ class TireProblem(SimulatedProblem):
     logs : with slip, NaN where a sample does not count.
     sweeps : the logs averaged into bins.
     radius_std : relative standard deviation of the radius that the slip was computed with; 0 where it was logged.
+    priors : stated means and standard deviations of shape factors.
+    free : those of the curve's shifts, and of its excess in braking, that are unknown.
     """
 
     logs: tuple[Log, ...]
     sweeps: tuple[BinnedSweep, ...]
     radius_std: float
+    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    free: tuple[str, ...] = ()
 
     @property
     def model(self) -> Model:
@@ -73,7 +79,12 @@ class TireProblem(SimulatedProblem):
     @cached_property
     def baseline(self) -> FittedCurve:
         """The curve without effects."""
-        return fitted_curve(self.sweeps, self.radius_std)
+        return fitted_curve(self.fit)
+
+    @property
+    def fit(self) -> TireFit:
+        """The sweeps with the stated priors, without effects."""
+        return TireFit(self.sweeps, self.priors, self.radius_std, free=self.free)
 
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
@@ -86,8 +97,8 @@ class TireProblem(SimulatedProblem):
         try:
             prior, values = self.baseline.fit.prior, self.baseline.solution.values
         except ResultError:  # what is wrong is to be found from an ordinary tire
-            prior, values = CAR_TIRES, NO_VALUES
-        fit = TireFit(self.sweeps, prior, self.radius_std, effects, tuple(unknowns))
+            prior, values = {**CAR_TIRES, **self.priors}, NO_VALUES
+        fit = replace(self.fit, prior=prior, effects=effects, unknowns=tuple(unknowns))
         begin = {**fit.first_values, **values, **start}
         at: Mapping[str, float] = begin
         if unknowns:
@@ -108,9 +119,10 @@ class TireProblem(SimulatedProblem):
         ResultError : the sweeps make no curve; where all but one do, that one is named.
         """
         if effects:
-            return tire_result(fitted_curve(self.sweeps, self.radius_std, effects, unknowns), self.logs)
+            fit = replace(self.fit, effects=effects, unknowns=tuple(unknowns))
+            return tire_result(fitted_curve(fit), self.priors, self.logs)
         try:
-            result = tire_result(self.baseline, self.logs)
+            result = tire_result(self.baseline, self.priors, self.logs)
             odd = self._odd_sweep() if self.baseline.fit.scale > 1.0 else ()
             if odd:
                 raise UnpublishedError(odd, result)
@@ -119,8 +131,12 @@ class TireProblem(SimulatedProblem):
             raise
         except ResultError as error:
             why = (*self._odd_sweep(), *error.findings)
-            fit = TireFit(self.sweeps, CAR_TIRES, self.radius_std)
-            found = unpublished(error, lambda solution: tire_result(FittedCurve(fit, solution, None), self.logs))
+            fit = replace(self.fit, prior={**CAR_TIRES, **self.priors})
+
+            def shown(solution: Solution) -> Result:
+                return tire_result(FittedCurve(fit, solution, None), self.priors, self.logs)
+
+            found = unpublished(error, shown)
             if isinstance(found, UnpublishedError):
                 raise UnpublishedError(why, found.shown) from None
             raise ResultError(*why) from None
@@ -130,8 +146,8 @@ class TireProblem(SimulatedProblem):
         found = []
         for odd in self.sweeps if len(self.sweeps) >= FEWEST_TO_COMPARE else ():
             try:
-                others = [sweep for sweep in self.sweeps if sweep is not odd]
-                if fitted_curve(others, self.radius_std).peak is not None:
+                others = tuple(sweep for sweep in self.sweeps if sweep is not odd)
+                if fitted_curve(replace(self.fit, sweeps=others)).peak is not None:
                     found.append(odd.run)
             except ResultError:
                 continue
@@ -155,4 +171,19 @@ def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProbl
     sweeps = slip_sweeps(logs, spec.settings, known)
     radius = known.estimates.get("wheel_radius")
     radius_std = radius.std / radius.value if radius and "slip" not in logs[0] else 0.0
-    return TireProblem(sweeps, tuple(binned_sweep(log) for log in sweeps), radius_std)
+    settings = spec.settings
+    free = (*(SHIFTS if settings.shifts else ()), *(BRAKING if settings.peaks == "two" else ()))
+    binned = tuple(binned_sweep(log) for log in sweeps)
+    return TireProblem(sweeps, binned, radius_std, _priors(spec, known), free)
+
+
+def _priors(spec: TireSpec, known: Parameters) -> dict[str, tuple[float, float]]:
+    """Mean and standard deviation of each shape factor that the description states; an exact one is held.
+
+    Values of parameter files are no priors: they may come from the same sweeps.
+    """
+    stated: dict[str, Given] = {
+        n: Given(e.value, e.std) for n, e in known.items() if n in SHAPE and e.source == "given"
+    }
+    stated |= {str(n): given for n, given in spec.settings.priors.items()}
+    return {n: (g.value, g.std or HELD * max(abs(g.value), 1.0)) for n, g in stated.items()}

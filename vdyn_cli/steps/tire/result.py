@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from vdyn_cli.inference import Solution
-from vdyn_cli.physics.models.tire_curve import SHAPE
+from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -18,11 +18,12 @@ from vdyn_cli.steps.tire.tire_regression import FittedCurve
 STIFFNESS = "tire_longitudinal_stiffness"
 
 
-def tire_result(curve: FittedCurve, logs: Sequence[Log]) -> Result:
+def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], logs: Sequence[Log]) -> Result:
     """All shape factors where the sweeps determine them, else the slope at zero slip alone; the others are withheld.
 
     Parameters
     ----------
+    priors : mean and standard deviation of the stated shape factors.
     logs : of the sweeps, whose findings are passed on.
     """
     fit, solution = curve.fit, curve.solution
@@ -32,9 +33,12 @@ def tire_result(curve: FittedCurve, logs: Sequence[Log]) -> Result:
         warnings.append(text.peak_not_reached(fit.sweeps))
         withheld = dict.fromkeys(SHAPE, text.WITHHELD)
     else:
-        shape = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "tire") for n in SHAPE}
-        estimates = {**shape, STIFFNESS: slope}
-        correlation = {a: {b: solution.correlation[a][b] for b in SHAPE} for a in SHAPE}
+        names = (*SHAPE, *(n for n in SHIFTS if n in fit.free))
+        shape = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "tire") for n in names}
+        estimates = {**shape, **_braking(curve), STIFFNESS: slope}
+        correlation = {a: {b: solution.correlation[a][b] for b in names} for a in names}
+        if curve.peak > fit.reach:
+            warnings.append(text.peak_by_priors(fit.reach, curve.peak))
     points = [fit.points(sweep, solution.values) for sweep in fit.sweeps]
     residuals = [near.residual(sweep) for near, sweep in zip(points, fit.sweeps, strict=True)]
     summary = FitSummary(
@@ -56,10 +60,23 @@ def tire_result(curve: FittedCurve, logs: Sequence[Log]) -> Result:
         figures.comparisons(fit.sweeps, residuals),
         (figures.friction_over_slip(curve), figures.residual_over_slip(fit.sweeps, residuals)),
         (text.sweeps_table(fit.sweeps),),
-        tuple(f for log in logs for f in log.findings),
+        (*text.prior_notes(priors, solution), *(f for log in logs for f in log.findings)),
         amplitudes=effect_amplitudes(solution, fit.unknowns),
         withheld=withheld,
     )
+
+
+def _braking(curve: FittedCurve) -> dict[str, Estimate]:
+    """B and D in braking, where they are fitted: (1 + excess) times those in driving."""
+    solution, found = curve.solution, {}
+    for driving, excess in (("tire_B", "braking_B"), ("tire_D", "braking_D")):
+        if excess in curve.fit.free:
+            base, more = solution.values[driving], solution.values[excess]
+            gradient, name = {driving: 1 + more, excess: base}, f"{driving}_brake"
+            value = base * (1 + more)
+            interval = solution.interval_of(value, gradient)
+            found[name] = Estimate.of(name, value, solution.std_of(gradient), interval, "tire")
+    return found
 
 
 def _slope(solution: Solution) -> Estimate:

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from vdyn_cli.description.test_description import Si, Strict, TestSpec
 from vdyn_cli.quantities.quantity import Given
 
+ShapeFactor = Literal["tire_B", "tire_C", "tire_D", "tire_E"]
+
 
 class TireSettings(Strict):
-    """Which samples count: slip means nothing at crawling speed, friction nothing without load."""
+    """Which samples count (slip means nothing at crawling speed, friction nothing without load), and the curve."""
 
     minimum_speed: Annotated[Given, Si("m/s", 0.1, 50)] = Field(
         Given(1.0), description="vehicle speed below which no slip is computed, m/s"
     )
     minimum_load: Annotated[Given, Si("N", 1, 50_000)] = Field(
         Given(300.0), description="vertical load below which samples are left out, N"
+    )
+    priors: dict[ShapeFactor, Annotated[Given, Si("", -20, 100)]] = Field(
+        {}, description="what is known of B, C, D and E, such as {tire_C: 1.32 +- 0.1}; else under vehicle"
+    )
+    shifts: bool = Field(
+        False, description="true: the shifts Sh (of the slip) and Sv (of the friction) are unknowns of the curve"
+    )
+    peaks: Literal["one", "two"] = Field(
+        "one", description="two: driving and braking have their own peak friction and stiffness factor, D and B"
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vdyn_cli.physics.models.tire_curve import SHAPE
+from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.tire.problem import prepare
 from vdyn_cli.steps.tire.result import STIFFNESS
@@ -15,7 +15,9 @@ STEP = Step(
     required=("time", "force_x", "force_z"),
     optional=("slip", "wheel_speed", "vehicle_speed"),
     needs=("wheel_radius",),
-    gives=(*SHAPE, STIFFNESS),
+    gives=(*SHAPE, STIFFNESS, *SHIFTS, "tire_B_brake", "tire_D_brake"),
+    reads=SHAPE,
+    run_keys=(),
     prepare=prepare,
     diagnosable=Diagnosable(metric=("force", "N"), run="sweep"),
 )

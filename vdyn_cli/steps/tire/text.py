@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vdyn_cli.inference import Solution
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.interval_text import with_interval
@@ -19,6 +21,7 @@ METHODS = (
 )
 
 
+CONTRADICTED = 3.0  # standard deviations of a prior: by chance once in 400 tests
 WITHHELD = "the sweeps determine only the product B C D, the slope at zero slip"
 
 
@@ -28,7 +31,9 @@ def sentence(estimates: Mapping[str, Estimate], peak: float | None) -> str:
     at_zero = with_interval(slope, "per unit of slip")
     if peak is None:
         return f"The tire's slope at zero slip is {at_zero}; the sweeps do not determine its peak."
-    friction = with_interval(estimates["tire_D"])
+    friction, brake = with_interval(estimates["tire_D"]), estimates.get("tire_D_brake")
+    if brake is not None:
+        friction = f"{friction} in driving and {with_interval(brake)} in braking, in driving"
     return f"The tire's peak friction is {friction} at {peak:.1%} of slip, and its slope at zero slip is {at_zero}."
 
 
@@ -45,6 +50,26 @@ def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
         f"the sweeps do not determine the peak (largest slip {slip:.1%}, largest friction {friction:.2f}): only the "
         "product B C D is determined, not B, C, D and E; sweep to two or three times the slip of the peak"
     )
+
+
+def peak_by_priors(reach: float, peak: float) -> str:
+    """The warning that the peak was not reached; ``reach`` is the largest slip measured, ``peak`` that of the peak."""
+    return (
+        f"the peak at {peak:.1%} of slip lies beyond the sweeps (largest slip {reach:.1%}): B and D rest on the stated "
+        "C and E"
+    )
+
+
+def prior_notes(priors: Mapping[str, tuple[float, float]], solution: Solution) -> list[Finding]:
+    """That a stated shape factor is a prior of the fit, and how far from it the fit lies."""
+    found = []
+    for name, (mean, std) in priors.items():
+        away = (solution.values[name] - mean) / std
+        what = f"{mean:g} +- {std:.2g} is a prior of the fit, whose value is {away:+.1f} of its standard deviations off"
+        doubtful = abs(away) > CONTRADICTED
+        remedy = "state another value, or a wider standard deviation" if doubtful else ""
+        found.append(Finding(name, what, "", remedy, minor=not doubtful, doubt=doubtful))
+    return found
 
 
 def sweeps_table(sweeps: Sequence[BinnedSweep]) -> Table:

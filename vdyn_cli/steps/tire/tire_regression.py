@@ -13,7 +13,7 @@ from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
-from vdyn_cli.physics.models.tire_curve import SHAPE, SLIP_CURVE, TIRE_CURVE, peak_slip
+from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE, peak_slip
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
@@ -23,9 +23,12 @@ Array = NDArray[np.float64]
 
 # Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would push the wrong way.
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
+RANGES |= {"tire_Sh": (-0.2, 0.2), "tire_Sv": (-0.5, 0.5), "braking_B": (-0.8, 4.0), "braking_D": (-0.8, 2.0)}
 # Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
 CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
+SHAPES = ("tire_C", "tire_E")  # what decides how a curve goes on beyond its steep part
 EXACT = 1e-3  # of a prior's standard deviation: held, with the slopes that the projection needs
+NEAR_ZERO = 0.4  # of the largest friction, below which the curve is nearly straight
 STARTS = (1.3, 1.6, 1.9)  # of C: a wrong one can end in a local minimum
 ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown moves by more standard deviations
 
@@ -44,11 +47,12 @@ class TireFit:
 
     Parameters
     ----------
-    prior : (mean, standard deviation) of shape factors, for sweeps that end before the peak.
+    prior : (mean, standard deviation) of shape factors: stated, or a car tire's for sweeps that end before the peak.
     radius_std : relative standard deviation of the wheel radius that the slip was computed with; 0 leaves it out.
     effects, unknowns : corrections of the curve, and their unknowns.
     scale : of the residual over the sensors' noise, where the curve does not follow the sweeps: beside a residual that
         is taken for noise, priors would have no weight.
+    free : those of SHIFTS and BRAKING that are unknown.
     """
 
     sweeps: tuple[BinnedSweep, ...]
@@ -57,6 +61,7 @@ class TireFit:
     effects: Sequence[Correction] = ()
     unknowns: tuple[Unknown, ...] = ()
     scale: float = 1.0
+    free: tuple[str, ...] = ()
 
     def solve(self) -> Solution:
         """Fit from several shapes, projecting the slips anew until the curve no longer moves; the best fit.
@@ -66,7 +71,8 @@ class TireFit:
         ResultError : the fit's own, or the projection does not settle.
         """
         found, failed = [], []
-        for c in STARTS:
+        stated = self.prior.get("tire_C")
+        for c in STARTS if stated is None else (float(np.clip(stated[0], *RANGES["tire_C"])),):
             b = self.first_values["tire_B"] * self.first_values["tire_C"] / c
             try:
                 found.append(self._settled({**self.first_values, "tire_B": b, "tire_C": c}))
@@ -100,7 +106,7 @@ class TireFit:
         at, start : values of unknowns by name; those left out are at the start values of this fit.
         """
         begin = {**self.first_values, **(start or at)}
-        shape = [Unknown(n, begin[n], *RANGES[n], prior=self.prior.get(n)) for n in SHAPE]
+        shape = [Unknown(n, begin[n], *RANGES[n], prior=self.prior.get(n)) for n in (*SHAPE, *self.free)]
         if self.radius_std > 0:
             prior = (0.0, self.radius_std)
             shape.append(Unknown("radius_error", 0.0, -0.2, 0.2, prior=prior, nuisance=True))
@@ -133,8 +139,13 @@ class TireFit:
         return np.asarray(self._simulator(drive, self._theta(values), sensitivities=False).outputs["force_x"])
 
     @property
+    def reach(self) -> float:
+        """The largest slip of the sweeps, to either side."""
+        return max(float(np.abs(sweep.slip).max()) for sweep in self.sweeps)
+
+    @property
     def _names(self) -> tuple[str, ...]:
-        return (*SHAPE, "radius_error", *(u.name for u in self.unknowns))
+        return (*SHAPE, *self.free, "radius_error", *(u.name for u in self.unknowns))
 
     @property
     def _driven(self) -> bool:
@@ -145,12 +156,35 @@ class TireFit:
         """Where the search begins: the largest friction measured, and the slope near zero slip."""
         slip = np.concatenate([sweep.slip for sweep in self.sweeps])
         friction = np.concatenate([sweep.force / sweep.load for sweep in self.sweeps])
-        peak = float(np.clip(np.quantile(np.abs(friction), 0.98), 0.1, 2.5))
+        extra = self._first_extra(slip, friction)
+        slip, friction = slip + extra["tire_Sh"], friction - extra["tire_Sv"]
+        level = friction[slip > 0] if "braking_D" in self.free and (slip > 0).any() else np.abs(friction)
+        peak = float(np.clip(np.quantile(level, 0.98), 0.1, 2.5))
         low = np.abs(friction) < 0.6 * peak
         slope = float(np.sum(friction[low] * slip[low]) / max(np.sum(slip[low] ** 2), 1e-12)) if low.any() else 15.0
         b = float(np.clip(slope / (1.5 * peak), 2.0, 40.0))
         shape = {"tire_B": b, "tire_C": 1.5, "tire_D": peak, "tire_E": 0.0}
+        shape |= {n: float(np.clip(mean, *RANGES[n])) for n, (mean, _) in self.prior.items()} | extra
         return {**shape, "radius_error": 0.0, **{u.name: u.start for u in self.unknowns}}
+
+    def _first_extra(self, slip: Array, friction: Array) -> dict[str, float]:
+        """Where the search for shifts, and for the excess in braking, begins; 0 for what is not unknown.
+
+        Sv from the middle between the largest frictions of both signs, Sh from where the friction crosses it.
+        """
+        found = dict.fromkeys((*SHIFTS, *BRAKING), 0.0)
+        high, low = (float(np.quantile(friction, q)) for q in (0.98, 0.02))
+        if not low < 0.0 < high:
+            return found
+        if "tire_Sv" in self.free:
+            found["tire_Sv"] = 0.0 if "braking_D" in self.free else (high + low) / 2
+            near = np.abs(friction - found["tire_Sv"]) < NEAR_ZERO * (high - low) / 2
+            if np.count_nonzero(near) > 2:
+                rise = np.polyfit(friction[near] - found["tire_Sv"], slip[near], 1)
+                found["tire_Sh"] = float(np.clip(-rise[1], *RANGES["tire_Sh"]))
+        if "braking_D" in self.free:
+            found["braking_D"] = float(np.clip(-low / high - 1.0, *RANGES["braking_D"]))
+        return found
 
     @cached_property
     def _simulator(self) -> Simulator:
@@ -183,34 +217,28 @@ class FittedCurve:
     peak: float | None
 
 
-def fitted_curve(
-    sweeps: Sequence[BinnedSweep],
-    radius_std: float,
-    effects: Sequence[Correction] = (),
-    unknowns: Sequence[Unknown] = (),
-) -> FittedCurve:
+def fitted_curve(fit: TireFit) -> FittedCurve:
     """The whole curve where the sweeps go beyond its peak, else one whose shape is that of passenger car tires.
 
     The shape is also that of passenger car tires where the sweeps do not determine it; what they determine is the
-    slope at zero slip.
+    slope at zero slip. A stated C and E decide the shape themselves, so that a peak beyond the sweeps is published.
 
     Parameters
     ----------
-    radius_std, effects, unknowns : as of :class:`TireFit`.
+    fit : with the stated priors.
 
     Raises
     ------
     ResultError : the sweeps do not determine the slope at zero slip.
     """
-    fit = TireFit(tuple(sweeps), {}, radius_std, effects, tuple(unknowns))
     try:
         solution = fit.solve()
         peak = peak_slip(*(solution.values[n] for n in ("tire_B", "tire_C", "tire_E")))
-        if peak < max(float(np.abs(sweep.slip).max()) for sweep in sweeps):
+        if peak < fit.reach or set(SHAPES) <= set(fit.prior):
             return FittedCurve(fit, solution, peak)
     except ResultError:
         pass  # the shape beyond the slope is not determined
-    fit = replace(fit, prior=CAR_TIRES)
+    fit = replace(fit, prior={**CAR_TIRES, **fit.prior})
     try:
         return FittedCurve(fit, fit.solve(), None)
     except ResultError:
@@ -225,6 +253,6 @@ def _misfit(fit: TireFit) -> float:
     ------
     ResultError : the sweeps do not even determine slope and height of that curve.
     """
-    exact = {n: (mean, EXACT * std) for n, (mean, std) in fit.prior.items()}
+    exact = {n: (mean, EXACT * std) for n, (mean, std) in fit.prior.items() if n in CAR_TIRES}
     residuals = np.concatenate(replace(fit, prior=exact).solve().residuals)
     return max(float(np.sqrt(np.mean(residuals**2))), 1.0)

@@ -21,7 +21,10 @@ STEP = Step(
     gives=(),
     scaled=(TORQUE_OF_MOTOR,),
     rate=lambda spec: 1.0 / ROAD_LOAD_STEP if spec.settings.model == "road_load" else None,
+    run_keys=("direction", "temperature"),
     prepare=lambda spec, data, known: ValidateProblem(spec, tuple(data), known),
+    complete=("drive_torque", "drive_torque_left", "drive_torque_right", "brake_torque", "grade", "wind_speed"),
+    unbroken=("speed",),
     diagnosable=Diagnosable(
         metric=("speed", "m/s"),
         run="drive",

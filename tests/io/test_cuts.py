@@ -1,0 +1,60 @@
+"""Faulty segments become missing samples, each a row of the ledger; the description requests and vetoes cuts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.io.test_log_flags import N, T, day
+from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, with_cuts
+from vdyn_cli.quantities.cut_ledger import DataQuality, LedgerRow
+from vdyn_cli.quantities.log import Log
+
+
+def frozen(orders: CutOrders | None = None) -> CutLog:
+    channels = day()
+    channels["speed"][1000:1200] = channels["speed"][1000]
+    return with_cuts(Log("run.csv", T, channels), orders or CutOrders())
+
+
+def test_a_failed_segment_is_cut_and_its_row_counts_the_samples() -> None:
+    cut = frozen()
+    assert np.flatnonzero(np.isnan(cut.log["speed"])).tolist() == list(range(1000, 1200))
+    assert not np.isnan(cut.log["acceleration"]).any()
+    (row,) = cut.ledger
+    assert (row.channel, row.test, row.decision) == ("speed", "frozen", "automatic")
+    assert (row.samples, row.before, row.after) == (200, N, N - 200)
+    assert (row.start, row.stop) == (20.0, 23.98)
+    assert not np.isnan(cut.without(row)["speed"]).any()
+
+
+def test_what_the_message_prints_keeps_the_segment() -> None:
+    (finding,) = cut_findings(frozen().ledger)
+    assert "is constant at" in finding.what
+    assert "keep: [{channel: speed, from: 20 s, to: 23.98 s}]" in finding.remedy
+    kept = frozen(CutOrders(kept=(TimeSpan("speed", 20.0, 23.98),)))
+    assert not np.isnan(kept.log["speed"]).any()
+    assert kept.ledger[0].decision == "kept"
+    (doubt,) = cut_findings(kept.ledger)
+    assert doubt.doubt
+
+
+def test_requested_cuts_replace_the_automatic_ones() -> None:
+    one = frozen(CutOrders(automatic=False, requested=(TimeSpan("acceleration", 1.0, 1.98),)))
+    assert np.count_nonzero(np.isnan(one.log["acceleration"])) == 50
+    assert not np.isnan(one.log["speed"]).any()
+    assert [r.decision for r in one.ledger] == ["kept", "requested"]
+    pinned = frozen(CutOrders(automatic=False, requested=(TimeSpan("all", 20.0, 24.0),)))
+    assert [r.decision for r in pinned.ledger] == ["requested"]
+    assert np.isnan(pinned.log["acceleration"][1100])
+
+
+def test_a_window_before_the_segment_has_no_cut() -> None:
+    assert frozen().between(0.0, 19.9).ledger == ()
+    assert len(frozen().between(0.0, 21.0).ledger) == 1
+
+
+def test_the_ledger_is_read_back_as_it_was_written() -> None:
+    rows = (LedgerRow("a", "speed", 1.0, 2.0, "frozen", "why", 3, 9, 6, "automatic", {"mass": 1.5}), frozen().ledger[0])
+    quality = DataQuality({"a": {"speed": {"good": 6, "failed": 3}}}, rows)
+    assert DataQuality.from_json(quality.to_json()) == quality
+    assert quality.to_json()["ledger"][1]["changes"] == "not evaluated"

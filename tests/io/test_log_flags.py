@@ -1,0 +1,149 @@
+"""Faulty samples get the state failed with the test that says so; rest, quantization and switches do not."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.io.test_channel_quality import LEGITIMATE, drive
+from vdyn_cli.io.quality.log_flags import flags
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quality_flags import EVERY, Flag
+
+Array = NDArray[np.float64]
+N = 4000
+T = np.arange(N) * 0.02
+
+
+def day(seed: int = 0, decimals: int = 3) -> dict[str, Array]:
+    """A drive in several channels that a logger wrote with so many decimals."""
+    rng = np.random.default_rng(seed)
+    speed = 15.0 + 6.0 * np.sin(0.2 * T + seed) + 2.0 * np.sin(0.7 * T)
+    clean = {
+        "speed": speed,
+        "wheel_speed_fl": speed / 0.31,
+        "acceleration": np.gradient(speed, T),
+        "drive_torque": 300.0 + 200.0 * np.sin(0.4 * T),
+        "elevation": np.round(500.0 + 0.1 * np.cumsum(speed) * 0.02 / 50.0),
+    }
+    noise = {"speed": 0.02, "wheel_speed_fl": 0.05, "acceleration": 0.05, "drive_torque": 2.0, "elevation": 0.0}
+    return {n: np.round(v + rng.normal(0.0, noise[n] + 1e-12, N), decimals) for n, v in clean.items()}
+
+
+def found(channels: dict[str, Array]) -> list[tuple[str, str, int, int]]:
+    """Channel, test, first sample and the one after the last, of each fault."""
+    faults = flags(Log("run.csv", T, channels)).faults
+    return [(f.channel, f.test, f.first, f.stop) for f in faults]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("decimals", [3, 1])
+def test_a_healthy_drive_has_no_faults(seed: int, decimals: int) -> None:
+    assert found(day(seed, decimals)) == []
+
+
+NAMED = {"gear": "gear", "brake switch": "brake", "pedal at its stops": "pedal", "torque that rests": "drive_torque"}
+PLACES = {n: "elevation" for n in LEGITIMATE if n.startswith(("hill", "temperature", "slow"))}
+COMMANDED = {"limited torque, smoothly": "drive_torque", "constant": "drive_torque", "constant zero": "brake_torque"}
+
+
+@pytest.mark.parametrize("name", LEGITIMATE)
+def test_rest_quantization_and_switches_are_no_faults(name: str) -> None:
+    channel = (NAMED | PLACES | COMMANDED).get(name, "speed" if "speed" in name or "cruise" in name else "front_load")
+    values = np.asarray(LEGITIMATE[name], dtype=float)
+    assert flags(Log("run.csv", T, {channel: values})).faults == ()
+
+
+def test_a_log_without_noise_is_no_fault() -> None:
+    ramp = np.where(T < 30.0, 20.0 - T / 3.0, 10.0)
+    assert found({"speed": ramp, "wheel_speed_fl": ramp / 0.3}) == []
+
+
+def test_a_smooth_speed_that_freezes_while_the_car_moves_jumps_at_the_end() -> None:
+    values = np.round(20.0 + 8.0 * np.sin(0.3 * T), 3)
+    values[2000:2300] = values[2000]
+    assert found({"speed": values}) == [("speed", "frozen", 2000, 2300)]
+
+
+@pytest.mark.parametrize("channel", ["speed", "wheel_speed_fl", "acceleration", "drive_torque"])
+@pytest.mark.parametrize("length", [50, 600])
+def test_a_frozen_channel_is_found_from_its_first_to_its_last_sample(channel: str, length: int) -> None:
+    channels = day()
+    channels[channel][1500 : 1500 + length] = channels[channel][1500]
+    assert found(channels) == [(channel, "frozen", 1500, 1500 + length)]
+
+
+@pytest.mark.parametrize("length", [8, 50, 2400])
+def test_a_frozen_log_is_found_once(length: int) -> None:
+    channels = day()
+    for values in channels.values():
+        values[1000 : 1000 + length] = values[1000]
+    assert found(channels) == [(EVERY, "frozen", 1000, 1000 + length)]
+
+
+@pytest.mark.parametrize("length", [25, 50, 2400])
+def test_a_gap_that_the_logger_filled_with_straight_lines_is_found(length: int) -> None:
+    channels = day()
+    for values in channels.values():
+        values[1000 : 1000 + length] = np.round(np.linspace(values[1000], values[1000 + length], length), 3)
+    ((channel, test, first, stop),) = found(channels)
+    assert (channel, test) == (EVERY, "straight_line")
+    assert abs(first - 1000) <= 2
+    assert abs(stop - 1000 - length) <= 2
+
+
+def test_a_straight_line_in_one_channel_is_found() -> None:
+    channels = day()
+    channels["acceleration"][700:900] = np.round(np.linspace(-1.0, 2.0, 200), 3)
+    ((channel, test, first, stop),) = found(channels)
+    assert (channel, test) == ("acceleration", "straight_line")
+    assert abs(first - 700) + abs(stop - 900) <= 3
+
+
+def test_a_parked_car_is_at_rest_and_not_frozen() -> None:
+    channels = day()
+    channels["speed"][2000:] = channels["wheel_speed_fl"][2000:] = 0.0
+    channels["acceleration"][2100:] = 0.05
+    channels["drive_torque"][2000:] = 0.0
+    assert found(channels) == []
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("channel", ["speed", "acceleration", "drive_torque"])
+def test_a_single_wrong_sample_is_found(channel: str, seed: int) -> None:
+    channels, rng = day(seed), np.random.default_rng(seed)
+    at = int(rng.integers(100, N - 100))
+    channels[channel][at] += 20.0 * {"speed": 0.02, "acceleration": 0.05, "drive_torque": 2.0}[channel]
+    assert found(channels) == [(channel, "spike", at, at + 1)]
+
+
+def test_a_dropout_to_zero_is_found_and_a_stop_is_not() -> None:
+    values = drive() + 5.0
+    values += np.random.default_rng(3).normal(0.0, 0.01, N)
+    channels = {"speed": np.round(values, 3)}
+    channels["speed"][800:830] = 0.0
+    assert found(channels) == [("speed", "dropout", 800, 830)]
+    stopping = np.round(np.maximum(15.0 - np.abs(T - 40.0), 0.0), 2)
+    assert found({"speed": stopping}) == []
+
+
+def test_missing_samples_are_missing_and_short_channels_not_evaluated() -> None:
+    channels = day()
+    channels["speed"][100:120] = np.nan
+    states = flags(Log("run.csv", T, channels)).states["speed"]
+    assert np.all(states[100:120] == Flag.MISSING)
+    assert np.all(np.delete(states, np.s_[100:120]) == Flag.GOOD)
+    short = Log("run.csv", T[:40], {"speed": channels["speed"][:40]})
+    assert set(flags(short).states["speed"].tolist()) == {Flag.NOT_EVALUATED}
+
+
+def test_a_minute_at_1_khz_takes_far_less_than_a_second() -> None:
+    rng, n = np.random.default_rng(0), 60_000
+    names = ("speed", "acceleration", "front_load", "rear_load", "pitch_rate", "hub_torque")
+    log = Log("run.csv", np.arange(n) / 1000.0, {name: np.round(rng.normal(20.0, 1.0, n), 3) for name in names})
+    begun = time.process_time()
+    flags(log)
+    assert time.process_time() - begun < 0.8

@@ -1,0 +1,124 @@
+"""Everything that is wrong in a description and its logs, told at once; keys that a step does not read, named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from vdyn_cli.project.inputs import Inputs, gather
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.steps import load_step
+
+GOOD: dict[str, Any] = {
+    "test": "coastdown",
+    "vehicle": {"mass": "1500 kg", "air_density": 1.2},
+    "channels": {"time": {"column": "t", "unit": "s"}, "speed": {"column": "v", "unit": "m/s"}},
+    "runs": [{"log": "a.csv", "direction": "out"}],
+}
+
+
+def read(folder: Path, step: str = "coastdown", **changed: Any) -> Inputs:
+    time = np.arange(0.0, 20.0, 0.1)
+    np.savetxt(folder / "a.csv", np.column_stack([time, 25 - 0.5 * time]), delimiter=",", header="t,v", comments="")
+    description = {n: v for n, v in {**GOOD, **changed}.items() if v is not None}
+    (folder / "test.yaml").write_text(yaml.safe_dump(description, sort_keys=False))
+    return gather(load_step(step), folder / "test.yaml")
+
+
+def problems(folder: Path, **changed: Any) -> str:
+    with pytest.raises(InputError) as error:
+        read(folder, **changed)
+    return str(error.value)
+
+
+def test_wrong_keys_missing_logs_units_columns_and_numbers_come_in_one_round(tmp_path: Path) -> None:
+    text = problems(
+        tmp_path,
+        titel="x",
+        vehicle={"air_density": 1.2},
+        channels={
+            "time": {"column": "t", "unit": "s"},
+            "speed": {"column": "w", "unit": "kmh"},
+            "foo": {"constant": 1},
+        },
+        runs=[{"log": "a.csv", "direction": "outt"}, {"log": "b.csv"}],
+        settings={"terms": 7, "minimum_length": "10 kg"},
+    )
+    for said in (
+        "unknown key 'titel'",
+        "'runs.0.direction'",
+        "'settings.terms'",
+        "'settings.minimum_length' 'kg' is not a unit of the same kind as s",
+        "unknown channel 'foo'",
+        "'kmh' is not a unit",
+        "a.csv has no such column (got 'w')",
+        "b.csv: no such file",
+    ):
+        assert said in text, said
+
+
+def test_a_missing_number_of_the_vehicle_comes_in_the_same_round(tmp_path: Path) -> None:
+    text = problems(tmp_path, titel="x", vehicle={"air_density": 1.2})
+    assert "unknown key 'titel'" in text
+    assert "mass (vehicle mass as tested) is needed" in text
+
+
+def test_a_misspelled_channel_is_not_told_as_missing_too(tmp_path: Path) -> None:
+    channels = {"time": {"column": "t", "unit": "s"}, "speed": {"column": "v", "unti": "m/s"}}
+    text = problems(tmp_path, channels=channels)
+    assert "unknown key 'unti'" in text
+    assert "channel speed is needed" not in text
+
+
+def test_missing_logs_are_told_beside_a_run_that_names_none(tmp_path: Path) -> None:
+    text = problems(tmp_path, runs=[{"log": "b.csv"}, {"direction": "out"}])
+    assert "a run has either 'log' or 'logs'" in text
+
+
+def test_a_description_without_its_main_key_still_tells_of_missing_logs(tmp_path: Path) -> None:
+    text = problems(tmp_path, test=None, runs=[{"log": "b.csv"}])
+    assert "'test' is missing" in text
+    assert "b.csv does not exist" in text
+
+
+@pytest.mark.parametrize(
+    ("changed", "said", "remedy"),
+    [
+        ({"vehicle": {"mass": 1500, "air_density": 1.2, "tire_C": "1.3 +- 0.1"}}, "by tire", "remove it"),
+        ({"vehicle": {"mass": 1500, "air_density": 1.2, "drag_area": 0.6}}, "estimates it", "settings: {fix: {drag_ar"),
+        ({"vehicle": {"mass": 1500, "air_density": 1.2, "cg_height": 0.6}}, "'coastdown'", "remove it"),
+    ],
+)
+def test_a_number_that_the_step_does_not_read_is_named(
+    tmp_path: Path, changed: dict[str, Any], said: str, remedy: str
+) -> None:
+    (found,) = [f for f in read(tmp_path, **changed).findings if "'vehicle." in f.what]
+    assert said in found.what
+    assert remedy in found.remedy
+    assert found.where.startswith("test.yaml:")
+
+
+def test_a_vehicle_file_may_hold_the_numbers_of_all_steps(tmp_path: Path) -> None:
+    (tmp_path / "car.yaml").write_text("mass: 1500\nair_density: 1.2\ntire_C: 1.3\n")
+    assert not [f for f in read(tmp_path, vehicle="car.yaml").findings if "'vehicle." in f.what]
+
+
+def test_keys_of_runs_and_air_that_a_step_does_not_read_are_named(tmp_path: Path) -> None:
+    channels = {"time": {"column": "t", "unit": "s"}, "slip": {"column": "v", "unit": "1"}, "force_x": {"constant": 1},
+                "force_z": {"constant": 1}}  # fmt: skip
+    found = read(tmp_path, "tire", test="tire", vehicle=None, channels=channels, environment={"temperature": 293})
+    assert {f.what for f in found.findings} == {
+        "'environment' is not read by 'tire'",
+        "'runs.direction' is not read by 'tire'",
+    }
+
+
+def test_channels_beside_loggers_would_not_be_read_and_are_refused(tmp_path: Path) -> None:
+    loggers = [{"channels": GOOD["channels"]}]
+    text = problems(tmp_path, loggers=loggers)
+    assert "'channels' beside 'loggers' is not read" in text
+    assert "'align_on' needs 'loggers'" in problems(tmp_path, align_on="speed")

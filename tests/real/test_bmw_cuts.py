@@ -1,0 +1,85 @@
+"""Faulty segments of an electric car's trips are cut, and healthy trips that look odd are not accused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from vdyn_cli.description.test_description import load_spec
+from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.quality.log_flags import flags
+from vdyn_cli.io.reader import Column
+from vdyn_cli.project.execute import execute
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quality_flags import EVERY
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import load_step
+
+HEALTHY = ("A01", "A03", "A04", "A11", "A12", "A14", "A17", "A24", "B28", "B32", "B33")
+
+
+def trip(root: Path, shared_data: Path, name: str) -> Log:
+    """The channels of a trip that the shipped descriptions map."""
+    folder = shared_data / "bmw_i3"
+    if not folder.is_dir():
+        pytest.skip(f"the trips are not at {folder}")
+    step = load_step("coastdown")
+    description = root / "configs" / "bmw_i3_winter.yaml"
+    mapped = yaml.safe_load(description.read_text(encoding="utf-8"))["channels"]
+    known = load_spec(description, step.spec) and step.channels()
+    columns = {n: Column(c["column"], c["unit"], known[n].unit) for n, c in mapped.items()}
+    return read_log(folder / f"Trip{name}.csv.gz", columns)
+
+
+@pytest.mark.parametrize("name", HEALTHY)
+def test_healthy_trips_are_not_accused(name: str, root: Path, shared_data: Path) -> None:
+    """A parked car's accelerometer (B28), a resting elevation (A11), a doubtful ratio of two channels (A12)."""
+    assert flags(trip(root, shared_data, name)).faults == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "test", "start", "stop"),
+    [("B02", "straight_line", 39.3, 199.1), ("B34", "frozen", 293.0, 733.7), ("B13", "frozen", 353.3, 354.4)],
+)
+def test_faulty_trips_are_cut_where_they_are_faulty(
+    name: str, test: str, start: float, stop: float, root: Path, shared_data: Path
+) -> None:
+    log = trip(root, shared_data, name)
+    (fault,) = flags(log).faults
+    assert (fault.channel, fault.test) == (EVERY, test)
+    assert log.time[fault.first] == pytest.approx(start, abs=0.2)
+    assert log.time[fault.stop - 1] == pytest.approx(stop, abs=0.2)
+
+
+def winter(root: Path, shared_data: Path, path: Path, *more: dict[str, str]) -> Result:
+    """The winter trips' road load, with further trips."""
+    folder = shared_data / "bmw_i3"
+    if not folder.is_dir():
+        pytest.skip(f"the trips are not at {folder}")
+    configs = root / "configs"
+    description = yaml.safe_load((configs / "bmw_i3_winter.yaml").read_text(encoding="utf-8"))
+    description["vehicle"] = yaml.safe_load((configs / description["vehicle"]).read_text(encoding="utf-8"))
+    description["runs"] += more
+    for run in description["runs"]:
+        run["log"] = str(folder / Path(run["log"]).name)
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    return execute("coastdown", path, level=None).result
+
+
+@pytest.mark.slow  # two fits of whole winters and of the ledger's changes
+def test_a_trip_with_a_filled_gap_does_not_move_the_winter_s_road_load(
+    root: Path, shared_data: Path, tmp_path: Path
+) -> None:
+    def at_60(result: Result) -> float:
+        return next(f["force_N"] for f in result.extra["road_load"]["force"] if abs(f["speed_kmh"] - 60) < 1e-6)
+
+    without = winter(root, shared_data, tmp_path / "without.yaml")
+    added = {"log": "TripB02.csv.gz", "temperature": "6.5 degC"}
+    with_it = winter(root, shared_data, tmp_path / "with.yaml", added)
+    assert at_60(with_it) == pytest.approx(at_60(without), rel=0.02)
+    cut = {Path(r.log).name.split(".")[0]: r for r in with_it.quality.ledger}
+    assert set(cut) == {"TripB13", "TripB34", "TripB02"}
+    assert cut["TripB02"].changes
+    assert cut["TripB02"].changes["drag_area"] > 0.05

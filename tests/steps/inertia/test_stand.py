@@ -1,0 +1,96 @@
+"""A wheel spun up and down on a stand: inertia and bearing drag without hub forces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.bench.input_cases import SPIN_CHANNELS
+from tests.plant import stand as plant
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.inertia.spec import InertiaSpec
+from vdyn_cli.steps.inertia.step import ON_STAND, STEP
+
+SEED = 3
+CAR = random_vehicle(SEED)
+ZERO = {"torque_zero": "0.3 N m"}
+
+
+def logs(effects: Mapping[str, float] | None = None, duration: float = 40.0) -> tuple[Log, ...]:
+    records = plant.campaign(CAR, SEED, effects, 2, duration)
+    return tuple(
+        Log(f"spin_{k}.csv", r["Time [s]"], {"hub_torque": r["Torque [N m]"], "wheel_speed": r["Wheel Speed [rad/s]"]})
+        for k, r in enumerate(records)
+    )
+
+
+def spec(**settings: Any) -> InertiaSpec:
+    return InertiaSpec.model_validate({"test": "inertia", "manoeuvre": "stand", "settings": {**ZERO, **settings}})
+
+
+def estimated(data: tuple[Log, ...], **settings: Any) -> Result:
+    return ON_STAND.estimate(spec(**settings), data, Parameters())
+
+
+def test_inertia_and_drag_are_recovered_within_their_intervals() -> None:
+    result = estimated(logs())
+    for name, value in plant.truth(CAR, SEED).items():
+        estimate = result.parameters[name]
+        assert abs(estimate.value - value) < 4 * estimate.std, name
+    assert result.parameters["wheel_inertia"].std < 0.002 * CAR.wheel_inertia
+    assert not result.fit.warnings
+    assert result.fit.rms == pytest.approx(result.fit.noise_floor, rel=0.2)
+
+
+def test_what_turns_beside_the_wheel_is_taken_off_with_its_uncertainty() -> None:
+    data = logs()
+    whole, wheel = estimated(data), estimated(data, stand_inertia="0.1 +- 0.02 kg m^2")
+    found = wheel.parameters["wheel_inertia"]
+    assert found.value == pytest.approx(whole.parameters["wheel_inertia"].value - 0.1)
+    assert found.std == pytest.approx(np.hypot(whole.parameters["wheel_inertia"].std, 0.02))
+    assert any("nothing is taken off" in f.what for f in whole.findings)
+    assert not any("nothing is taken off" in f.what for f in wheel.findings)
+
+
+def test_the_gain_of_the_torque_is_a_scale_of_the_inertia() -> None:
+    found = estimated(logs(), gain_std=0.01).parameters["wheel_inertia"]
+    assert found.std == pytest.approx(0.01 * found.value, rel=0.02)
+
+
+def test_the_description_chooses_the_stand(tmp_path: Path) -> None:
+    from tests.bench.cases import write
+
+    channels = {**SPIN_CHANNELS, "hub_torque": ("Torque [N m]", "N m")}
+    path = write(tmp_path, "inertia", {}, channels, plant.campaign(CAR, SEED, None, 1, 20.0), manoeuvre="stand")
+    assert gather(STEP, path).step is ON_STAND
+
+
+def test_a_torque_of_the_wrong_sign_is_named() -> None:
+    data = tuple(log.with_channels(hub_torque=-log["hub_torque"]) for log in logs())
+    with pytest.raises(InputError, match="sign: -1"):
+        estimated(data)
+
+
+def test_a_wheel_that_only_runs_down_does_not_determine_its_inertia() -> None:
+    time = np.arange(0.0, 30.0, 0.01)
+    rng = np.random.default_rng(1)
+    speed = 80.0 * np.exp(-time / 40.0) + 0.05 * rng.standard_normal(time.size)
+    log = Log("down.csv", time, {"hub_torque": 0.3 * rng.standard_normal(time.size), "wheel_speed": speed})
+    with pytest.raises(InputError, match="constant within its noise"):
+        estimated((log,))
+
+
+def test_a_pendulum_beside_the_stand_is_refused() -> None:
+    rig = {"kind": "compound", "mass": 20, "pivot_distance": 0.2, "period": "1.2 s"}
+    both = InertiaSpec.model_validate({"test": "inertia", "manoeuvre": "stand", "pendulum": rig})
+    with pytest.raises(InputError, match="two tests"):
+        ON_STAND.prepare(both, logs(), Parameters())

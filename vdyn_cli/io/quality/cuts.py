@@ -1,0 +1,179 @@
+"""Cuts: samples that failed a test, or that the description names, become missing; each cut is a row of the ledger."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.quality.log_flags import flags
+from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
+from vdyn_cli.quantities.cut_ledger import Decision, LedgerRow
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
+
+Array = NDArray[np.float64]
+
+TESTS = {
+    "frozen": "sensor or logger frozen",
+    "straight_line": "gap filled by the logger",
+    "spike": "single wrong sample",
+    "dropout": "signal lost",
+    "requested": "cut by the description",
+}
+
+
+@dataclass(frozen=True)
+class TimeSpan:
+    """A segment of a channel (or ``all``), s on the log's clock, both ends included."""
+
+    channel: str
+    start: float
+    stop: float
+
+
+@dataclass(frozen=True)
+class CutOrders:
+    """What a description says about cuts.
+
+    Parameters
+    ----------
+    automatic : cut the segments that fail a test. requested : cut these. kept : do not cut what lies in these.
+    """
+
+    automatic: bool = True
+    requested: tuple[TimeSpan, ...] = ()
+    kept: tuple[TimeSpan, ...] = ()
+
+
+AUTOMATIC = CutOrders()
+
+
+@dataclass(frozen=True, eq=False)
+class CutLog:
+    """A log after its cuts.
+
+    Parameters
+    ----------
+    log : cut samples are NaN. whole : as it was. flags : of the whole log. ledger : one row a segment.
+    """
+
+    log: Log
+    whole: Log
+    flags: LogFlags
+    ledger: tuple[LedgerRow, ...]
+
+    def without(self, row: LedgerRow) -> Log:
+        """The log without one of its cuts."""
+        return _cut(self.whole, [r for r in self.ledger if r is not row and r.decision != "kept"])
+
+    def between(self, start: float, stop: float) -> CutLog:
+        """The part with start <= time <= stop, with the cuts that lie in it."""
+        first, last = np.searchsorted(self.whole.time, start, "left"), np.searchsorted(self.whole.time, stop, "right")
+        states = {n: s[first:last] for n, s in self.flags.states.items()}
+        inside = [f for f in self.flags.faults if f.stop > first and f.first < last]
+        moved = tuple(
+            replace(f, first=max(f.first - int(first), 0), stop=min(f.stop, int(last)) - int(first)) for f in inside
+        )
+        ledger = tuple(r for r in self.ledger if r.stop >= start and r.start <= stop)
+        return CutLog(
+            self.log.between(start, stop),
+            self.whole.between(start, stop),
+            LogFlags(self.flags.name, states, moved),
+            ledger,
+        )
+
+
+def with_cuts(log: Log, orders: CutOrders = AUTOMATIC, policy: QualityPolicy = QUALITY) -> CutLog:
+    """The log without the samples that failed a test or that the description cuts, and the ledger of these cuts.
+
+    Parameters
+    ----------
+    log : channels in SI on one clock. orders : the description's; what is requested is cut whatever is to be kept.
+    """
+    found = flags(log, policy)
+    failed = (_row(log, f, orders) for f in found.faults if f.state == Flag.FAILED)
+    rows = [
+        *(r for r in failed if not any(_holds(span, r, log) for span in orders.requested)),
+        *(_requested(log, span) for span in orders.requested),
+    ]
+    cut = _cut(log, [r for r in rows if r.decision != "kept"])
+    ledger = tuple(_counted(r, log, cut) for r in rows)
+    return CutLog(cut, log, found, ledger)
+
+
+def _row(log: Log, fault: Fault, orders: CutOrders) -> LedgerRow:
+    start, stop = float(log.time[fault.first]), float(log.time[fault.stop - 1])
+    row = LedgerRow(log.name, fault.channel, start, stop, fault.test, fault.why, fault.samples, 0, 0)
+    kept = not orders.automatic or any(_holds(span, row, log) for span in orders.kept)
+    return replace(row, decision="kept") if kept else row
+
+
+def _holds(span: TimeSpan, row: LedgerRow, log: Log) -> bool:
+    """Whether a row lies in a span, but for the rounding of the times that a message prints."""
+    slack = 0.5 * log.duration / max(log.time.size - 1, 1)
+    return span.channel in (row.channel, EVERY) and span.start - slack <= row.start and row.stop <= span.stop + slack
+
+
+def _requested(log: Log, span: TimeSpan) -> LedgerRow:
+    samples = int(np.count_nonzero((log.time >= span.start) & (log.time <= span.stop)))
+    why = "cut by the description"
+    return LedgerRow(log.name, span.channel, span.start, span.stop, "requested", why, samples, 0, 0, "requested")
+
+
+def _counted(row: LedgerRow, before: Log, after: Log) -> LedgerRow:
+    """The row with the number of samples of its channel before and after all cuts."""
+    names = list(before.channels) if row.channel == EVERY else [row.channel]
+    counts = [[int(np.count_nonzero(np.isfinite(log[n]))) for n in names if n in log] for log in (before, after)]
+    return replace(row, before=max(counts[0], default=0), after=max(counts[1], default=0))
+
+
+def _cut(log: Log, rows: Sequence[LedgerRow]) -> Log:
+    """The log with NaN in the segments of the rows."""
+    channels, cut = log.channels, dict[str, Array]()
+    for row in rows:
+        first, stop = np.searchsorted(log.time, row.start, "left"), np.searchsorted(log.time, row.stop, "right")
+        for name in channels if row.channel == EVERY else [row.channel]:
+            if name in channels:
+                if name not in cut:
+                    cut[name] = channels[name].copy()
+                cut[name][first:stop] = np.nan
+    return replace(log, channels={**channels, **cut}) if rows else log
+
+
+def suspect_findings(cut: CutLog) -> Iterator[Finding]:
+    """A fault of the data for each channel that is suspect: which of its samples are wrong, nothing tells."""
+    for fault in cut.flags.faults:
+        if fault.state == Flag.SUSPECT:
+            at = f"{cut.log.time[fault.first]:.6g} s"
+            remedy = f"cut the run with from_time or to_time: {at}, or repeat the test"
+            where = f"{cut.log.name}, channel '{fault.channel}'"
+            yield Finding(where, f"{fault.why}, at {at}", "", remedy, fault=True, doubt=True)
+
+
+def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
+    """A note for each channel and test that cut something, and a doubt for what failed and is kept."""
+    groups: dict[tuple[str, str, str, Decision], list[LedgerRow]] = {}
+    for row in ledger:
+        groups.setdefault((row.log, row.channel, row.test, row.decision), []).append(row)
+    for (log, channel, test, decision), rows in groups.items():
+        if decision == "requested":
+            continue  # the user knows
+        longest = max(rows, key=lambda r: (r.samples, -r.start))
+        where = log if channel == EVERY else f"{log}, channel '{channel}'"
+        at = f"{longest.start:.6g} s"
+        span = f"at {at}" if longest.samples == 1 else f"from {at} to {longest.stop:.6g} s"
+        what = f"{longest.why}, {span} ({TESTS[test]})"
+        if len(rows) > 1:
+            what += f", and {len(rows) - 1} more such"
+        keep = f"{{channel: {channel}, from: {longest.start:.10g} s, to: {longest.stop:.10g} s}}"
+        if decision == "kept":
+            remedy = "remove 'keep' or 'cuts' from the run to cut it"
+            yield Finding(where, f"{what}; kept by the description", "", remedy, doubt=True)
+        else:
+            total = sum(r.samples for r in rows)
+            what += f": {total} sample{'s' if total != 1 else ''} cut"
+            yield Finding(where, what, "", f"nothing to do, or add 'keep: [{keep}]' to the run to use it")

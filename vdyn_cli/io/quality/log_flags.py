@@ -1,0 +1,273 @@
+"""The quality of every sample of a log: each test of each channel, and of all channels together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
+from vdyn_cli.io.quality.regular_stretches import (
+    LINE,
+    Continuation,
+    Spans,
+    bent_little,
+    equal,
+    flickering,
+    improbable,
+    joined,
+    quantum,
+    spans,
+    straight,
+)
+from vdyn_cli.io.quality.spikes import dropouts, level_step, spikes
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
+from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, TREMBLING
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
+
+_FEWEST = 50  # samples of a channel, below which nothing is tested
+_SPEEDS = ("speed", "vehicle_speed", "wheel_speed", *(f"wheel_speed_{at}" for at in ("fl", "fr", "rl", "rr")))
+_LOADS = tuple(n for n in CHANNELS if n.endswith(("_load", "force_z")))
+_RADIUS = 0.3  # m, that makes a wheel's speed one of the car, roughly
+
+
+@dataclass(frozen=True, eq=False)
+class _Sampled:
+    """A channel at the rows (m,) where it has a value."""
+
+    name: str
+    rows: Rows
+    time: Array
+    values: Array
+    moving: Mask  # (m,)
+
+    @cached_property
+    def resolution(self) -> float:
+        return quantum(self.values)
+
+    @cached_property
+    def equal(self) -> Mask:
+        return equal(self.values)
+
+    @cached_property
+    def straight(self) -> Mask:
+        """By rows or by time, whichever the logger filled by; also at rest, as other channels may rise then."""
+        tolerance = QUALITY.flat_step * self.resolution
+        by_rows = straight(np.arange(self.time.size, dtype=float), self.values, tolerance)
+        return by_rows | straight(self.time, self.values, tolerance)
+
+    @cached_property
+    def resting(self) -> Continuation:
+        """How often a rest goes on."""
+        return Continuation.of(self.equal, self.moving)
+
+    @cached_property
+    def bending(self) -> Continuation:
+        """How often a straight line goes on."""
+        return Continuation.of(bent_little(self.values, QUALITY.flat_step * self.resolution / 2.0), self.moving)
+
+    @cached_property
+    def _flickers(self) -> NDArray[np.intp]:
+        """(m + 1,), number of samples before each that bend to and fro."""
+        tolerance = QUALITY.flat_step * self.resolution / 2.0
+        return np.concatenate([[0], np.cumsum(flickering(self.values, tolerance))])
+
+    @cached_property
+    def _usual_step(self) -> float:
+        steps = np.abs(np.diff(self.values))
+        return float(np.quantile(steps[steps > 0.0], 0.99)) if np.any(steps) else 0.0
+
+    def breaks_off(self, a: int, b: int) -> bool:
+        """Whether a segment lacks the noise that the channel has elsewhere, or ends with a jump."""
+        elsewhere = int(self._flickers[-1] - self._flickers[b] + self._flickers[a])
+        jump = abs(self.values[b] - self.values[b - 1]) if b < self.values.size else 0.0
+        return elsewhere >= QUALITY.fewest_flickers or bool(jump > QUALITY.exit_jump * self._usual_step > 0.0)
+
+    @property
+    def varies(self) -> bool:
+        """Whether the reading varies as long as the sensor measures: a command that is noisy when idle does, too."""
+        return self.name in TREMBLING or (self.name in COMMANDS and not self._idles)
+
+    @cached_property
+    def _idles(self) -> bool:
+        """Whether the channel rests again and again, as a command does and a torque sensor does not."""
+        rests = [1 for a, b in spans(self.equal) if b - a + 1 >= QUALITY.shortest_stretch]
+        return len(rests) >= QUALITY.fewest_rests
+
+    @property
+    def rests(self) -> bool:
+        """Whether it may rest, or rise evenly, for any time: neither a moving sensor's reading nor a command."""
+        return not (self.varies or self.name in COMMANDS)
+
+
+def flags(log: Log, policy: QualityPolicy = QUALITY) -> LogFlags:
+    """The state of every sample of a log's channels, and the faults that the tests found.
+
+    Tests: all channels frozen, or filled with straight lines, at once; one channel frozen, filled with straight lines,
+    dropped out to one value; single-sample spikes. A rest of the car, coarse quantization and channels that may rest
+    are no faults. A channel with fewer than 50 values is not evaluated.
+
+    Parameters
+    ----------
+    log : channels in SI, (n,) each, NaN where the logger wrote nothing. policy : the thresholds.
+
+    Returns
+    -------
+    LogFlags : time is O(n log n), memory O(n), for each channel.
+    """
+    sampled = [s for name in log.channels if (s := _sampled(log, name, policy)).rows.size >= _FEWEST]
+    together = _together(log, sampled, policy)
+    found = list(together)
+    taken = np.zeros(log.time.size, dtype=bool)
+    for fault in together:
+        taken[fault.first : fault.stop] = True
+    for channel in sampled:
+        alone = list(_alone(channel, taken, policy))
+        found += alone or _stepped(channel, taken)
+    evaluated = {s.name for s in sampled}
+    states = {n: _states(log[n], n, n in evaluated, found) for n in log.channels}
+    return LogFlags(log.name, states, tuple(found))
+
+
+def _states(values: Array, name: str, evaluated: bool, faults: list[Fault]) -> NDArray[np.uint8]:
+    states = np.full(values.size, Flag.GOOD if evaluated else Flag.NOT_EVALUATED, dtype=np.uint8)
+    for fault in faults:
+        if fault.channel in (name, EVERY):
+            part = states[fault.first : fault.stop]
+            np.maximum(part, np.uint8(fault.state), out=part)
+    states[np.isnan(values)] = Flag.MISSING
+    return states
+
+
+def _sampled(log: Log, name: str, policy: QualityPolicy) -> _Sampled:
+    rows = np.flatnonzero(np.isfinite(log[name]))
+    return _Sampled(name, rows, log.time[rows], log[name][rows], _moving(log, policy)[rows])
+
+
+def _moving(log: Log, policy: QualityPolicy) -> Mask:
+    """(n,): where some speed says that the car moves; everywhere without a speed."""
+    known = [n for n in _SPEEDS if n in log]
+    if not known:
+        return np.ones(log.time.size, dtype=bool)
+    scale = {n: _RADIUS if n.startswith("wheel") else 1.0 for n in known}
+    faster = [np.nan_to_num(np.abs(log[n]), nan=np.inf) * scale[n] > policy.standing_speed for n in known]
+    return np.asarray(np.any(faster, axis=0))
+
+
+def _together(log: Log, sampled: list[_Sampled], policy: QualityPolicy) -> list[Fault]:
+    """Segments in which every channel is frozen, or on a straight line."""
+    whole = [s for s in sampled if s.rows.size == log.time.size]
+    if len(whole) < 2:
+        return []
+    moving = whole[0].moving
+    rests = np.all([s.equal for s in whole], axis=0)
+    frozen = improbable(rests, moving, policy.longer_varying, policy, finer=[s.resting for s in whole])
+    frozen = [(a, b) for a, b in _lasting(frozen, log.time, policy) if any(s.breaks_off(a, b) for s in whole)]
+    faults = [_every(log, a, b, "frozen", "all channels are constant") for a, b in frozen]
+    lines = np.all([s.straight for s in whole], axis=0)
+    for a, b in frozen:
+        lines[max(a - 1, 0) : b + LINE] = False
+    filled = improbable(lines, moving, policy.longer_line, policy, LINE, [s.bending for s in whole])
+    filled = joined(filled, policy.joined_gap)
+    for a, b in _lasting(filled, log.time, policy):
+        if moving[a:b].any() and any(np.ptp(s.values[a:b]) > 0.0 and s.breaks_off(a, b) for s in whole):
+            faults.append(_every(log, a, b, "straight_line", "all channels follow straight lines"))
+    return faults
+
+
+def _every(log: Log, first: int, stop: int, test: str, why: str) -> Fault:
+    return Fault(EVERY, first, stop, test, f"{why} for {log.time[stop - 1] - log.time[first]:.3g} s")
+
+
+def _lasting(found: Spans, time: Array, policy: QualityPolicy) -> Spans:
+    return [(a, b) for a, b in found if time[b - 1] - time[a] >= policy.shortest_time]
+
+
+def _alone(channel: _Sampled, taken: Mask, policy: QualityPolicy) -> Iterator[Fault]:
+    """The faults of one channel outside of those of all channels."""
+    rows, values, unit = channel.rows, channel.values, _unit(channel.name)
+    free = ~taken[rows]
+    marked = ~free
+
+    def fault(a: int, b: int, test: str, why: str) -> Fault:
+        marked[a:b] = True
+        return Fault(channel.name, int(rows[a]), int(rows[b - 1]) + 1, test, why)
+
+    for a, b in _free(dropouts(values, policy), free) if channel.varies else ():
+        what = f"jumps to {values[a]:.5g} {unit} and back"
+        yield fault(a, b, "dropout" if b - a > 1 else "spike", what)
+    if not channel.rests and np.ptp(values) > 0.0:
+        for a, b, test, why in _regular(channel, marked, policy):
+            yield fault(a, b, test, why)
+    for i in spikes(values, channel.resolution, policy):
+        if not marked[max(i - 1, 0) : i + 2].any():
+            size = values[i] - 0.5 * (values[i - 1] + values[i + 1])
+            yield fault(int(i), int(i) + 1, "spike", f"leaves its neighbors by {size:.3g} {unit} for one sample")
+
+
+def _stepped(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
+    """A speed or load from where it jumps for good: which side of it is wrong, the channel alone does not tell."""
+    if channel.name not in (*_SPEEDS, *_LOADS) or taken[channel.rows].any():
+        return
+    at = level_step(channel.values, QUALITY)
+    if at is not None and channel.moving[at - 1 : at + 1].all():
+        jump = channel.values[at] - channel.values[at - 1]
+        why = f"jumps by {jump:.3g} {_unit(channel.name)} within one sample and stays: its gain or zero changed"
+        yield Fault(channel.name, int(channel.rows[at]), int(channel.rows[-1]) + 1, "level_step", why, Flag.SUSPECT)
+
+
+def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator[tuple[int, int, str, str]]:
+    """Where a channel is frozen, or follows a straight line; ``marked`` samples are left out."""
+    time, values, moving = channel.time, channel.values, channel.moving
+    longer = policy.longer_varying if channel.varies else policy.longer_command
+    judged = moving & ~marked
+    if not channel.varies:
+        judged = judged & (np.abs(values) > policy.idle_share * float(np.abs(values).max()))
+    for a, b in _lasting(improbable(channel.equal & ~marked, judged, longer, policy), time, policy):
+        if not channel.varies and time[b - 1] - time[a] < policy.command_time:
+            continue
+        if not marked[a:b].any() and channel.breaks_off(a, b) and (channel.varies or not _extreme(channel, a)):
+            what = f"is constant at {values[a]:.5g} {_unit(channel.name)} for {time[b - 1] - time[a]:.3g} s"
+            yield a, b, "frozen", what
+    # A line that rests is a frozen channel, or none.
+    lines = (channel.straight if channel.varies else channel.straight & ~channel.equal) & ~marked
+    found = joined(
+        improbable(lines, moving & ~marked, policy.longer_line, policy, LINE, [channel.bending]), policy.joined_gap
+    )
+    for a, b in _lasting(found, time, policy):
+        if (
+            not marked[a:b].any()
+            and np.ptp(values[a:b]) > 0.0
+            and channel.breaks_off(a, b)
+            and _on_chord(channel, a, b)
+        ):
+            yield a, b, "straight_line", f"follows a straight line for {time[b - 1] - time[a]:.3g} s"
+
+
+def _on_chord(channel: _Sampled, a: int, b: int) -> bool:
+    """Whether most of a segment lies on one chord: it may bend once, at a true value among the filled ones."""
+    v = channel.values[a:b]
+    for place in (channel.time[a:b], np.arange(a, b, dtype=float)):
+        line = v[0] + (place - place[0]) / (place[-1] - place[0]) * (v[-1] - v[0])
+        if np.mean(np.abs(v - line) <= 2.0 * channel.resolution) > 0.5:
+            return True
+    return bool(np.ptp(v) < 4.0 * channel.resolution)
+
+
+def _extreme(channel: _Sampled, at: int) -> bool:
+    return channel.values[at] in (channel.values.min(), channel.values.max())
+
+
+def _free(found: Spans, free: Mask) -> Spans:
+    return [(a, b) for a, b in found if free[a:b].all()]
+
+
+def _unit(name: str) -> str:
+    return CHANNELS[name].unit if name in CHANNELS else ""

@@ -1,0 +1,198 @@
+"""Stretches in which a channel is more regular than its own noise allows: frozen at a value, or on a straight line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.quality.quality_policy import QualityPolicy
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
+Spans = list[tuple[int, int]]
+
+LINE = 5  # intervals of the shortest line that is judged
+UNSEEN = 0.2  # probability that a rest goes on, of a channel of which none is known
+_SAMPLE = 20_000  # values that show a channel's resolution
+
+
+def quantum(values: Array) -> float:
+    """The smallest difference between any two of the values, at least what single precision leaves."""
+    some = np.unique(values[:: -(-values.size // _SAMPLE)])
+    steps, least = np.diff(some), 2e-7 * float(np.abs(some).max(initial=0.0))
+    return float(max(steps[steps > least].min(initial=np.inf), least)) if np.any(steps > least) else least
+
+
+def equal(values: Array) -> Mask:
+    """(n,): whether each value equals the one before."""
+    return np.concatenate([[False], values[1:] == values[:-1]])
+
+
+def straight(place: Array, values: Array, tolerance: float) -> Mask:
+    """(n,): whether each value and the five before it lie on the chord of the six, to the tolerance.
+
+    Parameters
+    ----------
+    place : (n,), rising: times, or numbers of the rows.
+    """
+    if values.size <= LINE:
+        return np.zeros(values.size, dtype=bool)
+    first, last, begin = values[:-LINE], values[LINE:], place[:-LINE]
+    slope = (last - first) / (place[LINE:] - begin)
+    good = np.ones(first.size, dtype=bool)
+    for j in range(1, LINE):
+        good &= np.abs(values[j : j - LINE] - first - slope * (place[j : j - LINE] - begin)) <= tolerance
+    return np.concatenate([np.zeros(LINE, dtype=bool), good])
+
+
+def spans(flags: Mask) -> Spans:
+    """First index, and index after the last, of each stretch of true flags."""
+    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def bent_little(values: Array, tolerance: float) -> Mask:
+    """(n,): whether each value continues the line through the two before it, to four times the tolerance."""
+    bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
+    return np.concatenate([[False, False], bends <= 4.0 * tolerance])
+
+
+def flickering(values: Array, tolerance: float) -> Mask:
+    """(n,): where the values bend by more than the tolerance explains, and otherwise than just before: noise does."""
+    bends = values[2:] - 2.0 * values[1:-1] + values[:-2]
+    bends = np.where(np.abs(bends) > 4.0 * tolerance, bends, 0.0)
+    return np.concatenate([[False, False, False], bends[1:] * bends[:-1] < 0.0])[: values.size]
+
+
+@dataclass(frozen=True, eq=False)
+class Continuation:
+    """How often a regular sample follows a regular one, outside of any segment.
+
+    Parameters
+    ----------
+    judged, ones, pairs : (n + 1,), numbers of judged samples before each, of regular ones among them, and of those that
+        follow a regular one.
+    """
+
+    judged: Rows
+    ones: Rows
+    pairs: Rows
+
+    @classmethod
+    def of(cls, regular: Mask, judged: Mask) -> Continuation:
+        """Counted where ``judged`` (n,)."""
+        here = regular & judged
+        follows = here & np.concatenate([[False], regular[:-1]])
+        return cls(*(np.concatenate([[0], np.cumsum(x)]) for x in (judged, here, follows)))
+
+    def outside(self, first: int, stop: int) -> float:
+        """The probability outside of a segment, in (0, 1)."""
+        ones = self.ones[-1] - self.ones[stop] + self.ones[first]
+        pairs = self.pairs[-1] - self.pairs[stop] + self.pairs[first]
+        return float((pairs + 1.0) / (ones + 2.0))
+
+    def beside(self, taken: Spans) -> tuple[int, int]:
+        """The numbers of judged samples, and of regular ones among them, outside of some segments."""
+        judged = int(self.judged[-1]) - sum(int(self.judged[b] - self.judged[a]) for a, b in taken)
+        return judged, int(self.ones[-1]) - sum(int(self.ones[b] - self.ones[a]) for a, b in taken)
+
+
+def improbable(
+    regular: Mask,
+    judged: Mask,
+    longer: float,
+    policy: QualityPolicy,
+    before: int = 1,
+    finer: Sequence[Continuation] = (),
+) -> Spans:
+    """The stretches of regular samples that chance does not explain.
+
+    A regular sample is followed by another one with a probability c, estimated beside the stretch and over the whole
+    log. n stretches hold one of L samples by chance with a probability of at most n c^(L - 1).
+
+    Parameters
+    ----------
+    regular : (n,). judged : (n,), where the channel must show noise; a stretch counts where most of it is judged.
+    longer : times the longest ordinary stretch that an improbable one must last.
+    before : samples before each stretch that belong to it: 1 for equal values, ``LINE`` for straight lines.
+    finer : of independent and weaker conditions of regularity, whose product bounds c where no regular samples are
+        seen elsewhere; it counts as one of them.
+    """
+    edges = np.flatnonzero(np.diff(regular, prepend=False, append=False))
+    begin, stop = edges[::2], edges[1::2]
+    if begin.size == 0:
+        return []
+    length = stop - begin
+    total = np.concatenate([[0], np.cumsum(judged)])
+    eligible = total[stop] - total[begin] > 0.5 * length
+    begin, stop, length = begin[eligible], stop[eligible], length[eligible]
+    shortest = policy.shortest_stretch
+    long = np.flatnonzero(length + before >= shortest)
+    if long.size == 0:
+        return []
+    counted = Continuation.of(regular, judged)
+    ones, pairs = counted.ones, counted.pairs
+    bound = np.log(policy.false_alarm / max(int(length.size), 1))
+    order = long[np.argsort(-length[long], kind="stable")]
+    found: list[int] = []
+    removed_ones = removed_pairs = 0
+    for i in order:  # the longest first: it is no part of what is ordinary for the others
+        a, b, n = int(begin[i]), int(stop[i]), int(length[i])
+        reach = int(max(policy.surroundings * n, policy.fewest_surroundings))
+        near = (max(a - reach, 0), min(b + reach, regular.size))
+        own_ones, own_pairs = ones[b] - ones[a], pairs[b] - pairs[a]
+        inside = [k for k in found if begin[k] >= near[0] and stop[k] <= near[1]]
+        near_ones = ones[near[1]] - ones[near[0]] - own_ones - sum(int(length[k]) for k in inside)
+        near_pairs = pairs[near[1]] - pairs[near[0]] - own_pairs - sum(int(length[k]) - 1 for k in inside)
+        all_ones, all_pairs = ones[-1] - own_ones - removed_ones, pairs[-1] - own_pairs - removed_pairs
+        expected = float(np.prod([one.outside(a, b) for one in finer])) if finer else UNSEEN
+        chance = max(
+            (near_pairs + expected) / (max(near_ones, near_pairs) + 1.0), (all_pairs + expected) / (all_ones + 1.0)
+        )
+        if (n - 1) * np.log(min(chance, 1.0)) > bound:
+            break
+        found.append(int(i))
+        removed_ones, removed_pairs = removed_ones + own_ones, removed_pairs + own_pairs
+    taken = [(int(begin[i]), int(stop[i])) for i in found]
+    beside = [one.beside(taken) for one in (finer or (counted,))]
+    coarse = min(ones / max(judged, 1) for judged, ones in beside) > policy.coarse_share
+    if coarse and not finer:
+        return []  # a cruise rests such a channel for any time
+    return _above(begin, stop, length, found, max(longer, policy.longer_coarse) if coarse else longer, before)
+
+
+def _above(
+    begin: NDArray[np.intp],
+    stop: NDArray[np.intp],
+    length: NDArray[np.intp],
+    found: list[int],
+    longer: float,
+    before: int,
+) -> Spans:
+    """The found stretches that are so much longer than the longest of the others, those just below them included."""
+    if not found:
+        return []
+    others = np.delete(length, found)
+    ordinary = int(others.max(initial=0))
+    kept: list[int] = []
+    for i in reversed(found):  # the shortest first: it is ordinary unless it stands apart
+        if not kept and length[i] + before < longer * (ordinary + before):
+            ordinary = max(ordinary, int(length[i]))
+            continue
+        kept.append(i)
+    return sorted((int(begin[i]) - before, int(stop[i])) for i in kept)
+
+
+def joined(found: Spans, share: float) -> Spans:
+    """The spans, with those made one between which there is less than a share of the shorter one."""
+    out: Spans = []
+    for a, b in sorted(found):
+        if out and a - out[-1][1] <= share * min(b - a, out[-1][1] - out[-1][0]):
+            out[-1] = (out[-1][0], max(b, out[-1][1]))
+        else:
+            out.append((a, b))
+    return out

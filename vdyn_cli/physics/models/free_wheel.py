@@ -1,0 +1,34 @@
+"""A wheel spun up and down on a stand: a torque at its hub turns it, and its bearing drags."""
+
+from __future__ import annotations
+
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import ModelBuilder, Signals
+from vdyn_cli.physics.laws.standstill_friction import turned
+from vdyn_cli.physics.laws.wheel import bearing, bearing_drag_torque, free_wheel_spin
+
+DRAG = ("bearing_torque", "bearing_viscous")
+
+
+def _assemble(e: ModelBuilder, u: Signals) -> None:
+    """The wheel's speed from the torque at its hub; it drags as at the measured speed, which noise moves little."""
+    p = e.p
+    speed = u.wheel_speed
+    drag = e(
+        bearing_drag_torque,
+        bearing_torque=p.bearing_torque,
+        bearing_viscous=p.bearing_viscous,
+        wheel_speed=speed,
+        sense=turned(speed),
+    )
+    turning = e(
+        free_wheel_spin,
+        hub_torque=e("hub_torque", value=u.hub_torque) - p.hub_torque_zero,
+        bearing_torque=e(bearing, bearing_torque=drag, wheel_speed=speed),
+        wheel_inertia=p.wheel_inertia,
+    )
+    e.integrate(wheel_speed=turning)
+    e.sensor("hub", e.state("wheel_speed", u.wheel_speed), turning)
+
+
+FREE_WHEEL = Model("free wheel", _assemble, ("wheel_inertia", *DRAG, "hub_torque_zero"), ("hub_torque", "wheel_speed"))

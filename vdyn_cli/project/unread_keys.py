@@ -1,0 +1,80 @@
+"""Keys of a description that its step does not read: each is named, with the steps that read it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from vdyn_cli.description.test_description import TestSpec
+from vdyn_cli.description.yaml_source import YamlSource
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps import Step, load_step, names
+
+RUN_KEYS = ("direction", "start", "temperature")  # of a run, which some steps read
+AIR = ("temperature", "pressure", "humidity", "air_density")
+
+
+def contradictory_keys(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
+    """Keys that have no meaning beside others, so that the description cannot mean what it says."""
+    if not spec.loggers:
+        if "align_on" in spec.model_fields_set:
+            yield Finding(
+                source.where(("align_on",)), "'align_on' needs 'loggers'", "", "remove it, or list the loggers"
+            )
+        return
+    for key in ("channels", "reading"):
+        if key in spec.model_fields_set:
+            what = f"'{key}' beside 'loggers' is not read"
+            remedy = f"give each logger its own '{key}' under loggers, and remove this one"
+            yield Finding(source.where((key,)), what, "", remedy)
+
+
+def unread_keys(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
+    """Keys of the vehicle, the air and the runs that the step does not read.
+
+    A vehicle's file serves all steps, so that only keys written in the description itself are named.
+    """
+    if step.reads is not None:
+        yield from _unread_parameters(step, spec, source)
+    for i, run in enumerate(spec.runs if step.run_keys is not None else ()):
+        for key in RUN_KEYS:
+            if key in run.model_fields_set and key not in (step.run_keys or ()):
+                what = f"'runs.{key}' is not read by '{step.name}'"
+                yield Finding(source.where(("runs", i, key)), what, "", "remove it")
+
+
+def _unread_parameters(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
+    read = parameters_read(step)
+    for name, _ in spec.vehicle.items():
+        where = source.where(("vehicle", name))
+        if name in read or not where.startswith(f"{source.path.name}:"):
+            continue
+        yield Finding(where, f"'vehicle.{name}' {_reason(step, name)}", "", _remedy(step, spec, name))
+    if spec.environment.model_fields_set and not set(AIR) & read:
+        what = f"'environment' is not read by '{step.name}'"
+        yield Finding(source.where(("environment",)), what, "", "remove it")
+
+
+def parameters_read(step: Step) -> frozenset[str]:
+    """Every parameter of the vehicle and the air that a step may read."""
+    scaled = (n for one in step.scaled for n in (*one.constants, *one.optional))
+    return frozenset((*step.needs, *(step.reads or ()), *scaled))
+
+
+def _reason(step: Step, name: str) -> str:
+    if name in step.gives:
+        return f"is not used: '{step.name}' estimates it"
+    others = [n for n in names() if n != step.name and _reads(load_step(n), name)]
+    return f"is not read by '{step.name}'" + (f", but by {', '.join(others)}" if others else "")
+
+
+def _reads(step: Step, name: str) -> bool:
+    every = (step, *step.manoeuvres.values())
+    return any(one.reads is not None and name in parameters_read(one) for one in every)
+
+
+def _remedy(step: Step, spec: TestSpec, name: str) -> str:
+    """Where the value would be held, if it can be; else only to remove it."""
+    fix = getattr(getattr(spec, "settings", None), "fix", None)
+    if fix is not None and name in type(fix).model_fields:
+        return f"remove it, or hold it by 'settings: {{fix: {{{name}: ...}}}}'"
+    return "remove it, or put it into a file of the vehicle that all steps share"

@@ -1,0 +1,84 @@
+"""The ledger of cuts: which segments of which logs were left out, why, and what each cut changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+Decision = Literal["automatic", "requested", "kept"]
+
+
+@dataclass(frozen=True)
+class LedgerRow:
+    """One row of the ledger: a segment of a channel that was cut, or that failed a test and was kept on request.
+
+    Parameters
+    ----------
+    log, channel : where; ``all`` stands for every channel.
+    start, stop : s on the log's clock, of the first and the last sample.
+    test, why : the test that failed, and the fact; of a requested cut ``requested``.
+    samples : of the segment. before, after : samples with a value before and after the cut, in the channel; of a cut
+        of every channel, in that with the most.
+    decision : automatic, requested (by the description), or kept (by the description: nothing is cut).
+    changes : parameter: its shift by the cut, in its SI unit; None where that is not evaluated.
+    """
+
+    log: str
+    channel: str
+    start: float
+    stop: float
+    test: str
+    why: str
+    samples: int
+    before: int
+    after: int
+    decision: Decision = "automatic"
+    changes: Mapping[str, float] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The row as JSON writes it; ``changes`` is ``"not evaluated"`` where there are none."""
+        return {
+            "log": self.log,
+            "channel": self.channel,
+            "from": self.start,
+            "to": self.stop,
+            "test": self.test,
+            "why": self.why,
+            "samples": self.samples,
+            "before": self.before,
+            "after": self.after,
+            "decision": self.decision,
+            "changes": "not evaluated" if self.changes is None else dict(self.changes),
+        }
+
+    @classmethod
+    def from_json(cls, row: Mapping[str, Any]) -> LedgerRow:
+        """The row that ``to_json`` wrote."""
+        changes = row["changes"]
+        rest = {k: row[k] for k in ("log", "channel", "test", "why", "samples", "before", "after", "decision")}
+        return cls(start=row["from"], stop=row["to"], changes=None if isinstance(changes, str) else changes, **rest)
+
+
+@dataclass(frozen=True)
+class DataQuality:
+    """The quality of all logs of a test.
+
+    Parameters
+    ----------
+    channels : log: channel: state: number of samples.
+    ledger : in the order of the runs.
+    """
+
+    channels: Mapping[str, Mapping[str, Mapping[str, int]]] = field(default_factory=dict)
+    ledger: tuple[LedgerRow, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """The ``quality`` part of a result's JSON."""
+        channels = {log: {n: dict(states) for n, states in of.items()} for log, of in self.channels.items()}
+        return {"channels": channels, "ledger": [row.to_json() for row in self.ledger]}
+
+    @classmethod
+    def from_json(cls, part: Mapping[str, Any]) -> DataQuality:
+        """What ``to_json`` wrote."""
+        return cls(part["channels"], tuple(LedgerRow.from_json(row) for row in part["ledger"]))

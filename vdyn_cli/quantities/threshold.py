@@ -1,0 +1,30 @@
+"""A threshold of a policy: its value with unit, meaning and reason, and the text that prints them."""
+
+from __future__ import annotations
+
+from dataclasses import field, fields
+from textwrap import fill
+from typing import Any, TypeVar
+
+N = TypeVar("N", int, float)
+
+
+def threshold(value: N, unit: str, meaning: str, reason: str) -> N:
+    """A field of a policy: its value, and what ``thresholds_text`` prints of it."""
+    return field(default=value, metadata={"unit": unit, "meaning": meaning, "reason": reason})
+
+
+def thresholds_text(policy: Any, width: int = 100) -> str:
+    """Every threshold of a policy with its value, unit, meaning and reason, one paragraph each.
+
+    Parameters
+    ----------
+    policy : a dataclass whose fields ``threshold`` made.
+    """
+    paragraphs = []
+    for one in fields(policy):
+        unit = f" {one.metadata['unit']}" if one.metadata["unit"] else ""
+        text = f"{one.metadata['meaning']}.\n{one.metadata['reason']}".split("\n")
+        lines = [fill(line, width, initial_indent="    ", subsequent_indent="    ") for line in text]
+        paragraphs.append("\n".join([f"{one.name} = {getattr(policy, one.name):g}{unit}", *lines]))
+    return "\n\n".join(paragraphs) + "\n"

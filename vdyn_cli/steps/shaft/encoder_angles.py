@@ -1,0 +1,72 @@
+"""The twist of a half-shaft from the angles of its two ends, as encoders count them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+ANGLES = ("motor_angle", "wheel_angle")
+ONE_TURN = 2.1 * np.pi  # rad, that an encoder of one turn may read at most; a counter of turns reads more
+WRONG_RATIO = 0.1  # of the twist's range, by which a wrong gear ratio may make it drift
+
+
+def with_twist_of_angles(log: Log, gear_ratio: float) -> Log:
+    """The log with the channel twist, from motor_angle and wheel_angle (rad).
+
+    phi = motor_angle / gear_ratio - wheel_angle - zero
+
+    The encoders count from anywhere: the zero is the constant of phi over the torque, so that no torque is no twist.
+    The rate of the twist is left to the fit, whose chain of twists contains it; nothing is differentiated.
+
+    Parameters
+    ----------
+    log : with shaft_torque (N m), NaN where nothing is written.
+    gear_ratio : turns of motor_angle per turn of the wheel; exact, as a ratio of numbers of teeth is.
+    """
+    twist = _raw_twist(log, gear_ratio)
+    good = np.isfinite(twist) & np.isfinite(log["shaft_torque"])
+    if np.count_nonzero(good) > 2:
+        twist = twist - np.polyfit(log["shaft_torque"][good], twist[good], 1)[1]
+    return log.with_channels(twist=twist)
+
+
+def ratio_of_angles_doubts(log: Log, gear_ratio: float) -> list[Finding]:
+    """A gear ratio with which the twist follows the turning of the wheel instead of the torque.
+
+    phi = a + T / k + b wheel_angle: b is the relative error of the ratio, and 0 where it is right.
+    """
+    twist, turned = _raw_twist(log, gear_ratio), unwrapped(log["wheel_angle"])
+    good = np.isfinite(twist) & np.isfinite(log["shaft_torque"])
+    if np.count_nonzero(good) < 10:
+        return []
+    columns = np.column_stack([np.ones(twist.size), log["shaft_torque"], turned])[good]
+    size = np.abs(columns).max(axis=0)
+    if not (size > 0).all():
+        return []
+    slope = np.linalg.lstsq(columns / size, twist[good], rcond=None)[0] / size
+    drift = abs(slope[2]) * float(np.ptp(turned[good]))
+    if drift <= WRONG_RATIO * abs(slope[1]) * float(np.ptp(log["shaft_torque"][good])):
+        return []
+    seen = gear_ratio * (1.0 + slope[2])
+    what = "motor_angle over wheel_angle is not the gear ratio, so that the twist drifts with the turning"
+    remedy = f"write 'gear_ratio: {seen:.6g}' under settings, or the ratio of the numbers of teeth"
+    return [Finding(log.name, what, f"{seen:.6g} against {gear_ratio:g}", remedy)]
+
+
+def unwrapped(angle: Array) -> Array:
+    """An angle (n,), rad, without the jumps of an encoder that counts within one turn; NaN stays."""
+    good = np.isfinite(angle)
+    if not good.any() or np.ptp(angle[good]) > ONE_TURN:
+        return angle
+    whole = angle.copy()
+    whole[good] = np.unwrap(angle[good])
+    return whole
+
+
+def _raw_twist(log: Log, gear_ratio: float) -> Array:
+    return np.asarray(unwrapped(log["motor_angle"]) / gear_ratio - unwrapped(log["wheel_angle"]))
