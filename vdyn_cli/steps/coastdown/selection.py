@@ -109,7 +109,8 @@ def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
 def _usable(log: Log, drive: DriveSignal) -> Log:
     """The rows in which every channel that the fit reads holds a number, without channels that are mostly empty."""
     optional = [n for n in ("grade", "wind_speed", "acceleration") if n in log]
-    empty = [n for n in optional if np.isfinite(log[n]).mean() < LEAST_FILLED]
+    there = np.isfinite(log["speed"])  # a stretch that was cut has no speed either
+    empty = [n for n in optional if there.any() and np.isfinite(log[n][there]).mean() < LEAST_FILLED]
     needed = [n for n in optional if n not in empty] + ([] if drive == "coasting" else [f"drive_{drive}"])
     keep = np.all([np.isfinite(log[n]) for n in needed], axis=0) if needed else np.ones(log.time.size, dtype=bool)
     return rows(replace(log, channels={n: v for n, v in log.channels.items() if n not in empty}), keep)
