@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -41,9 +41,11 @@ class Campaign:
     road : first and last road coordinate, m; None unless every run has a place on it.
     air_share : relative standard deviation of the air density where runs have densities of their own.
     roughness : stated standard deviation of the road's slope, at least; None where nothing is stated.
+    shown_roughness : standard deviation of the slope that turns with the heading (road_search.located).
     turn : m, between the starts of both directions over the same road, where it was found (shared_road.road_layout).
     spectrum : of the road (shared_road.SPECTRA).
     shifts : m, by which each run began farther along than assumed, where position is not logged.
+    level_mean : the shared road is level on average, its mean slope an effect's.
     level_road : an effect describes the road, so that no random one is in the noise.
     """
 
@@ -57,6 +59,8 @@ class Campaign:
     road: tuple[float, float] | None
     air_share: float = 0.0
     roughness: float | None = None
+    level_mean: bool = False
+    shown_roughness: float | None = None
     turn: float | None = None
     spectrum: int = 0
     shifts: tuple[float, ...] = ()
@@ -74,7 +78,7 @@ class Campaign:
             return None
         if all(isinstance(r.inputs["grade"], np.ndarray) for r in self.runs):
             return None
-        layout = road_layout(self.runs, self.turn, self.spectrum)
+        layout = replace(road_layout(self.runs, self.turn, self.spectrum), level=self.level_mean)
         for run, shift in enumerate(self.shifts):
             layout = layout.moved(run, shift)
         return layout

@@ -38,10 +38,16 @@ def road_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Arra
 
     The unknowns are independent with the standard deviation of the road's slope; (b, 0) where no road is shared.
     """
-    layout, bins = campaign.layout, campaign.bins[run]
-    if layout is None:
-        return np.zeros((bins.time.size, 0))
-    return slope_response(campaign, run, at) @ (bins.mean(layout.weights(run)) @ layout.factor)
+    if campaign.layout is None:
+        return np.zeros((campaign.bins[run].time.size, 0))
+    return slope_response(campaign, run, at) @ met_slopes(campaign, run)
+
+
+def met_slopes(campaign: Campaign, run: int) -> Array:
+    """Mean slope that a run meets in each of its bins, (b, m), for each of the shared road's unknowns at one."""
+    layout = campaign.layout
+    assert layout is not None
+    return np.asarray(campaign.bins[run].mean(layout.weights(run)) @ layout.factor)
 
 
 def slope_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Array:

@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 SUBSTEPS = 2  # between the nodes of a coast, which are a second apart
 ROUNDS = 3  # of noise sizes and fit, at most
 STEPS = 6  # of a fit with every candidate effect in, whose values are not published
+NEAR = 0.1  # share by which the baseline's unknowns move beside all candidates, which describe larger changes
 SIZES_SETTLED = 0.05  # of the logarithm of a noise size
 SETTLED = 1.0  # standard deviations that a round may move an estimate: within them the model is nearly linear
 CONVERGED = 1e-6  # of one residual variance: a further step would move a value by 1e-3 of its standard deviation
@@ -289,6 +290,11 @@ def regression_with_effects(
     The noise sizes come from the residual of a fit with baseline and all effects in, held together by their priors:
     sizes from the baseline alone would absorb the effects. The effects' unknowns then start at zero again.
 
+    That fit is about a level road with a random one beside it, whose roughness is what turns with the heading
+    (``Campaign.shown_roughness``): on the road that the baseline found, every error of a scale imitates that road. The
+    baseline's unknowns stay NEAR, and gusts act as on the baseline's car: else candidates take the place of the drag,
+    and gusts of any size are free.
+
     Parameters
     ----------
     effects, extra, rounds : as in ``fit_road_load``.
@@ -297,21 +303,45 @@ def regression_with_effects(
     ------
     ResultError : the baseline cannot be fitted.
     """
+    regression = _initial(replace(campaign, level_mean=True), effects, extra)
+    base = weighted_start(campaign)
+    if campaign.white:
+        return _starting(regression, {u.name: u.start for u in base.shared}, base.run_starts)
+    known, at = rows_of(base), rows_of(base).at
+    sizes = {**rows_of(regression).sizes, **typical_sizes(noise_of(campaign, 0, at))}
+    values = {u.name: u.start for u in base.shared}
+    if campaign.shown_roughness is not None and ROUGHNESS in sizes:
+        sizes[ROUGHNESS] = max(campaign.shown_roughness, campaign.roughness or 0.0)
+        values |= _road_values(rows_of(regression), known, sizes[ROUGHNESS])
+    level = replace(regression, rows=rows_of(regression).weighted(sizes, at))
+    level = _with_hill_prior(_starting(_near(level, values), values, base.run_starts))
 
-    def reweight(before: Regression) -> tuple[Regression, float]:
-        after = _reweighted(before, *approach(before, STEPS))
+    def resize(before: Regression) -> tuple[Regression, float]:
+        after = _resized(before, *approach(before, STEPS))
         old, new = rows_of(before).sizes, rows_of(after).sizes
         return after, max(abs(float(np.log(new[n] / old[n]))) for n in new)
 
-    regression = _initial(campaign, effects, extra)
-    if rows_of(regression).road:
-        # Begun at the baseline and no smoother, or candidates at the ends of their ranges imitate the road.
-        base = weighted_start(campaign)
-        regression = _initial(replace(campaign, roughness=rows_of(base).sizes[ROUGHNESS]), effects, extra)
-        values = {u.name: u.start for u in (*regression.shared, *base.shared)}
-        regression = _reweighted(_at_center(regression, rows_of(base)), values, base.run_starts)
-    regression = until_settled(reweight, regression, 0 if campaign.white else rounds, SIZES_SETTLED).state
-    return _starting(regression, {u.name: u.start for u in extra}, {})
+    sized = rows_of(until_settled(resize, level, rounds, SIZES_SETTLED).state)
+    return _with_hill_prior(_starting(replace(regression, rows=sized.on_road(values)), values, base.run_starts))
+
+
+def _road_values(rows: RoadLoadRows, known: RoadLoadRows, roughness: float) -> dict[str, float]:
+    """The unknowns of the road of some rows, in units of a roughness, nearest to the road of other rows."""
+    layout, other = rows.campaign.layout, known.campaign.layout
+    if layout is None or other is None or known.center is None:
+        return {}
+    found = layout.coordinates(other.factor @ known.center) / roughness
+    return dict(zip(rows.road, found.tolist(), strict=True))
+
+
+def _near(regression: Regression, values: Mapping[str, float]) -> Regression:
+    """The regression whose unknowns without a prior get one about these values."""
+
+    def near(unknown: Unknown) -> Unknown:
+        at = values.get(unknown.name, 0.0)
+        return replace(unknown, prior=(at, NEAR * abs(at))) if unknown.prior is None and at else unknown
+
+    return replace(regression, unknowns=tuple(near(u) for u in regression.unknowns))
 
 
 def with_noise_of(known: Regression, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
@@ -442,12 +472,32 @@ def _reweighted(regression: Regression, shared: Mapping[str, float], own: Mappin
     for k in range(len(rows.campaign.runs)):
         theta = np.array([*(shared[n] for n in rows.shared), *(own[u.name][k] for u in regression.own)])
         runs.append(rows.noisy(k, theta, at))
-    known = np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
-    sizes = find_sizes(runs, rows.sizes, known, rows.random())
+    sizes = find_sizes(runs, rows.sizes, prior_information(regression), rows.random())
     rows = rows.on_road(shared).weighted(sizes, {**at, "wind_variance": wind_variance(sizes)})
     if rows.road:  # the same slopes in units of another roughness
         shared = {**shared, **dict(zip(rows.road, rows.reference.tolist(), strict=True))}
     return _with_hill_prior(replace(_starting(regression, shared, own), rows=rows))
+
+
+def _resized(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:
+    """The regression started at these values, with the noise sizes that its residuals there show.
+
+    The road keeps the roughness that it showed, and the car its response to the noise.
+    """
+    rows, random, held = rows_of(regression), rows_of(regression).random(), {}
+    regression = _starting(regression, shared, own)
+    start = regression.start()
+    runs = [rows.noisy(k, regression.local(start, k), rows.at) for k in range(len(regression.runs))]
+    if random is not None and rows.campaign.shown_roughness is not None:
+        held = {ROUGHNESS: rows.sizes[ROUGHNESS]}
+        random = replace(random, least=held[ROUGHNESS])
+    sizes = find_sizes(runs, rows.sizes, prior_information(regression), random, most=held)
+    return replace(regression, rows=rows.weighted(sizes, {**rows.at, "wind_variance": wind_variance(sizes)}))
+
+
+def prior_information(regression: Regression) -> Array:
+    """(s,) inverse prior variance of the shared unknowns, zero without a prior."""
+    return np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
 
 
 def _starting(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:

@@ -6,31 +6,36 @@ All by the restricted likelihood of the runs together, before the fit that is pu
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference import whiten
-from vdyn_cli.inference.restricted_likelihood import likelihoods_of
+from vdyn_cli.inference import Regression, whiten
+from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, likelihoods_of
 from vdyn_cli.steps.coastdown.campaign import Campaign
-from vdyn_cli.steps.coastdown.noise import road_response, slope_response
-from vdyn_cli.steps.coastdown.road_load_fit import rows_of, weighted_start
+from vdyn_cli.steps.coastdown.noise import met_slopes, slope_response
+from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadRows, prior_information, rows_of, weighted_start
 from vdyn_cli.steps.coastdown.shared_road import SPECTRA, USUAL, possible_turns
 
 Array = NDArray[np.float64]
 
 ABOUT = 1.0  # of the log likelihood: a difference as chance makes it for each further parameter (Akaike)
-LEVEL, SHOWN = 1e-3, 2.0  # share of the roughness that is none; log likelihood from which a road is seen (p = 0.05)
+LEVEL = 1e-3  # share of the roughness that is none
+# Of the log likelihood, from which a road is seen: of 34 flat days one reached 8 by gusts alike by chance, the others 4
+# at most; 14 days with roads of 0.05 to 0.3 % rms had 34 to 2200.
+SHOWN = 10.0
 SCALES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0)  # of the roughness at which spectra are compared
 APART = 10.0  # likelihood ratio, "strong" evidence (Jeffreys), from which the directions do not share one road
 PLACE = 30.0  # m, standard deviation between places at which runs of one direction begin: a tester aims at a mark
 METER = 10.0  # m over which the change of slope is taken: half the distance of the road's knots
-SHIFTS = 2  # rounds: the second moves a run by a few meters
+HATS, POWERS = 24, 4  # of a free resistance, a hat every 60 m or more; of a cubic, which a wind over speed resembles
+ANY_FORCE = 0.02  # of the weight: prior standard deviation of such forces, twice a car's rolling resistance
+REFINED, NEIGHBORS = (15.0, 5.0), 4  # m: steps of the distance between the starts, tried either way, round by round
 
 
 def located(campaign: Campaign) -> Campaign:
-    """The campaign with the likeliest spectrum of its road, and the way back placed on the road of the way out.
+    """The campaign on the likeliest road, and with the roughness that turns with the heading.
 
     Where position is not logged, the distance between the starts of both directions is unknown, about that of a run.
     The way back lies on the road of the way out at the likeliest one, unless two roads that have nothing in common are
@@ -42,62 +47,137 @@ def located(campaign: Campaign) -> Campaign:
     """
     if campaign.layout is None:
         return campaign
-    regression = weighted_start(campaign)
-    rows, random = rows_of(regression), rows_of(regression).random()
-    assert random is not None
-    runs = range(len(campaign.runs))
-    start = regression.start()
-    noisy = [rows.noisy(k, regression.local(start, k), rows.at) for k in runs]
-    known = np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
+    likelihood = _likelihood(campaign)
+    found, scale = _with_spectrum(likelihood, campaign)
+    if campaign.road is None and {r.heading for r in campaign.runs} == {1.0, -1.0}:
+        found, scale = _turned(likelihood, found, scale)
+    if campaign.road is None and scale:
+        for step in REFINED:
+            found = _shifted(_finely_turned(likelihood, found, scale, step))
+    base = weighted_start(found)
+    return replace(found, shown_roughness=min(_likelihood(found, hats, base).roughness() for hats in (HATS, 0)))
 
-    def likely(tried: Sequence[Campaign], scales: Sequence[float] = (1.0,)) -> Array:
-        slopes = [[road_response(one, k, rows.at) for k in runs] for one in tried]
+
+@dataclass(frozen=True)
+class _RoadLikelihood:
+    """The restricted likelihood of a campaign's road, beside any resistance.
+
+    Parameters
+    ----------
+    rows : the baseline's. noisy : its runs for the noise model. known : (s,) prior information of their unknowns.
+    response : (b, b) of each run, of its speed to the slope in each of its bins.
+    """
+
+    rows: RoadLoadRows
+    noisy: Sequence[NoisyRun]
+    known: Array
+    response: Sequence[Array]
+
+    def __call__(self, tried: Sequence[Campaign], scales: Sequence[float] = (1.0,)) -> Array:
+        """(k, l) log likelihood of each of k campaigns, its roughness scaled by each of l factors."""
+        random = self.rows.random()
+        assert random is not None
+        slopes = [[r @ met_slopes(one, k) for k, r in enumerate(self.response)] for one in tried]
         every = [[scale * slope for slope in each] for each in slopes for scale in scales]
-        return likelihoods_of(noisy, rows.sizes, known, random, every).reshape(len(tried), len(scales))
+        found = likelihoods_of(self.noisy, self.rows.sizes, self.known, random, every)
+        return found.reshape(len(tried), len(scales))
 
-    def likeliest(one: Campaign) -> tuple[Campaign, float]:
-        tried = [replace(one, spectrum=k) for k in range(len(SPECTRA))]
-        found = likely(tried, SCALES)
-        most = found.max(axis=1)
-        # Of spectra that are about as likely the one with the longest waves: they resemble a resistance most.
-        shown = most.max() - float(likely([one], (LEVEL,))[0, 0]) > SHOWN
-        k = max(np.flatnonzero(most >= most.max() - ABOUT).tolist()) if shown else USUAL
-        return tried[k], SCALES[int(np.argmax(found[k]))] if shown else 0.0
+    def roughness(self) -> float:
+        """The likeliest roughness."""
+        return find_sizes(self.noisy, self.rows.sizes, self.known, self.rows.random())[ROUGHNESS]
 
-    best, scale = likeliest(campaign)
-    if campaign.road is not None or {r.heading for r in campaign.runs} != {1.0, -1.0}:
-        return best
+
+def _likelihood(campaign: Campaign, hats: int = HATS, regression: Regression | None = None) -> _RoadLikelihood:
+    """The likelihood beside a free resistance of so many hat functions, at the baseline's regression."""
+    regression = weighted_start(campaign) if regression is None else regression
+    rows, start = rows_of(regression), regression.start()
+    runs = range(len(campaign.runs))
+    noisy = [rows.noisy(k, regression.local(start, k), rows.at) for k in runs]
+    response = [slope_response(campaign, k, rows.at) for k in runs]
+    forces = [response[k] @ _free_forces(campaign, k, hats) for k in runs]
+    noisy = [replace(n, shared=np.column_stack([n.shared, f])) for n, f in zip(noisy, forces, strict=True)]
+    known = np.r_[prior_information(regression), np.full(forces[0].shape[1], 1.0 / ANY_FORCE**2)]
+    return _RoadLikelihood(rows, noisy, known, response)
+
+
+def _with_spectrum(likelihood: _RoadLikelihood, campaign: Campaign, chosen: float = 0.0) -> tuple[Campaign, float]:
+    """The campaign with the likeliest spectrum, and the scale of its roughness; zero where the runs show no road.
+
+    Parameters
+    ----------
+    chosen : by how much the log likelihood of this campaign exceeds that of all that were compared together.
+    """
+    tried = [replace(campaign, spectrum=k) for k in range(len(SPECTRA))]
+    found = likelihood(tried, SCALES)
+    most = found.max(axis=1)
+    if most.max() - chosen - float(likelihood([campaign], (LEVEL,))[0, 0]) < SHOWN:
+        return tried[USUAL], 0.0
+    # Of spectra that are about as likely the one with the longest waves: they resemble a resistance most.
+    k = max(np.flatnonzero(most >= most.max() - ABOUT).tolist())
+    return tried[k], SCALES[int(np.argmax(found[k]))]
+
+
+def _turned(likelihood: _RoadLikelihood, campaign: Campaign, scale: float) -> tuple[Campaign, float]:
+    """The campaign and its scale with the way back on the road of the way out, where the runs do not deny that."""
     turns, expected = possible_turns(campaign.runs)
-    turned = [replace(best, turn=float(turn)) for turn in turns]
     at = (scale or 1.0,)
-    gain = likely(turned, at)[:, 0] - likely([best], at)[0, 0] + expected
-    if float(np.log(np.sum(np.exp(gain - gain.max()))) + gain.max()) < -np.log(APART):
-        return _shifted(best) if scale else best
-    found, scale = likeliest(turned[int(np.argmax(gain))])
-    return _shifted(found) if scale else found
+    turned = [replace(campaign, turn=float(turn)) for turn in turns]
+    gain = likelihood(turned, at)[:, 0] - likelihood([campaign], at)[0, 0] + expected
+    evidence, k = float(np.log(np.sum(np.exp(gain - gain.max()))) + gain.max()), int(np.argmax(gain))
+    if evidence < -np.log(APART):
+        return campaign, scale
+    # Evidence of a road is that of all distances together: the likeliest of many fits noise, too.
+    return _with_spectrum(likelihood, turned[k], float(gain[k] - expected[k]) - evidence)
+
+
+def _finely_turned(likelihood: _RoadLikelihood, campaign: Campaign, scale: float, step: float) -> Campaign:
+    """The campaign with the likeliest distance between the starts of both directions near the present one.
+
+    The runs' own shifts cannot find it: a shift of all runs of a direction moves the road with it.
+    """
+    if campaign.turn is None:
+        return campaign
+    tried = [replace(campaign, turn=campaign.turn + k * step) for k in range(-NEIGHBORS, NEIGHBORS + 1)]
+    return tried[int(np.argmax(likelihood(tried, (scale,))[:, 0]))]
+
+
+def _free_forces(campaign: Campaign, run: int, hats: int) -> Array:
+    """The forces in each bin of a run that a resistance or a wind may have, (b, f), in units of the weight.
+
+    A road pushes the runs out and the runs back in opposite ways, a resistance alike. So a resistance of any shape
+    over the speed is left free (hat functions), and what turns with the heading as far as a cubic describes it. Where
+    all runs have one heading, a cubic is all: else nothing would be left of the road.
+    """
+    runs = campaign.runs
+    low, top = min(float(r.speed.min()) for r in runs), max(float(r.speed.max()) for r in runs)
+    speed = campaign.bins[run].mean(runs[run].speed)[:, None]
+    force = (speed / top) ** np.arange(POWERS)
+    if {1.0, -1.0} <= {r.heading for r in runs}:
+        knots = np.linspace(low, top, max(hats, 2))
+        free = np.maximum(1.0 - np.abs(speed - knots) / (knots[1] - knots[0]), 0.0) if hats else force
+        force = np.column_stack([free, runs[run].heading * force])
+    return np.asarray(force)
 
 
 def _shifted(campaign: Campaign) -> Campaign:
     """The campaign with each run moved along the road to where it fits best: runs begin about PLACE apart.
 
-    One step of Gauss and Newton a round: the derivative of a run's speed to its place is its response to the change of
-    slope over a metre. Every shift has a normal prior of standard deviation PLACE, and moves by at most twice of it.
+    One step of Gauss and Newton: the derivative of a run's speed to its place is its response to the change of slope
+    over a metre. Every shift has a normal prior of standard deviation PLACE, and moves by at most twice of it.
     """
-    for _ in range(SHIFTS):
-        regression = weighted_start(campaign)
-        rows, start, layout = rows_of(regression), regression.start(), campaign.layout
-        assert layout is not None
-        assert rows.center is not None
-        profile, shifts = layout.factor @ rows.center, list(campaign.shifts or [0.0] * len(campaign.runs))
-        for k, bins in enumerate(campaign.bins):
-            theta = regression.local(start, k)
-            steeper = [layout.moved(k, way * METER).weights(k) @ profile for way in (0.5, -0.5)]
-            response = slope_response(campaign, k, rows.at) @ bins.mean((steeper[0] - steeper[1]) / METER)
-            residual, jacobian = rows.binned(k, theta)
-            matrix = np.column_stack([jacobian[:, len(rows.shared) :], response])
-            white, change = whiten(residual, matrix, cholesky=rows.factors[k])
-            stacked = np.vstack([change, np.r_[np.zeros(matrix.shape[1] - 1), 1.0 / PLACE]])
-            step = -np.linalg.lstsq(stacked, np.r_[white, shifts[k] / PLACE], rcond=None)[0][-1]
-            shifts[k] = float(np.clip(shifts[k] + step, -2 * PLACE, 2 * PLACE))
-        campaign = replace(campaign, shifts=tuple(shifts))
-    return campaign
+    regression = weighted_start(campaign)
+    rows, start, layout = rows_of(regression), regression.start(), campaign.layout
+    assert layout is not None
+    assert rows.center is not None
+    profile, shifts = layout.factor @ rows.center, list(campaign.shifts or [0.0] * len(campaign.runs))
+    for k, bins in enumerate(campaign.bins):
+        theta = regression.local(start, k)
+        steeper = [layout.moved(k, way * METER).weights(k) @ profile for way in (0.5, -0.5)]
+        response = slope_response(campaign, k, rows.at) @ bins.mean((steeper[0] - steeper[1]) / METER)
+        residual, jacobian = rows.binned(k, theta)
+        matrix = np.column_stack([jacobian[:, len(rows.shared) :], response])
+        white, change = whiten(residual, matrix, cholesky=rows.factors[k])
+        stacked = np.vstack([change, np.r_[np.zeros(matrix.shape[1] - 1), 1.0 / PLACE]])
+        step = -np.linalg.lstsq(stacked, np.r_[white, shifts[k] / PLACE], rcond=None)[0][-1]
+        shifts[k] = float(np.clip(shifts[k] + step, -2 * PLACE, 2 * PLACE))
+    return replace(campaign, shifts=tuple(shifts))

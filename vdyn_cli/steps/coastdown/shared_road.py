@@ -7,6 +7,9 @@ as certain. So the slope at equal knots is a vector of unknowns of the fit, with
 every length or a few long valleys, and what it does at the lengths that a coast cannot tell from a resistance follows
 from what it does at the others. A slope i accelerates a car by -g i M/(M + mr).
 
+A mean slope is an effect of its own (road_grade). Beside it the road is level on average (``level``); without it, as in
+the baseline, the mean slope is part of the random road.
+
 Places come from the logged position, else from the distance that each run has driven: runs of one direction then share
 one profile, and the way back is the mirrored way out where the data say so (``turn``).
 """
@@ -52,6 +55,7 @@ class RoadLayout:
     knots : (m,) m, ascending within each profile. profile : (m,), label of the profile of each knot.
     along : (n,) m, coordinate of each sample of each run. owner : profile of each run.
     sense : +1 where the run meets the profile's uphill as uphill, else -1. spectrum : of SPECTRA.
+    level : each profile is level on average; its roughness is then that about the mean.
     """
 
     knots: Array
@@ -60,6 +64,7 @@ class RoadLayout:
     owner: tuple[int, ...]
     sense: tuple[float, ...]
     spectrum: int = 0
+    level: bool = False
 
     @cached_property
     def factor(self) -> Array:
@@ -68,10 +73,19 @@ class RoadLayout:
         Profiles are independent of each other.
         """
         same = self.profile[:, None] == self.profile[None, :]
-        values, axes = np.linalg.eigh(np.where(same, slope_correlation(self.knots, self.spectrum), 0.0))
+        correlation = np.where(same, slope_correlation(self.knots, self.spectrum), 0.0)
+        if self.level:
+            about_mean = np.eye(self.knots.size) - same / same.sum(axis=1)
+            correlation = about_mean @ correlation @ about_mean
+            correlation *= self.knots.size / np.trace(correlation)
+        values, axes = np.linalg.eigh(correlation)
         order = np.argsort(-values)[:MOST]
         kept = order[: 1 + int(np.searchsorted(np.cumsum(values[order]), KEPT * values.sum()))]
         return np.asarray(axes[:, kept] * np.sqrt(values[kept]), dtype=np.float64)
+
+    def coordinates(self, profile: Array) -> Array:
+        """The unknowns times the roughness, (k,), of the nearest road to a profile of slopes at the knots, (m,)."""
+        return np.asarray(np.linalg.lstsq(self.factor, profile, rcond=None)[0])
 
     def moved(self, run: int, shift: float) -> RoadLayout:
         """The layout with a run ``shift`` m farther in its own direction."""
