@@ -41,7 +41,9 @@ def road_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Arra
     layout, bins = campaign.layout, campaign.bins[run]
     if layout is None:
         return np.zeros((bins.time.size, 0))
-    return slope_response(campaign, run, at) @ (bins.mean(layout.weights(run)) @ layout.factor)
+    sparse = bool(np.all(bins.count == 1))
+    weights = layout.weights_until_next(run) if sparse else bins.mean(layout.weights(run))
+    return slope_response(campaign, run, at) @ (weights @ layout.factor)
 
 
 def slope_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Array:
