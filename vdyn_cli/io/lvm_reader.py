@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime
 from io import StringIO
@@ -16,53 +17,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded
-from vdyn_cli.io.stored_channels import StoredChannel, not_there, read_stored, recorded
+from vdyn_cli.io.stored_channels import StoredChannel, not_there
+from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.errors import Finding, InputError
-from vdyn_cli.quantities.log import Log
 
 Array = NDArray[np.float64]
 
 _MAGIC = b"LabVIEW Measurement"
 _END = "***End_of_Header***"
 _SINCE_1904 = 1e9  # s; a time above this is one of day and date, counted from 1904, and not of a test
-
-
-class LvmReader:
-    """Text files of LabVIEW's measurement format."""
-
-    def matches(self, path: Path) -> bool:
-        """Whether the file begins with the format's name."""
-        try:
-            with path.open("rb") as stream:
-                return stream.read(64).lstrip(b"\xef\xbb\xbf").startswith(_MAGIC)
-        except (OSError, ValueError):
-            return False
-
-    def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
-        """Every channel, and the clock of each table of channels that share one, called ``X_Value``.
-
-        Raises
-        ------
-        InputError : the file is damaged.
-        """
-        return tuple(found.info for found in self.recordings(path))
-
-    def recordings(self, path: Path) -> Iterator[Recorded]:
-        """Every channel with its samples."""
-        yield from recorded(_parsed(path))
-
-    def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
-        """The mapped channels; times of all segments are counted from the first one's start.
-
-        Raises
-        ------
-        InputError : with every problem of the file.
-        """
-        return read_stored(_parsed(path), mapping, options, name)
-
-
-READER = LvmReader()
 
 
 @dataclass(frozen=True)
@@ -241,3 +204,8 @@ def _from_first(segments: Sequence[_Segment]) -> list[_Segment]:
         before = max([before, *(float(t[-1]) for t in times if t.size)])
         shifted.append(_Segment(segment.names, segment.units, segment.start, segment.first_line, times, segment.values))
     return shifted
+
+
+READER = StoredReader(
+    lambda head, path: head.lstrip(b"\xef\xbb\xbf").startswith(_MAGIC), lambda path: nullcontext(_parsed(path))
+)

@@ -1,4 +1,8 @@
-"""MATLAB files: vectors, columns of matrices, and fields of structs; version 7.3, which is HDF5, by h5py."""
+"""MATLAB files: vectors, columns of matrices, and fields of structs; version 7.3, which is HDF5, by h5py.
+
+A field of a struct has the struct as its group, a column of a matrix is named ``name(:,2)``. A vector stands on the
+clock of its own struct, or else on the only clock of its length.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded
-from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there, read_stored, recorded
+from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there
+from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.errors import Finding, InputError
-from vdyn_cli.quantities.log import Log
 
 Array = NDArray[np.float64]
 
@@ -31,46 +34,6 @@ class _Leaf:
 
     shape: tuple[int, ...]
     load: Callable[[], NDArray[Any]]
-
-
-class MatReader:
-    """MATLAB files of versions 5, 6, 7 and 7.3."""
-
-    def matches(self, path: Path) -> bool:
-        """Whether the file begins as a MATLAB file does, or is an HDF5 file named ``.mat``."""
-        try:
-            with path.open("rb") as stream:
-                head = stream.read(10)
-        except (OSError, ValueError):
-            return False
-        return head == b"MATLAB 5.0" or head == b"MATLAB 7.3" or (head[:4] == _HDF5 and path.suffix == ".mat")
-
-    def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
-        """Every vector; a field of a struct has the struct as its group, a column of a matrix is ``name(:,2)``.
-
-        Raises
-        ------
-        InputError : h5py is not installed for version 7.3, or the file is damaged.
-        """
-        return tuple(found.info for found in self.recordings(path))
-
-    def recordings(self, path: Path) -> Iterator[Recorded]:
-        """Every vector with its samples."""
-        with _opened(path) as file:
-            yield from recorded(file)
-
-    def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
-        """The mapped vectors, each on the clock of its own struct, or else on the only clock of its length.
-
-        Raises
-        ------
-        InputError : with every problem of the file.
-        """
-        with _opened(path) as file:
-            return read_stored(file, mapping, options, name)
-
-
-READER = MatReader()
 
 
 class _MatFile:
@@ -234,3 +197,11 @@ def _damage_named(path: Path) -> Iterator[None]:
     except (OSError, ValueError, TypeError, KeyError, IndexError, EOFError, NotImplementedError, zlib.error) as error:
         what = f"is damaged or cut off ({type(error).__name__}: {error})"
         raise InputError(Finding(str(path), what[:200], remedy="save it again in MATLAB, with '-v7'")) from None
+
+
+def _begins(head: bytes, path: Path) -> bool:
+    """Whether a file begins as one of MATLAB 5 to 7.3 does, or is an HDF5 file named ``.mat``."""
+    return head.startswith((b"MATLAB 5.0", b"MATLAB 7.3")) or (head.startswith(_HDF5) and path.suffix == ".mat")
+
+
+READER = StoredReader(_begins, _opened)

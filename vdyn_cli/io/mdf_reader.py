@@ -1,10 +1,13 @@
-"""ASAM MDF 4 (and 3) measurements by asammdf: each group of channels on its own clock, in the file's units."""
+"""ASAM MDF 4 (and 3) measurements by asammdf: each group of channels on its own clock, in the file's units.
+
+Samples that the file marks as invalid are NaN. Values with a conversion to text are the numbers below it.
+"""
 
 from __future__ import annotations
 
 import gc
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -12,56 +15,14 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded
-from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there, read_stored, recorded
+from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there
+from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.errors import Finding, InputError
-from vdyn_cli.quantities.log import Log
 
 Array = NDArray[np.float64]
 
 _MAGIC = (b"MDF     ", b"UnFinMF ")
 _FRAGMENT = 1 << 20  # bytes that asammdf holds at a time; larger ones cost memory and save no time
-
-
-class MdfReader:
-    """ASAM MDF files, versions 3 and 4, also unfinished ones."""
-
-    def matches(self, path: Path) -> bool:
-        """Whether the file begins as a measurement of MDF does."""
-        try:
-            with path.open("rb") as stream:
-                return stream.read(8) in _MAGIC
-        except (OSError, ValueError):
-            return False
-
-    def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
-        """Every channel; the clock of each group among them.
-
-        Raises
-        ------
-        InputError : asammdf is not installed, or the file is damaged.
-        """
-        return tuple(found.info for found in self.recordings(path))
-
-    def recordings(self, path: Path) -> Iterator[Recorded]:
-        """Every channel with its samples, group by group."""
-        with _opened(path) as file:
-            yield from recorded(file)
-
-    def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
-        """The mapped channels; those of other groups than the first stand on clocks of their own.
-
-        Samples that the file marks as invalid are NaN. Values with a conversion to text are the numbers below it.
-
-        Raises
-        ------
-        InputError : with every problem of the file.
-        """
-        with _opened(path) as file:
-            return read_stored(file, mapping, options, name)
-
-
-READER = MdfReader()
 
 
 class _MdfFile:
@@ -187,3 +148,6 @@ def _damage_named(path: Path) -> Iterator[None]:
         raise
     except Exception as error:  # whatever its parser happens to meet
         raise InputError(_damage(path, error)) from None
+
+
+READER = StoredReader(lambda head, path: head.startswith(_MAGIC), _opened)

@@ -1,8 +1,11 @@
-"""Parquet tables by pyarrow: one row a sample, only the mapped columns read."""
+"""Parquet tables by pyarrow: one row a sample, only the mapped columns read.
+
+Nulls are NaN; dates with times become seconds since the first of them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -10,54 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded
-from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there, read_stored, recorded
+from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there
+from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.errors import Finding, InputError
-from vdyn_cli.quantities.log import Log
 
 Array = NDArray[np.float64]
 
 _UNIT_KEYS = (b"unit", b"units", b"Unit", b"Units")
 _PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-
-
-class ParquetReader:
-    """Parquet files of one table."""
-
-    def matches(self, path: Path) -> bool:
-        """Whether the file begins as a Parquet file does."""
-        try:
-            with path.open("rb") as stream:
-                return stream.read(4) == b"PAR1"
-        except (OSError, ValueError):
-            return False
-
-    def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
-        """Every column, its unit from the column's metadata or from the brackets in its name.
-
-        Raises
-        ------
-        InputError : pyarrow is not installed, or the file is damaged.
-        """
-        return tuple(found.info for found in self.recordings(path))
-
-    def recordings(self, path: Path) -> Iterator[Recorded]:
-        """Every column with its samples."""
-        with _opened(path) as file:
-            yield from recorded(file)
-
-    def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
-        """The mapped columns; nulls are NaN, and dates with times become seconds since the first of them.
-
-        Raises
-        ------
-        InputError : with every problem of the file.
-        """
-        with _opened(path) as file:
-            return read_stored(file, mapping, options, name)
-
-
-READER = ParquetReader()
 
 
 class _ParquetTable:
@@ -147,3 +110,6 @@ def _damage_named(path: Path) -> Iterator[None]:
     except (ArrowException, OSError) as error:
         what = f"is damaged or cut off, so that pyarrow cannot read it ({error})"
         raise InputError(Finding(str(path), what[:200], remedy="copy or export the file again")) from None
+
+
+READER = StoredReader(lambda head, path: head.startswith(b"PAR1"), _opened)
