@@ -29,7 +29,8 @@ def test_six_levels_give_the_answer_of_the_whole_log(seed: int) -> None:
     vehicle = random_vehicle(seed)
     runs = coast.campaign(vehicle, seed)
     tables = [split_table(log, LEVELS) for log in logs_of(runs)]
-    whole = STEP.estimate(spec_of(runs, settings={"speed_window": ["72 km/h", "27 km/h"]}), logs_of(runs), known(vehicle))
+    window = {"speed_window": ["72 km/h", "27 km/h"]}
+    whole = STEP.estimate(spec_of(runs, settings=window), logs_of(runs), known(vehicle))
     few = STEP.estimate(spec_of(runs, reading=SPLIT), tables, known(vehicle))
     for name in ("rolling_resistance", "drag_area"):
         low, high = few.parameters[name].interval95
