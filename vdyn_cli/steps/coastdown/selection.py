@@ -70,7 +70,9 @@ def selected(
     rejected: list[RejectedSegment] = []
     for k, log in enumerate(logs):
         if drive == "coasting":
-            found = coast_segment(k, _usable(_own_rows(log), drive), window, settings.minimum_length.value)
+            table = spec.reading.split_times is not None
+            usable = _usable(log if table else _own_rows(log), drive)
+            found = coast_segment(k, usable, window, settings.minimum_length.value, table)
             if isinstance(found, CoastSegment):
                 segments.append(found)
             else:
