@@ -28,7 +28,7 @@ from vdyn_cli.io.align import merge
 from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
-from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, with_cuts
+from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.io.sample_times import impossible_clock
 from vdyn_cli.io.unchanged import read_unchanged
@@ -136,14 +136,14 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     if len(logs) == len(spec.runs):
         spec, cut = split_runs(step, spec, cut, ready)
         logs, there = tuple(one.log for one in cut), spec.runs
-    data: Any = logs
+    data: Any = logs if step.load is None else None
     if step.load is not None and not unreadable:
         extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, logs))
         if extra is not None:
             data, own_files = extra
             files |= own_files
     if problems:
-        if not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
+        if data is not None and not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
             _attempt(problems, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
         raise InputError(*problems)
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
@@ -346,7 +346,7 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files:
             got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
             raise InputError(Finding(place, "the time window holds no samples of the log", got))
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
-    log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger)))
+    log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
     log = with_cross_checks(_summed(step, _within_physics(step, log, no_unit)), refuse="driving" not in step.situations)
     return replace(found, log=log)
 

@@ -160,6 +160,10 @@ class SimulatedProblem(Problem, Protocol):
         """The values (n,) of a part's coordinate in the runs, at the baseline's solution; None: all of its span."""
         return None
 
+    def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
+        """The result whose intervals beside the parameters hold those of all answers; unchanged by default."""
+        return result
+
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Published parameters that follow from fitted ones; none, unless a step says otherwise.
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.io.quality.gain_changes import gain_change_findings
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 
@@ -54,6 +55,7 @@ def with_cross_checks(log: Log, refuse: bool = True) -> Log:
         findings.append(finding)
     findings += [f for left, right in AXLES if left in log and right in log for f in _apart(log, left, right)]
     findings += [f for left, right in SIDES if left in log and right in log for f in _dead(log, left, right)]
+    findings += gain_change_findings(log)
     return replace(log, findings=(*log.findings, *findings)) if findings else log
 
 

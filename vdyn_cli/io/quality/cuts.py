@@ -144,6 +144,16 @@ def _cut(log: Log, rows: Sequence[LedgerRow]) -> Log:
     return replace(log, channels={**channels, **cut}) if rows else log
 
 
+def suspect_findings(cut: CutLog) -> Iterator[Finding]:
+    """A fault of the data for each channel that is suspect: which of its samples are wrong, nothing tells."""
+    for fault in cut.flags.faults:
+        if fault.state == Flag.SUSPECT:
+            at = f"{cut.log.time[fault.first]:.6g} s"
+            remedy = f"cut the run with from_time or to_time: {at}, or repeat the test"
+            where = f"{cut.log.name}, channel '{fault.channel}'"
+            yield Finding(where, f"{fault.why}, at {at}", "", remedy, fault=True, doubt=True)
+
+
 def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
     """A note for each channel and test that cut something, and a doubt for what failed and is kept."""
     groups: dict[tuple[str, str, str, Decision], list[LedgerRow]] = {}

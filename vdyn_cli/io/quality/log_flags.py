@@ -23,7 +23,7 @@ from vdyn_cli.io.quality.regular_stretches import (
     spans,
     straight,
 )
-from vdyn_cli.io.quality.spikes import dropouts, spikes
+from vdyn_cli.io.quality.spikes import dropouts, level_step, spikes
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
 from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, TREMBLING
@@ -34,6 +34,7 @@ Rows = NDArray[np.intp]
 
 _FEWEST = 50  # samples of a channel, below which nothing is tested
 _SPEEDS = ("speed", "vehicle_speed", "wheel_speed", *(f"wheel_speed_{at}" for at in ("fl", "fr", "rl", "rr")))
+_LOADS = tuple(n for n in CHANNELS if n.endswith(("_load", "force_z")))
 _RADIUS = 0.3  # m, that makes a wheel's speed one of the car, roughly
 
 
@@ -128,7 +129,8 @@ def flags(log: Log, policy: QualityPolicy = QUALITY) -> LogFlags:
     for fault in together:
         taken[fault.first : fault.stop] = True
     for channel in sampled:
-        found += _alone(channel, taken, policy)
+        alone = list(_alone(channel, taken, policy))
+        found += alone or _stepped(channel, taken)
     evaluated = {s.name for s in sampled}
     states = {n: _states(log[n], n, n in evaluated, found) for n in log.channels}
     return LogFlags(log.name, states, tuple(found))
@@ -208,6 +210,17 @@ def _alone(channel: _Sampled, taken: Mask, policy: QualityPolicy) -> Iterator[Fa
         if not marked[max(i - 1, 0) : i + 2].any():
             size = values[i] - 0.5 * (values[i - 1] + values[i + 1])
             yield fault(int(i), int(i) + 1, "spike", f"leaves its neighbors by {size:.3g} {unit} for one sample")
+
+
+def _stepped(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
+    """A speed or load from where it jumps for good: which side of it is wrong, the channel alone does not tell."""
+    if channel.name not in (*_SPEEDS, *_LOADS) or taken[channel.rows].any():
+        return
+    at = level_step(channel.values, QUALITY)
+    if at is not None and channel.moving[at - 1 : at + 1].all():
+        jump = channel.values[at] - channel.values[at - 1]
+        why = f"jumps by {jump:.3g} {_unit(channel.name)} within one sample and stays: its gain or zero changed"
+        yield Fault(channel.name, int(channel.rows[at]), int(channel.rows[-1]) + 1, "level_step", why, Flag.SUSPECT)
 
 
 def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator[tuple[int, int, str, str]]:

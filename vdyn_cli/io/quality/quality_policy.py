@@ -118,10 +118,45 @@ class QualityPolicy:
         6.0, "", "times the 99 % quantile of steps, least jump at both ends of a dropout",
         "Steps of a moving car have tails: over 18 trips the largest step and back is below 4 such quantiles.",
     )  # fmt: skip
+    step_apart: float = threshold(
+        2.5, "", "times the next largest step of a speed, at which its largest counts as a change of gain or zero",
+        "A car changes its speed over many samples, so that many steps are nearly as large as the largest; where the "
+        "pulses of wheel sensors begin or end, the next is half as large.",
+    )  # fmt: skip
     longest_bridge: float = threshold(
         0.25, "s", "of a cut in a channel that a step integrates, up to which it is bridged",
         "Speed and torque of a car are nearly straight over a quarter of a second; at 10 Hz it bridges single "
         "samples, at 1 kHz spikes and short dropouts. Beyond, the run is split.",
+    )  # fmt: skip
+    tie_window: float = threshold(
+        0.5, "s", "over which tied channels are compared",
+        "Ten samples at 20 Hz, and longer than the delays between sensors and the swinging of body and tires.",
+    )  # fmt: skip
+    fewest_tie_windows: int = threshold(
+        16, "windows", "of a tie, from which a change of its gain is looked for",
+        "Eight seconds: five windows on either side determine a gain and its scatter.",
+    )  # fmt: skip
+    least_tie_share: float = threshold(
+        0.1, "share of the squares", "of a tie's input that must lie before and after the change",
+        "With less, the gain of that side rests on one or two windows.",
+    )  # fmt: skip
+    rolling_speed: float = threshold(
+        3.0, "m/s", "of the car, above which wheel speeds are compared with it",
+        "Below, wheels lock and slip, and pulses are few.",
+    )  # fmt: skip
+    least_gain_change: float = threshold(
+        0.02, "share of the gain", "that it must change by",
+        "Tires grow and slip by up to 2 % within a run; a gain of one of four wheel loads that changes by 10 % is "
+        "2.5 % of their sum.",
+    )  # fmt: skip
+    gain_change_t: float = threshold(
+        6.0, "standard errors", "that it must change by",
+        "The best of all cuts of several ties, with colored scatter: healthy ties reach 4.2, except wheels that grow "
+        "by 1 %, which least_gain_change leaves out (28 sample logs, 15 trips).",
+    )  # fmt: skip
+    abrupt_share: float = threshold(
+        0.95, "share of the squares", "that a step of the gain may leave, of what a drift (a cubic in time) leaves",
+        "Slip, bends and clocks change a ratio gradually; a sensor's range or plug at once.",
     )  # fmt: skip
     shortest_part: float = threshold(
         2.0, "s", "of a run that is split at a cut, below which a part is left out",

@@ -1,4 +1,4 @@
-"""Single samples, and dropouts, that leave a channel's own signal and come back."""
+"""Single samples and dropouts that leave a channel's own signal and come back, and steps that stay."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 _BLOCK = 16  # samples over which the local level of deviations is taken
+_LEVEL = 5  # samples on either side of a step
 _SHORTEST = 50  # samples, below which no tail is known
 
 
@@ -80,3 +81,25 @@ def dropouts(values: Array, policy: QualityPolicy) -> list[tuple[int, int]]:
     large = np.abs(jumps) > policy.dropout_jump * usual
     pair = np.flatnonzero(large[:-1] & large[1:] & (jumps[:-1] * jumps[1:] < 0.0))
     return [(int(moves[k]) + 1, int(moves[k + 1]) + 1) for k in pair]
+
+
+def level_step(values: Array, policy: QualityPolicy) -> int | None:
+    """The first sample after the one step by which a channel that moves evenly jumps for good; None where none does.
+
+    Parameters
+    ----------
+    values : (n,) of a speed, without gaps.
+    """
+    if values.size < _SHORTEST:
+        return None
+    steps = np.diff(values)
+    size = np.abs(steps)
+    at = int(np.argmax(size))
+    others = np.delete(size, at)
+    usual = float(np.quantile(others[others > 0.0], 0.99)) if np.any(others) else 0.0
+    apart = size[at] > max(policy.step_apart * float(others.max(initial=0.0)), policy.dropout_jump * usual)
+    if not (apart and usual > 0.0):
+        return None
+    before, after = values[max(at - _LEVEL, 0) : at + 1], values[at + 1 : at + 1 + _LEVEL]
+    lasts = min(before.size, after.size) >= _LEVEL and abs(np.median(after) - np.median(before)) > 0.5 * size[at]
+    return at + 1 if lasts else None

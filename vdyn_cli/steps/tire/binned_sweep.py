@@ -12,6 +12,7 @@ from vdyn_cli.quantities.log import Log
 
 Array = NDArray[np.float64]
 
+GAP = 5.0  # median time steps, beyond which samples are of different bins
 LONGEST = 40  # samples averaged into one bin: noise in slip falls by six, and a sweep of seconds keeps dozens of bins
 WIDEST = 0.015  # slip over which a bin may extend: a fifth of the width of the knee of a stiff tire
 
@@ -53,7 +54,9 @@ def binned_sweep(log: Log) -> BinnedSweep:
     """
     good = np.isfinite(log["slip"]) & np.isfinite(log["force_x"]) & np.isfinite(log["force_z"])
     time, slip, force, load = (log[n][good] for n in ("time", "slip", "force_x", "force_z"))
-    edges = _edges(slip)
+    steps = np.diff(time)
+    gaps = steps > GAP * float(np.median(steps))
+    edges = _edges(slip, np.flatnonzero(gaps) + 1)
     count = np.diff(edges)
 
     def mean(values: Array) -> Array:
@@ -62,7 +65,7 @@ def binned_sweep(log: Log) -> BinnedSweep:
     center, middle = mean(slip), mean(time)
     rate = np.gradient(center, middle)
     speed = mean(log["vehicle_speed"][good]) if "vehicle_speed" in log else None
-    drift = rate * (mean(np.concatenate([np.diff(time), [0.0]])) * count)
+    drift = rate * (mean(np.concatenate([np.where(gaps, 0.0, steps), [0.0]])) * count)
     return BinnedSweep(
         log.name,
         middle,
@@ -78,12 +81,17 @@ def binned_sweep(log: Log) -> BinnedSweep:
     )
 
 
-def _edges(slip: Array) -> NDArray[np.int64]:
-    """Where bins begin and end: as long as allowed, and shorter where the smoothed slip moves fast."""
+def _edges(slip: Array, resumed: NDArray[np.intp]) -> NDArray[np.int64]:
+    """Where bins begin and end: as long as allowed, shorter where the smoothed slip moves fast, and at gaps.
+
+    Parameters
+    ----------
+    resumed : the first sample after each gap.
+    """
     width = min(15, slip.size)
     smooth = np.convolve(np.pad(slip, width // 2, mode="edge"), np.ones(width) / width, mode="valid")[: slip.size]
     steps = np.abs(np.diff(smooth, append=smooth[-1]))
     share = np.maximum(steps / WIDEST, 1 / LONGEST)
     label = np.floor(np.cumsum(share) + 1e-9).astype(np.int64)
-    starts = np.flatnonzero(np.diff(label, prepend=label[0] - 1))
+    starts = np.union1d(np.flatnonzero(np.diff(label, prepend=label[0] - 1)), resumed)
     return np.concatenate([starts, [slip.size]]).astype(np.int64)

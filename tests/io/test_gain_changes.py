@@ -1,0 +1,71 @@
+"""A gain that changes in the middle of a log is found in channels that physics ties, and ordinary slip is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.io.test_log_flags import N, T, day
+from vdyn_cli.io.quality.cuts import suspect_findings, with_cuts
+from vdyn_cli.io.quality.gain_changes import gain_change_findings, gain_changes
+from vdyn_cli.io.quality.log_flags import flags
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quality_flags import Flag
+
+
+def log(**gains: float) -> Log:
+    """A drive in which gains of some channels change at its middle."""
+    channels = day()
+    channels["front_load"] = np.round(8000.0 - 300.0 * channels["acceleration"], 0)
+    channels["rear_load"] = np.round(7000.0 + 300.0 * channels["acceleration"], 0)
+    for name, gain in gains.items():
+        channels[name][N // 2 :] *= gain
+    return Log("run.csv", T, channels)
+
+
+def test_a_healthy_drive_has_no_change() -> None:
+    assert gain_changes(log()) == ()
+
+
+@pytest.mark.parametrize(
+    ("channel", "tie"),
+    [
+        ("wheel_speed_fl", "wheel_speed_fl against speed"),
+        ("acceleration", "acceleration against speed"),
+        ("front_load", "the sum of the loads against its median"),
+    ],
+)
+def test_a_gain_that_changes_by_a_tenth_is_found_where_it_changes(channel: str, tie: str) -> None:
+    (found,) = gain_changes(log(**{channel: 1.1}))
+    assert found.what == tie
+    assert found.at == pytest.approx(T[N // 2], abs=1.5)
+    (finding,) = gain_change_findings(log(**{channel: 1.1}))
+    assert finding.fault
+    before = log(**{channel: 1.1}).between(0.0, found.at - 0.5)
+    assert not list(gain_change_findings(before)), "the remedy clears the message"
+
+
+def test_slip_that_comes_and_goes_is_no_change() -> None:
+    healthy = log()
+    slipping = healthy["wheel_speed_fl"] * (1.0 + 0.04 * np.sin(0.3 * T) ** 2)
+    assert gain_changes(healthy.with_channels(wheel_speed_fl=slipping)) == ()
+
+
+def test_a_speed_that_jumps_for_good_is_suspect_from_there_on() -> None:
+    channels = {"speed": day()["speed"]}
+    channels["speed"][2500:] *= 1.1
+    cut = with_cuts(Log("run.csv", T, channels))
+    states = cut.flags.states["speed"]
+    assert set(states[:2500].tolist()) == {Flag.GOOD}
+    assert set(states[2500:].tolist()) == {Flag.SUSPECT}
+    assert not np.isnan(cut.log["speed"]).any(), "which side is wrong is not known"
+    (finding,) = suspect_findings(cut)
+    assert "to_time: 50 s" in finding.remedy
+    assert not list(suspect_findings(cut.between(0.0, 49.98)))
+
+
+def test_a_car_that_brakes_hard_does_not_jump() -> None:
+    speed = np.round(np.clip(30.0 - 12.0 * (T - 40.0), 0.0, 30.0) + 0.02 * np.random.default_rng(1).normal(size=N), 2)
+    assert flags(replace(log(), channels={"speed": np.abs(speed)})).faults == ()

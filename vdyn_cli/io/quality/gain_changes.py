@@ -1,0 +1,161 @@
+"""A gain that changes in the middle of a log, seen in channels that physics ties.
+
+Of two tied channels, y = g x + c holds in windows of a second with one gain g. The log is cut at each window; the cut
+with the least sum of squares gives the gains before and after.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
+LOADS = ("front_left_load", "front_right_load", "rear_left_load", "rear_right_load")
+AXLES = ("front_load", "rear_load")
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Two quantities in windows that one gain ties: ``y`` and ``x`` (w,), with or without a constant between them.
+
+    ``what`` names them in a message: "speed against position".
+    """
+
+    what: str
+    time: Array
+    y: Array
+    x: Array
+    constant: bool
+
+
+@dataclass(frozen=True)
+class GainChange:
+    """The gain of a tie changes at a time (s) by a factor, ``t`` standard errors from none."""
+
+    what: str
+    at: float
+    factor: float
+    t: float
+
+
+def gain_changes(log: Log, policy: QualityPolicy = QUALITY) -> tuple[GainChange, ...]:
+    """The ties whose gain changes, by more than ``least_gain_change`` and ``gain_change_t`` standard errors.
+
+    Parameters
+    ----------
+    log : channels in SI, NaN where a sample is missing or cut.
+    """
+    found = (_change(tie, policy) for tie in _ties(log, policy))
+    return tuple(one for one in found if one is not None)
+
+
+def gain_change_findings(log: Log, policy: QualityPolicy = QUALITY) -> Iterator[Finding]:
+    """A fault for each tie whose gain changes: which of its channels is wrong, the tie alone does not tell."""
+    for one in gain_changes(log, policy):
+        what = f"{one.what}: the ratio changes by {one.factor - 1.0:+.1%} at {one.at:.1f} s: the gain of one changed"
+        remedy = f"cut the run with from_time or to_time: {one.at:.1f} s, or remove the wrong channel"
+        yield Finding(log.name, what, "", remedy, fault=True, doubt=True)
+
+
+def _ties(log: Log, policy: QualityPolicy) -> Iterator[Tie]:
+    name = "speed" if "speed" in log else "vehicle_speed"
+    if log.duration < policy.fewest_tie_windows * policy.tie_window:
+        return
+    edges = np.searchsorted(log.time, np.arange(log.time[0], log.time[-1], policy.tie_window))
+    if name in log:
+        if name == "speed":
+            for wheel in WHEELS:
+                if wheel in log:
+                    yield _mean_tie(f"{wheel} against {name}", log, edges, log[wheel], log[name], policy.rolling_speed)
+        if "position" in log:
+            moved = np.abs(np.diff(log["position"][edges]))
+            driven = _integrals(log.time, np.abs(log[name]), edges)
+            yield _finite(Tie(f"position against {name}", log.time[edges[1:]], moved, driven, False))
+        if "acceleration" in log:
+            gained = _integrals(log.time, log["acceleration"], edges)
+            yield _finite(
+                Tie(f"acceleration against {name}", log.time[edges[1:]], gained, np.diff(log[name][edges]), True)
+            )
+    if "hub_torque" in log and "hub_force_x" in log:
+        tie = _mean_tie("hub_torque against hub_force_x", log, edges, log["hub_torque"], log["hub_force_x"], 0.0)
+        yield replace(tie, constant=True)
+    loads = next((names for names in (LOADS, AXLES) if all(n in log for n in names)), ())
+    if loads:
+        total = np.sum([log[n] for n in loads], axis=0)
+        ones = np.full(log.time.size, float(np.nanmedian(total)))
+        yield _mean_tie("the sum of the loads against its median", log, edges, total, ones, 0.0)
+
+
+def _mean_tie(what: str, log: Log, edges: NDArray[np.intp], y: Array, x: Array, least: float) -> Tie:
+    """Means of both in each window, where x is above a least value throughout."""
+    known = np.isfinite(y) & np.isfinite(x) & (np.abs(x) > least)
+    count = np.diff(np.concatenate([[0], np.cumsum(known)])[edges])
+    means = [
+        np.diff(np.concatenate([[0.0], np.cumsum(np.where(known, v, 0.0))])[edges]) / np.maximum(count, 1)
+        for v in (y, x)
+    ]
+    good = count > 0.5 * np.diff(edges)
+    return Tie(what, log.time[edges[1:]][good], means[0][good], means[1][good], False)
+
+
+def _integrals(time: Array, values: Array, edges: NDArray[np.intp]) -> Array:
+    """Integral over each window, NaN where a value is missing."""
+    steps = np.diff(time) * (values[1:] + values[:-1]) / 2.0
+    total = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps))])
+    missing = np.concatenate([[0], np.cumsum(np.isnan(steps))])
+    return np.where(np.diff(missing[edges]) > 0, np.nan, np.diff(total[edges]))
+
+
+def _finite(tie: Tie) -> Tie:
+    good = np.isfinite(tie.y) & np.isfinite(tie.x)
+    return Tie(tie.what, tie.time[good], tie.y[good], tie.x[good], tie.constant)
+
+
+def _change(tie: Tie, policy: QualityPolicy) -> GainChange | None:
+    """The most likely change of the gain of a tie, where it is certain and large enough."""
+    n = tie.x.size
+    least = max(policy.fewest_tie_windows // 3, 3)
+    if n < policy.fewest_tie_windows or not np.any(tie.x):
+        return None
+    y = tie.y - tie.y.mean() if tie.constant else tie.y
+    x = tie.x - tie.x.mean() if tie.constant else tie.x
+    xx, xy, yy = (np.cumsum(v) for v in (x * x, x * y, y * y))
+    at = np.arange(least, n - least + 1)
+    before, after = xx[at - 1], xx[-1] - xx[at - 1]
+    usable = np.minimum(before, after) > policy.least_tie_share * xx[-1]
+    if not usable.any():
+        return None
+    at, before, after = at[usable], before[usable], after[usable]
+    first, second = xy[at - 1] / before, (xy[-1] - xy[at - 1]) / after
+    left = yy[-1] - first**2 * before - second**2 * after
+    best = int(np.argmin(left))
+    k, g, h = int(at[best]), float(first[best]), float(second[best])
+    residual = y - np.where(np.arange(n) < k, g, h) * x
+    lag = float(np.clip(residual[1:] @ residual[:-1] / max(residual @ residual, 1e-300), 0.0, 0.9))
+    variance = float(residual @ residual) / max(n - 3, 1) * (1.0 + lag) / (1.0 - lag)
+    t = abs(h - g) / np.sqrt(max(variance * (1.0 / before[best] + 1.0 / after[best]), 1e-300))
+    if not g * h > 0.0 or abs(h / g - 1.0) < policy.least_gain_change or t < policy.gain_change_t:
+        return None
+    return GainChange(tie.what, float(tie.time[k - 1]), h / g, float(t)) if _abrupt(y, x, k, policy) else None
+
+
+def _abrupt(y: Array, x: Array, k: int, policy: QualityPolicy) -> bool:
+    """Whether a step of the gain leaves much less than a gain that drifts evenly, or one that comes and goes."""
+    n = x.size
+
+    def squares(design: Array) -> float:
+        residual = y - design @ np.linalg.lstsq(design, y, rcond=None)[0]
+        return float(residual @ residual)
+
+    place = (np.arange(n) / n)[:, None] ** np.arange(4)
+    stepped = squares(np.column_stack([x, x * (np.arange(n) >= k)]))
+    return stepped < policy.abrupt_share * squares(place * x[:, None])
