@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 
 from tests.bench.cases import COAST_CHANNELS, Case, Made, tire_sweeps, write
-from tests.plant import coast, shaft, stand, tire
+from tests.plant import coast, drop, shaft, stand, tire
 from tests.plant.coast_information import information as coast_information
 from tests.plant.information import prior, total
 from tests.plant.sensors import Record, Sensor, quantize, white
@@ -200,6 +200,22 @@ def _stand_current(seed: int, folder: Path) -> Made:
     return Made(path, stand.truth(vehicle, seed), total([information, prior({"torque_gain": CONSTANT_SD})]).bound())
 
 
+def drops(rig: drop.Rig, seed: int, folder: Path, count: int = 3) -> Path:
+    """Drops of a rig, and their description."""
+    channels: dict[str, tuple[str, str]] = {"time": ("Time [s]", "s")}
+    for end in rig.axles:
+        channels[f"body_height_{end}"] = (f"Body {end} [m]", "m")
+        channels[f"wheel_height_{end}"] = (f"Wheel {end} [m]", "m")
+    kind = {"rig": "half_car" if len(rig.axles) == 2 else "quarter_car"}
+    records = drop.campaign(rig, seed, count)
+    return write(folder, "bump", rig.known(), channels, records, manoeuvre="drop", drop=kind)
+
+
+def _drops(seed: int, folder: Path, axles: int) -> Made:
+    rig = drop.random_rig(seed, axles)
+    return Made(drops(rig, seed, folder), rig.truth(), drop.information(rig, seed).bound())
+
+
 INPUT_CASES: dict[str, Case] = {
     "coastdown_constant_grade": Case(
         "coastdown",
@@ -216,6 +232,16 @@ INPUT_CASES: dict[str, Case] = {
         "inertia",
         "The same with the current of a geared motor, its torque constant known within 1 %.",
         _stand_current,
+    ),
+    "bump_drop_quarter": Case(
+        "bump",
+        "Three drops of a quarter car from 25 to 50 mm, heights of body and wheel within 0.1 mm.",
+        lambda seed, folder: _drops(seed, folder, 1),
+    ),
+    "bump_drop_half": Case(
+        "bump",
+        "Three drops of a half car, heights of body and wheel over both axles.",
+        lambda seed, folder: _drops(seed, folder, 2),
     ),
     "shaft_angles": Case(
         "shaft",

@@ -75,6 +75,9 @@ class LineProblem:
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         return self.estimated(self.data, effects, unknowns)
 
+    def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
+        return result
+
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         return {}
 

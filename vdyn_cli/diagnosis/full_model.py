@@ -46,7 +46,8 @@ class FullModel:
 
     Parameters
     ----------
-    regression : baseline, all candidates and all profiles; amplitudes without the priors that the noise needed.
+    regression : baseline, all candidates and all profiles; amplitudes without the priors that the noise needed, but
+        with those that the step gave them, such as the roughness of a road.
     base : names of the baseline's shared unknowns; they come first.
     """
 
@@ -116,7 +117,9 @@ def full_model(
     extra = [started_at(u, start) for e in every for u in unknowns_of(e, prior=True)]
     added = {u.name for u in extra}
     amplitudes = {n for e in every for n in amplitudes_of(e)}
-    full = without_priors(regression(every, extra), amplitudes)
+    full = regression(every, extra)
+    catalogue = {u.name: u.prior for u in extra}
+    full = without_priors(full, {u.name for u in full.shared if u.name in amplitudes and u.prior == catalogue[u.name]})
     base = tuple(u.name for u in full.shared if u.name not in added)
     if tuple(u.name for u in full.shared[: len(base)]) != base:
         raise ValueError("a step's regression must put the baseline's unknowns before those of effects")

@@ -33,15 +33,20 @@ def with_open_answers(
     if not result.parameters or judgment.verdict not in ("ambiguous", "unknown", "named", "data_fault"):
         return result
     found: list[Answer] = []
+    others: list[Result] = []
     if judgment.verdict == "ambiguous":
-        found = [Answer(BASELINE, base.parameters), *_published(strategy, judgment.answers, problem, base)]
+        found, others = _published(strategy, judgment.answers, problem, base)
+        found = [Answer(BASELINE, base.parameters), *found]
     elif judgment.verdict == "unknown":
         closest = [judgment.closest] if judgment.closest else []
         known = _biases(strategy, judgment.base, base, problem)
-        found = [Answer(BASELINE, base.parameters, known), *_published(strategy, closest, problem, base, True)]
+        found, others = _published(strategy, closest, problem, base, True)
+        found = [Answer(BASELINE, base.parameters, known), *found]
     elif judgment.answer is not None and not judgment.answer.sufficient and extension.result is not None:
         near = strategy.relinearized(judgment.answer.fitted)
         found = [Answer(_label(judgment.answer), result.parameters, _biases(strategy, near, result, problem))]
+    if others:
+        result = problem.spanning(result, (base, *others))
     parameters = widened(result.parameters, found)
     wide = {n: e for n, e in parameters.items() if e.spans}
     sentence = with_wider_intervals(result.sentence, wide, "with what the diagnosis leaves open")
@@ -54,15 +59,19 @@ def _published(
     problem: SimulatedProblem,
     base: Result,
     unexplained: bool = False,
-) -> list[Answer]:
-    """The parameters with each answer in the model; by the diagnosis's fit where the step cannot publish them."""
-    found, candidates = [], strategy.model.setup.candidates
+) -> tuple[list[Answer], list[Result]]:
+    """The parameters with each answer in the model, by the diagnosis's fit where the step cannot publish them.
+
+    Beside them the results of those that it publishes.
+    """
+    found, results, candidates = [], [], strategy.model.setup.candidates
     for answer in answers:
         near = strategy.relinearized(answer.fitted)
         result = publish_with(problem, [candidates[e] for e in answer.effects], near.values)[0]
         bias = _biases(strategy, near, result or base, problem) if unexplained else {}
         found.append(Answer(_label(answer), result.parameters if result else _by_fit(near, base), bias))
-    return found
+        results += [result] if result else []
+    return found, results
 
 
 def _by_fit(near: FittedModel, base: Result) -> dict[str, Estimate]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,15 @@ from numpy.typing import NDArray
 from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.regression import Regression, Rows
 from vdyn_cli.inference.solution import Solution
+
+
+@runtime_checkable
+class Narrowing(Protocol):
+    """Rows of a regression that can be had over some of its shared unknowns alone, for less."""
+
+    def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> Callable[[int, Array], Rows] | None:
+        """The rows over the unknowns ``free``, the others being held at these values; None where it saves nothing."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -48,7 +58,10 @@ def restricted(full: Regression, held: Mapping[str, float], starts: Solution | N
         kept = [replace(u, start=float(np.clip(starts.values.get(u.name, u.start), u.lower, u.upper))) for u in kept]
         run_starts |= dict(starts.per_run)
     rows: Callable[[int, Array], Rows] = _Held(full, free, at)
-    if full.narrow is not None and all(held.get(u.name, u.start) == u.start for u in shared):
+    if isinstance(full.rows, Narrowing):
+        others = {u.name: float(v) for u, v in zip(shared, at, strict=True) if u.name in held}
+        rows = full.rows.narrowed([u.name for u in kept], others) or rows
+    elif full.narrow is not None and all(held.get(u.name, u.start) == u.start for u in shared):
         rows = full.narrow([u.name for u in kept])
     return replace(full, unknowns=(*kept, *full.own), rows=rows, run_starts=run_starts, narrow=None)
 

@@ -25,6 +25,7 @@ from vdyn_cli.description.test_description import (
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates, extensions_in_si, refused
 from vdyn_cli.io.align import merge
+from vdyn_cli.io.block_means import condensed, condensing_note
 from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
@@ -87,7 +88,8 @@ class Inputs:
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
         """What the step reads, with other logs in the place of those that were read."""
-        return logs if self.step.load is None else self.step.load(self.spec, self.source.path.parent, logs)[0]
+        used, _ = _condensed(logs, self.step.rate(self.spec))
+        return used if self.step.load is None else self.step.load(self.spec, self.source.path.parent, used)[0]
 
     @property
     def quality(self) -> DataQuality:
@@ -136,19 +138,20 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     if len(logs) == len(spec.runs):
         spec, cut = split_runs(step, spec, cut, ready)
         logs, there = tuple(one.log for one in cut), spec.runs
-    data: Any = logs
+    used, condensing = _condensed(logs, step.rate(spec))
+    data: Any = used if step.load is None else None
     if step.load is not None and not unreadable:
-        extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, logs))
+        extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, used))
         if extra is not None:
             data, own_files = extra
             files |= own_files
     if problems:
-        if not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
+        if data is not None and not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
             _attempt(problems, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
         raise InputError(*problems)
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
     findings += tuple(unread_keys(step, spec, source))
-    findings += refused() if step.diagnosable else ()
+    findings += (*condensing, *(refused() if step.diagnosable else ()))
     return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready)
 
 
@@ -205,6 +208,14 @@ def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwa
     except InputError as error:
         problems.extend(f for f in error.findings if f not in problems)
         return None
+
+
+def _condensed(logs: tuple[Log, ...], rate: float | None) -> tuple[tuple[Log, ...], tuple[Finding, ...]]:
+    """The logs at the rate that the step needs, and a note where that averages any."""
+    if rate is None:
+        return logs, ()
+    after = tuple(condensed(log, rate) for log in logs)
+    return after, condensing_note(logs, after, rate)
 
 
 def _refuse_other_test(step: Step, path: Path) -> None:

@@ -160,6 +160,10 @@ class SimulatedProblem(Problem, Protocol):
         """The values (n,) of a part's coordinate in the runs, at the baseline's solution; None: all of its span."""
         return None
 
+    def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
+        """The result whose intervals beside the parameters hold those of all answers; unchanged by default."""
+        return result
+
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Published parameters that follow from fitted ones; none, unless a step says otherwise.
 
@@ -264,6 +268,8 @@ class Step:
     reads : keys of the vehicle and the air that the step reads beside ``needs``; None: it may read any of them.
     run_keys : which of a run's direction, start and temperature it reads; None: it may read any of them.
     scaled : channels that may be read from another one, times constants of the vehicle.
+    rate : (spec) -> Hz, to which logs that are sampled twice as fast or more are averaged, since the model has no
+        faster dynamics; None: as sampled.
     manoeuvres : how the step evaluates other manoeuvres than its usual one, by the key ``manoeuvre`` of their
         descriptions: each a step of the same name, spec and parameters.
     """
@@ -284,6 +290,7 @@ class Step:
     reads: tuple[str, ...] | None = None
     run_keys: tuple[str, ...] | None = None
     scaled: tuple[ScaledChannel, ...] = ()
+    rate: Callable[[Any], float | None] = lambda spec: None
     manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)
 
     def of(self, spec: Any) -> Step:

@@ -12,7 +12,9 @@ from tests.plant import messy_day
 from vdyn_cli.diagnosis.effect_unknowns import unknowns_of
 from vdyn_cli.effects import catalogue
 from vdyn_cli.inference.restricted_likelihood import RandomUnknowns, restricted_likelihood
-from vdyn_cli.quantities.result import Result
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.coastdown.force_intervals import holding_forces
 from vdyn_cli.steps.coastdown.road_load_fit import fit_road_load
 from vdyn_cli.steps.coastdown.shared_road import SPECTRA, slope_correlation
 
@@ -83,3 +85,31 @@ def test_every_spectrum_is_a_correlation(spectrum: int) -> None:
     found = slope_correlation(np.linspace(0, 2000, 60), spectrum)
     assert np.allclose(np.diag(found), 1.0)
     assert np.linalg.eigvalsh(found).min() > 0
+
+
+@pytest.mark.parametrize(("rms", "brake"), [(0.0, 150.0), (0.0015, 0.0)], ids=["a brake that fades", "a road"])
+def test_only_what_turns_with_the_heading_is_a_road(rms: float, brake: float) -> None:
+    case = messy_day.drive(4, replace(ROUGH, rms=rms, brake=brake, runs=6))
+    found = prepared(case, position=False).problem.placed.shown_roughness  # type: ignore[attr-defined]
+    assert found < 4e-4 if brake else 0.001 < found < 0.003
+
+
+def test_a_road_beside_effects_is_level_on_average() -> None:
+    case = messy_day.drive(4, ROUGH)
+    campaign = replace(prepared(case, position=False).problem.campaign, level_mean=True)  # type: ignore[attr-defined]
+    layout = campaign.layout
+    for profile in np.unique(layout.profile):
+        assert np.abs(layout.factor[layout.profile == profile].mean(axis=0)).max() < 1e-9
+    assert np.mean(np.sum(layout.factor**2, axis=1)) == pytest.approx(1.0, abs=0.1)
+
+
+def test_the_forces_of_open_answers_are_held() -> None:
+    fit = FitSummary(runs=2, rms=0.1, unit="m/s", noise_floor=0.1, unknowns=("drag_area",))
+
+    def at(*ends: float) -> Result:
+        row = {"speed_kmh": 60.0, "force_N": 0.5 * (ends[0] + ends[1]), "interval95": list(ends)}
+        return Result("coastdown", "", Parameters({}), fit, "", extra={"road_load": {"tested": 1, "force": [row]}})
+
+    held = holding_forces(at(190.0, 200.0), (at(185.0, 195.0), at(198.0, 210.0))).extra["road_load"]
+    assert held["tested"] == 1
+    assert held["force"][0] == {"speed_kmh": 60.0, "force_N": 195.0, "interval95": [185.0, 210.0]}

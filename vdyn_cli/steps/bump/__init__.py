@@ -24,6 +24,14 @@ of the wheels (some 0.7 % of I). State ``sprung_pitch_inertia`` where that is kn
 
 A bump that does not excite wheel hop does not determine Kt: only the ratio of Kt to the unsprung mass shows.
 
+``manoeuvre: drop`` needs no bump: a quarter or half car is let go above its rest, and heights of body and wheels are
+logged (``body_height_front``, ``wheel_height_front`` ...). It swings from unknown heights and rates at the release::
+
+    Ms z'' = -S,   mu y'' = S + Fz - F0,   S = K (z - y) + C (z' - y'),   Fz = max(0, F0 - Kt y)
+
+Heights alone show K, C and Kt over the masses, which must be known. Dry friction, which ends a swing of little damping,
+is a candidate of the diagnosis; ``diagnose: {extend: [suspension_friction]}`` takes it into the model in any case.
+
 Assumes loads between tires and road (setting ``load_sensor: hub`` for sensors in the wheel, which lack the inertia of
 what turns outside them), linear springs and dampers, and a tire that touches the road in one point.
 Source: SAE 2017-01-1574, equations (8) to (18), with lift-off added.

@@ -49,7 +49,7 @@ def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Findin
     ------
     InputError : numbers are missing or contradict each other.
     """
-    settings, bump = spec.settings, spec.bump
+    settings, bump = spec.settings, spec.obstacle
     numbers, findings = car_numbers(known)
     # A measured profile has its own size, which these two scale.
     numbers["bump_height"], numbers["bump_width"] = bump.height or Given(1.0), bump.width or Given(1.0)

@@ -49,7 +49,7 @@ def load(spec: BumpSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[BumpData,
     ------
     InputError : the file cannot be read, or holds no bump.
     """
-    bump = spec.bump
+    bump = spec.obstacle
     if bump.profile is None:
         return BumpData(logs), ()
     path = folder / bump.profile

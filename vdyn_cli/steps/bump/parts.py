@@ -39,6 +39,11 @@ def bump_parts(channels: Sequence[str]) -> tuple[Part, ...]:
     return (*(of(axle) for of in elements for axle in AXLES), *sensors)
 
 
+def drop_parts(axles: Sequence[str]) -> tuple[Part, ...]:
+    """Dampers, springs and tires of the axles on a rig."""
+    return tuple(of(axle) for of in (_damper, _spring, _tire, _tire_damping) for axle in axles)
+
+
 def coordinate_of(part: Part, fit: BumpFit, solution: Solution) -> Array | None:
     """The values (n,) of a part's coordinate in all crossings, at a solution of the fit; None where it is not known."""
     if part.element in fit.channels:

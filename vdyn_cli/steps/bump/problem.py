@@ -136,5 +136,5 @@ def _model_on_bump(spec: BumpSpec, data: BumpData) -> tuple[Model, float]:
     """The half car on this bump, and the bump's width, m."""
     if data.profile is not None:
         return half_car_on_profile(data.profile), data.profile[-1][0] - data.profile[0][0]
-    assert spec.bump.width is not None
-    return half_car("half_sine" if spec.bump.shape == "half_sine" else "haversine"), spec.bump.width.value
+    assert spec.obstacle.width is not None
+    return half_car("half_sine" if spec.obstacle.shape == "half_sine" else "haversine"), spec.obstacle.width.value

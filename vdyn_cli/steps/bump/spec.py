@@ -20,6 +20,9 @@ class BumpRun(Run):
     distance_rear: Annotated[Given, Si("m", -100, 100_000)] | None = Field(
         None, description="distance from the log's start to the bump's near edge for the rear axle, m"
     )
+    release: Annotated[Given, Si("s")] | None = Field(
+        None, description="of a drop: time of the log at which the car is let go, s; found where it is not given"
+    )
 
 
 class ProfileColumns(Strict):
@@ -79,9 +82,40 @@ class BumpSettings(Strict):
     )
 
 
-class BumpSpec(TestSpec):
-    """The description of a bump test: the obstacle, and its crossings, one log each."""
+class Drop(Strict):
+    """The rig of a drop test."""
 
-    bump: Obstacle = Field(description="the bump that is crossed")
+    rig: Literal["quarter_car", "half_car"] = Field(
+        "quarter_car", description="quarter_car: one axle or wheel; half_car: both axles, whose body also pitches"
+    )
+    axle: Literal["front", "rear"] = Field("front", description="axle of a quarter car")
+    wheels: Literal[1, 2] = Field(
+        2,
+        description="wheels of an axle on the rig, whose masses are stated; with 1, an axle has twice the rig's values",
+    )
+
+
+class BumpSpec(TestSpec):
+    """The description of a bump test: the obstacle and its crossings, or a rig and its drops; one log each."""
+
+    manoeuvre: Literal["crossing", "drop"] = Field(
+        "crossing", description="drop: the car is let go above its rest, and heights are logged; there is no bump"
+    )
+    bump: Obstacle | None = Field(None, description="the bump that is crossed")
+    drop: Drop = Field(Drop(), description="the rig of a drop test")
     settings: BumpSettings = Field(BumpSettings(), description="uncertainty and place of the sensors")
     runs: list[BumpRun] = Field(default_factory=list, description="the crossings")  # type: ignore[assignment]
+
+    @model_validator(mode="after")
+    def _bump_or_drop(self) -> BumpSpec:
+        if self.manoeuvre == "crossing" and self.bump is None:
+            raise PydanticCustomError("bump", "'bump' is missing: add it, or 'manoeuvre: drop'")
+        if self.manoeuvre == "drop" and self.bump is not None:
+            raise PydanticCustomError("bump", "a drop has no bump: remove 'bump', or 'manoeuvre: drop'")
+        return self
+
+    @property
+    def obstacle(self) -> Obstacle:
+        """The bump of a crossing."""
+        assert self.bump is not None
+        return self.bump

@@ -3,10 +3,28 @@
 from __future__ import annotations
 
 from vdyn_cli.physics.models.half_car import SOUGHT
+from vdyn_cli.steps.bump.drop_problem import prepare_drop
 from vdyn_cli.steps.bump.measured_profile import load
 from vdyn_cli.steps.bump.problem import prepare
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.contract import Diagnosable, Step
+
+DROP = Step(
+    name="bump",
+    situations=frozenset({"bump_crossing"}),
+    spec=BumpSpec,
+    required=("time",),
+    optional=("body_height_front", "body_height_rear", "wheel_height_front", "wheel_height_rear"),
+    needs=(
+        *("mass", "sprung_mass", "unsprung_mass_front", "unsprung_mass_rear", "wheelbase", "cg_to_front", "cg_to_rear"),
+        *("pitch_inertia", "sprung_pitch_inertia", "cg_height", "wheel_radius"),
+    ),
+    gives=SOUGHT,
+    reads=(),
+    run_keys=(),
+    prepare=prepare_drop,
+    diagnosable=Diagnosable(metric=("height", "m"), run="drop"),
+)
 
 STEP = Step(
     name="bump",
@@ -27,4 +45,5 @@ STEP = Step(
     prepare=prepare,
     diagnosable=Diagnosable(metric=("front load", "N"), run="crossing"),
     load=load,
+    manoeuvres={"drop": DROP},
 )

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.steps.coastdown.segments import (
-    FEWEST_SAMPLES,
     LEAST_COVERED,
     Array,
     CoastSegment,
@@ -199,4 +198,4 @@ def _longer_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment 
 
 def _covered(segment: CoastSegment, keep: Mask) -> float:
     """Span of speed of these rows, m/s."""
-    return float(np.ptp(segment.log["speed"][keep])) if keep.sum() >= FEWEST_SAMPLES else 0.0
+    return float(np.ptp(segment.log["speed"][keep])) if keep.sum() >= segment.fewest else 0.0

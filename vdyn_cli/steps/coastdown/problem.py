@@ -19,6 +19,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Array, Campaign, road_of
+from vdyn_cli.steps.coastdown.force_intervals import holding_forces
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
 from vdyn_cli.steps.coastdown.parts import road_parts
@@ -139,6 +140,10 @@ class CoastdownProblem(SimulatedProblem):
         findings = (*self.findings, *doubts(answer), *(f for log in self.logs for f in log.findings))
         return result_of(answer, self.known.estimates.get("frontal_area"), unknowns, findings)
 
+    def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
+        """See ``SimulatedProblem``: the forces over speed."""
+        return holding_forces(result, answers)
+
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The road load as tested, and the drag coefficient where the frontal area is known."""
         at = {**self.campaign.values, **values}
@@ -225,6 +230,7 @@ def _road_run(
         air_density=density,
         since=float(log.time[0]) - begin,
         place=first_place(log.time, log["speed"], log["position"], heading) if "position" in log else None,
+        split=segment.split,
     )
 
 

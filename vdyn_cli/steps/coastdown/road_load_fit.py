@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
+from vdyn_cli.engine.course import blocks
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.inference import Regression, Rows, Solution, Unknown, approach, solve, whiten
+from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, approach, solve, whiten
 from vdyn_cli.inference.gust_covariance import SOURCES
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.restricted_likelihood import (
@@ -49,6 +50,7 @@ NEAR = 0.1  # share by which the baseline's unknowns move beside all candidates,
 SIZES_SETTLED = 0.05  # of the logarithm of a noise size
 SETTLED = 1.0  # standard deviations that a round may move an estimate: within them the model is nearly linear
 CONVERGED = 1e-6  # of one residual variance: a further step would move a value by 1e-3 of its standard deviation
+WORTH_COMPILING = 100  # runs times blocks of unknowns that are saved in every iteration: code for one takes 0.2 s
 START = "start.speed"
 ROUGHNESS = "roughness"
 
@@ -124,6 +126,25 @@ class RoadLoadRows:
             residual, jacobian = whiten(residual, jacobian, cholesky=factor)
         time = np.tile(self.campaign.bins[run].time, len(self.campaign.channels))
         return Rows(residual, jacobian, time=time, plain=plain)
+
+    def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> RoadLoadRows | None:
+        """The same rows over the unknowns ``free``, in that order, the others being held at these values.
+
+        None where the simulation of all runs with fewer unknowns takes less time than making its machine code, or
+        where a slope of the road is held.
+        """
+        before, after = (len(blocks(len(names) - len(self.road) + 2)) for names in (self.shared, free))
+        if (before - after) * len(self.campaign.runs) < WORTH_COMPILING or not set(self.road) <= set(free):
+            return None
+        own = self.simulator
+        simulator = Simulator(
+            own.model,
+            {**self.campaign.values, **held},
+            unknowns=(*(n for n in free if n not in set(self.road)), START, "wind_variance"),
+            effects=own.effects,
+            substeps=1 if self.campaign.nodes is None else SUBSTEPS,
+        )
+        return replace(self, shared=tuple(free), simulator=simulator)
 
     @property
     def reference(self) -> Array:
@@ -277,7 +298,14 @@ def fit_road_load(
         moves = (abs(new.values[n] - old.values[n]) / max(new.std[n], 1e-300) for n in new.names)
         return (regression, new), max(moves)
 
-    first = regression, solve(regression, tolerance=CONVERGED)
+    try:
+        first = regression, solve(regression, tolerance=CONVERGED)
+    except RefusedFitError:
+        if campaign.white:
+            raise
+        # The typical noise sizes may be far from those of this day, and push an estimate out of its range.
+        regression = _reweighted(regression, *approach(regression, STEPS))
+        first = regression, solve(regression, tolerance=CONVERGED)
     regression, solution = until_settled(refit, first, 0 if campaign.white else rounds, SETTLED).state
     return RoadLoadFit(rows_of(regression), _starting(regression, solution.values, solution.per_run), solution)
 

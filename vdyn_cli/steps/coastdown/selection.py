@@ -70,7 +70,9 @@ def selected(
     rejected: list[RejectedSegment] = []
     for k, log in enumerate(logs):
         if drive == "coasting":
-            found = coast_segment(k, _usable(_own_rows(log), drive), window, settings.minimum_length.value)
+            table = spec.reading.split_times is not None
+            usable = _usable(log if table else _own_rows(log), drive)
+            found = coast_segment(k, usable, window, settings.minimum_length.value, table)
             if isinstance(found, CoastSegment):
                 segments.append(found)
             else:
@@ -112,7 +114,8 @@ def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
 def _usable(log: Log, drive: DriveSignal) -> Log:
     """The rows in which every channel that the fit reads holds a number, without channels that are mostly empty."""
     optional = [n for n in ("grade", "wind_speed", "acceleration") if n in log]
-    empty = [n for n in optional if np.isfinite(log[n]).mean() < LEAST_FILLED]
+    there = np.isfinite(log["speed"])  # a stretch that was cut has no speed either
+    empty = [n for n in optional if there.any() and np.isfinite(log[n][there]).mean() < LEAST_FILLED]
     needed = [n for n in optional if n not in empty] + ([] if drive == "coasting" else [f"drive_{drive}"])
     keep = np.all([np.isfinite(log[n]) for n in needed], axis=0) if needed else np.ones(log.time.size, dtype=bool)
     return rows(replace(log, channels={n: v for n, v in log.channels.items() if n not in empty}), keep)

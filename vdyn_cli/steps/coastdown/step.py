@@ -8,6 +8,10 @@ from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 
+# Hz: the fit averages over 2 s (campaign.BIN_WIDTH), and the braking tests over tenths of a second. A vehicle that
+# slows down by 1 m/s^2 moves 0.05 m/s in a block, along a straight line.
+RATE = 20.0
+
 
 def _on_one_road(spec: CoastdownSpec) -> bool:
     """Whether the runs go to and fro over one road, where wind and slope turn with the direction."""
@@ -36,6 +40,7 @@ STEP = Step(
     ),
     run_keys=("direction", "start", "temperature"),
     prepare=prepare,
+    rate=lambda spec: RATE,
     diagnosable=Diagnosable(metric=("speed", "m/s"), run="coast", fewest_runs=4, two_way=_on_one_road),
     extra_channels=(Quantity("elevation", "m", "height of the road above the sea", "z", -500, 9_000),),
 )

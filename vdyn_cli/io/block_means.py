@@ -1,0 +1,59 @@
+"""Condensing of a log to the rate that a step's model needs: means over blocks of equal time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+LEAST_SAMPLES = 2  # of a block, on average: a log sampled more slowly stays as it is
+LEAST_FINITE = 0.5  # share of a block's samples that must hold a number
+
+
+def condensed(log: Log, rate: float) -> Log:
+    """The log averaged over blocks of 1 / rate; the log itself where that joins fewer than two samples.
+
+    Mean of every channel and of the time over the samples of each block: for white noise the block means hold all the
+    information about a signal that is straight within a block; the mean of a curved one is off by x'' / (24 rate^2).
+    Blocks without samples, as in a gap, have no row; a block of a channel with fewer than half of its samples is NaN.
+
+    Parameters
+    ----------
+    rate : Hz, of the blocks.
+    """
+    if log.time.size < 2 or log.time.size < LEAST_SAMPLES * rate * log.duration:
+        return log
+    block = np.floor((log.time - log.time[0]) * rate).astype(np.int64)
+    starts = np.flatnonzero(np.r_[True, np.diff(block) > 0])
+    counts = np.diff(np.r_[starts, log.time.size])
+    # About the first sample of the block, so that a large time keeps its digits.
+    first = log.time[starts]
+    time = first + np.add.reduceat(log.time - np.repeat(first, counts), starts) / counts
+    channels = {name: _means(values, starts, counts) for name, values in log.channels.items()}
+    return Log(log.name, time, channels, log.findings)
+
+
+def _means(values: Array, starts: NDArray[np.intp], counts: NDArray[np.int64]) -> Array:
+    """Mean of the finite values of every block, (blocks,)."""
+    finite = np.isfinite(values)
+    if finite.all():
+        return np.add.reduceat(values, starts) / counts
+    held = np.add.reduceat(finite.astype(np.int64), starts)
+    sums = np.add.reduceat(np.where(finite, values, 0.0), starts)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(held >= LEAST_FINITE * counts, sums / held, np.nan)
+
+
+def condensing_note(before: tuple[Log, ...], after: tuple[Log, ...], rate: float) -> tuple[Finding, ...]:
+    """A note of how many rows were averaged into how many; empty where no log was condensed."""
+    made = [(b.time.size, a.time.size) for b, a in zip(before, after, strict=True) if a is not b]
+    if not made:
+        return ()
+    rows, left = (sum(part) for part in zip(*made, strict=True))
+    what = f"{len(made)} logs are averaged over blocks of {1e3 / rate:g} ms: {rows} rows become {left}"
+    why = "nothing: the simulation of this step has no faster dynamics"
+    return (Finding("runs", what, remedy=why, minor=True),)

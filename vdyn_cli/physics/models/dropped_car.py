@@ -1,0 +1,106 @@
+"""A quarter or half car that is let go above its rest: springs, dampers and tires bring it down."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
+from vdyn_cli.physics.laws.suspension import damper, spring
+from vdyn_cli.physics.laws.tire_vertical import tire_vertical
+from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
+from vdyn_cli.quantities.constants import GRAVITY
+
+AXLES = ("front", "rear")
+
+
+def sought(axles: tuple[str, ...]) -> tuple[str, ...]:
+    """The parameters that a drop determines: of each axle on the rig, and of the tires."""
+    kinds = ("suspension_stiffness", "suspension_damping")
+    return (*(f"{kind}_{end}" for kind in kinds for end in axles), "tire_vertical_stiffness")
+
+
+def given(axles: tuple[str, ...]) -> tuple[str, ...]:
+    """The parameters that must be known: masses; of both axles also lengths and the body's pitch inertia."""
+    if len(axles) == 1:
+        return ("sprung_mass", f"unsprung_mass_{axles[0]}")
+    return ("mass", "sprung_pitch_inertia", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_mass_rear")
+
+
+def motions(axles: tuple[str, ...]) -> tuple[str, ...]:
+    """The states, each with its rate: of the body, then of each axle."""
+    body = ("heave", "pitch") if len(axles) == 2 else ("heave",)
+    return (*body, *(f"wheel_{end}" for end in axles))
+
+
+@cache
+def dropped_car(axles: tuple[str, ...] = AXLES) -> Model:
+    """Two degrees of freedom of one axle, or the half car's four, from any start; everything beyond its rest.
+
+    Ms z'' = -S,   mu y'' = S + Fz - F0,   S = K (z - y) + C (z' - y'),   Fz = max(0, F0 - Kt y)
+
+    for one axle; for two, the half car of ``models.half_car`` on a level road.
+
+    Parameters
+    ----------
+    axles : those on the rig: ("front",), ("rear",) or both.
+
+    Returns
+    -------
+    Model with outputs body_height_<axle> and wheel_height_<axle>, m above rest, the body's above each axle.
+
+    Notes
+    -----
+    ``sprung_mass`` of one axle is what its springs carry. Gravity is in the loads at rest F0, so that a wheel may hang
+    in the air at first. Source: as ``models.half_car``.
+    """
+
+    def assemble(e: ModelBuilder, u: Signals) -> None:
+        p = e.p
+        state = {n: (e.state(n), e.state(f"{n}_rate")) for n in motions(axles)}
+        z, w = state["heave"]
+        if len(axles) == 1:
+            sprung, shares = p.sprung_mass, {axles[0]: 1.0}
+            arms: dict[str, Number] = {axles[0]: 0.0}
+            pitch, turn = 0.0, 0.0
+            mass = p.sprung_mass + getattr(p, f"unsprung_mass_{axles[0]}")
+        else:
+            sprung, to_front = sprung_body(*(getattr(p, name) for name in BODY_OF))
+            share = p.cg_to_front / p.wheelbase
+            shares, arms = {"front": 1.0 - share, "rear": share}, {"front": to_front, "rear": to_front - p.wheelbase}
+            pitch, turn = state["pitch"]
+            mass = p.mass
+        pulls = {}
+        for end in axles:
+            body = (z + arms[end] * pitch, w + arms[end] * turn)
+            pulls[end] = _axle(e, end, body, state[f"wheel_{end}"], mass * GRAVITY * shares[end])
+        e.integrate(heave=w, heave_rate=-sum(pulls.values()) / sprung)
+        if len(axles) == 2:
+            moment = -sum(arms[end] * pull for end, pull in pulls.items())
+            e.integrate(pitch=turn, pitch_rate=moment / p.sprung_pitch_inertia)
+
+    return Model("dropped car", assemble, (*sought(axles), *given(axles)), ("elapsed",))
+
+
+def _axle(
+    e: ModelBuilder, end: str, body: tuple[Number, Number], wheel: tuple[Number, Number], static: Number
+) -> Number:
+    """One axle's motion; returns what its springs and dampers pull the body down by, N."""
+    p, at, (y, v) = e.p, f"_{end}", wheel
+    load = e(
+        tire_vertical,
+        at,
+        static_load=static,
+        stiffness=p.tire_vertical_stiffness,
+        damping=0.0,
+        compression=-y,
+        compression_rate=-v,
+        share=1.0,
+    )
+    strut = e(spring, at, stiffness=getattr(p, f"suspension_stiffness{at}"), stroke=body[0] - y, share=1.0)
+    damping = getattr(p, f"suspension_damping{at}")
+    strut = strut + e(damper, at, damping=damping, stroke_rate=body[1] - v, share=1.0)
+    e.integrate(**{f"wheel{at}": v, f"wheel{at}_rate": (strut + load - static) / getattr(p, f"unsprung_mass{at}")})
+    e.sensor(f"body_height{at}", body[0], body[1])
+    e.sensor(f"wheel_height{at}", y, v)
+    return strut

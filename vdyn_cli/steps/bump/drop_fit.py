@@ -1,0 +1,186 @@
+"""Output error on drops: springs, dampers and tires from the heights of body and wheels of all runs at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.simulate import Simulated, Simulator
+from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.physics.models.dropped_car import dropped_car, given, motions, sought
+from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.bump.drop_run import DropRun
+from vdyn_cli.steps.contract import NO_VALUES
+
+Array = NDArray[np.float64]
+
+LARGEST_STEP = 1.1e-3  # s, of the integration
+TOLERANCE = 1e-3  # of a residual's variance
+FIRST_DAMPING = 0.1  # of critical, where the search begins
+TIRE_OVER_SPRING = (4.0, 50.0)  # stiffnesses, range in which the search begins
+
+
+@dataclass(frozen=True)
+class DropFit:
+    """Drops of one rig, and the unknowns to be found from them.
+
+    Shared unknowns are stiffness and damping of each axle on the rig, the tires' stiffness, uncertain masses and
+    lengths, and those of ``effects``. Every run has its own heights and rates at the start, and zeros of its sensors.
+
+    Parameters
+    ----------
+    axles : on the rig. known : masses and lengths, SI; std : of those that are uncertain.
+    """
+
+    runs: tuple[DropRun, ...]
+    axles: tuple[str, ...]
+    known: Mapping[str, float]
+    std: Mapping[str, float]
+    effects: tuple[Effect, ...] = ()
+    effect_unknowns: tuple[Unknown, ...] = ()
+
+    @property
+    def model(self) -> Model:
+        """The car that is dropped."""
+        return dropped_car(self.axles)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The heights that are fitted."""
+        return tuple(self.runs[0].heights)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """What moves at the start, with its rate."""
+        return tuple(f"{n}{rate}" for n in motions(self.axles) for rate in ("", "_rate"))
+
+    @cached_property
+    def sprung(self) -> Mapping[str, float]:
+        """The mass that the springs of each axle carry, kg."""
+        if len(self.axles) == 1:
+            return {self.axles[0]: self.known["sprung_mass"]}
+        mass, to_front = sprung_body(*(self.known[n] for n in BODY_OF))
+        share = to_front / self.known["wheelbase"]
+        return {"front": mass * (1 - share), "rear": mass * share}
+
+    @cached_property
+    def start(self) -> Mapping[str, float]:
+        """Where the search begins: springs from the swing's frequency, tires from how far the wheels follow."""
+        found, tires = {}, []
+        for end in self.axles:
+            body, wheel = f"body_height_{end}", f"wheel_height_{end}"
+            turns = 2 * np.pi * float(np.median(np.array([run.frequency(body) for run in self.runs])))
+            whole = self.sprung[end] * turns**2  # spring and tires in series
+            follow = float(np.median([_follow(run, body, wheel) for run in self.runs]))
+            ratio = float(np.clip(1 / max(follow, 1e-3) - 1, *TIRE_OVER_SPRING))
+            stiffness = whole * (1 + 1 / ratio)
+            found[f"suspension_stiffness_{end}"] = stiffness
+            found[f"suspension_damping_{end}"] = 2 * FIRST_DAMPING * float(np.sqrt(stiffness * self.sprung[end]))
+            tires.append(ratio * stiffness)
+        found["tire_vertical_stiffness"] = sum(tires) / len(tires)
+        return {n: float(np.clip(v, 1.01 * PARAMETERS[n].lower, 0.99 * PARAMETERS[n].upper)) for n, v in found.items()}
+
+    @cached_property
+    def shared(self) -> tuple[Unknown, ...]:
+        """The unknowns that all drops share."""
+        quantities = [PARAMETERS[n] for n in sought(self.axles)]
+        uncertain = [n for n in given(self.axles) if self.std.get(n, 0.0) > 0]
+        return (
+            *(Unknown(q.name, self.start[q.name], q.lower, q.upper, q.unit) for q in quantities),
+            *(Unknown(n, self.known[n], prior=(self.known[n], self.std[n]), nuisance=True) for n in uncertain),
+            *self.effect_unknowns,
+        )
+
+    @cached_property
+    def own(self) -> tuple[Unknown, ...]:
+        """The unknowns that each drop has for itself: the start, then the sensors' zeros."""
+        names = (*(f"start.{n}" for n in self.states), *(f"{n}_zero" for n in self.channels))
+        return tuple(Unknown(n, 0.0, per_run=True, nuisance=True) for n in names)
+
+    def _first_own(self) -> dict[str, Array]:
+        """Where the search for each drop's own unknowns begins: as measured."""
+        found: dict[str, list[float]] = {u.name: [] for u in self.own}
+        for run in self.runs:
+            bodies = [run.first(f"body_height_{end}") for end in self.axles]
+            wheels = [run.first(f"wheel_height_{end}") for end in self.axles]
+            motion = dict(zip((f"wheel_{end}" for end in self.axles), wheels, strict=True))
+            if len(self.axles) == 1:
+                motion["heave"] = bodies[0]
+            else:
+                (front, rear), base = bodies, self.known["wheelbase"]
+                pitch = ((front[0] - rear[0]) / base, (front[1] - rear[1]) / base)
+                arm = sprung_body(*(self.known[n] for n in BODY_OF))[1]
+                motion |= {"pitch": pitch, "heave": (front[0] - arm * pitch[0], front[1] - arm * pitch[1])}
+            for name, (value, rate) in motion.items():
+                found[f"start.{name}"].append(value)
+                found[f"start.{name}_rate"].append(rate)
+            for name in self.channels:
+                found[f"{name}_zero"].append(run.rest[name])
+        return {n: np.array(v) for n, v in found.items()}
+
+    @cached_property
+    def simulator(self) -> Simulator:
+        """The car with every unknown but the sensors' zeros."""
+        names = [u.name for u in (*self.shared, *self.own[: len(self.states)])]
+        step = max(float(np.median(np.diff(run.time))) for run in self.runs)
+        values = {**self.known, **self.start, **{u.name: u.start for u in self.shared}}
+        substeps = int(np.ceil(step / LARGEST_STEP))
+        return Simulator(self.model, values, names, self.effects, substeps=substeps)
+
+    def regression(self, start: Mapping[str, float] = NO_VALUES) -> Regression:
+        """The whitened regression over all drops, begun at ``start`` where that has an unknown."""
+        shared = tuple(replace(u, start=start.get(u.name, u.start)) for u in self.shared)
+        return Regression((*shared, *self.own), tuple(run.run for run in self.runs), self.rows, self._first_own())
+
+    def solve(self) -> Solution:
+        """Fit.
+
+        Raises
+        ------
+        ResultError : the unknowns are not determined.
+        """
+        return solve(self.regression(), tolerance=TOLERANCE)
+
+    def simulate(self, run: int, theta: Array) -> Simulated:
+        """One drop at its local unknowns ``theta`` (k,): shared, then its own."""
+        return self.simulator(self.runs[run].drive, theta[: len(self.simulator.unknowns)])
+
+    def rows(self, run: int, theta: Array) -> Rows:
+        """Whitened residuals of one drop: channel after channel, samples without a reading left out."""
+        drop, simulated = self.runs[run], self.simulate(run, theta)
+        first = len(self.simulator.unknowns)
+        residuals, jacobians, times = [], [], []
+        for zero, name in enumerate(self.channels, start=first):
+            good = np.isfinite(drop.heights[name])
+            weight = 1.0 / drop.noise[name]
+            jacobian = np.zeros((int(np.count_nonzero(good)), theta.size))
+            jacobian[:, :first] = simulated.sensitivities[name][good] * weight
+            jacobian[:, zero] = weight
+            residuals.append((simulated.outputs[name][good] + theta[zero] - drop.heights[name][good]) * weight)
+            jacobians.append(jacobian)
+            times.append(drop.time[good])
+        return Rows(np.concatenate(residuals), np.concatenate(jacobians), time=np.concatenate(times))
+
+    def local(self, solution: Solution, run: int) -> Array:
+        """The drop's local unknowns (k,) at a solution."""
+        shared = [solution.values[u.name] for u in self.shared]
+        return np.array([*shared, *(solution.per_run[u.name][run] for u in self.own)])
+
+
+def _follow(run: DropRun, body: str, wheel: str) -> float:
+    """How far the wheel follows the body: the slope of its height over the body's."""
+    x, y = run.heights[body] - run.rest[body], run.heights[wheel] - run.rest[wheel]
+    good = np.isfinite(x) & np.isfinite(y)
+    return float(x[good] @ y[good]) / max(float(x[good] @ x[good]), 1e-12)
+
+
+def with_effects(fit: DropFit, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> DropFit:
+    """The fit with effects in the car's laws, their unknowns shared by all drops."""
+    return replace(fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))

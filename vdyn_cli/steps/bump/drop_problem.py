@@ -1,0 +1,130 @@
+"""A drop test, prepared once: the drops cut from the logs, and the car that is let go."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.inference import RefusedFitError, Regression, Unknown
+from vdyn_cli.physics.models.dropped_car import AXLES, given
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.bump.drop_fit import DropFit, with_effects
+from vdyn_cli.steps.bump.drop_result import drop_result
+from vdyn_cli.steps.bump.drop_run import drop_run, wrong_drop
+from vdyn_cli.steps.bump.known_car import car_numbers
+from vdyn_cli.steps.bump.parts import drop_parts
+from vdyn_cli.steps.bump.spec import BumpSpec
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
+from vdyn_cli.steps.free_part import Part
+from vdyn_cli.steps.free_profiles import profile
+
+FREE_FORCE = 200.0  # N, plausible size of a free profile: dry friction of the struts of an axle
+STROKE, STROKE_RATE = 0.05, 0.5  # m, m/s: what a drop deflects springs and dampers by
+
+
+@dataclass(frozen=True)
+class DropProblem(SimulatedProblem):
+    """Drops of one rig.
+
+    Parameters
+    ----------
+    fit : without effects. wheels : of an axle that are on the rig.
+    findings : about the description and the logs.
+    """
+
+    fit: DropFit
+    wheels: int
+    findings: tuple[Finding, ...]
+
+    @property
+    def duration(self) -> float:
+        """Length of the longest drop, s."""
+        return max(float(run.time[-1] - run.time[0]) for run in self.fit.runs)
+
+    @property
+    def model(self) -> Model:
+        """The car that is dropped."""
+        return self.fit.model
+
+    @property
+    def profiles(self) -> tuple[Effect, ...]:
+        """Forces that are free over stroke rate (dampers) and stroke (springs)."""
+        return (
+            profile("damper_over_rate", "damper", "stroke_rate", (-STROKE_RATE, STROKE_RATE), FREE_FORCE, "N"),
+            profile("spring_over_stroke", "spring", "stroke", (-STROKE, STROKE), FREE_FORCE, "N"),
+        )
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Dampers, springs and tires of the axles on the rig, each free over its coordinate."""
+        return drop_parts(self.fit.axles)
+
+    def regression(
+        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
+    ) -> Regression:
+        """All heights of all drops over their white noise, with effects in the car."""
+        return with_effects(self.fit, effects, unknowns).regression(start)
+
+    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+        """Fit springs, dampers and tires to all drops at once, with accepted effects in the car.
+
+        Raises
+        ------
+        ResultError : the drops do not determine the unknowns.
+        """
+        fit = with_effects(self.fit, effects, unknowns)
+        shown = partial(drop_result, fit, self.wheels, self.findings)
+        try:
+            solution = fit.solve()
+        except RefusedFitError as error:
+            raise unpublished(error, shown) from None
+        except ResultError as error:
+            remedy = Finding("bump", "the drops do not determine springs, dampers and tires", "", "drop from higher")
+            raise ResultError(*error.findings, remedy) from None
+        return shown(solution)
+
+
+def prepare_drop(spec: BumpSpec, logs: Sequence[Log], known: Parameters) -> DropProblem:
+    """The problem of a drop test.
+
+    Parameters
+    ----------
+    logs : heights of body and wheel (m) over each axle on the rig, one drop each.
+    known : masses of the rig, kg; of a half car also lengths and pitch inertia.
+
+    Raises
+    ------
+    InputError : no drop, a missing mass or height, a drop that is too short or in which nothing moves.
+    """
+    if not logs:
+        raise InputError(Finding("runs", "no drop is given", "", "list at least one log under runs"))
+    axles = AXLES if spec.drop.rig == "half_car" else (spec.drop.axle,)
+    channels = tuple(f"{what}_height_{end}" for what in ("body", "wheel") for end in axles)
+    missing = sorted({n for log in logs for n in channels if n not in log})
+    raise_all(
+        Finding("channels", f"channel {n} is needed", "", f"add '{n}: {{column: '<header>', unit: m}}'")
+        for n in missing
+    )
+    numbers, findings = _masses(axles, known)
+    releases = [run.release.value if run.release else None for run in spec.runs] or [None] * len(logs)
+    runs = tuple(drop_run(log, channels, when) for log, when in zip(logs, releases, strict=True))
+    raise_all(f for run in runs for f in wrong_drop(run))
+    values = {n: g.value for n, g in numbers.items()}
+    fit = DropFit(runs, axles, values, {n: g.std for n, g in numbers.items() if g.std > 0})
+    return DropProblem(fit, spec.drop.wheels, (*findings, *(f for log in logs for f in log.findings)))
+
+
+def _masses(axles: tuple[str, ...], known: Parameters) -> tuple[dict[str, Given], tuple[Finding, ...]]:
+    """Masses and lengths of the rig, SI, and what is doubtful about them."""
+    if len(axles) == 2:
+        found, findings = car_numbers(known)
+        return {n: found[n] for n in given(axles)}, findings
+    known.require(*given(axles), where="bump")
+    return {n: Given(known[n].value, known[n].std) for n in given(axles)}, ()

@@ -1,0 +1,119 @@
+"""The result of a drop test: springs, dampers and tires, each axle's natural frequency, and the drops as simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.physics.models.dropped_car import sought
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result, Series, Table
+from vdyn_cli.steps.bump.drop_fit import DropFit
+from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.interval_text import with_interval
+
+METHODS = (
+    "Output error: the car is simulated from the release on and compared with the heights of body and wheels of all "
+    "drops at once, each weighted by its white noise (third differences). Heights and rates at the start and the "
+    "sensors' zeros are unknowns of each drop; gravity is the load at rest, and a wheel that leaves the ground carries "
+    "nothing. Masses are known: from heights alone only stiffness and damping over mass show. Intervals from the "
+    "scatter of blocks of equal information (Bell and McCaffrey 2002)."
+)
+
+
+def drop_result(fit: DropFit, wheels: int, findings: Sequence[Finding], solution: Solution) -> Result:
+    """What the fit gives, in numbers, figures, tables and sentences.
+
+    Parameters
+    ----------
+    wheels : of an axle that are on the rig; with one, an axle's parameters are twice the rig's.
+    findings : about the description and the logs.
+    """
+    names = sought(fit.axles)
+    on_rig = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "bump") for n in names}
+    estimates = {n: _times(e, 2 // wheels) for n, e in on_rig.items()}
+    correlation = {a: {b: solution.correlation[a][b] for b in names} for a in names}
+    comparisons, off = [], []
+    for k, run in enumerate(fit.runs):
+        outputs = fit.simulate(k, fit.local(solution, k)).outputs
+        for name in fit.channels:
+            simulated = outputs[name] + solution.per_run[f"{name}_zero"][k]
+            measured = run.heights[name]
+            time = run.time - run.time[0]
+            comparisons.append(Comparison(run.run, name, "m", time, "time since the release in s", measured, simulated))
+            off.append(measured - simulated)
+    noise = float(np.sqrt(np.mean([run.noise[n] ** 2 for run in fit.runs for n in fit.channels])))
+    rms = float(np.sqrt(np.nanmean(np.concatenate(off) ** 2)))
+    warnings = list(solution.warnings)
+    summary = FitSummary(
+        tuple(run.run for run in fit.runs),
+        rms,
+        noise,
+        "m",
+        solution.names,
+        solution.unit,
+        solution.n_units,
+        warnings=tuple(warnings),
+    )
+    return Result(
+        "bump",
+        _sentence(on_rig, wheels),
+        Parameters(estimates, correlation),
+        summary,
+        METHODS,
+        tuple(comparisons),
+        (_residual(comparisons),),
+        (_modes(fit, on_rig),),
+        tuple(dict.fromkeys((*findings, *_per_wheel(wheels)))),
+        amplitudes=effect_amplitudes(solution, fit.effect_unknowns),
+    )
+
+
+def _times(one: Estimate, factor: int) -> Estimate:
+    if factor == 1:
+        return one
+    low, high = one.interval95
+    value = factor * one.value
+    return replace(one, value=value, std=factor * one.std, interval95=(factor * low, factor * high), baseline=value)
+
+
+def _sentence(estimates: dict[str, Estimate], wheels: int) -> str:
+    texts = [f"{name.replace('_', ' ')} {with_interval(e, e.unit)}" for name, e in estimates.items()]
+    of = "One wheel" if wheels == 1 else "The axle" if len(texts) == 3 else "The half car"
+    return f"{of} on the rig has: {'; '.join(texts)}."
+
+
+def _per_wheel(wheels: int) -> list[Finding]:
+    if wheels == 2:
+        return []
+    what = "one wheel is on the rig: the parameters, which are those of an axle, are twice the rig's"
+    return [Finding("bump", what, minor=True)]
+
+
+def _residual(comparisons: Sequence[Comparison]) -> Figure:
+    series = tuple(Series(f"{c.run}, {c.channel}", c.x, c.measured - c.simulated, role="residual") for c in comparisons)
+    caption = (
+        "Measured minus simulated height. Good: noise around zero. Bad: a swing that ends earlier than the simulated "
+        "one (dry friction: its last part is at rest), a wave of the body's frequency that grows and falls (a spring "
+        "or damper that is not a straight line), bursts after the release (the release was not sudden)."
+    )
+    return Figure("drop_residual", "Residual of the heights", caption, "time since the release in s", "m", series)
+
+
+def _modes(fit: DropFit, on_rig: dict[str, Estimate]) -> Table:
+    """Natural frequency and damping ratio of the body over each axle, and of wheel hop, each axle alone."""
+    rows = []
+    tire = on_rig["tire_vertical_stiffness"].value
+    for end in fit.axles:
+        k, c = (on_rig[f"suspension_{kind}_{end}"].value for kind in ("stiffness", "damping"))
+        mass, wheel = fit.sprung[end], fit.known[f"unsprung_mass_{end}"]
+        body = np.sqrt(k * tire / (k + tire) / mass)
+        hop = np.sqrt((k + tire) / wheel)
+        rows.append((f"body over the {end} axle", f"{body / (2 * np.pi):.2f}", f"{c / (2 * np.sqrt(k * mass)):.3f}"))
+        rows.append((f"{end} wheel hop", f"{hop / (2 * np.pi):.2f}", f"{c / (2 * hop * wheel):.3f}"))
+    caption = "Each axle for itself: spring and tire in series under the body, in parallel at the wheel."
+    return Table("modes", "Natural frequencies", ("mode", "frequency [Hz]", "damping ratio"), tuple(rows), caption)

@@ -1,0 +1,104 @@
+"""One drop, ready to be fitted: the log from the release on, its heights, their noise and first values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.simulate import Drive
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+HELD = 10  # samples at the start of a log that tell the height at which the car is held
+MOVED = 8.0  # of the noise: the car is on its way; white noise stays below 5 deviations
+AFTER = 4.0  # s that are fitted after the release: five or more swings of a body
+LAST = 0.25  # share of the drop at whose end the car is nearly at rest
+FEWEST_SAMPLES = 100  # after the release: fifty Hz for two seconds
+SMALLEST = 20.0  # times the noise, of the first height above rest
+SLOPE_SAMPLES = 7  # from which the first rate is taken
+
+
+@dataclass(frozen=True)
+class DropRun:
+    """One drop from its release on.
+
+    Parameters
+    ----------
+    run : the log's name. time : (n,) s. heights : each channel (n,), m, NaN where nothing is written.
+    noise : of each, its white standard deviation.
+    """
+
+    run: str
+    time: Array
+    heights: Mapping[str, Array]
+    noise: Mapping[str, float]
+
+    @cached_property
+    def rest(self) -> dict[str, float]:
+        """Where each height ends, m: the mean of the last part."""
+        late = self.time > self.time[-1] - LAST * (self.time[-1] - self.time[0])
+        return {n: float(np.nanmean(v[late])) for n, v in self.heights.items()}
+
+    def first(self, channel: str) -> tuple[float, float]:
+        """The first height above rest, m, and its rate, m/s."""
+        values = self.heights[channel] - self.rest[channel]
+        good = np.flatnonzero(np.isfinite(values))[:SLOPE_SAMPLES]
+        time = self.time[good] - self.time[0]
+        rate, height = np.polyfit(time, values[good], 1)
+        return float(height), float(rate)
+
+    @cached_property
+    def drive(self) -> Drive:
+        """The clock of the simulation, which has no other input."""
+        return Drive(self.time, {"elapsed": self.time - self.time[0]})
+
+    def frequency(self, channel: str) -> float:
+        """The frequency of the largest swing, Hz: the peak of the spectrum."""
+        good = np.isfinite(self.heights[channel])
+        step = (self.time[-1] - self.time[0]) / (self.time.size - 1)
+        even = np.arange(self.time[0], self.time[-1], step)
+        values = np.interp(even, self.time[good], self.heights[channel][good] - self.rest[channel])
+        size = 16 * values.size
+        spectrum = np.abs(np.fft.rfft(values - values.mean(), size))
+        return float(np.fft.rfftfreq(size, step)[np.argmax(spectrum)])
+
+
+def drop_run(log: Log, channels: Sequence[str], release: float | None) -> DropRun:
+    """The part of a log from the release on.
+
+    Parameters
+    ----------
+    channels : heights, those of the body first. release : s, the log's time of it; None: where the car first moves.
+    """
+    noise = {n: white_level(log[n], log.time) for n in channels}
+    start = log.time[_first_motion(log, channels, noise)] if release is None else release
+    part = log.between(float(start), float(start) + AFTER)
+    return DropRun(log.name, part.time, {n: part[n] for n in channels}, noise)
+
+
+def _first_motion(log: Log, channels: Sequence[str], noise: Mapping[str, float]) -> int:
+    """The first sample at which any height has left where it was held; 0 where the log begins in motion."""
+    found = log.time.size
+    for name in channels:
+        away = np.abs(log[name] - np.nanmedian(log[name][:HELD])) > MOVED * max(noise[name], 1e-9)
+        steady = np.flatnonzero(away[:-2] & away[1:-1] & away[2:])
+        found = min(found, int(steady[0])) if steady.size else found
+    return found if HELD < found < log.time.size else 0
+
+
+def wrong_drop(run: DropRun) -> list[Finding]:
+    """A drop that is too short, or in which nothing moves."""
+    if run.time.size < FEWEST_SAMPLES:
+        got = f"{run.time.size} samples after the release"
+        return [Finding(run.run, "is too short", got, f"log at least {FEWEST_SAMPLES} samples until the car rests")]
+    body = [n for n in run.heights if n.startswith("body")]
+    if all(np.nanmax(np.abs(run.heights[n] - run.rest[n])) < SMALLEST * run.noise[n] for n in body):
+        return [Finding(run.run, "the body does not move", "", "check the channels, or write 'release' with its time")]
+    return []
