@@ -8,10 +8,10 @@ from pathlib import Path
 from vdyn_cli.commands.run_step import write_out
 from vdyn_cli.project.check import check
 from vdyn_cli.project.result_document import to_json
-from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance
+from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance, TiedPair
+from vdyn_cli.report.typography import run_name
 
 Tell = Callable[..., None]
-MOST_PAIRS = 24  # lines of the table of tied channels on a terminal; JSON and page hold all
 
 
 def run_check(path: Path, known_files: tuple[Path, ...], output: str, tell: Tell) -> int:
@@ -45,25 +45,22 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
     """The text for a terminal, the answer first."""
     yield document.sentence
     yield ""
+    wide = max(len(run_name(run.run)) for run in document.runs)
     for run in document.runs:
-        why = "; ".join(run.why) or "no fault found"
-        yield f"  {run.verdict:<6}  {run.run}: {why}"
+        yield f"  {run.verdict:<6}  {run_name(run.run):<{wide}}  {'; '.join(run.why) or 'no fault found'}"
     if document.flags:
         yield "\nFlags"
         rows = [
-            (f.run, f.channel, f.test, f.decision, f"{f.start:.6g}", f"{f.stop:.6g}", str(f.segments), f"{f.share:.1%}")
+            (
+                *(run_name(f.run), f.channel, f.test, f.decision),
+                *(f"{f.start:.6g}", f"{f.stop:.6g}", str(f.segments), f"{f.share:.1%}"),
+            )
             for f in document.flags
         ]
         yield from table(("run", "channel", "test", "", "from [s]", "to [s]", "segments", "of the run"), rows)
     if document.redundancy:
         yield "\nChannels that physics ties"
-        rows4 = [
-            (p.run, f"{p.first} ~ {p.second}", {True: "agree", False: "contradict", None: "-"}[p.good], p.what)
-            for p in document.redundancy
-        ]
-        yield from table(("run", "pair", "", "first over second"), rows4[:MOST_PAIRS])
-        if len(rows4) > MOST_PAIRS:
-            yield f"  and {len(rows4) - MOST_PAIRS} more, in the JSON (-o -)"
+        yield from table(("pair", "", "runs", "first over second"), list(_pair_rows(document.redundancy)))
     if document.coasts is not None:
         yield from _coast_lines(document.coasts)
     shown = [f for f in document.findings if f.doubt or not f.minor]
@@ -83,7 +80,7 @@ def _coast_lines(coasts: CoastBalance) -> Iterator[str]:
         yield f"\nMean deceleration from {span}, and its change without the run (parameters: not evaluated)"
         rows = [
             (
-                r.run,
+                run_name(r.run),
                 r.direction,
                 "-" if r.start is None else f"{r.start:.0f}",
                 "-" if r.mean is None else f"{r.mean:.4f}",
@@ -101,12 +98,39 @@ def _coast_lines(coasts: CoastBalance) -> Iterator[str]:
             [(f"{a.speed:.0f}", f"{a.time:.2f}", _percent(a.r83), _percent(a.wltp)) for a in coasts.accuracy],
         )
     yield "\nLimits of regulations"
-    rows5 = [(x.outcome, x.regulation, x.clause, x.limit, x.found) for x in coasts.limits]
-    yield from table(("", "regulation", "clause", "limit", "this test"), sorted(rows5, key=_order))
+    checked = [x for x in coasts.limits if x.outcome != "not checked"]
+    cells = sorted(((x.outcome, x.regulation, x.clause, x.limit, x.found) for x in checked), reverse=True)
+    yield from table(("", "regulation", "clause", "limit", "this test"), cells)
+    because: dict[str, list[str]] = {}
+    for x in coasts.limits:
+        if x.outcome == "not checked":
+            because.setdefault(x.found, []).append(f"{x.regulation} {x.limit}")
+    for why, limits in because.items():
+        yield f"  not checked, {why}:"
+        yield f"      {'; '.join(limits)}"
 
 
-def _order(row: Sequence[str]) -> int:
-    return ("not met", "met", "not checked").index(row[0])
+def _pair_rows(pairs: Sequence[TiedPair]) -> Iterator[tuple[str, str, str, str]]:
+    """The pairs of all runs, one line where they agree or nothing is determined; one line for each run else."""
+    groups: dict[tuple[str, str, bool | None], list[TiedPair]] = {}
+    for pair in pairs:
+        groups.setdefault((pair.first, pair.second, pair.good), []).append(pair)
+    for (first, second, good), members in groups.items():
+        name = f"{first} ~ {second}"
+        if good is False or len(members) == 1:
+            for one in members:
+                outcome = {True: "agree", False: "contradict", None: "-"}[good]
+                yield name, outcome, run_name(one.run), one.what
+            continue
+        parts = []
+        for key, unit in (("gain", ""), ("offset", ""), ("delay", " s")):
+            values = [v for one in members if (v := getattr(one, key)) is not None]
+            if values:
+                parts.append(f"{key} {min(values):.3f} to {max(values):.3f}{unit}")
+        what = ", ".join(parts) or members[0].what
+        if good is None and parts and all(one.gain is None for one in members):
+            what += " m/s^2; gain not determined: the runs vary too little"
+        yield name, "agree" if good else "-", f"{len(members)} runs", what
 
 
 def _percent(value: float | None) -> str:

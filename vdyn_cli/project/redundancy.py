@@ -3,7 +3,7 @@
 Over windows of a second (T), with the mean over a window written <.>::
 
     sum |position step|          = gain * integral |speed| dt
-    <acceleration>               = gain * (speed step) / T + offset
+    integral acceleration dt / T = gain * (speed step) / T + offset
     wheel speed left             = gain * wheel speed right
     wheel speed * wheel radius   = gain * speed
     front load + rear load       = gain * mass * g
@@ -104,33 +104,38 @@ def _distance(log: Log, speed: str) -> TiedPair:
 
 
 def _grid(log: Log, names: tuple[str, str], step: float) -> tuple[Array, ...]:
-    """Both channels (2 x m), means over steps of a common grid; NaN where one has no value in a step."""
-    known = _finite(*(log[n] for n in names))
-    label = ((log.time - log.time[0]) / step).astype(np.int64)[known]
+    """Speed and integral of the acceleration (2 x m), means over steps of a common grid.
+
+    NaN where one of the channels has no value in a step; the integral goes straight over what is missing.
+    """
+    a, v = (log[n] for n in names)
+    known = _finite(a, v)
+    time = log.time[known]
+    gained = np.concatenate([[0.0], np.cumsum(np.diff(time) * (a[known][1:] + a[known][:-1]) / 2.0)])
+    label = ((time - log.time[0]) / step).astype(np.int64)
     size = int((log.time[-1] - log.time[0]) / step) + 1
     count = np.bincount(label, minlength=size)
     with np.errstate(invalid="ignore"):
-        return tuple(np.bincount(label, log[n][known], size) / count for n in names)
+        return tuple(np.bincount(label, values, size) / count for values in (gained, v[known]))
 
 
 def _change(log: Log, speed: str) -> TiedPair:
     """Acceleration against the change of speed; its offset, too, where it varies too little for a gain."""
     first, second = "acceleration", f"change of {speed}"
-    a, v = _grid(log, ("acceleration", speed), WINDOW)
-    if a.size < FEWEST:
-        return _pair(log, first, second, "too short")
-    y, x = a[1:-1], (v[2:] - v[:-2]) / (2.0 * WINDOW)
-    y = (a[:-2] + 2.0 * y + a[2:]) / 4.0  # the same weights in time as the difference of two means has
+    if _finite(log["acceleration"], log[speed]).sum() < FEWEST:
+        return _pair(log, first, second, "too few samples")
+    y, x = (np.diff(mean) / WINDOW for mean in _grid(log, ("acceleration", speed), WINDOW))
     use = _finite(x, y)
     if use.sum() < FEWEST:
-        return _pair(log, first, second, "too few samples")
+        return _pair(log, first, second, "too short")
     x, y = x[use], y[use]
     lively = float(np.nanstd(log["acceleration"])) >= LIVELY
     likeness = float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) > 0 and np.ptp(y) > 0 else 0.0
     if not lively or abs(likeness) < CHECK.least_likeness:
         offset = float(np.mean(y - x))
         tilt = degrees(atan(offset / GRAVITY))
-        what = f"offset {offset:+.3f} m/s^2 (as {tilt:+.2f} deg of tilt or slope); gain not determined: varies too little"
+        what = f"offset {offset:+.3f} m/s^2 (as {tilt:+.2f} deg of tilt or slope); gain not determined: "
+        what += "varies too little"
         return _pair(log, first, second, what, offset=offset)
     gain = float(np.copysign(np.std(y) / np.std(x), likeness))
     offset = float(np.mean(y) - gain * np.mean(x))
@@ -144,14 +149,9 @@ def _change(log: Log, speed: str) -> TiedPair:
 def _delay(log: Log, speed: str, sign: float) -> float | None:
     """s, by which acceleration comes after the change of speed; None where the correlation is low or at its end."""
     step = max(FINE, 2.0 * float(np.median(np.diff(log.time))))
-    a, v = _grid(log, ("acceleration", speed), step)
-    width = max(int(0.5 / step), 1)
-    x = np.full(v.size, np.nan)
-    x[width:-width] = (v[2 * width :] - v[: -2 * width]) / (2.0 * width * step)
-    kernel = np.ones(2 * width) / (2.0 * width)
-    y = np.convolve(a, kernel, "same")  # the same mean over a second as the difference is
+    y, x = (_slope(mean, max(int(WINDOW / step), 1), step) for mean in _grid(log, ("acceleration", speed), step))
     lags = np.arange(-int(REACH / step), int(REACH / step) + 1)
-    inner = np.arange(width + lags[-1] + 1, v.size - width - lags[-1] - 1)
+    inner = np.arange(lags[-1], x.size - lags[-1])
     if inner.size < FEWEST:
         return None
     found = []
@@ -164,7 +164,12 @@ def _delay(log: Log, speed: str, sign: float) -> float | None:
         return None
     bend = found[k - 1] - 2.0 * found[k] + found[k + 1]
     shift = 0.5 * (found[k - 1] - found[k + 1]) / bend if bend < 0.0 else 0.0
-    return float((lags[k] + shift + 0.5 * (1 - 2 * width % 2) - 0.5) * step)
+    return float((lags[k] + shift) * step)
+
+
+def _slope(values: Array, width: int, step: float) -> Array:
+    """Change over a number of steps, in units per second."""
+    return np.asarray((values[width:] - values[:-width]) / (width * step))
 
 
 def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> TiedPair:

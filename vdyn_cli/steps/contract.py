@@ -287,8 +287,8 @@ class Step:
     scaled : channels that may be read from another one, times constants of the vehicle.
     rate : (spec) -> Hz, to which logs that are sampled twice as fast or more are averaged, since the model has no
         faster dynamics; None: as sampled.
-    track_check : (spec, whole logs before cuts, data, known, run of each log in data) -> what it says of the runs at the
-        track; None where only the quality of the logs is checked.
+    track_check : (spec, whole logs before cuts, data, known, run of each log in data) -> what it says of the runs at
+        the track; None where only the quality of the logs is checked.
     manoeuvres : how the step evaluates other manoeuvres than its usual one, by the key ``manoeuvre`` of their
         descriptions: each a step of the same name, spec and parameters.
     """

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -125,7 +126,7 @@ class _Coasts:
     def order(self) -> Array:
         """(n,), from -1/2 (first run) to 1/2 (last run), by start or by place in the description."""
         at = np.array([self.starts[s.run] if self.starts else float(s.run) for s in self.segments])
-        return (at - at.min()) / max(float(np.ptp(at)), 1e-12) - 0.5
+        return np.asarray((at - at.min()) / max(float(np.ptp(at)), 1e-12) - 0.5)
 
     @property
     def common(self) -> tuple[float, float] | None:
@@ -165,7 +166,7 @@ class _Coasts:
         partners = {self.segments[k].run for pair in pairs for k in pair}
         ways = [directions[s.run] for s in self.segments]
         known = len(directions) > 1 and all(w in ("out", "back") for w in directions)
-        alternating = all(a != b for a, b in zip(directions, directions[1:], strict=False)) if known else None
+        alternating = all(a != b for a, b in pairwise(directions)) if known else None
         accuracy = [
             TimeAccuracy(speed=3.6 * t.speed, time=t.mean, r83=t.r83, wltp=t.wltp)
             for t in coast_times(self.segments, directions)
@@ -218,9 +219,7 @@ class _Coasts:
         if not warm and "temperature" in known.estimates:
             warm = {known["temperature"].value}
         density = known["air_density"].value if "air_density" in known.estimates else None
-        wind = tuple(
-            (r.wind_mean, r.wind_peak) for r in runs if r.wind_mean is not None and r.wind_peak is not None
-        )
+        wind = tuple((r.wind_mean, r.wind_peak) for r in runs if r.wind_mean is not None and r.wind_peak is not None)
         return TestDay(tuple(sorted(warm)), density, wind, pairs, self.common, accuracy)
 
 
