@@ -56,7 +56,7 @@ def test_a_free_force_that_does_as_well_makes_it_unknown():
     free = campaign.setup(WAVE, HILLS, profiles=(force,))
     verdict = judge(open_strategy(free))
     assert verdict.verdict == "unknown"
-    assert "A hills comes closest, but a free profile with fewer unknowns fits equally well" in verdict_sentence(
+    assert "A hills come closest, but a free profile with fewer unknowns fits equally well" in verdict_sentence(
         verdict, free.candidates, {}
     )
 

@@ -16,6 +16,7 @@ import numpy as np
 from vdyn_cli.diagnosis.unexplained import Bias
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 GROWN = 1.02  # of the half width: below, a published interval's two digits do not show that it is wider
 STEP = 0.1  # of a bias, over which derived parameters are differentiated
@@ -66,11 +67,20 @@ def _widened(name: str, one: Estimate, answers: Sequence[Answer]) -> Estimate:
         if more > (GROWN - 1.0) * half:
             spans.append(UNEXPLAINED)
         ends += [a - more, b + more]
-    if max(ends) - min(ends) < GROWN * (high - low):
+    begin, end = _possible(name, one, min(ends), max(ends))
+    if end - begin < GROWN * (high - low):
         return one
-    reach = max(max(ends) - one.value, one.value - min(ends))
+    reach = max(end - one.value, one.value - begin)
     std = max(one.std * reach / half if one.std > 0 else reach / NORMAL95, one.std)
-    return replace(one, interval95=(min(ends), max(ends)), std=std, spans=tuple(dict.fromkeys(spans)))
+    return replace(one, interval95=(begin, end), std=std, spans=tuple(dict.fromkeys(spans)))
+
+
+def _possible(name: str, one: Estimate, low: float, high: float) -> tuple[float, float]:
+    """The part of an interval that a vehicle can have, and at least the interval that is published without it."""
+    known = PARAMETERS.get(name)
+    if known is None:
+        return low, high
+    return max(low, min(known.lower, one.interval95[0])), min(high, max(known.upper, one.interval95[1]))
 
 
 def biases(

@@ -18,12 +18,14 @@ class Bins:
     ----------
     first : (b,), index of each group's first sample; ``count`` : (b,), how many there are.
     time : (b,) s, mean time of each; ``width`` : (b,) s, what each covers.
+    lead : (b,) s, mean time less the begin of what the group covers: half of the width of many samples, none of one.
     """
 
     first: NDArray[np.int64]
     count: NDArray[np.int64]
     time: Array
     width: Array
+    lead: Array
 
     def mean(self, values: Array) -> Array:
         """Mean of each group, of (n,) values or (n, k) columns."""
@@ -56,7 +58,8 @@ def cut(time: Array, width: float, part: NDArray[np.int64] | None = None) -> Bin
     # A group reaches to the next one's first sample, and the last of a stretch to its end.
     until = np.r_[time[first[1:]], time[-1]]
     until[np.searchsorted(first, ends, side="right") - 1] = time[ends]
-    return Bins(first, count, np.add.reduceat(time, first) / count, until - time[first])
+    middle = np.add.reduceat(time, first) / count
+    return Bins(first, count, middle, until - time[first], middle - time[first])
 
 
 @dataclass(frozen=True)

@@ -180,7 +180,7 @@ def integration(bins: Bins, fade: Array) -> Array:
     faded = np.cumsum(fade * bins.width) - 0.5 * fade * bins.width
     kept = np.tril(np.exp(np.minimum(faded[None, :] - faded[:, None], 0.0)))
     response = kept * bins.width[None, :]
-    response[np.diag_indices_from(response)] *= 0.5
+    response[np.diag_indices_from(response)] = bins.lead
     return np.asarray(response)
 
 
@@ -208,7 +208,7 @@ def white_noise(s: Surroundings, channels: Sequence[str]) -> RunNoise:
     # The response to a constant push in O(n): p' = 1 - fade p.
     faded = np.cumsum(s.fade * s.bins.width) - 0.5 * s.fade * s.bins.width
     grown = np.exp(faded) * s.bins.width
-    pushes = {"speed": np.exp(-faded) * (np.cumsum(grown) - 0.5 * grown), "acceleration": np.ones(size)}
+    pushes = {"speed": np.exp(-faded) * (np.cumsum(grown) - grown) + s.bins.lead, "acceleration": np.ones(size)}
     return RunNoise(tuple(parts), np.zeros((1, 1)), np.concatenate([pushes[n] for n in channels]))
 
 

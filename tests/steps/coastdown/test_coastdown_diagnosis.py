@@ -154,14 +154,13 @@ def test_a_slope_can_be_asked_for_beside_an_accelerometer_that_tells_it(tmp_path
     assert low < 1e-3 < high
 
 
-def test_while_a_sensor_stood_still_nothing_else_is_blamed(tmp_path: Path) -> None:
+def test_where_a_sensor_stood_still_is_cut_and_the_rest_names_the_wind(tmp_path: Path) -> None:
     path = described(tmp_path, {"headwind": 2.0})
     damage(sorted(tmp_path.glob("*.csv")), "stuck")
-    told = document(path)["diagnosis"]
-    assert told["verdict"] == "data_fault"
-    assert told["causes"] == told["extended"] == []
-    assert "GPS Speed" in told["sentence"]
-    assert "frozen" in told["sentence"]
+    made = document(path)
+    assert made["diagnosis"]["verdict"] == "named"
+    assert made["diagnosis"]["extended"] == ["headwind"]
+    assert {row["test"] for row in made["quality"]["ledger"]} == {"frozen"}
 
 
 def test_what_stood_still_may_be_cut_out(tmp_path: Path) -> None:

@@ -45,9 +45,11 @@ def road_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Arra
 
 def met_slopes(campaign: Campaign, run: int) -> Array:
     """Mean slope that a run meets in each of its bins, (b, m), for each of the shared road's unknowns at one."""
-    layout = campaign.layout
+    layout, bins = campaign.layout, campaign.bins[run]
     assert layout is not None
-    return np.asarray(campaign.bins[run].mean(layout.weights(run)) @ layout.factor)
+    sparse = bool(np.all(bins.count == 1))
+    weights = layout.weights_until_next(run) if sparse else bins.mean(layout.weights(run))
+    return np.asarray(weights @ layout.factor)
 
 
 def slope_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Array:

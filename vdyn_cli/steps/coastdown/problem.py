@@ -230,6 +230,7 @@ def _road_run(
         air_density=density,
         since=float(log.time[0]) - begin,
         place=first_place(log.time, log["speed"], log["position"], heading) if "position" in log else None,
+        split=segment.split,
     )
 
 

@@ -22,7 +22,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.course import blocks
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.inference import Regression, Rows, Solution, Unknown, approach, solve, whiten
+from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, approach, solve, whiten
 from vdyn_cli.inference.gust_covariance import SOURCES
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.restricted_likelihood import (
@@ -298,7 +298,14 @@ def fit_road_load(
         moves = (abs(new.values[n] - old.values[n]) / max(new.std[n], 1e-300) for n in new.names)
         return (regression, new), max(moves)
 
-    first = regression, solve(regression, tolerance=CONVERGED)
+    try:
+        first = regression, solve(regression, tolerance=CONVERGED)
+    except RefusedFitError:
+        if campaign.white:
+            raise
+        # The typical noise sizes may be far from those of this day, and push an estimate out of its range.
+        regression = _reweighted(regression, *approach(regression, STEPS))
+        first = regression, solve(regression, tolerance=CONVERGED)
     regression, solution = until_settled(refit, first, 0 if campaign.white else rounds, SETTLED).state
     return RoadLoadFit(rows_of(regression), _starting(regression, solution.values, solution.per_run), solution)
 

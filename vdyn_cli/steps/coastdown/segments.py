@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FEWEST_SAMPLES = 20  # of a segment: fewer show neither the noise of the speed nor ten bins
+FEWEST_LEVELS = 3  # of a table of split times, with two intervals: the fewest that show a force that changes with speed
 MOST_MISSING = 0.2  # of a segment's rows
 LEAST_COVERED = 0.5  # of the speed window
 LEAST_FALL = 1.0  # m/s, of the speed in a coast
@@ -34,12 +35,19 @@ class CoastSegment:
     run : index of the run in the description; ``name`` is its log's, with the times where there are several parts.
     log : its rows: speed is finite in each.
     part : (n,), label of the window that each row belongs to.
+    split : a table of split times, whose rows are few and passages of speed levels.
     """
 
     run: int
     name: str
     log: Log
     part: NDArray[np.int64]
+    split: bool = False
+
+    @property
+    def fewest(self) -> int:
+        """The fewest rows of a segment that can be fitted."""
+        return fewest_rows(self.split)
 
     def rows(self, keep: Mask) -> CoastSegment:
         """The segment's rows where ``keep`` (n,)."""
@@ -56,23 +64,29 @@ class RejectedSegment:
     why: str
 
 
+def fewest_rows(split: bool) -> int:
+    """The fewest rows of a log, or of a table of split times, that can be fitted."""
+    return FEWEST_LEVELS if split else FEWEST_SAMPLES
+
+
 def rows(log: Log, keep: Mask) -> Log:
     """The log's rows where ``keep`` (n,)."""
     return Log(log.name, log.time[keep], {k: v[keep] for k, v in log.channels.items()}, log.findings)
 
 
 def coast_segment(
-    run: int, log: Log, window: tuple[float, float] | None, shortest: float
+    run: int, log: Log, window: tuple[float, float] | None, shortest: float, split: bool = False
 ) -> CoastSegment | RejectedSegment:
     """The part of a log in which the car coasts through a window of speeds, or why there is none.
 
     Parameters
     ----------
     run : index of the run. window : upper and lower speed, m/s; None: all of the fall. shortest : s.
+    split : the log is a table of split times.
     """
     speed, start, stop = log["speed"], float(log.time[0]), float(log.time[-1])
     there = np.isfinite(speed)
-    if there.sum() < FEWEST_SAMPLES:
+    if there.sum() < fewest_rows(split):
         return RejectedSegment(log.name, start, stop, f"only {there.sum()} samples have a speed")
     whole = rows(log, there)
     smooth = _smoothed(whole)
@@ -95,9 +109,9 @@ def coast_segment(
     if missing > MOST_MISSING:
         return RejectedSegment(log.name, begin, finish, f"the speed is missing in {missing:.0%} of the rows")
     part = rows(whole, (whole.time >= begin) & (whole.time <= finish))
-    if part.time.size < FEWEST_SAMPLES:
+    if part.time.size < fewest_rows(split):
         return RejectedSegment(log.name, begin, finish, f"only {part.time.size} samples have a speed")
-    return CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64))
+    return CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64), split)
 
 
 def _smoothed(log: Log) -> Array:

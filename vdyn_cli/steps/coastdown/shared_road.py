@@ -43,6 +43,7 @@ KEPT, MOST = 0.97, 60  # share of the slope's variance that its unknowns describ
 TURNING = 0.2  # of a run's length: standard deviation of where the runs of the other direction begin
 USUAL = 1  # of SPECTRA, where the runs show none: crests and sags of 100 to 500 m
 NAME = "shared_road"  # under which an effect covers it
+BETWEEN = 8  # places between two sparse samples at which the slope is taken: an interval of 5 s has 150 m, 4 to 8 knots
 ROUNDING = 1e-9  # added to a correlation of one, so that its factor exists
 
 
@@ -96,10 +97,21 @@ class RoadLayout:
 
     def weights(self, run: int) -> Array:
         """(n, m), of each knot's slope in the uphill slope that a run meets at its samples."""
+        return self._weights_at(run, self.along[run])
+
+    def weights_until_next(self, run: int) -> Array:
+        """(n, m), of each knot's slope in the mean uphill slope between a sample and the next, for sparse samples."""
+        along = self.along[run]
+        share = (np.arange(BETWEEN) + 0.5) / BETWEEN
+        ahead = along + np.diff(along, append=along[-1]) * share[:, None]
+        found = self._weights_at(run, ahead.ravel())
+        return np.asarray(found.reshape(BETWEEN, along.size, -1).mean(axis=0))
+
+    def _weights_at(self, run: int, along: Array) -> Array:
         mine = np.flatnonzero(self.profile == self.owner[run])
-        found = np.zeros((self.along[run].size, self.knots.size))
+        found = np.zeros((along.size, self.knots.size))
         at = self.knots[mine]
-        place = np.clip(self.along[run], at[0], at[-1])
+        place = np.clip(along, at[0], at[-1])
         low = np.clip(np.searchsorted(at, place, side="right") - 1, 0, at.size - 2)
         share = (place - at[low]) / (at[low + 1] - at[low])
         rows = np.arange(place.size)

@@ -159,7 +159,8 @@ def row_layout(
 
 def _each(time: Array) -> Bins:
     ones = np.ones(time.size, dtype=np.int64)
-    return Bins(np.arange(time.size, dtype=np.int64), ones, time, np.gradient(time) if time.size > 1 else time)
+    width = np.gradient(time) if time.size > 1 else time
+    return Bins(np.arange(time.size, dtype=np.int64), ones, time, width, 0.5 * width)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,46 @@
+"""Tables of split times: six speed levels a run give the answer of the whole log."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.ndimage import uniform_filter1d
+
+from tests.coast_cases import Array, known, logs_of, spec_of
+from tests.plant import coast
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.step import STEP
+
+LEVELS = np.array([72.0, 63.0, 54.0, 45.0, 36.0, 27.0]) / 3.6
+SPLIT = {"split_times": "elapsed"}
+
+
+def split_table(log: Log, levels: Array) -> Log:
+    """When the log last held each speed level, from its speed averaged over a second."""
+    speed = uniform_filter1d(log["speed"], 1 + int(1.0 / np.median(np.diff(log.time))))
+    times = [float(log.time[np.flatnonzero(speed >= v)[-1]]) for v in levels]
+    return Log(log.name, np.array(times) - times[0], {"speed": levels})
+
+
+@pytest.mark.parametrize("seed", [41, 42])
+def test_six_levels_give_the_answer_of_the_whole_log(seed: int) -> None:
+    vehicle = random_vehicle(seed)
+    runs = coast.campaign(vehicle, seed)
+    tables = [split_table(log, LEVELS) for log in logs_of(runs)]
+    window = {"speed_window": ["72 km/h", "27 km/h"]}
+    whole = STEP.estimate(spec_of(runs, settings=window), logs_of(runs), known(vehicle))
+    few = STEP.estimate(spec_of(runs, reading=SPLIT), tables, known(vehicle))
+    for name in ("rolling_resistance", "drag_area"):
+        low, high = few.parameters[name].interval95
+        assert low < whole.parameters[name].value < high
+        assert high - low < 3.0 * np.ptp(whole.parameters[name].interval95)
+
+
+def test_two_levels_are_too_few() -> None:
+    vehicle = random_vehicle(43)
+    runs = coast.campaign(vehicle, 43)
+    tables = [split_table(log, LEVELS[:2]) for log in logs_of(runs)]
+    with pytest.raises(ResultError, match="only 2 samples have a speed"):
+        STEP.estimate(spec_of(runs, reading=SPLIT), tables, known(vehicle))
