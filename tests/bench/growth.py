@@ -121,7 +121,12 @@ def row(label: str, step: str, description: Path, folder: Path) -> str:
 
 def page(most: int) -> str:
     """The tables."""
-    lines = ["# Growth of time with rows, runs and drives", "", f"Written by `python -m tests.bench.growth --most {most}`.", ""]
+    lines = [
+        "# Growth of time with rows, runs and drives",
+        "",
+        f"Written by `python -m tests.bench.growth --most {most}`.",
+        "",
+    ]
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         lines += ["Rows: 8 coasts of about 150 s.", "", HEAD.format("rate")]
