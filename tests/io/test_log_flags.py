@@ -130,6 +130,21 @@ def test_a_dropout_to_zero_is_found_and_a_stop_is_not() -> None:
     assert found({"speed": stopping}) == []
 
 
+def test_peaks_at_a_sensor_s_limit_and_samples_after_a_gap_are_suspect() -> None:
+    channels = {
+        "front_load": np.minimum(4000.0 + 600.0 * np.sin(2.0 * T) + np.random.default_rng(0).normal(0, 8.0, N), 4300.0)
+    }
+    keep = np.delete(np.arange(N), np.s_[2000:2010])
+    log = Log("run.csv", T[keep], {n: v[keep] for n, v in channels.items()})
+    found = flags(log)
+    assert {f.test for f in found.faults} == {"saturated", "clock_gap"}
+    limit = log["front_load"] == 4300.0
+    assert np.mean(found.states["front_load"][limit] == Flag.SUSPECT) > 0.9
+    assert np.all(found.states["front_load"][~limit] == Flag.GOOD)
+    assert np.flatnonzero(found.states["time"] == Flag.SUSPECT).tolist() == [2000]
+    assert found.test_of("time", 2000) == "clock_gap"
+
+
 def test_missing_samples_are_missing_and_short_channels_not_evaluated() -> None:
     channels = day()
     channels["speed"][100:120] = np.nan

@@ -1,9 +1,11 @@
 """Drops: a quarter or half car is held above its rest and let go; the heights of body and wheels are logged.
 
     Ms z'' = -S1 - S2,   Is p'' = -a1 S1 - a2 S2,   mi y_i'' = S_i + max(-W_i, -Kt y_i),
-    S_i = K_i x_i + C_i x_i' + F tanh(x_i' / 2 mm/s),   x_i = z + a_i p - y_i
+    S_i = K_i x_i + C_i x_i' + F b_i / b0,   x_i = z + a_i p - y_i
 
-W_i is the load at rest; fourth-order Runge-Kutta steps. A quarter car has one axle and no pitch.
+W_i is the load at rest. Dry friction F is a slider behind a stiff spring: its bend b_i follows the stroke x_i between
+-b0 and b0, and stays there while the strut slides on. Fourth-order Runge-Kutta steps. A quarter car has one axle and no
+pitch.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ HEIGHT = Sensor(noise=1e-4, step=2e-5)  # m, string potentiometers
 RATE = 500.0
 STEP = 1e-3  # s
 HELD = 0.5  # s before the release
-TURN = 2e-3  # m/s, over which dry friction turns
+BEND = 1e-4  # m, by which a strut gives before it slides
 DECIMALS = 6
 
 
@@ -112,17 +114,17 @@ def swings(rig: Rig, values: Array, start: Array, times: Array) -> Array:
     k, c, tire = values[:, :n], values[:, n : 2 * n], values[:, 2 * n :]
 
     def rate(x: Array) -> Array:
-        y, rates = x[:, 2 : 2 + n], x[:, 2 + n :]
+        y, rates, bend = x[:, 2 : 2 + n], x[:, 2 + n : 4 + 2 * n], x[:, 4 + 2 * n :]
         stretch = x[:, :1] + arms * x[:, 1:2] - y
         moving = rates[:, :1] + arms * rates[:, 1:2] - rates[:, 2:]
-        strut = k * stretch + c * moving + rig.friction * np.tanh(moving / TURN)
+        strut = k * stretch + c * moving + rig.friction * np.clip(bend / BEND, -1.0, 1.0)
         turning = -(strut @ arms) / rig.pitch_inertia if n == 2 else np.zeros(len(x))
         falling = -strut.sum(axis=1) / rig.sprung_mass
         wheels = (strut + np.maximum(-weight, -tire * y)) / mass
-        return np.hstack([rates, falling[:, None], turning[:, None], wheels])
+        return np.hstack([rates, falling[:, None], turning[:, None], wheels, moving])
 
-    # A tanh of 2 mm/s on a wheel of 30 kg needs short steps.
-    step = STEP if rig.friction == 0 else 2.5e-4
+    start = np.hstack([start, np.zeros((len(start), n))])
+    step = STEP if rig.friction == 0 else STEP / 2
     count = int(np.ceil(max(float(times[-1]), 0.0) / step)) + 1
     states = np.empty((count + 1, *start.shape))
     states[0] = start
@@ -133,6 +135,7 @@ def swings(rig: Rig, values: Array, start: Array, times: Array) -> Array:
         k3 = rate(x + step / 2 * k2)
         k4 = rate(x + step * k3)
         states[i + 1] = x + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        states[i + 1, :, 4 + 2 * n :] = np.clip(states[i + 1, :, 4 + 2 * n :], -BEND, BEND)
     at = np.clip((times / step).astype(int), 0, count - 1)
     share = (times / step - at)[:, None, None]
     x = np.swapaxes((1 - share) * states[at] + share * states[at + 1], 0, 1)

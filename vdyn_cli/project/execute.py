@@ -9,6 +9,7 @@ from pathlib import Path
 from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, refuse_unknown
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.cut_changes import with_changes
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
@@ -52,10 +53,10 @@ def execute(
         baseline, found = _estimated(inputs.step, inputs, level)
         result = with_scaling_uncertainty(found, inputs)
     except InputError as error:
-        raise type(error)(*(_placed(f, inputs) for f in error.findings), *_faults(inputs)) from None
+        raise type(error)(*(_placed(f, inputs) for f in error.findings), *_data_faults(inputs)) from None
     refused = tuple(_placed(f, inputs) for f in result.refused)
     if refused:
-        refused = (*refused, *(f for f in _faults(inputs) if f not in refused))
+        refused = (*refused, *(f for f in _data_faults(inputs) if f not in refused))
     quality = with_changes(inputs, baseline)
     result = _warned(replace(result, refused=refused, findings=(*inputs.findings, *result.findings), quality=quality))
     made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)
@@ -87,6 +88,11 @@ def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
     """Findings of sensors that did not measure, in the runs used; in all runs where those are not known."""
     logs = [log for log in inputs.logs if log.name in used] or inputs.logs
     return tuple(f for log in logs for f in log.findings if f.fault)
+
+
+def _data_faults(inputs: Inputs) -> tuple[Finding, ...]:
+    """Sensors that did not measure, and what was cut: either may be why there is no result."""
+    return (*_faults(inputs), *cut_findings(inputs.quality.ledger))
 
 
 def _placed(finding: Finding, inputs: Inputs) -> Finding:

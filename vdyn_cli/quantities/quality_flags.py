@@ -36,7 +36,7 @@ class Fault:
     ----------
     channel : its name, or ``EVERY``.
     first, stop : indices of its first sample, and of the first one after it.
-    test : name of the test: frozen, straight_line, spike, dropout, saturated.
+    test : name of the test: frozen, straight_line, spike, dropout; level_step, saturated, clock_gap (suspect).
     why : the fact, with its numbers, as part of a sentence.
     state : FAILED or SUSPECT.
     """

@@ -176,17 +176,8 @@ def _clipped(
     word, extreme = named_extreme
     if extreme == 0.0 or (extreme == 100.0 and unit in ("%", "percent")) or (extreme == 1.0 and unit in ("", "1")):
         return []
-    at = np.flatnonzero(runs.length >= _CLIPPED)
-    at = at[values[runs.start[at]] == extreme]
-    if at.size == 0:
-        return []
-    value = values[runs.start]
-    at = at[runs.length[at] >= 3.0 * _usual_hold(values, value, runs)]
-    overshoot, quantum = _overshoot(values, extreme, runs.start[at].astype(np.intp), runs.length[at])
-    cut = at[overshoot > 5.0 * quantum]
-    # One stretch alone must be so short that what is missing is of the size of what was measured.
-    once = (overshoot > 20.0 * quantum) & (overshoot < 2.0 * (values.max() - values.min()))
-    if cut.size < 2 and not once.any():
+    cut = _cut_off(values, extreme, runs)
+    if cut.size == 0:
         return []
     length = runs.length[cut]
     worst = cut[np.argmax(length)]
@@ -199,6 +190,37 @@ def _clipped(
     )
     remedy = "the true values exceed it: check the sensor's range, or remove these runs"
     return [Finding(where, what, remedy=remedy)]
+
+
+def _cut_off(values: Array, extreme: float, runs: _Runs) -> NDArray[np.intp]:
+    """Which stretches at an extreme value are peaks that were cut off."""
+    none = np.empty(0, dtype=np.intp)
+    at = np.flatnonzero(runs.length >= _CLIPPED)
+    at = at[values[runs.start[at]] == extreme]
+    if at.size == 0:
+        return none
+    value = values[runs.start]
+    at = at[runs.length[at] >= 3.0 * _usual_hold(values, value, runs)]
+    overshoot, quantum = _overshoot(values, extreme, runs.start[at].astype(np.intp), runs.length[at])
+    cut = at[overshoot > 5.0 * quantum]
+    # One stretch alone must be so short that what is missing is of the size of what was measured.
+    once = (overshoot > 20.0 * quantum) & (overshoot < 2.0 * (values.max() - values.min()))
+    return none if cut.size < 2 and not once.any() else cut
+
+
+def saturated_spans(values: Array) -> list[tuple[int, int]]:
+    """First sample, and the one after the last, of each peak that was cut off at the largest or smallest value.
+
+    Parameters
+    ----------
+    values : (n,), SI, without gaps. Zero and one (100 %) are places of rest.
+    """
+    if np.unique(values[:: -(-values.size // _SAMPLE)]).size <= _LEVELS:
+        return []
+    runs = _equal_runs(values)
+    extremes = [x for x in (float(values.max()), float(values.min())) if x not in (0.0, 1.0)]
+    cut = [int(i) for extreme in extremes for i in _cut_off(values, extreme, runs)]
+    return sorted((int(runs.start[i]), int(runs.start[i] + runs.length[i])) for i in cut)
 
 
 def _usual_hold(values: Array, value: Array, runs: _Runs) -> float:

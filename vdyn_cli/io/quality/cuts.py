@@ -145,9 +145,9 @@ def _cut(log: Log, rows: Sequence[LedgerRow]) -> Log:
 
 
 def suspect_findings(cut: CutLog) -> Iterator[Finding]:
-    """A fault of the data for each channel that is suspect: which of its samples are wrong, nothing tells."""
+    """A fault of the data for each channel that jumps for good: which side of the jump is wrong, nothing tells."""
     for fault in cut.flags.faults:
-        if fault.state == Flag.SUSPECT:
+        if fault.test == "level_step":
             at = f"{cut.log.time[fault.first]:.6g} s"
             remedy = f"cut the run with from_time or to_time: {at}, or repeat the test"
             where = f"{cut.log.name}, channel '{fault.channel}'"

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.io.quality.channel_quality import saturated_spans
 from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
 from vdyn_cli.io.quality.regular_stretches import (
     LINE,
@@ -110,9 +111,10 @@ class _Sampled:
 def flags(log: Log, policy: QualityPolicy = QUALITY) -> LogFlags:
     """The state of every sample of a log's channels, and the faults that the tests found.
 
-    Tests: all channels frozen, or filled with straight lines, at once; one channel frozen, filled with straight lines,
-    dropped out to one value; single-sample spikes. A rest of the car, coarse quantization and channels that may rest
-    are no faults. A channel with fewer than 50 values is not evaluated.
+    Failed: all channels frozen, or filled with straight lines, at once; one channel frozen, filled with straight lines,
+    dropped out to one value; single-sample spikes. Suspect: a speed or load after a jump that stays, peaks at a
+    sensor's limit, the sample after a gap of the clock (channel ``time``). A rest of the car, coarse quantization and
+    channels that may rest are no faults. A channel with fewer than 50 values is not evaluated.
 
     Parameters
     ----------
@@ -131,8 +133,10 @@ def flags(log: Log, policy: QualityPolicy = QUALITY) -> LogFlags:
     for channel in sampled:
         alone = list(_alone(channel, taken, policy))
         found += alone or _stepped(channel, taken)
+        found += _saturated(channel, taken)
     evaluated = {s.name for s in sampled}
-    states = {n: _states(log[n], n, n in evaluated, found) for n in log.channels}
+    found += _clock_gaps(log)
+    states = {n: _states(log[n], n, n in (*evaluated, "time"), found) for n in ("time", *log.channels)}
     return LogFlags(log.name, states, tuple(found))
 
 
@@ -210,6 +214,27 @@ def _alone(channel: _Sampled, taken: Mask, policy: QualityPolicy) -> Iterator[Fa
         if not marked[max(i - 1, 0) : i + 2].any():
             size = values[i] - 0.5 * (values[i - 1] + values[i + 1])
             yield fault(int(i), int(i) + 1, "spike", f"leaves its neighbors by {size:.3g} {unit} for one sample")
+
+
+def _clock_gaps(log: Log) -> Iterator[Fault]:
+    """The first sample after each gap of the clock, or jump of it: the two look alike."""
+    steps = np.diff(log.time)
+    if steps.size < _FEWEST:
+        return
+    usual = float(np.median(steps))
+    scatter = float(np.ptp(np.quantile(steps, (0.05, 0.95))))
+    for i in np.flatnonzero(steps > usual + QUALITY.longest_step * max(usual, scatter)):
+        why = f"steps by {steps[i]:.3g} s, typically {usual:.3g} s"
+        yield Fault("time", int(i) + 1, int(i) + 2, "clock_gap", why, Flag.SUSPECT)
+
+
+def _saturated(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
+    """Peaks at the sensor's limit: suspect, since a command may have reached a limit of its own."""
+    values, rows = channel.values, channel.rows
+    for a, b in saturated_spans(values):
+        if not taken[rows[a:b]].any():
+            why = f"stands at its extreme value, {values[a]:.5g} {_unit(channel.name)}"
+            yield Fault(channel.name, int(rows[a]), int(rows[b - 1]) + 1, "saturated", why, Flag.SUSPECT)
 
 
 def _stepped(channel: _Sampled, taken: Mask) -> Iterator[Fault]:

@@ -118,6 +118,10 @@ class QualityPolicy:
         6.0, "", "times the 99 % quantile of steps, least jump at both ends of a dropout",
         "Steps of a moving car have tails: over 18 trips the largest step and back is below 4 such quantiles.",
     )  # fmt: skip
+    longest_step: float = threshold(
+        1.5, "", "times the usual step of the clock, or its scatter, beyond the usual step: a gap or jump",
+        "A lost row doubles a step; jitter of a software clock stays within its own scatter.",
+    )  # fmt: skip
     step_apart: float = threshold(
         2.5, "", "times the next largest step of a speed, at which its largest counts as a change of gain or zero",
         "A car changes its speed over many samples, so that many steps are nearly as large as the largest; where the "

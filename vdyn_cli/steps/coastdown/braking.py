@@ -27,6 +27,7 @@ INTERVAL = 2.0  # s, over which a deceleration is taken
 EXCESS = 0.15  # m/s^2 beyond the other runs: a brake or a driveline; gusts reach 0.02, sensors 0.03
 EXCESS_FEW = 0.3  # m/s^2, where fewer than three runs of a direction cannot separate slope from brake
 GROSS = 3.0  # times that much counts in one interval; otherwise two in succession are needed
+RELEASED = 6.0  # s at the start of a coast in which a clutch may still slip
 ENGAGED = 0.25  # share of the usual deceleration by which a whole run may exceed it, and
 ENGAGED_LEAST = 0.06  # m/s^2, at least
 
@@ -78,6 +79,26 @@ def without_braking(
         kept += [segment] if segment else []
         rejected += [cut_off] if cut_off else []
     return kept, rejected
+
+
+def braked_before(
+    wholes: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
+) -> dict[int, list[tuple[float, str]]]:
+    """Where each run is braked in the middle of its coast, whatever part of it is fitted: run: [(s, why)].
+
+    A driver who brakes and releases leaves warm brakes that drag, and a coast that other runs do not repeat. What slows
+    the car in the first ``RELEASED`` s of the coast is a late clutch, and no brake.
+
+    Parameters
+    ----------
+    wholes : each run from its highest speed on. known, directions : as in ``without_braking``.
+    """
+    found: dict[int, list[tuple[float, str]]] = {}
+    for each in _compared(wholes, known, directions):
+        late = [int(k) for k in each.outliers if each.excess[k] > 0 and each.time[k] - each.time[0] > RELEASED]
+        if late:
+            found[each.segment.run] = [(float(each.time[k]), each.reason(k)) for k in late]
+    return found
 
 
 def without_outliers(

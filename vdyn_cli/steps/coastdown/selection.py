@@ -15,7 +15,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.coastdown.braking import without_braking, without_outliers
+from vdyn_cli.steps.coastdown.braking import braked_before, without_braking, without_outliers
 from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, coast_segment, driven_segment, rows
 from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
 
@@ -86,6 +86,9 @@ def selected(
         rejected += _summed(log, left)
     segments, windy = _calm(segments, settings.wind_limit.value)
     rejected += windy
+    if segments and drive == "coasting":
+        segments, braked = _without_braked_runs(spec, logs, segments, known)
+        rejected += braked
     if segments and settings.windows != "powered":
         segments, braked = _unbraked(spec, segments, drive, known, window)
         rejected += braked
@@ -151,6 +154,27 @@ def _calm(segments: Sequence[CoastSegment], limit: float) -> tuple[list[CoastSeg
         else:
             calm.append(s)
     return calm, windy
+
+
+def _without_braked_runs(
+    spec: CoastdownSpec, logs: Sequence[Log], segments: list[CoastSegment], known: Mapping[str, Given]
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Segments of runs that were not braked above the speed window: a narrower window does not mend such a run."""
+    wholes = [coast_segment(k, _usable(_own_rows(log), "coasting"), None, 0.0) for k, log in enumerate(logs)]
+    coasts = [s for s in wholes if isinstance(s, CoastSegment)]
+    inertia = known["mass"].value + known["rotating_mass"].value
+    pushed = [_known_force(s.log, "coasting", known) / inertia for s in coasts]
+    braked = braked_before(coasts, pushed, [spec.runs[s.run].direction for s in coasts]) if coasts else {}
+    kept: list[CoastSegment] = []
+    rejected: list[RejectedSegment] = []
+    for one in segments:
+        begin, end = float(one.log.time[0]), float(one.log.time[-1])
+        above = [why for time, why in braked.get(one.run, ()) if time < begin]
+        if above:
+            rejected.append(RejectedSegment(one.name, begin, end, f"{above[0]} (above the speed window)"))
+        else:
+            kept.append(one)
+    return kept, rejected
 
 
 def _unbraked(

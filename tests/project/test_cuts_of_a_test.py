@@ -1,0 +1,83 @@
+"""From a description with a faulty log to the ledger in the JSON and on the page; runs split at cuts; keys of a run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.descriptions import described
+from vdyn_cli.project.execute import execute
+from vdyn_cli.project.inputs import Inputs, gather
+from vdyn_cli.project.result_document import to_json
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.result_schema import ResultDocument
+from vdyn_cli.report.cut_table import cut_sentence, cut_table
+from vdyn_cli.steps import load_step
+
+
+def frozen_sweep(root: Path, folder: Path, **keys: object) -> Path:
+    """The tire sample with one log whose vehicle speed is frozen for two seconds."""
+    lines = (root / "sample_logs" / "slip_1.csv").read_text(encoding="utf-8").splitlines()
+    rows = [line.split(",") for line in lines]
+    for row in rows[301:501]:
+        row[2] = rows[301][2]
+    (folder / "frozen.csv").write_text("\n".join(",".join(row) for row in rows) + "\n", encoding="utf-8")
+    path = described(folder, root, "tire")
+    description = yaml.safe_load(path.read_text(encoding="utf-8"))
+    description["runs"][0] = {"log": "frozen.csv", **keys}
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    return path
+
+
+def test_the_ledger_says_what_was_cut_and_what_that_changed(root: Path, tmp_path: Path) -> None:
+    record = execute("tire", frozen_sweep(root, tmp_path), level=None)
+    document = json.loads(to_json(record.document))
+    (row,) = document["quality"]["ledger"]
+    assert (row["log"], row["channel"], row["test"]) == ("frozen.csv", "vehicle_speed", "frozen")
+    assert row["samples"] == row["before"] - row["after"] == pytest.approx(200, abs=1)  # its neighbor may be as large
+    assert abs(row["changes"]["tire_B"]) > 1e-4
+    assert document["quality"]["channels"]["frozen.csv"]["vehicle_speed"]["failed"] == row["samples"]
+    ResultDocument.model_validate(document)
+    ledger = record.result.quality.ledger
+    assert cut_sentence(ledger).startswith("1 segment of 1 log cut; the longest: ")
+    table = cut_table(ledger, dict(record.result.parameters.estimates))
+    assert table is not None
+    assert "sd" in table.rows[0][-1]
+
+
+def test_the_description_vetoes_pins_and_names_wrong_segments(root: Path, tmp_path: Path) -> None:
+    def read(**keys: object) -> Inputs:
+        return gather(load_step("tire"), frozen_sweep(root, tmp_path, **keys))
+
+    assert np.isnan(read().logs[0]["vehicle_speed"]).sum() == pytest.approx(200, abs=1)
+    for keys in ({"cuts": "none"}, {"keep": [{"channel": "vehicle_speed", "from": "2 s", "to": "6 s"}]}):
+        kept = read(**keys)
+        assert not np.isnan(kept.logs[0]["vehicle_speed"]).any()
+        assert any(f.doubt and "kept by the description" in f.what for f in kept.logs[0].findings)
+    pinned = read(cuts=[{"channel": "all", "from": "3 s", "to": "5.1 s"}])
+    assert np.isnan(pinned.logs[0]["force_x"]).sum() > 200
+    with pytest.raises(InputError, match="channel 'vehicle_sped' is not mapped"):
+        read(cuts=[{"channel": "vehicle_sped", "from": "3 s", "to": "5 s"}])
+    with pytest.raises(InputError, match="the segment ends before it begins"):
+        read(keep=[{"channel": "all", "from": "5 s", "to": "3 s"}])
+
+
+def test_a_drive_is_split_at_a_long_cut_of_its_torque_and_a_short_one_is_bridged(root: Path, tmp_path: Path) -> None:
+    path = described(tmp_path, root, "validate")
+    description = yaml.safe_load(path.read_text(encoding="utf-8"))
+    description["runs"] = description["runs"][:1]
+    description["runs"][0]["cuts"] = [
+        {"channel": "drive_torque", "from": "20 s", "to": "25 s"},
+        {"channel": "drive_torque", "from": "30 s", "to": "30.1 s"},
+    ]
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    found = gather(load_step("validate"), path)
+    assert len(found.logs) == len(found.spec.runs) == 2
+    assert found.logs[0].time[-1] < 20.0
+    assert found.logs[1].time[0] > 25.0
+    assert np.isfinite(found.logs[1]["drive_torque"]).all()
+    assert len(found.quality.ledger) == 2

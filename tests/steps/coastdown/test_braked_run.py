@@ -1,0 +1,31 @@
+"""A run that was braked is left out, whatever speed window is fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.messy_cases import estimated
+from tests.plant.messy_day import Case, Run, drawn_day, drive
+
+
+def braked(case: Case) -> Case:
+    """The second run braked by 0.4 m/s^2 for 8 s, from 20 s on."""
+    run = case.runs[1]
+    lost = 0.4 * np.clip(run.time - 20.0, 0.0, 8.0)
+    keep = run.speed - lost > 2.0
+    slower = Run(run.time[keep], (run.speed - lost)[keep], run.position[keep], run.direction, run.start)
+    return Case(case.vehicle, case.day, (case.runs[0], slower, *case.runs[2:]))
+
+
+@pytest.mark.parametrize("window", [("100 km/h", "20 km/h"), ("50 km/h", "20 km/h")])
+def test_a_braked_run_is_out_whatever_the_window(window: tuple[str, str]) -> None:
+    case = drive(3, drawn_day("clean", 3))
+    assert len(estimated(case, False, speed_window=window).fit.runs) == len(case.runs)
+    assert "run_2.csv" not in estimated(braked(case), False, speed_window=window).fit.runs
+
+
+@pytest.mark.parametrize("kind", ["undulating", "late"])
+def test_hills_and_a_late_clutch_above_the_window_are_no_brakes(kind: str) -> None:
+    case = drive(4, drawn_day(kind, 4))
+    assert len(estimated(case, False, speed_window=("50 km/h", "20 km/h")).fit.runs) == len(case.runs)
