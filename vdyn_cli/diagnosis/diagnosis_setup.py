@@ -200,7 +200,7 @@ def _applicable(prepared: PreparedStep) -> tuple[tuple[Effect, ...], tuple[Effec
 def _lacking(prepared: PreparedStep) -> dict[str, str]:
     """The channel that each effect lacks to be tested, of those that a log of the step may have."""
     missing = missing_signals(prepared.simulated.model, candidates(prepared.step.situations))
-    channels = prepared.step.channels()
+    channels = prepared.step.channels() if missing else {}
     return {effect: signal for effect, signal in missing.items() if signal in channels}
 
 
