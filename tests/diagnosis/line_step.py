@@ -18,6 +18,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.result import Comparison, FitSummary, Result
 from vdyn_cli.steps.contract import NO_VALUES, Diagnosable, Step
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
@@ -95,6 +96,7 @@ STEP = Step(
     optional=(),
     needs=(),
     gives=tuple(BASE),
+    extra_channels=(Quantity("height", "m", "height of the line"),),
     prepare=lambda spec, data, known: LineProblem(data),
     diagnosable=Diagnosable(("height", "m"), two_way=lambda spec: True),
 )

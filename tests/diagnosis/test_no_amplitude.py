@@ -57,7 +57,7 @@ def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
     assert (asked.verdict, asked.extended) == ("unknown", ("slope",))
 
 
-@pytest.mark.parametrize(("twins", "who"), [(True, "it, like what it is confounded with,"), (False, "it")])
+@pytest.mark.parametrize(("twins", "who"), [(True, "it, like what it is confounded with,"), (False, "the amplitude")])
 def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyPatch, twins: bool, who: str) -> None:
     size(monkeypatch, unsure_sizes)
     offer(monkeypatch, SLOPE, WIND, *([cause("wind_twin")] if twins else []))
@@ -76,7 +76,7 @@ def test_a_cause_that_may_be_of_no_size_is_not_named_beside_another_that_was_ask
     told = diagnosed(HIDDEN_WIND, extend=["slope"])[1].diagnosis
     assert told is not None
     assert (told.verdict, told.extended) == ("unknown", ("slope",))
-    assert "A wind comes closest, but it is not significantly different from zero" in told.sentence
+    assert "A wind comes closest, but the amplitude is not significantly different from zero" in told.sentence
     vouched = diagnosed(HIDDEN_WIND, extend=["wind"])[1].diagnosis
     assert vouched is not None
     assert (vouched.verdict, vouched.extended) == ("named", ("wind",))

@@ -69,3 +69,10 @@ def test_a_speed_that_jumps_for_good_is_suspect_from_there_on() -> None:
 def test_a_car_that_brakes_hard_does_not_jump() -> None:
     speed = np.round(np.clip(30.0 - 12.0 * (T - 40.0), 0.0, 30.0) + 0.02 * np.random.default_rng(1).normal(size=N), 2)
     assert flags(replace(log(), channels={"speed": np.abs(speed)})).faults == ()
+
+
+def test_a_wheel_that_slips_while_the_car_speeds_up_is_no_change() -> None:
+    healthy = log()
+    rate = np.gradient(healthy["speed"], T)
+    slipping = healthy["wheel_speed_fl"] * (1.0 + 0.04 * np.clip(rate, 0.0, None) / max(rate.max(), 1.0))
+    assert gain_changes(healthy.with_channels(wheel_speed_fl=slipping)) == ()

@@ -68,18 +68,25 @@ def winter(root: Path, shared_data: Path, path: Path, *more: dict[str, str]) -> 
     return execute("coastdown", path, level=None).result
 
 
-@pytest.mark.slow  # two fits of whole winters and of the ledger's changes
-def test_a_trip_with_a_filled_gap_does_not_move_the_winter_s_road_load(
-    root: Path, shared_data: Path, tmp_path: Path
-) -> None:
-    def at_60(result: Result) -> float:
-        return next(f["force_N"] for f in result.extra["road_load"]["force"] if abs(f["speed_kmh"] - 60) < 1e-6)
+def at_60(result: Result) -> tuple[float, float, float]:
+    """The road load at 60 km/h with its interval, N."""
+    (found,) = [f for f in result.extra["road_load"]["force"] if f["speed_kmh"] == pytest.approx(60)]
+    return found["force_N"], *found["interval95"]
 
-    without = winter(root, shared_data, tmp_path / "without.yaml")
-    added = {"log": "TripB02.csv.gz", "temperature": "6.5 degC"}
-    with_it = winter(root, shared_data, tmp_path / "with.yaml", added)
-    assert at_60(with_it) == pytest.approx(at_60(without), rel=0.02)
-    cut = {Path(r.log).name.split(".")[0]: r for r in with_it.quality.ledger}
+
+ADDED = {"log": "TripB02.csv.gz", "temperature": "6.5 degC"}
+
+
+@pytest.mark.slow  # three fits of whole winters, and those of the ledger's changes
+def test_the_automatic_cut_of_a_filled_gap_is_that_made_by_hand(root: Path, shared_data: Path, tmp_path: Path) -> None:
+    without = at_60(winter(root, shared_data, tmp_path / "without.yaml"))
+    automatic = winter(root, shared_data, tmp_path / "automatic.yaml", ADDED)
+    by_hand = [{**ADDED, "to_time": "39.2 s"}, {**ADDED, "from_time": "199.2 s"}]
+    manual = at_60(winter(root, shared_data, tmp_path / "manual.yaml", *by_hand))
+    force, low, high = at_60(automatic)
+    assert force == pytest.approx(manual[0], rel=0.02)
+    assert low < without[0] < high
+    assert without[1] < force < without[2]
+    cut = {Path(r.log).name.split(".")[0]: r for r in automatic.quality.ledger}
     assert set(cut) == {"TripB13", "TripB34", "TripB02"}
     assert cut["TripB02"].changes
-    assert cut["TripB02"].changes["drag_area"] > 0.05

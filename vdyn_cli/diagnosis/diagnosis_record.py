@@ -88,8 +88,18 @@ def interchangeable(answers: Sequence[CandidateModel]) -> tuple[tuple[str, ...],
 
 
 def not_testable(model: FullModel, untestable: Sequence[UntestableEffect]) -> tuple[NotTestable, ...]:
-    """The candidates that these data cannot show, each with the reason in words."""
-    return tuple(
+    """The candidates that these data cannot show, each with the reason in words, last those that lack a channel."""
+    lacking = tuple(
+        NotTestable(
+            effect=name,
+            because=f"needs channel '{channel}', which is not logged",
+            size=math.nan,
+            unit="",
+            would_bias={},
+        )
+        for name, channel in model.setup.lacking.items()
+    )
+    shown = tuple(
         NotTestable(
             effect=one.effect,
             because=_because(model, one),
@@ -99,6 +109,7 @@ def not_testable(model: FullModel, untestable: Sequence[UntestableEffect]) -> tu
         )
         for one in untestable
     )
+    return (*shown, *lacking)
 
 
 def _because(model: FullModel, one: UntestableEffect) -> str:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, isfinite
 
 from vdyn_cli.description.test_description import Diagnose, TestSpec
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.effects import Effect, candidates
-from vdyn_cli.engine.applicable import applicable
+from vdyn_cli.engine.applicable import applicable, missing_signals
 from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.parameters import Parameters
@@ -47,6 +47,7 @@ class DiagnosisSetup:
     regression : (effects, unknowns) -> the step's regression with effects in the model; ``start`` are values of the
         step's own unknowns about which a linearized problem is linearized.
     effects : the candidates that model and data can take.
+    lacking : the others of the catalogue that a channel would make testable, by name, and that channel.
     profiles : free profiles, each over one coordinate (speed, time, position ...).
     one_way : why effects that turn with the heading are confounded with others, as when all runs went the same way.
     run : what a run is called (a coast, a drive, a crossing).
@@ -69,6 +70,7 @@ class DiagnosisSetup:
     regression: Callable[..., Regression]
     effects: tuple[Effect, ...]
     profiles: tuple[Effect, ...]
+    lacking: Mapping[str, str] = field(default_factory=dict)
     one_way: str = ""
     run: str = "run"
     fewest_runs: int = 1
@@ -107,14 +109,16 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
     diagnosable, spec, problem = prepared.step.diagnosable, prepared.spec, prepared.simulated
     assert diagnosable is not None
     effects, carried = _applicable(prepared)
-    _refuse_others(spec.diagnose, effects, carried)
+    lacking = _lacking(prepared)
+    _refuse_others(spec.diagnose, effects, carried, lacking)
     if isinstance(spec.diagnose.effects, list):
-        effects = tuple(e for e in effects if e.name in spec.diagnose.effects)
+        effects, lacking = tuple(e for e in effects if e.name in spec.diagnose.effects), {}
     linearized = diagnosable.linearized(spec)
     return DiagnosisSetup(
         regression=relaxed(problem.regression),
         effects=effects,
         profiles=problem.profiles,
+        lacking=lacking,
         one_way=_one_way(spec) if diagnosable.two_way(spec) else "",
         run=diagnosable.run,
         fewest_runs=diagnosable.fewest_runs,
@@ -169,7 +173,7 @@ def refuse_unknown(prepared: PreparedStep) -> None:
     InputError : all of them.
     """
     if prepared.step.diagnosable is not None and any(_requested(prepared.spec.diagnose)):
-        _refuse_others(prepared.spec.diagnose, *_applicable(prepared))
+        _refuse_others(prepared.spec.diagnose, *_applicable(prepared), _lacking(prepared))
 
 
 def already_included(prepared: PreparedStep, setup: DiagnosisSetup) -> Iterator[Finding]:
@@ -193,6 +197,13 @@ def _applicable(prepared: PreparedStep) -> tuple[tuple[Effect, ...], tuple[Effec
     return tuple(e for e in every if e not in carried), carried
 
 
+def _lacking(prepared: PreparedStep) -> dict[str, str]:
+    """The channel that each effect lacks to be tested, of those that a log of the step may have."""
+    missing = missing_signals(prepared.simulated.model, candidates(prepared.step.situations))
+    channels = prepared.step.channels() if missing else {}
+    return {effect: signal for effect, signal in missing.items() if signal in channels}
+
+
 def _too_short(diagnosable: Diagnosable, problem: SimulatedProblem) -> str:
     """Why no run of the logs is long enough; empty where one is."""
     if not diagnosable.shortest or problem.duration >= diagnosable.shortest:
@@ -210,15 +221,24 @@ def _one_way(spec: TestSpec) -> str:
     return "all runs went the same way"
 
 
-def _refuse_others(diagnose: Diagnose, effects: Sequence[Effect], carried: Sequence[Effect]) -> None:
+def _refuse_others(
+    diagnose: Diagnose, effects: Sequence[Effect], carried: Sequence[Effect], lacking: Mapping[str, str]
+) -> None:
     """Refuse requested effects that the model cannot take.
 
     Those of earlier steps are in the model: whether they were found must not decide whether a description is right.
     """
     names = [e.name for e in effects]
     known = {*names, *(e.name for e in carried)}
-    why, remedy = "is not a candidate effect for this model", f"candidates are: {', '.join(names)}"
-    raise_all(Finding(f"diagnose.{key}", why, name, remedy) for key, name in _requested(diagnose) if name not in known)
+
+    def refused(key: str, name: str) -> Finding:
+        if name in lacking:
+            what = f"cannot be tested without channel '{lacking[name]}'"
+            return Finding(f"diagnose.{key}", what, name, f"map '{lacking[name]}' under channels, or remove the effect")
+        remedy = f"candidates are: {', '.join(names)}"
+        return Finding(f"diagnose.{key}", "is not a candidate effect for this model", name, remedy)
+
+    raise_all(refused(key, name) for key, name in _requested(diagnose) if name not in known)
 
 
 def _requested(diagnose: Diagnose) -> Iterator[tuple[str, str]]:

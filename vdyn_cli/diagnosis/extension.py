@@ -134,7 +134,7 @@ def _holding_zero(
         if first in amplitudes and (not others or (not confirmed and set(others) == set(shapes_of(effect)))):
             low, high = amplitudes[first].interval95
             if low <= 0.0 <= high:
-                return effect.label if len(effects) > 1 else "it"
+                return effect.label if len(effects) > 1 else "the amplitude"
     return ""
 
 

@@ -14,10 +14,10 @@ E = TypeVar("E", bound=Correction)
 
 
 class _Probe(ModelBuilder):
-    """A model builder that records which effects find their signals."""
+    """A model builder that records which effects find their signals, and which signal the others lack."""
 
     def __init__(self, model: Model, effects: tuple[Correction, ...]) -> None:
-        self.lacking: set[str] = set()
+        self.lacking: dict[str, str] = {}
         states: dict[str, Number] = {}
         super().__init__(
             lambda name, start: states.setdefault(name, next(iter(symbols([name]).values()))),
@@ -30,8 +30,8 @@ class _Probe(ModelBuilder):
     def _states(self, effect: Correction, at: str, s: Signals) -> dict[str, Number]:
         try:
             return super()._states(effect, at, s)
-        except MissingSignalError:
-            self.lacking.add(effect.name)
+        except MissingSignalError as missing:
+            self.lacking.setdefault(effect.name, str(missing))
             return {}
 
     def _wrap(self, effect: Correction, name: str, law: Law, states: Mapping[str, Number]) -> Law:
@@ -40,8 +40,8 @@ class _Probe(ModelBuilder):
         def attempt(s: Signals) -> Number:
             try:
                 return corrected(s)
-            except MissingSignalError:
-                self.lacking.add(effect.name)
+            except MissingSignalError as missing:
+                self.lacking.setdefault(effect.name, str(missing))
                 return law(s)  # raises again where the law itself lacks a signal
 
         return attempt
@@ -55,7 +55,18 @@ def applicable(model: Model, catalogue: Iterable[E]) -> tuple[E, ...]:
     MissingSignalError : an element of the model itself lacks a signal.
     """
     effects = tuple(catalogue)
+    found = _probed(model, effects)
+    return tuple(e for e in effects if e.name in found.met and e.name not in found.lacking)
+
+
+def missing_signals(model: Model, catalogue: Iterable[Correction]) -> dict[str, str]:
+    """The signal that each effect lacks, by effect, of those that correct a law that the model has."""
+    return dict(_probed(model, tuple(catalogue)).lacking)
+
+
+def _probed(model: Model, effects: tuple[Correction, ...]) -> _Probe:
+    """The model assembled with every effect, as far as its signals go."""
     builder = _Probe(model, effects)
     model.assemble(builder, Signals(**leads_of(builder, model.inputs).seen(symbols(model.inputs))))
     builder.finish(lambda of: of)
-    return tuple(e for e in effects if e.name in builder.met and e.name not in builder.lacking)
+    return builder

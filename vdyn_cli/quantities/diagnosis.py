@@ -114,7 +114,10 @@ class Detectable(Record):
 
 
 class NotTestable(Record):
-    """A candidate effect that these data cannot show, and what it would do to the parameters if it had ``size``."""
+    """A candidate effect that these data cannot show, and what it would do to the parameters if it had ``size``.
+
+    ``size`` and the bias are not known where the candidate lacks a channel.
+    """
 
     effect: str
     because: str

@@ -143,7 +143,9 @@ def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> 
     for e in entries:
         row = [effect_labels.bare(effect_labels.label(e.effect)), effect_labels.amplitude(e.effect, e.size)]
         row += [] if shared else [typography.prose(e.because)]
-        rows.append((*row, _biases(e.would_bias, known) or "negligible"))
+        rows.append(
+            (*row, _biases(e.would_bias, known) or ("negligible" if math.isfinite(e.size) else "not evaluated"))
+        )
     caption = (
         "These data cannot reveal such an effect. If it is present with the assumed size, the parameters have the bias"
         " in the last column."

@@ -75,7 +75,8 @@ def _ties(log: Log, policy: QualityPolicy) -> Iterator[Tie]:
         if name == "speed":
             for wheel in WHEELS:
                 if wheel in log:
-                    yield _mean_tie(f"{wheel} against {name}", log, edges, log[wheel], log[name], policy.rolling_speed)
+                    what = f"{wheel} against {name}"
+                    yield _rolling(_mean_tie(what, log, edges, log[wheel], log[name], policy.rolling_speed), policy)
         if "position" in log:
             moved = np.abs(np.diff(log["position"][edges]))
             driven = _integrals(log.time, np.abs(log[name]), edges)
@@ -105,6 +106,14 @@ def _mean_tie(what: str, log: Log, edges: NDArray[np.intp], y: Array, x: Array, 
     ]
     good = count > 0.5 * np.diff(edges)
     return Tie(what, log.time[edges[1:]][good], means[0][good], means[1][good], False)
+
+
+def _rolling(tie: Tie, policy: QualityPolicy) -> Tie:
+    """The windows of a wheel speed over a speed in which the wheel hardly slips."""
+    if tie.x.size < policy.fewest_tie_windows:
+        return tie
+    calm = np.abs(np.gradient(tie.x, tie.time)) <= policy.calm_acceleration
+    return Tie(tie.what, tie.time[calm], tie.y[calm], tie.x[calm], tie.constant)
 
 
 def _integrals(time: Array, values: Array, edges: NDArray[np.intp]) -> Array:

@@ -148,6 +148,11 @@ class QualityPolicy:
         3.0, "m/s", "of the car, above which wheel speeds are compared with it",
         "Below, wheels lock and slip, and pulses are few.",
     )  # fmt: skip
+    calm_acceleration: float = threshold(
+        0.5, "m/s^2", "of the car, up to which wheel speeds are compared with it",
+        "A driven axle under half of the weight slips by 2 a / (g BCD): with a stiffness BCD of 10 to 20 by 0.5 to 1 %,"
+        " below least_gain_change.",
+    )  # fmt: skip
     least_gain_change: float = threshold(
         0.02, "share of the gain", "that it must change by",
         "Tires grow and slip by up to 2 % within a run; a gain of one of four wheel loads that changes by 10 % is "

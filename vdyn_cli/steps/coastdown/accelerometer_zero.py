@@ -54,8 +54,10 @@ def zero_of(log: Log, elevation_error: float, mean_slope: float) -> Acceleromete
         return AccelerometerZero(0.0, UNKNOWN_STD, False)
     work = float(np.sum((0.5 * (force[1:] + force[:-1]) * pace * step)[joined]))
     gained = float(np.sum((0.5 * (speed[1:] ** 2 - speed[:-1] ** 2))[joined]))
-    height = log["elevation"][np.isfinite(log["elevation"])] if "elevation" in log else np.zeros(1)
-    measured = height.size > 0 and float(np.ptp(height)) > 0
-    climb = float(height[-1] - height[0]) if measured else 0.0
-    error = float(np.sqrt(2.0)) * elevation_error / distance if measured else mean_slope
+    known = np.isfinite(log["elevation"]) if "elevation" in log else np.zeros(log.time.size, dtype=bool)
+    measured = bool(known.any()) and float(np.ptp(log["elevation"][known])) > 0
+    height = np.interp(time, log.time[known], log["elevation"][known]) if measured else np.zeros(time.size)
+    climb = float(np.sum(np.diff(height)[joined]))  # what was climbed in a gap is not in the work
+    ends = np.sqrt(2.0 * (1 + np.count_nonzero(~joined)))
+    error = float(ends) * elevation_error / distance if measured else mean_slope
     return AccelerometerZero((work - gained - GRAVITY * climb) / distance, GRAVITY * error, measured)

@@ -1,0 +1,157 @@
+"""How the time of a command grows with rows, runs and drives: ``python -m tests.bench.growth`` writes growth.md.
+
+Every row is the whole command, reading and report included, in a process of its own. Seconds are the processor's;
+memory is the largest that the process held. Coast-downs have a hidden headwind; drives, of the full vehicle, are 45 s
+long at 200 Hz with a hidden driveline drag, and their time is also given as a ratio to one simulation of the same
+drives with the final parameters, without sensitivities. ``--most N`` leaves out campaigns of more than N rows.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import patch
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command itself does
+
+import numpy as np
+
+from tests.bench import cases, hidden_logs
+from tests.plant import coast, drive
+from tests.plant.drive_motion import Pedals
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.steps import load_step
+from vdyn_cli.steps.validate.problem import ValidateProblem
+
+PAGE = Path(__file__).with_suffix(".md")
+SEED = 8503
+RATES = (10.0, 100.0, 1000.0)  # Hz of 8 coasts
+RUNS = (8, 25, 100, 300)
+DRIVES = (2, 6)
+RATE, LENGTH = 200.0, 45.0  # Hz and s of a drive
+HEAD = "| {} | rows | without diagnosis s | with s | GB | answer |\n|---|---|---|---|---|---|"
+MEASURE = """
+import resource, subprocess, sys
+code = subprocess.run(sys.argv[1:], capture_output=True).returncode
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(code, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e6)
+"""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Processor seconds and peak memory, GB, of one command."""
+
+    seconds: float
+    memory: float
+
+
+def cost(step: str, description: Path, folder: Path, *options: str) -> Cost:
+    """The cost of ``vdyn STEP``, whatever its verdict."""
+    command = [sys.executable, "-m", "vdyn_cli", step, str(description), "-q", "-o", str(folder), *options]
+    done = subprocess.run([sys.executable, "-c", MEASURE, *command], capture_output=True, text=True, check=True)
+    code, seconds, memory = done.stdout.split()
+    if int(code) > 1:
+        raise RuntimeError(f"{step} {description} ended with exit code {code}")
+    return Cost(float(seconds), float(memory))
+
+
+def coasts(folder: Path, rate: float, runs: int) -> Path:
+    """A coast-down campaign with a hidden headwind."""
+    folder.mkdir()
+    day = coast.WIDE.but(rate=rate, runs=runs)
+    return cases.coast_downs(random_vehicle(SEED), SEED, folder, day, False, {"headwind": 1.5})
+
+
+def drives(folder: Path, count: int, hidden: Mapping[str, float]) -> Path:
+    """Drives of a full vehicle as a tester describes them."""
+    folder.mkdir()
+    pedals = drive.pedals
+
+    def short(vehicle: object, seed: int, number: int = 3) -> list[Pedals]:
+        return [_cut(one) for one in pedals(random_vehicle(SEED), seed, count)]
+
+    scenario = SimpleNamespace(vehicle=random_vehicle(SEED), seed=SEED, drawn=SEED, effects=dict(hidden))
+    with patch.object(drive, "pedals", short), patch.object(drive, "RATE", RATE):
+        return hidden_logs.WRITERS["validate"](scenario, folder)  # type: ignore[arg-type]
+
+
+def _cut(one: Pedals) -> Pedals:
+    knots = (*(k for k in one.knots if k < LENGTH), LENGTH)
+    pressed = {n: tuple(np.interp(knots, one.knots, getattr(one, n)).tolist()) for n in ("drive", "brake")}
+    return replace(one, knots=knots, **pressed)
+
+
+def one_simulation(description: Path) -> float:
+    """Processor seconds of simulating all drives once, without sensitivities."""
+    step = load_step("validate")
+    inputs = gather(step, description)
+    problem = step.prepare(inputs.spec, inputs.data, inputs.known)
+    assert isinstance(problem, ValidateProblem)
+    setup, seconds = problem.baseline, []
+    for _ in range(3):
+        begun = time.process_time()
+        setup.each(lambda k: setup.simulate(k, setup.vector.start(k), slopes=False))
+        seconds.append(time.process_time() - begun)
+    return min(seconds)
+
+
+def row(label: str, step: str, description: Path, folder: Path) -> str:
+    """One row of a table."""
+    plain = cost(step, description, folder / "plain", "--no-diagnose")
+    whole = cost(step, description, folder / "whole")
+    rows = sum(len(p.read_bytes().splitlines()) - 1 for p in description.parent.glob("*.csv"))
+    found = json.loads((folder / "whole" / f"{step}.json").read_text(encoding="utf-8"))["diagnosis"]
+    causes = ", ".join(c["effect"] for c in found["causes"])
+    return (
+        f"| {label} | {rows} | {plain.seconds:.1f} | {whole.seconds:.1f} | {max(plain.memory, whole.memory):.2f} "
+        f"| {found['verdict']} {causes} |"
+    )
+
+
+def page(most: int) -> str:
+    """The tables."""
+    lines = [
+        "# Growth of time with rows, runs and drives",
+        "",
+        f"Written by `python -m tests.bench.growth --most {most}`.",
+        "",
+    ]
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        lines += ["Rows: 8 coasts of about 150 s.", "", HEAD.format("rate")]
+        for rate in RATES:
+            if 8 * 150 * rate <= most:
+                path = coasts(folder / f"rate{rate:g}", rate, 8)
+                lines.append(row(f"{rate:g} Hz", "coastdown", path, path.parent / "out"))
+        lines += ["", "Runs: coasts at 5 Hz.", "", HEAD.format("runs")]
+        for runs in RUNS:
+            if runs * 150 * 5 <= most:
+                path = coasts(folder / f"runs{runs}", 5.0, runs)
+                lines.append(row(f"{runs}", "coastdown", path, path.parent / "out"))
+        lines += ["", "Drives of the full vehicle, 45 s at 200 Hz.", "", HEAD.format("drives")]
+        for count in DRIVES:
+            for label, hidden in (("nothing hidden", {}), ("150 N of driveline drag", {"driveline_drag": 150.0})):
+                path = drives(folder / f"drives{count}{len(hidden)}", count, hidden)
+                lines.append(row(f"{count}, {label}", "validate", path, path.parent / "out"))
+            lines += ["", f"One simulation of the {count} drives: {one_simulation(path):.2f} s.", ""]
+            lines += [HEAD.format("drives")] if count != DRIVES[-1] else []
+    return "\n".join([*lines, ""])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--most", type=int, default=2_000_000, help="rows of the largest campaign")
+    text = page(parser.parse_args().most)
+    PAGE.write_text(text, encoding="utf-8")
+    print(text)
