@@ -78,6 +78,7 @@ def test_a_short_frozen_stretch_is_cut_and_the_run_kept(tmp_path: Path) -> None:
     flags = [(f["run"], f["test"], f["decision"]) for f in document["flags"]]
     assert flags == [("coast_2.csv", "frozen", "cut")]
     assert "frozen" in document["runs"][2]["why"][0]
+    assert document["sentence"] == "No run must be repeated. 1 of 8 runs with notes: coast_2.csv."
 
 
 def test_a_run_that_lost_too_much_is_to_be_repeated(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from vdyn_cli.commands.run_step import write_out
+from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.project.check import check
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance, TiedPair

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import errno
-import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from vdyn_cli.commands.section_file import section_lock, write_results
+from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.io.folder_lock import refuse_busy
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.result_document import StepRecord, to_json
-from vdyn_cli.quantities.errors import Finding, InputError, merge_similar
+from vdyn_cli.quantities.errors import merge_similar
 from vdyn_cli.report.typography import estimate_text
 
 Tell = Callable[..., None]
@@ -50,25 +49,6 @@ def run_step(
     _tell_result(record, tell)
     if refused is not None:
         raise refused
-
-
-def write_out(text: str) -> None:
-    """Write to stdout in UTF-8, whatever encoding the terminal has.
-
-    Raises
-    ------
-    InputError : stdout is closed or full. BrokenPipeError : its reader has ended.
-    """
-    try:
-        if sys.stdout is None:
-            raise OSError(errno.EBADF, "it is closed")
-        sys.stdout.buffer.write(text.encode("utf-8"))
-        sys.stdout.flush()
-    except BrokenPipeError:
-        raise
-    except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise InputError(Finding("stdout", f"can't be written: {why}", remedy="write into a folder with -o")) from None
 
 
 def _tell_result(record: StepRecord, tell: Tell) -> None:

@@ -52,14 +52,13 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         raise InputError(Finding(str(path), "the description has no runs: there is no log to check"))
     found = _track_check(inputs)
     runs = [_checked(inputs, k, found) for k in range(len(inputs.unsplit))]
-    bad = [r.run for r in runs if r.verdict == "repeat"]
     known = inputs.known
     document = CheckDocument(
         format="vdyn/check/1",
         step=inputs.step.name,
         title=inputs.spec.title,
-        good=not bad,
-        sentence=_sentence(bad, len(runs)),
+        good=all(r.verdict == "keep" for r in runs),
+        sentence=_sentence(runs),
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=[pair for one in inputs.unsplit for pair in tied_pairs(one.log, known)],
@@ -73,11 +72,16 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     return document, inputs
 
 
-def _sentence(bad: Sequence[str], number: int) -> str:
-    runs = "run" if number == 1 else "runs"
-    if not bad:
-        return f"All {number} {runs} are good." if number > 1 else "The run is good."
-    return f"Repeat {len(bad)} of {number} {runs}: {', '.join(bad)}."
+def _sentence(runs: Sequence[CheckedRun]) -> str:
+    """The answer: which runs to repeat, or which of those to keep have notes."""
+    bad = [r.run for r in runs if r.verdict == "repeat"]
+    noted = [r.run for r in runs if r.why]
+    number = f"{len(runs)} {'run' if len(runs) == 1 else 'runs'}"
+    if bad:
+        return f"Repeat {len(bad)} of {number}: {', '.join(bad)}."
+    if noted:
+        return f"No run must be repeated. {len(noted)} of {number} with notes: {', '.join(noted)}."
+    return f"All {number} are good." if len(runs) > 1 else "The run is good."
 
 
 def _track_check(inputs: Inputs) -> TrackCheck:

@@ -66,7 +66,9 @@ class RunDeceleration(Entry):
     )
     material: bool = Field(description="whether that exceeds the 95 % interval of the other runs' mean")
     wind_mean: float | None = Field(description="mean measured wind along the road, m/s; null without a channel")
-    wind_peak: float | None = Field(description="largest measured wind along the road, m/s; null without a channel")
+    wind_peak: float | None = Field(
+        description="largest measured wind along the road, at the rate of the step (20 Hz), m/s; null without a channel"
+    )
 
 
 class TimeAccuracy(Entry):

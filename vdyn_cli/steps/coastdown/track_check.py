@@ -266,10 +266,10 @@ def _both_ways(found: Array, heading: Array) -> float:
 
 def _sentences(b: CoastBalance) -> list[str]:
     """Balance, order, warm-up and wind in words."""
-    said = [f"{b.out} usable runs out, {b.back} back, {b.pairs} pairs"]
+    said = [f"usable runs: {b.out} out, {b.back} back; pairs: {b.pairs}"]
     if b.out != b.back:
         less = "out" if b.out < b.back else "back"
-        said[0] += f": drive {abs(b.out - b.back)} more {less}"
+        said[0] += f"; drive {abs(b.out - b.back)} more {less}"
     if b.unpaired:
         said.append(f"without a partner in the other direction: {', '.join(b.unpaired)}")
     if b.alternating is False:
