@@ -160,6 +160,30 @@ def init(
     run_init(step, logs, output, _teller(quiet, False))
 
 
+@app.command()
+def check(
+    test: Test,
+    known: Known = None,
+    output: Annotated[
+        str,
+        typer.Option(
+            "-o", "--output", metavar="DIR|-", help="Folder for check.json and check.html; '-': JSON to stdout."
+        ),
+    ] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Check the runs of a test at the track: which to keep, which to repeat, and why; without an estimate."""
+    from vdyn_cli.commands.run_check import run_check
+
+    raise typer.Exit(run_check(test, tuple(known or ()), "-" if as_json else output, _say_out(quiet)))
+
+
+def _say_out(quiet: bool) -> Callable[[str], None]:
+    """The function that prints text to stdout unless quiet."""
+    return lambda text: None if quiet else typer.echo(visible(text, but="\n"))
+
+
 @app.command("list")
 def list_steps() -> None:
     """List the steps with their channels and parameters, and the candidate effects."""
@@ -180,7 +204,7 @@ def explain(
 
 @app.command()
 def schema(
-    step: Annotated[str, typer.Argument(metavar="STEP|pipeline|result|parameters|channels", show_default=False)],
+    step: Annotated[str, typer.Argument(metavar="STEP|pipeline|result|parameters|channels|check", show_default=False)],
 ) -> None:
     """Print the JSON schema of a step's YAML (for completion in editors), of a result or of parameters.json."""
     from vdyn_cli.commands.schema import json_schema

@@ -52,8 +52,11 @@ def explanation(topic: str) -> str:
     if topic == "policy":
         from vdyn_cli.diagnosis.policy import policy_text
         from vdyn_cli.io.quality.quality_policy import QUALITY, quality_text
+        from vdyn_cli.project.check_policy import CHECK
+        from vdyn_cli.quantities.threshold import thresholds_text
 
-        return f"{policy_text()}\nQuality of the logs\n\n{quality_text(QUALITY)}"
+        check = f"Check of the runs (vdyn check)\n\n{thresholds_text(CHECK)}"
+        return f"{policy_text()}\nQuality of the logs\n\n{quality_text(QUALITY)}\n{check}"
     effects = {e.name: e for e in catalogue()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)

@@ -44,7 +44,7 @@ def run_step(
     except RefusedResultError as error:
         refused, record = error, error.record
     if output == "-":
-        _write_out(to_json(record.document))
+        write_out(to_json(record.document))
     else:
         tell(f"{Path(output) / name}.json and .html")
     _tell_result(record, tell)
@@ -52,7 +52,7 @@ def run_step(
         raise refused
 
 
-def _write_out(text: str) -> None:
+def write_out(text: str) -> None:
     """Write to stdout in UTF-8, whatever encoding the terminal has.
 
     Raises

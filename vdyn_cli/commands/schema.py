@@ -8,10 +8,11 @@ from typing import Any
 from vdyn_cli.commands.explain import closest_topic
 from vdyn_cli.description.test_description import described
 from vdyn_cli.project.pipeline import PipelineSpec
+from vdyn_cli.quantities.check_schema import CheckDocument
 from vdyn_cli.quantities.result_schema import ChannelsDocument, ParametersDocument, ResultDocument, document_schema
 from vdyn_cli.steps import load_step, names
 
-TOPICS = ("pipeline", "result", "parameters", "channels")  # beside the steps
+TOPICS = ("pipeline", "result", "parameters", "channels", "check")  # beside the steps
 
 
 def json_schema(topic: str) -> str:
@@ -20,7 +21,7 @@ def json_schema(topic: str) -> str:
     Parameters
     ----------
     topic : a step or ``pipeline`` for its YAML, ``result`` for the JSON of a step, ``parameters`` for the pipeline's
-        ``parameters.json``, ``channels`` for the JSON of ``vdyn channels``.
+        ``parameters.json``, ``channels`` and ``check`` for the JSON of ``vdyn channels`` and ``vdyn check``.
 
     Raises
     ------
@@ -32,6 +33,7 @@ def json_schema(topic: str) -> str:
         "result": lambda: document_schema(ResultDocument),
         "parameters": lambda: document_schema(ParametersDocument),
         "channels": lambda: document_schema(ChannelsDocument),
+        "check": lambda: document_schema(CheckDocument),
     }
     schema = schemas[topic]() if topic in schemas else _step_schema(topic)
     return json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}, indent=2) + "\n"

@@ -71,7 +71,8 @@ def _same(log: Log) -> Log:
 class Inputs:
     """Everything a step's estimate reads, and the files it came from, with the sha256 of the bytes that were read.
 
-    ``step`` is the one of the description's manoeuvre; ``scalings`` are the channels made from others.
+    ``step`` is the one of the description's manoeuvre; ``scalings`` are the channels made from others; ``unsplit`` are
+    the runs before long cuts split them.
     """
 
     step: Step
@@ -85,6 +86,7 @@ class Inputs:
     scalings: tuple[Scaling, ...] = ()
     cut: tuple[CutLog, ...] = ()
     ready: Callable[[Log], Log] = _same
+    unsplit: tuple[CutLog, ...] = ()
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
         """What the step reads, with other logs in the place of those that were read."""
@@ -134,6 +136,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     logs = tuple(one.log for one in cut)
     places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
     problems += repeated_runs(logs, places) if len(places) == len(logs) else []
+    unsplit = cut
     there = [run for run, one in zip(spec.runs, read, strict=True) if one is not None]
     if len(logs) == len(spec.runs):
         spec, cut = split_runs(step, spec, cut, ready)
@@ -152,7 +155,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
     findings += tuple(unread_keys(step, spec, source))
     findings += (*condensing, *(refused() if step.diagnosable else ()))
-    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready)
+    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit)
 
 
 def _usable(dropped: Iterable[Location], step: Step) -> bool:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vdyn_cli.engine.model import Model
     from vdyn_cli.inference import Regression, Solution, Unknown
     from vdyn_cli.inference.qr_factors import Array
+    from vdyn_cli.quantities.check_schema import CoastBalance
     from vdyn_cli.quantities.log import Log
     from vdyn_cli.steps.free_part import Part
     from vdyn_cli.steps.manoeuvre import Manoeuvre
@@ -221,6 +222,22 @@ def published(problem: Problem, effects: Sequence[Effect] = (), unknowns: Sequen
 
 
 @dataclass(frozen=True)
+class TrackCheck:
+    """What a step says about its runs at the track, before any estimate.
+
+    Parameters
+    ----------
+    rejected : index of a run: why the step does not use it.
+    evaluated : index of a run: s, first and last time that the step evaluates; the whole log where there is none.
+    coasts : balance, order and wind of a coast-down campaign.
+    """
+
+    rejected: Mapping[int, str] = field(default_factory=dict)
+    evaluated: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    coasts: CoastBalance | None = None
+
+
+@dataclass(frozen=True)
 class Diagnosable:
     """How a step's diagnosis differs from that of other steps.
 
@@ -270,6 +287,8 @@ class Step:
     scaled : channels that may be read from another one, times constants of the vehicle.
     rate : (spec) -> Hz, to which logs that are sampled twice as fast or more are averaged, since the model has no
         faster dynamics; None: as sampled.
+    track_check : (spec, whole logs before cuts, data, known, run of each log in data) -> what it says of the runs at
+        the track; None where only the quality of the logs is checked.
     manoeuvres : how the step evaluates other manoeuvres than its usual one, by the key ``manoeuvre`` of their
         descriptions: each a step of the same name, spec and parameters.
     """
@@ -291,6 +310,7 @@ class Step:
     run_keys: tuple[str, ...] | None = None
     scaled: tuple[ScaledChannel, ...] = ()
     rate: Callable[[Any], float | None] = lambda spec: None
+    track_check: Callable[[Any, tuple[Log, ...], Any, Parameters, tuple[int, ...]], TrackCheck] | None = None
     manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)
 
     def of(self, spec: Any) -> Step:

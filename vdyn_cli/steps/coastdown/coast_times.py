@@ -78,7 +78,7 @@ def coast_times(segments: Sequence[CoastSegment], directions: Sequence[str | Non
     couples = paired_runs(segments, directions)
     if not couples:
         return []
-    falls = [_falling_speed(s) for s in segments]
+    falls = [falling_speed(s) for s in segments]
     used = [falls[k] for couple in couples for k in couple]
     top, bottom = min(t[1].max() for t in used), max(t[1].min() for t in used)
     first, last = np.floor((top - HALF_STEP) / REFERENCE_STEP), np.ceil((bottom + HALF_STEP) / REFERENCE_STEP)
@@ -97,7 +97,8 @@ def _with_accuracy(speed: float, times: Array) -> CoastTimes:
     return CoastTimes(speed, speed + HALF_STEP, speed - HALF_STEP, times, r83, wltp)
 
 
-def _falling_speed(segment: CoastSegment) -> tuple[Array, Array]:
+def falling_speed(segment: CoastSegment) -> tuple[Array, Array]:
+    """Times (b,) s and speeds (b,) m/s of a coast, averaged over half a second, that never rise."""
     bins = cut(segment.log.time, SMOOTH)
     return bins.time, np.minimum.accumulate(bins.mean(segment.log["speed"]))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
+from vdyn_cli.steps.coastdown.track_check import track_check
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 
@@ -41,6 +42,7 @@ STEP = Step(
     run_keys=("direction", "start", "temperature"),
     prepare=prepare,
     rate=lambda spec: RATE,
+    track_check=track_check,
     diagnosable=Diagnosable(metric=("speed", "m/s"), run="coast", fewest_runs=4, two_way=_on_one_road),
     extra_channels=(Quantity("elevation", "m", "height of the road above the sea", "z", -500, 9_000),),
 )

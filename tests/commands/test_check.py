@@ -1,0 +1,113 @@
+"""``vdyn check``: which runs to keep, which to repeat, and why; the exit code says it, too."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+from vdyn_cli.commands.run_check import run_check
+from vdyn_cli.commands.schema import json_schema
+from vdyn_cli.quantities.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[2]
+RUNS = 8
+HEADER = "Time [s],GPS Speed [km/h]"
+Column = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def quiet(text: str = "") -> None:
+    """Print nothing."""
+
+
+def checked(path: Path, folder: Path, code: int) -> dict[str, Any]:
+    """The JSON of a check that ends with a code, after its schema."""
+    assert run_check(path, (), str(folder), quiet) == code
+    document: dict[str, Any] = json.loads((folder / "check.json").read_text(encoding="utf-8"))
+    jsonschema.validate(document, json.loads(json_schema("check")))
+    return document
+
+
+def campaign(folder: Path, change: Callable[[int, Column, Column], Column]) -> Path:
+    """A description of eight coasts, each with a speed that ``change(run, time, speed)`` makes, km/h."""
+    generator = np.random.default_rng(3)
+    time = np.arange(0.0, 95.0, 0.1)
+    lines = []
+    for k in range(RUNS):
+        speed = 85.0 - 0.62 * (1.0 + 0.01 * generator.standard_normal()) * time
+        speed = np.round(change(k, time, speed + 0.05 * generator.standard_normal(time.size)), 3)
+        rows = [f"{t:.1f},{v:.3f}" for t, v in zip(time, speed, strict=True)]
+        (folder / f"coast_{k}.csv").write_text("\n".join([HEADER, *rows]))
+        lines.append(f"  - {{log: coast_{k}.csv, direction: {'out' if k % 2 == 0 else 'back'}, start: {120 * k} s}}")
+    path = folder / "coast.yaml"
+    path.write_text(
+        "test: coastdown\nvehicle: {mass: 1500 kg, rotating_mass: 50 kg, frontal_area: 2.2 m^2}\n"
+        "environment: {temperature: 24 degC, pressure: 99 kPa}\nchannels:\n"
+        '  time: {column: "Time [s]", unit: s}\n  speed: {column: "GPS Speed [km/h]", unit: km/h}\n'
+        "settings: {speed_window: [80 km/h, 30 km/h]}\nruns:\n" + "\n".join(lines) + "\n"
+    )
+    return path
+
+
+def frozen(first: float, last: float) -> Callable[[int, Column, Column], Column]:
+    """Hold the speed of the third run from one time to another, s."""
+
+    def change(run: int, time: Column, speed: Column) -> Column:
+        inside = (time >= first) & (time <= last) & (run == 2)
+        return np.where(inside, speed[np.searchsorted(time, first)], speed)
+
+    return change
+
+
+def test_the_sample_coast_downs_are_all_kept(tmp_path: Path) -> None:
+    document = checked(ROOT / "configs" / "coastdown.yaml", tmp_path, 0)
+    assert [r["verdict"] for r in document["runs"]] == ["keep"] * 8
+    assert (document["coasts"]["pairs"], document["coasts"]["alternating"]) == (4, True)
+    assert all(abs(r["influence"]) < 0.02 for r in document["coasts"]["runs"])
+    assert {p["good"] for p in document["redundancy"]} == {True, None}
+    assert "<svg" in (tmp_path / "check.html").read_text(encoding="utf-8")
+
+
+def test_a_short_frozen_stretch_is_cut_and_the_run_kept(tmp_path: Path) -> None:
+    document = checked(campaign(tmp_path, frozen(40.0, 45.0)), tmp_path, 0)
+    flags = [(f["run"], f["test"], f["decision"]) for f in document["flags"]]
+    assert flags == [("coast_2.csv", "frozen", "cut")]
+    assert "frozen" in document["runs"][2]["why"][0]
+
+
+def test_a_run_that_lost_too_much_is_to_be_repeated(tmp_path: Path) -> None:
+    document = checked(campaign(tmp_path, frozen(20.0, 60.0)), tmp_path, 1)
+    assert [r["verdict"] for r in document["runs"]] == ["keep", "keep", "repeat", *["keep"] * (RUNS - 3)]
+    assert any("cut" in why or "covers" in why or "half" in why for why in document["runs"][2]["why"])
+    assert document["sentence"] == "Repeat 1 of 8 runs: coast_2.csv."
+
+
+def test_a_run_that_decelerates_more_than_the_others_is_to_be_repeated(tmp_path: Path) -> None:
+    document = checked(campaign(tmp_path, lambda k, t, v: np.where(k == 3, 85.0 - 1.12 * (85.0 - v), v)), tmp_path, 1)
+    assert [r["run"] for r in document["runs"] if r["verdict"] == "repeat"] == ["coast_3.csv"]
+
+
+def test_a_column_that_is_missing_is_wrong_input(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda k, t, v: v)
+    path.write_text(path.read_text().replace("GPS Speed", "GNSS Speed"))
+    with pytest.raises(InputError, match="GNSS Speed"):
+        run_check(path, (), "", quiet)
+
+
+def test_a_description_of_no_step_is_wrong_input(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("test: coastdwn\n")
+    with pytest.raises(InputError, match="coastdown"):
+        run_check(path, (), "", quiet)
+
+
+@pytest.mark.parametrize("step", ["cg", "tire"])
+def test_logs_of_other_steps_are_checked(step: str, tmp_path: Path) -> None:
+    document = checked(ROOT / "configs" / f"{step}.yaml", tmp_path, 0)
+    assert {r["verdict"] for r in document["runs"]} == {"keep"}
+    assert document["coasts"] is None

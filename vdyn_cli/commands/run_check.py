@@ -1,0 +1,146 @@
+"""``vdyn check``: whether the runs of a test are good, as text, JSON or a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from vdyn_cli.commands.run_step import write_out
+from vdyn_cli.project.check import check
+from vdyn_cli.project.result_document import to_json
+from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance, TiedPair
+from vdyn_cli.report.typography import run_name
+
+Tell = Callable[..., None]
+
+
+def run_check(path: Path, known_files: tuple[Path, ...], output: str, tell: Tell) -> int:
+    """Check a test, print what is found, and give the exit code: 0 all runs are good, 1 one should be repeated.
+
+    Parameters
+    ----------
+    output : ``-`` writes the JSON to stdout; a folder gets ``check.json`` and ``check.html``; empty: text only.
+
+    Raises
+    ------
+    InputError : the input is wrong, or the output cannot be written.
+    """
+    document, inputs = check(path, known_files)
+    if output == "-":
+        write_out(to_json(document.model_dump(mode="json", by_alias=True)))
+        return 0 if document.good else 1
+    tell("\n".join(check_lines(document)))
+    if output:
+        from vdyn_cli.io.files import write_together
+        from vdyn_cli.report.check_page import render_check
+
+        folder = Path(output)
+        text = to_json(document.model_dump(mode="json", by_alias=True))
+        write_together({folder / "check.json": text, folder / "check.html": render_check(document, inputs.unsplit)})
+        tell(f"{folder / 'check'}.json and .html")
+    return 0 if document.good else 1
+
+
+def check_lines(document: CheckDocument) -> Iterator[str]:
+    """The text for a terminal, the answer first."""
+    yield document.sentence
+    yield ""
+    wide = max(len(run_name(run.run)) for run in document.runs)
+    for run in document.runs:
+        yield f"  {run.verdict:<6}  {run_name(run.run):<{wide}}  {'; '.join(run.why) or 'no fault found'}"
+    if document.flags:
+        yield "\nFlags"
+        rows = [
+            (
+                *(run_name(f.run), f.channel, f.test, f.decision),
+                *(f"{f.start:.6g}", f"{f.stop:.6g}", str(f.segments), f"{f.share:.1%}"),
+            )
+            for f in document.flags
+        ]
+        yield from table(("run", "channel", "test", "", "from [s]", "to [s]", "segments", "of the run"), rows)
+    if document.redundancy:
+        yield "\nChannels that physics ties"
+        yield from table(("pair", "", "runs", "first over second"), list(_pair_rows(document.redundancy)))
+    if document.coasts is not None:
+        yield from _coast_lines(document.coasts)
+    shown = [f for f in document.findings if f.doubt or not f.minor]
+    if shown:
+        yield "\nNotes"
+        for f in shown:
+            yield f"  {f.where}: {f.what}" + (f" (got {f.got})" if f.got else "")
+            if f.remedy:
+                yield f"      -> {f.remedy}"
+
+
+def _coast_lines(coasts: CoastBalance) -> Iterator[str]:
+    yield "\nCoast-downs"
+    yield from (f"  {s}" for s in coasts.sentences)
+    if coasts.speeds is not None:
+        span = f"{coasts.speeds[0]:.0f} to {coasts.speeds[1]:.0f} km/h"
+        yield f"\nMean deceleration from {span}, and its change without the run (parameters: not evaluated)"
+        rows = [
+            (
+                run_name(r.run),
+                r.direction,
+                "-" if r.start is None else f"{r.start:.0f}",
+                "-" if r.mean is None else f"{r.mean:.4f}",
+                "-" if r.influence is None else f"{r.influence:+.2%}",
+                "more than the others' 95 % interval" if r.material else "",
+                "" if r.wind_mean is None else f"wind {r.wind_mean:+.1f}, at most {r.wind_peak:.1f} m/s",
+            )
+            for r in coasts.runs
+        ]
+        yield from table(("run", "way", "start [s]", "[m/s^2]", "without", "", ""), rows)
+    if coasts.accuracy:
+        yield "\nStatistical accuracy p of the pairs' coast times (+-5 km/h)"
+        yield from table(
+            ("[km/h]", "time [s]", "UN R83", "WLTP"),
+            [(f"{a.speed:.0f}", f"{a.time:.2f}", _percent(a.r83), _percent(a.wltp)) for a in coasts.accuracy],
+        )
+    yield "\nLimits of regulations"
+    checked = [x for x in coasts.limits if x.outcome != "not checked"]
+    cells = sorted(((x.outcome, x.regulation, x.clause, x.limit, x.found) for x in checked), reverse=True)
+    yield from table(("", "regulation", "clause", "limit", "this test"), cells)
+    because: dict[str, list[str]] = {}
+    for x in coasts.limits:
+        if x.outcome == "not checked":
+            because.setdefault(x.found, []).append(f"{x.regulation} {x.limit}")
+    for why, limits in because.items():
+        yield f"  not checked, {why}:"
+        yield f"      {'; '.join(limits)}"
+
+
+def _pair_rows(pairs: Sequence[TiedPair]) -> Iterator[tuple[str, str, str, str]]:
+    """The pairs of all runs, one line where they agree or nothing is determined; one line for each run else."""
+    groups: dict[tuple[str, str, bool | None], list[TiedPair]] = {}
+    for pair in pairs:
+        groups.setdefault((pair.first, pair.second, pair.good), []).append(pair)
+    for (first, second, good), members in groups.items():
+        name = f"{first} ~ {second}"
+        if good is False or len(members) == 1:
+            for one in members:
+                outcome = {True: "agree", False: "contradict", None: "-"}[good]
+                yield name, outcome, run_name(one.run), one.what
+            continue
+        parts = []
+        for key, unit in (("gain", ""), ("offset", ""), ("delay", " s")):
+            values = [v for one in members if (v := getattr(one, key)) is not None]
+            if values:
+                parts.append(f"{key} {min(values):.3f} to {max(values):.3f}{unit}")
+        what = ", ".join(parts) or members[0].what
+        if good is None and parts and all(one.gain is None for one in members):
+            what += " m/s^2; gain not determined: the runs vary too little"
+        yield name, "agree" if good else "-", f"{len(members)} runs", what
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1%}"
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Columns of texts, aligned left, two spaces apart; columns without any text are left out."""
+    used = [i for i in range(len(header)) if any(row[i] for row in rows)]
+    lines = [tuple(header[i] for i in used), *(tuple(row[i] for i in used) for row in rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(used))]
+    for line in lines:
+        yield "  " + "  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip()

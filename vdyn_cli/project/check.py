@@ -1,0 +1,206 @@
+"""Whether the runs of a test are good, before the car leaves the track: no estimate, no diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from vdyn_cli.description.yaml_source import load_yaml
+from vdyn_cli.io.quality.cuts import TESTS, CutLog
+from vdyn_cli.project.check_policy import CHECK
+from vdyn_cli.project.inputs import Inputs, gather
+from vdyn_cli.project.redundancy import tied_pairs
+from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision
+from vdyn_cli.quantities.cut_ledger import LedgerRow
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, merge_similar
+from vdyn_cli.quantities.quality_flags import EVERY, Flag
+from vdyn_cli.quantities.result_schema import FindingEntry
+from vdyn_cli.steps import Step, load_step, names
+from vdyn_cli.steps.contract import TrackCheck
+
+Segment = tuple[float, float, int, str]  # first and last time (s), samples, the fact
+
+
+def step_of(path: Path) -> Step:
+    """The step that a description is for.
+
+    Raises
+    ------
+    InputError : the file cannot be read, or its key ``test`` names no step.
+    """
+    source = load_yaml(path)
+    test = source.data.get("test") if isinstance(source.data, dict) else None
+    if test not in names():
+        known = ", ".join(names())
+        remedy = did_you_mean(str(test), names(), f"write 'test:' and one of {known}")
+        raise InputError(Finding(source.where(("test",)), "the key 'test' names no step", repr(test), remedy))
+    return load_step(str(test))
+
+
+def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, Inputs]:
+    """Check the runs of a test description, and return what was read, too, so that a page can draw it.
+
+    Raises
+    ------
+    InputError : the description or a log is wrong, as for the step itself; there is no log.
+    """
+    inputs = gather(step_of(path), path, known_files)
+    if not inputs.unsplit:
+        raise InputError(Finding(str(path), "the description has no runs: there is no log to check"))
+    found = _track_check(inputs)
+    runs = [_checked(inputs, k, found) for k in range(len(inputs.unsplit))]
+    bad = [r.run for r in runs if r.verdict == "repeat"]
+    known = inputs.known
+    document = CheckDocument(
+        format="vdyn/check/1",
+        step=inputs.step.name,
+        title=inputs.spec.title,
+        good=not bad,
+        sentence=_sentence(bad, len(runs)),
+        runs=runs,
+        flags=[flag for one in inputs.unsplit for flag in _flags(one)],
+        redundancy=[pair for one in inputs.unsplit for pair in tied_pairs(one.log, known)],
+        coasts=found.coasts,
+        parameters="not evaluated",
+        findings=[
+            FindingEntry(**asdict(f))
+            for f in merge_similar([*inputs.findings, *(f for one in inputs.unsplit for f in one.log.findings)])
+        ],
+    )
+    return document, inputs
+
+
+def _sentence(bad: Sequence[str], number: int) -> str:
+    runs = "run" if number == 1 else "runs"
+    if not bad:
+        return f"All {number} {runs} are good." if number > 1 else "The run is good."
+    return f"Repeat {len(bad)} of {number} {runs}: {', '.join(bad)}."
+
+
+def _track_check(inputs: Inputs) -> TrackCheck:
+    if inputs.step.track_check is None:
+        return TrackCheck()
+    whole = tuple(inputs.ready(one.whole) for one in inputs.unsplit)
+    return inputs.step.track_check(inputs.spec, whole, inputs.data, inputs.known, run_of_parts(inputs))
+
+
+def run_of_parts(inputs: Inputs) -> tuple[int, ...]:
+    """The index of the run of each log, which long cuts have split: its parts share their ledger."""
+    found: list[int] = []
+    for i, part in enumerate(inputs.cut):
+        again = i > 0 and len(part.ledger) > 0 and part.ledger is inputs.cut[i - 1].ledger
+        found.append(found[-1] if again else (found[-1] + 1 if found else 0))
+    return tuple(found)
+
+
+def _checked(inputs: Inputs, index: int, track: TrackCheck) -> CheckedRun:
+    """One run: whether it must be repeated, and why."""
+    one, needed = inputs.unsplit[index], _needed(inputs.step)
+    span = track.evaluated.get(index, (float(one.log.time[0]), float(one.log.time[-1])))
+    lost, cuts = _lost(one, needed, span), [f for f in _flags(one) if f.decision == "cut"]
+    repeat = [track.rejected[index]] if index in track.rejected else []
+    if lost > CHECK.most_lost:
+        worst = max((f for f in cuts if f.channel in (*needed, EVERY)), key=lambda f: f.samples)
+        repeat.append(f"{lost:.0%} of the evaluated {span[1] - span[0]:.0f} s are cut: {_flag_text(worst)}")
+    repeat += [_text(f) for f in one.log.findings if f.fault]
+    repeat += [
+        f"{f.channel} is saturated: {f.why} ({f.samples} samples); set the sensor's range"
+        for f in _flags(one)
+        if f.test == "saturated" and f.channel in needed
+    ]
+    notes = [f"cut: {_flag_text(f)}" for f in cuts]
+    notes += [_text(f) for f in one.log.findings if f.doubt and not f.fault]
+    notes += [_flag_text(f) for f in _flags(one) if f.test in ("missing", "clock_gap")]
+    return CheckedRun(
+        run=one.log.name,
+        verdict="repeat" if repeat else "keep",
+        why=repeat or notes,
+        duration=one.log.duration,
+        samples=int(one.log.time.size),
+        lost=lost,
+    )
+
+
+def _text(finding: Finding) -> str:
+    return f"{finding.what}" + (f" (got {finding.got})" if finding.got else "")
+
+
+def _flag_text(flag: CheckFlag) -> str:
+    meaning = TESTS.get(flag.test, "")
+    more = f", and {flag.segments - 1} more" if flag.segments > 1 else ""
+    at = f"at {flag.start:.6g} s" if flag.start == flag.stop else f"from {flag.start:.6g} to {flag.stop:.6g} s"
+    channel = "all channels" if flag.channel == EVERY else flag.channel
+    why = flag.why if flag.why.startswith("all channels") else f"{channel} {flag.why}"
+    return f"{why}, {at}{f' ({meaning})' if meaning else ''}{more}"
+
+
+def _needed(step: Step) -> tuple[str, ...]:
+    """Channels that the step cannot do without, those that they are made from included."""
+    names_ = [n for entry in step.required for way in entry.split("|") for n in way.split("+")]
+    sources = [one.source for one in step.scaled if one.target in names_]
+    return tuple(n for n in (*names_, *sources) if n != "time")
+
+
+def _lost(one: CutLog, needed: Sequence[str], span: tuple[float, float]) -> float:
+    """Share of the rows between two times in which a needed channel is cut."""
+    time = one.log.time
+    inside = (time >= span[0]) & (time <= span[1])
+    gone = np.zeros(time.size, dtype=bool)
+    for row in one.ledger:
+        if row.decision != "kept" and row.channel in (EVERY, *needed):
+            gone |= (time >= row.start) & (time <= row.stop)
+    return float(np.mean(gone[inside])) if inside.any() else 0.0
+
+
+def _flags(one: CutLog) -> Iterator[CheckFlag]:
+    """What failed or is suspect in a run, each channel and test once."""
+    groups: dict[tuple[str, str, Decision], list[Segment]] = {}
+    for row in one.ledger:
+        decision: Decision = "kept" if row.decision == "kept" else "cut"
+        groups.setdefault((row.channel, row.test, decision), []).append(_segment(row))
+    time = one.whole.time
+    for fault in one.flags.faults:
+        if fault.state == Flag.SUSPECT:
+            segment = (float(time[fault.first]), float(time[fault.stop - 1]), fault.samples, fault.why)
+            groups.setdefault((fault.channel, fault.test, "marked"), []).append(segment)
+    for name in one.whole.channels:
+        holes = list(_holes(one, name))
+        if holes:
+            groups[name, "missing", "marked"] = holes
+    for (channel, test, decision), segments in groups.items():
+        first, last, _, why = max(segments, key=lambda s: (s[2], s[1] - s[0], -s[0]))
+        samples = sum(s[2] for s in segments)
+        yield CheckFlag.model_validate(
+            {
+                "run": one.log.name,
+                "channel": channel,
+                "test": test,
+                "decision": decision,
+                "segments": len(segments),
+                "from": first,
+                "to": last,
+                "samples": samples,
+                "share": samples / max(time.size, 1),
+                "why": why,
+            }
+        )
+
+
+def _segment(row: LedgerRow) -> Segment:
+    return row.start, row.stop, row.samples, row.why
+
+
+def _holes(one: CutLog, name: str) -> Iterator[Segment]:
+    """Times in which a channel of a log has no value though it is written elsewhere."""
+    time, rows = one.whole.time, np.flatnonzero(np.isfinite(one.whole[name]))
+    if rows.size < 2:
+        yield float(time[0]), float(time[-1]), int(time.size - rows.size), "has no values"
+        return
+    steps = np.diff(time[rows])
+    least = max(CHECK.shortest_hole, CHECK.hole_steps * float(np.median(steps)))
+    for k in np.flatnonzero((steps > least) & (np.diff(rows) > 1)):
+        why = f"has no value for {steps[k]:.3g} s"
+        yield float(time[rows[k] + 1]), float(time[rows[k + 1] - 1]), int(rows[k + 1] - rows[k] - 1), why

@@ -1,0 +1,33 @@
+"""Every threshold that can change what ``vdyn check`` says of a run, each with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vdyn_cli.quantities.threshold import threshold
+
+
+@dataclass(frozen=True)
+class CheckPolicy:
+    """The thresholds of ``vdyn check``. ``vdyn explain policy`` prints each with unit, meaning and reason."""
+
+    most_lost: float = threshold(
+        0.2, "share of the evaluated time", "of a needed channel that cuts may take before the run is to be repeated",
+        "A coast-down whose speed is missing in more than a fifth of its rows is rejected by its step, too: interval "
+        "and speed range then are those of another run.",
+    )  # fmt: skip
+    shortest_hole: float = threshold(
+        1.0, "s", "without a value of a channel, which is shown as missing",
+        "Shorter holes are those of a slow logger; a car moves by what a step evaluates within a second.",
+    )  # fmt: skip
+    hole_steps: float = threshold(
+        20.0, "usual steps of the channel", "that such a hole must also last",
+        "A channel of 1 Hz and less has a value in each of its own steps and lacks none.",
+    )  # fmt: skip
+    least_likeness: float = threshold(
+        0.9, "correlation", "of two tied channels, from which a delay between them is determined",
+        "Below, what else acts on one of them (slopes, slip) moves the highest correlation.",
+    )  # fmt: skip
+
+
+CHECK = CheckPolicy()

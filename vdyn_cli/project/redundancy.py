@@ -1,0 +1,186 @@
+"""Channels of a run that physics ties, compared: gain, offset, delay and sign of each pair.
+
+Over windows of a second (T), with the mean over a window written <.>::
+
+    sum |position step|          = gain * integral |speed| dt
+    integral acceleration dt / T = gain * (speed step) / T + offset
+    wheel speed left             = gain * wheel speed right
+    wheel speed * wheel radius   = gain * speed
+    front load + rear load       = gain * mass * g
+
+The limits are those of the quality tests, whose findings decide about a run; this table shows all pairs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import atan, degrees
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.quality.cross_checks import AXLES, LIVELY, LONG, NOTICED, UNEQUAL
+from vdyn_cli.project.check_policy import CHECK
+from vdyn_cli.quantities.check_schema import TiedPair
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+
+Array = NDArray[np.float64]
+
+WINDOW = 1.0  # s
+FINE = 0.02  # s, grid of the delay: a tenth of what a delay of the channels of a car may be
+REACH = 1.0  # s, largest delay
+ROLLING = 3.0  # m/s, above which wheel speeds are compared
+FEWEST = 10  # windows
+
+
+def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
+    """Every pair of the log's channels that physics ties.
+
+    Parameters
+    ----------
+    log : SI, NaN where a sample is missing or cut. known : mass and wheel radius are used where they are there.
+    """
+    speed = next((n for n in ("speed", "vehicle_speed") if n in log), None)
+    if speed is not None and "position" in log:
+        yield _distance(log, speed)
+    if speed is not None and "acceleration" in log:
+        yield _change(log, speed)
+    for left, right in AXLES:
+        if left in log and right in log:
+            yield _ratio(log, left, right, 1.0, UNEQUAL)
+    if speed is not None and "wheel_radius" in known.estimates:
+        for wheel in ("wheel_speed", *(n for pair in AXLES for n in pair)):
+            if wheel in log:
+                yield _ratio(log, wheel, speed, known["wheel_radius"].value, NOTICED)
+    if {"front_load", "rear_load"} <= set(log.channels) and "mass" in known.estimates:
+        total = float(np.nanmean(log["front_load"] + log["rear_load"])) / (known["mass"].value * GRAVITY)
+        good = abs(total - 1.0) <= NOTICED
+        yield _pair(log, "front_load + rear_load", "mass * g", f"gain {total:.3f}", good, gain=total)
+
+
+# Nine parameters: one for each field of the pair.
+def _pair(
+    log: Log,
+    first: str,
+    second: str,
+    what: str,
+    good: bool | None = None,
+    *,
+    gain: float | None = None,
+    offset: float | None = None,
+    delay: float | None = None,
+) -> TiedPair:
+    return TiedPair(
+        run=log.name,
+        first=first,
+        second=second,
+        gain=gain,
+        offset=offset,
+        delay=delay,
+        sign=None if gain is None or good is None else -1 if gain < 0.0 else 1,
+        good=good,
+        what=what,
+    )
+
+
+def _finite(*values: Array) -> NDArray[np.bool_]:
+    return np.asarray(np.all([np.isfinite(v) for v in values], axis=0))
+
+
+def _distance(log: Log, speed: str) -> TiedPair:
+    known = _finite(log[speed], log["position"])
+    time, v, place = (x[known] for x in (log.time, log[speed], log["position"]))
+    if time.size < FEWEST:
+        return _pair(log, "position", speed, "too few samples")
+    driven = np.concatenate([[0.0], np.cumsum(np.diff(time) * (np.abs(v[1:]) + np.abs(v[:-1])) / 2.0)])
+    if driven[-1] < LONG:
+        return _pair(log, "position", speed, f"not determined: the run is shorter than {LONG:g} m")
+    ends = np.unique(np.linspace(0, time.size - 1, 51).astype(int))
+    gain = float(np.sum(np.abs(np.diff(place[ends])))) / float(driven[-1])
+    good = abs(gain - 1.0) <= NOTICED
+    return _pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain)
+
+
+def _grid(log: Log, names: tuple[str, str], step: float) -> tuple[Array, ...]:
+    """Speed and integral of the acceleration (2 x m), means over steps of a common grid.
+
+    NaN where one of the channels has no value in a step; the integral goes straight over what is missing.
+    """
+    a, v = (log[n] for n in names)
+    known = _finite(a, v)
+    time = log.time[known]
+    gained = np.concatenate([[0.0], np.cumsum(np.diff(time) * (a[known][1:] + a[known][:-1]) / 2.0)])
+    label = ((time - log.time[0]) / step).astype(np.int64)
+    size = int((log.time[-1] - log.time[0]) / step) + 1
+    count = np.bincount(label, minlength=size)
+    with np.errstate(invalid="ignore"):
+        return tuple(np.bincount(label, values, size) / count for values in (gained, v[known]))
+
+
+def _change(log: Log, speed: str) -> TiedPair:
+    """Acceleration against the change of speed; its offset, too, where it varies too little for a gain."""
+    first, second = "acceleration", f"change of {speed}"
+    if _finite(log["acceleration"], log[speed]).sum() < FEWEST:
+        return _pair(log, first, second, "too few samples")
+    y, x = (np.diff(mean) / WINDOW for mean in _grid(log, ("acceleration", speed), WINDOW))
+    use = _finite(x, y)
+    if use.sum() < FEWEST:
+        return _pair(log, first, second, "too short")
+    x, y = x[use], y[use]
+    lively = float(np.nanstd(log["acceleration"])) >= LIVELY
+    likeness = float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) > 0 and np.ptp(y) > 0 else 0.0
+    if not lively or abs(likeness) < CHECK.least_likeness:
+        offset = float(np.mean(y - x))
+        tilt = degrees(atan(offset / GRAVITY))
+        what = f"offset {offset:+.3f} m/s^2 (as {tilt:+.2f} deg of tilt or slope); gain not determined: "
+        what += "varies too little"
+        return _pair(log, first, second, what, offset=offset)
+    gain = float(np.copysign(np.std(y) / np.std(x), likeness))
+    offset = float(np.mean(y) - gain * np.mean(x))
+    delay = _delay(log, speed, np.sign(gain))
+    what = f"gain {gain:.3f}, offset {offset:+.3f} m/s^2"
+    what += "" if delay is None else f", delay {delay:+.2f} s"
+    what += ", opposite signs" if gain < 0.0 else ""
+    return _pair(log, first, second, what, abs(gain - 1.0) <= NOTICED, gain=gain, offset=offset, delay=delay)
+
+
+def _delay(log: Log, speed: str, sign: float) -> float | None:
+    """s, by which acceleration comes after the change of speed; None where the correlation is low or at its end."""
+    step = max(FINE, 2.0 * float(np.median(np.diff(log.time))))
+    y, x = (_slope(mean, max(int(WINDOW / step), 1), step) for mean in _grid(log, ("acceleration", speed), step))
+    lags = np.arange(-int(REACH / step), int(REACH / step) + 1)
+    inner = np.arange(lags[-1], x.size - lags[-1])
+    if inner.size < FEWEST:
+        return None
+    found = []
+    for lag in lags:
+        p, q = x[inner], sign * y[inner + lag]
+        use = _finite(p, q)
+        found.append(float(np.corrcoef(p[use], q[use])[0, 1]) if use.sum() > FEWEST else 0.0)
+    k = int(np.argmax(found))
+    if k in (0, len(found) - 1) or found[k] < CHECK.least_likeness:
+        return None
+    bend = found[k - 1] - 2.0 * found[k] + found[k + 1]
+    shift = 0.5 * (found[k - 1] - found[k + 1]) / bend if bend < 0.0 else 0.0
+    return float((lags[k] + shift) * step)
+
+
+def _slope(values: Array, width: int, step: float) -> Array:
+    """Change over a number of steps, in units per second."""
+    return np.asarray((values[width:] - values[:-width]) / (width * step))
+
+
+def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> TiedPair:
+    """The median ratio of two speeds while both turn; not judged where it varies, as slip and bends make it."""
+    y, x = np.abs(log[first]) * scale, np.abs(log[second])
+    own = ROLLING if scale != 1.0 else ROLLING / 0.3
+    use = _finite(x, y) & (np.maximum(np.nan_to_num(x), np.nan_to_num(y)) > own)
+    shown = first if scale == 1.0 else f"{first} * wheel_radius"
+    if use.sum() < FEWEST:
+        return _pair(log, shown, second, "not determined: hardly moves")
+    low, gain, high = (float(q) for q in np.quantile(y[use] / np.maximum(x[use], 1e-9), [0.25, 0.5, 0.75]))
+    if high - low > 2.0 * NOTICED:
+        return _pair(log, shown, second, f"not judged: the ratio varies from {low:.2f} to {high:.2f} (slip or bends)")
+    return _pair(log, shown, second, f"gain {gain:.3f}", abs(gain - 1.0) <= limit, gain=gain)

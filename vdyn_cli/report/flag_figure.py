@@ -1,0 +1,116 @@
+"""The flags of a test's runs drawn over time: one row a run, with its first channel and a lane for each flagged one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vdyn_cli.io.quality.cuts import CutLog
+from vdyn_cli.quantities.cut_ledger import LedgerRow
+from vdyn_cli.quantities.quality_flags import EVERY, Flag
+from vdyn_cli.report import decimation, typography
+from vdyn_cli.report.canvas import (
+    INK,
+    ORANGE,
+    PURPLE,
+    VERMILLION,
+    LegendEntry,
+    PlotArea,
+    add_axes,
+    draw_legend,
+    legend_rows,
+    scale_axis,
+    sheet,
+    style,
+    text_at,
+    to_svg,
+)
+
+MOST = 12  # runs in one figure, so that a printed page holds it
+_WIDTH, _LEFT, _TRACE, _LANE, _TICKS = 1150.0, 190.0, 64.0, 14.0, 34.0  # px
+_NAME = 24  # characters of a run's or a channel's name
+_KEYS = (
+    LegendEntry("measured", INK),
+    LegendEntry("cut", VERMILLION, "patch"),
+    LegendEntry("suspect, used", ORANGE, "patch"),
+    LegendEntry("failed, kept by the description", PURPLE, "patch"),
+)
+_COLORS = {"cut": VERMILLION, "marked": ORANGE, "kept": PURPLE}
+Lanes = dict[str, list[tuple[float, float, str]]]
+
+
+def main_channel(one: CutLog) -> str:
+    """The channel that is drawn: a speed where there is one, else the first that has values."""
+    speeds = [n for n in ("speed", "vehicle_speed", "wheel_speed") if n in one.whole]
+    known = [n for n in one.whole.channels if np.isfinite(one.whole[n]).any()]
+    return next(iter([*speeds, *known]), "")
+
+
+def lanes(one: CutLog) -> Lanes:
+    """Flagged channel: first time, last time (s) and kind (cut, marked, kept) of each of its segments."""
+    found: Lanes = {}
+    for row in one.ledger:
+        found.setdefault(row.channel, []).append((row.start, row.stop, _kind(row)))
+    for fault in one.flags.faults:
+        if fault.state == Flag.SUSPECT:
+            span = (float(one.whole.time[fault.first]), float(one.whole.time[fault.stop - 1]))
+            found.setdefault(fault.channel, []).append((*span, "marked"))
+    return found
+
+
+def _kind(row: LedgerRow) -> str:
+    return "kept" if row.decision == "kept" else "cut"
+
+
+def flag_figures(runs: Sequence[CutLog]) -> list[str]:
+    """SVG of up to 12 runs each."""
+    return [_figure(runs[k : k + MOST], k) for k in range(0, len(runs), MOST)]
+
+
+def _figure(runs: Sequence[CutLog], first: int) -> str:
+    found = [lanes(one) for one in runs]
+    heights = [_TRACE + _LANE * len(each) + _TICKS for each in found]
+    rows = legend_rows(_KEYS, _WIDTH - _LEFT)
+    top = 20.0 * len(rows) + 10.0
+    with style():
+        page = sheet(_WIDTH, top + sum(heights))
+        draw_legend(page, rows, _LEFT, 0.0)
+        for one, each, height in zip(runs, found, heights, strict=True):
+            _draw_run(page, one, each, top)
+            top += height
+        return to_svg(page, "Flags of the runs over time", f"flags-{first}")
+
+
+def _draw_run(page: object, one: CutLog, found: Lanes, top: float) -> None:
+    from matplotlib.figure import Figure as Sheet
+
+    assert isinstance(page, Sheet)
+    name, time = main_channel(one), one.whole.time
+    height = _TRACE + _LANE * len(found) - 6.0
+    axes = add_axes(page, PlotArea(_LEFT, top, _WIDTH - _LEFT - 12.0, height))
+    start, stop = float(time[0]), float(time[-1])
+    axes.set_xlim(start, max(stop, start + 1e-9))
+    values = one.whole[name] if name else np.full(time.size, np.nan)
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    span = (high - low) or abs(high) or 1.0
+    lane = span * _LANE / (_TRACE - 6.0)
+    axes.set_ylim(low - lane * len(found), high + 0.04 * span)
+    least = (stop - start) * 1.5 / (_WIDTH - _LEFT)  # s, so that a spike is seen
+    for k, (channel, segments) in enumerate(found.items()):
+        bottom = low - lane * (k + 0.85)
+        for a, b, kind in segments:
+            wide = max(b - a, least)
+            axes.broken_barh([(a, wide)], (bottom, 0.7 * lane), color=_COLORS[kind], linewidth=0)
+            if channel in (name, EVERY):
+                axes.axvspan(a, a + wide, color=_COLORS[kind], alpha=0.25, linewidth=0)
+        shown = "all channels" if channel == EVERY else typography.name(channel)
+        place = top + height - _LANE * (len(found) - k) + 11.0
+        text_at(page, 0.0, place, typography.shortened(shown, _NAME), size=11.0)
+    x, y = decimation.envelope(time, values, int(_WIDTH - _LEFT))
+    axes.plot(x, y, color=INK, linewidth=1.0)
+    scale_axis(axes, "x", _WIDTH - _LEFT, 90.0)
+    text_at(page, 0.0, top + 14.0, typography.shortened(typography.run_name(one.log.name), _NAME))
+    limits = f"{typography.name(name)} {typography.significant(low, 3)} to {typography.significant(high, 3)}"
+    text_at(page, 0.0, top + 32.0, typography.shortened(limits, 30), size=11.0)

@@ -1,0 +1,132 @@
+"""Limits of the regulations on coast-downs, each with its clause, beside what a test day has.
+
+Sources: SAE J1263 (test conditions); SAE J2263 (scope); UN Regulation 83, Annex 4a, Appendix 7, paragraphs 2, 3.1, 3.3
+and 5.1; UN GTR 15 (WLTP), Annex 4, paragraphs 4.1.1 to 4.1.2 and 4.3.1.4. Limits that need what no log holds are listed
+as not checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from vdyn_cli.quantities.check_schema import Outcome, RegulationLimit, TimeAccuracy
+from vdyn_cli.steps.coastdown.coast_times import R83_LIMIT, R83_PAIRS, WLTP_LIMIT, WLTP_PAIRS
+from vdyn_cli.steps.coastdown.spec import WIND_LIMIT
+
+J1263, J2263, R83, WLTP = "SAE J1263", "SAE J2263", "UN R83", "WLTP (UN GTR 15)"
+ZERO = 273.15  # K
+REFERENCE_DENSITY = 100_000.0 / (287.05 * 293.2)  # kg/m^3, dry air of 100 kPa and 293.2 K: UN R83
+
+
+@dataclass(frozen=True)
+class TestDay:
+    """What a coast-down campaign has, as far as it is known.
+
+    Parameters
+    ----------
+    temperatures : K, of the day or of each run. density : kg/m^3. wind : (mean, peak) of each run along the road, m/s.
+    pairs : usable ones. speeds : m/s, fastest and slowest that all usable runs pass. accuracy : of the coast times.
+    """
+
+    temperatures: tuple[float, ...]
+    density: float | None
+    wind: tuple[tuple[float, float], ...]
+    pairs: int
+    speeds: tuple[float, float] | None
+    accuracy: Sequence[TimeAccuracy]
+
+
+def regulation_limits(day: TestDay) -> list[RegulationLimit]:
+    """Every limit that is known here, met, not met, or not checked with the reason."""
+    return [*_temperature(day), *_wind(day), *_runs(day), *_speeds(day), *_accuracy(day), *_road()]
+
+
+def _row(regulation: str, clause: str, limit: str, found: str, met: bool | None) -> RegulationLimit:
+    outcome: Outcome = "not checked" if met is None else "met" if met else "not met"
+    return RegulationLimit(regulation=regulation, clause=clause, limit=limit, found=found, outcome=outcome)
+
+
+def _temperature(day: TestDay) -> Iterator[RegulationLimit]:
+    celsius = [t - ZERO for t in day.temperatures]
+    found = "no temperature: give environment.temperature"
+    if celsius:
+        found = f"{min(celsius):.1f} degC" + (f" to {max(celsius):.1f} degC" if max(celsius) > min(celsius) else "")
+    for regulation, clause, low, high in (
+        (J1263, "test conditions, temperature", 5.0, 35.0),
+        (WLTP, "Annex 4, 4.1.1.2", 5.0, 40.0),
+    ):
+        met = low <= min(celsius) and max(celsius) <= high if celsius else None
+        yield _row(regulation, clause, f"air at {low:g} to {high:g} degC", found, met)
+    off = None if day.density is None else day.density / REFERENCE_DENSITY - 1.0
+    found = "no temperature and pressure: give both in environment" if off is None else f"{100.0 * off:+.1f} %"
+    limit = "air density within 7.5 % of that at 100 kPa and 293.2 K"
+    yield _row(R83, "Annex 4a, Appendix 7, 3.3", limit, found, None if off is None else abs(off) <= 0.075)
+
+
+def _wind(day: TestDay) -> Iterator[RegulationLimit]:
+    """Along the road alone, a wind can only show that a limit is exceeded, not that it is met."""
+    missing = "no wind measured: log wind_speed, or note an anemometer's reading"
+    mean = max((abs(m) for m, _ in day.wind), default=None)
+    peak = max((p for _, p in day.wind), default=None)
+    for regulation, clause, of_mean, of_peak in (
+        (J1263, "test conditions, wind", WIND_LIMIT, None),
+        (R83, "Annex 4a, Appendix 7, 3.1", 3.0, 5.0),
+        (WLTP, "Annex 4, 4.1.1.1 (stationary anemometer)", 5.0, 8.0),
+    ):
+        for what, value, limit in (("mean wind", mean, of_mean), ("peaks of the wind", peak, of_peak)):
+            if limit is None:
+                continue
+            found = missing if value is None else f"{value:.1f} m/s along the road"
+            above = value is not None and value >= limit
+            found += "" if above or value is None else "; across the road it is not measured"
+            yield _row(regulation, clause, f"{what} below {limit:.3g} m/s", found, False if above else None)
+    across = "the wind across the road is not a channel of this step"
+    yield _row(J1263, "test conditions, wind", "mean crosswind below 2.2 m/s (8 km/h)", across, None)
+    for regulation, clause in ((R83, "Annex 4a, Appendix 7, 3.1"), (WLTP, "Annex 4, 4.1.1.1")):
+        yield _row(regulation, clause, "wind across the road below 2 m/s", across, None)
+    yield _row(J2263, "", "wind, measured on board", "limits of this standard on wind are not known here", None)
+
+
+def _runs(day: TestDay) -> Iterator[RegulationLimit]:
+    for regulation, clause, least in (
+        (R83, "Annex 4a, Appendix 7, 5.1", R83_PAIRS),
+        (WLTP, "Annex 4, 4.3.1.4", WLTP_PAIRS),
+    ):
+        limit = f"at least {least} pairs of opposite runs"
+        yield _row(regulation, clause, limit, f"{day.pairs} usable pairs", day.pairs >= least)
+    yield _row(J1263, "", "number of runs", "the number that it requires is not known here", None)
+    yield _row(J2263, "", "number of runs", "the number that it requires is not known here", None)
+
+
+def _speeds(day: TestDay) -> Iterator[RegulationLimit]:
+    found, met = "no speed that all usable runs pass", None
+    if day.speeds is not None:
+        fast, slow = (3.6 * v for v in day.speeds)
+        found, met = f"{fast:.0f} to {slow:.0f} km/h", fast >= 115.0 and slow <= 15.0
+    yield _row(J2263, "scope", "speeds from 115 to 15 km/h", found, met)
+    why = "it depends on the vehicle's class and cycle"
+    yield _row(WLTP, "Annex 4, 4.3.1.4", "speeds of the vehicle's cycle", why, None)
+
+
+def _accuracy(day: TestDay) -> Iterator[RegulationLimit]:
+    for regulation, clause, limit, values, least in (
+        (R83, "Annex 4a, Appendix 7, 5.1", R83_LIMIT, [(t.speed, t.r83) for t in day.accuracy], R83_PAIRS),
+        (WLTP, "Annex 4, 4.3.1.4", WLTP_LIMIT, [(t.speed, t.wltp) for t in day.accuracy], WLTP_PAIRS),
+    ):
+        text = f"statistical accuracy p at most {limit:.0%} at every speed"
+        known = [(p, v) for v, p in values if p is not None]
+        if not known:
+            yield _row(regulation, clause, text, f"fewer than {least} pairs, or no common speeds", None)
+            continue
+        worst, speed = max(known)
+        over = [f"{v:.0f}" for p, v in known if p > limit]
+        found = f"p = {worst:.1%} at {speed:.0f} km/h" + (f"; above at {', '.join(over)} km/h" if over else "")
+        yield _row(regulation, clause, text, found, not over)
+
+
+def _road() -> Iterator[RegulationLimit]:
+    why = "the road's slope is not measured here: survey it"
+    yield _row(J1263, "test conditions, road", "slope below 0.5 %", why, None)
+    yield _row(R83, "Annex 4a, Appendix 7, 2", "slope at most 1.5 %, constant within 0.1 %", why, None)
+    yield _row(WLTP, "Annex 4, 4.1.2", "slope at most 1 %", why, None)

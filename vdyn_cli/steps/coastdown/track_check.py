@@ -1,0 +1,296 @@
+"""Coast-downs seen at the track: which runs serve, their directions, order, wind and accuracy; nothing is fitted.
+
+The mean deceleration of each run over the speeds that all runs pass is regressed on direction and order::
+
+    a_i = m + d h_i + b t_i
+
+with the heading h = +1 out, -1 back and t the start (or the order) from -1/2 to 1/2: b is the trend of warming tires or
+changing wind, 2 d the difference between the directions, which is that of a slope 2 d / (2 g) or of a wind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.check_schema import CoastBalance, RunDeceleration, TimeAccuracy
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.coastdown.coast_times import coast_times, falling_speed, paired_runs
+from vdyn_cli.steps.coastdown.outlying_run import outlying_run
+from vdyn_cli.steps.coastdown.problem import CoastdownProblem, prepare
+from vdyn_cli.steps.coastdown.regulation_limits import TestDay, regulation_limits
+from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, coast_segment
+from vdyn_cli.steps.coastdown.spec import CoastdownSpec
+from vdyn_cli.steps.contract import TrackCheck
+
+Array = NDArray[np.float64]
+
+LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the speed decides the deceleration
+
+
+@dataclass(frozen=True)
+class _Effects:
+    """Deviations of the runs' mean decelerations (n,): value and half of the 95 % interval of each; sd of the rest."""
+
+    trend: float
+    trend_half: float
+    difference: float | None
+    difference_half: float | None
+    scatter: float
+
+
+def track_check(
+    spec: CoastdownSpec, whole: tuple[Log, ...], data: Any, known: Parameters, origin: tuple[int, ...]
+) -> TrackCheck:
+    """Which runs the step uses, and the balance of the campaign.
+
+    Parameters
+    ----------
+    spec, data : runs and logs, split at long cuts. whole : the logs of the runs before all cuts. origin : (len(data),),
+        index in ``whole`` of each.
+
+    Raises
+    ------
+    InputError : the step's own reasons to refuse the description.
+    """
+    evaluated = _evaluated(spec, whole)
+    try:
+        problem = prepare(spec, data, known)
+    except ResultError as error:
+        said = {f.where: f.what.removeprefix("rejected: ") for f in error.findings}
+        default = next(iter(said.values()))
+        return TrackCheck({k: said.get(log.name, default) for k, log in enumerate(whole)}, evaluated)
+    kept = [replace(s, run=origin[s.run]) for s in problem.selection.segments]
+    names = [one.name for one in data]
+    rejected: dict[int, str] = {}
+    for one in problem.selection.rejected:
+        k = next((origin[i] for i, name in enumerate(names) if one.run.startswith(name)), None)
+        if k is not None and all(s.run != k for s in kept):
+            rejected.setdefault(k, one.why)
+    if problem.campaign.drive != "coasting":
+        return TrackCheck(rejected, evaluated)
+    longest = {k: max((s for s in kept if s.run == k), key=_duration) for k in sorted({s.run for s in kept})}
+    runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
+    coasts = _Coasts(problem, tuple(longest.values()), tuple(r.direction for r in runs), _starts(runs))
+    worst = coasts.outlier()
+    if worst is not None:
+        rejected[worst[0]] = worst[1]
+    return TrackCheck(rejected, evaluated, coasts.balance([log.name for log in whole]))
+
+
+def _duration(segment: CoastSegment) -> float:
+    return segment.log.duration
+
+
+def _starts(runs: Sequence[Any]) -> tuple[float, ...] | None:
+    """s since the first run; None unless every run has one."""
+    found = [r.start.value for r in runs if r.start is not None]
+    return tuple(found) if len(found) == len(runs) and np.ptp(found) > 0 else None
+
+
+def _evaluated(spec: CoastdownSpec, whole: Sequence[Log]) -> dict[int, tuple[float, float]]:
+    """First and last time of the coast through the speed window in each log, as if nothing were cut."""
+    speeds = [v.value for v in spec.settings.speed_window or ()]
+    window = (max(speeds), min(speeds)) if speeds else None
+    found = {}
+    for k, log in enumerate(whole):
+        one = coast_segment(k, log, window, 0.0) if np.isfinite(log["speed"]).any() else None
+        if one is not None and not isinstance(one, RejectedSegment) and spec.settings.windows in ("auto", "coast"):
+            found[k] = (float(one.log.time[0]), float(one.log.time[-1]))
+    return found
+
+
+@dataclass(frozen=True)
+class _Coasts:
+    """The longest usable segment of each usable run; directions and starts of all runs of the description."""
+
+    problem: CoastdownProblem
+    segments: tuple[CoastSegment, ...]
+    directions: tuple[str | None, ...]
+    starts: tuple[float, ...] | None
+
+    @property
+    def heading(self) -> Array:
+        return np.array([-1.0 if self.directions[s.run] == "back" else 1.0 for s in self.segments])
+
+    @property
+    def order(self) -> Array:
+        """(n,), from -1/2 (first run) to 1/2 (last run), by start or by place in the description."""
+        at = np.array([self.starts[s.run] if self.starts else float(s.run) for s in self.segments])
+        return np.asarray((at - at.min()) / max(float(np.ptp(at)), 1e-12) - 0.5)
+
+    @property
+    def common(self) -> tuple[float, float] | None:
+        """Highest and lowest speed that all segments pass, m/s."""
+        falls = [falling_speed(s)[1] for s in self.segments]
+        if not falls:
+            return None
+        top, bottom = min(float(v.max()) for v in falls), max(float(v.min()) for v in falls)
+        return (top, bottom) if top - bottom >= LEAST_SPAN else None
+
+    def decelerations(self) -> Array | None:
+        """(n,) m/s^2, over the common speeds."""
+        if self.common is None:
+            return None
+        top, bottom = self.common
+        times = []
+        for time, falling in map(falling_speed, self.segments):
+            upper, lower = (float(np.interp(-v, -falling, time)) for v in (top, bottom))
+            times.append(lower - upper)
+        return np.asarray((top - bottom) / np.array(times))
+
+    def outlier(self) -> tuple[int, str] | None:
+        """The run whose mean deceleration does not fit the others, and why."""
+        found = self.decelerations()
+        worst = None if found is None else outlying_run(found, self.heading)
+        if found is None or worst is None:
+            return None
+        share = worst.force / float(np.mean(found))
+        why = f"decelerates {abs(share):.1%} {'more' if share > 0 else 'less'} than the other runs tell"
+        return self.segments[worst.run].run, f"{why} (p = {worst.p_value:.2g}): brake, gear, traffic or a gust"
+
+    def balance(self, names: Sequence[str]) -> CoastBalance:
+        """Directions, order, trend, wind, accuracy and limits; ``names`` of all runs."""
+        found, directions = self.decelerations(), self.directions
+        effects = None if found is None else _effects(found, self.heading, self.order)
+        pairs = paired_runs(self.segments, directions)
+        partners = {self.segments[k].run for pair in pairs for k in pair}
+        ways = [directions[s.run] for s in self.segments]
+        known = len(directions) > 1 and all(w in ("out", "back") for w in directions)
+        alternating = all(a != b for a, b in pairwise(directions)) if known else None
+        accuracy = [
+            TimeAccuracy(speed=3.6 * t.speed, time=t.mean, r83=t.r83, wltp=t.wltp)
+            for t in coast_times(self.segments, directions)
+        ]
+        speeds, runs = self.common, self._runs(names, found)
+        balance = CoastBalance(
+            out=ways.count("out"),
+            back=ways.count("back"),
+            pairs=len(pairs),
+            unpaired=[names[s.run] for s in self.segments if s.run not in partners and directions[s.run]],
+            alternating=alternating,
+            speeds=None if speeds is None else (3.6 * speeds[0], 3.6 * speeds[1]),
+            trend=None if effects is None else effects.trend,
+            trend_half=None if effects is None else effects.trend_half,
+            difference=None if effects is None else effects.difference,
+            difference_half=None if effects is None else effects.difference_half,
+            scatter=None if effects is None else effects.scatter,
+            runs=runs,
+            accuracy=accuracy,
+            limits=regulation_limits(self._day(len(pairs), accuracy, runs)),
+            sentences=[],
+        )
+        return balance.model_copy(update={"sentences": _sentences(balance)})
+
+    def _runs(self, names: Sequence[str], found: Array | None) -> list[RunDeceleration]:
+        place = {s.run: i for i, s in enumerate(self.segments)}
+        shifts = None if found is None else _influence(found, self.heading)
+        rows = []
+        for k, name in enumerate(names):
+            i = place.get(k)
+            wind = self.segments[i].log.channels.get("wind_speed") if i is not None else None
+            shift = shifts[i] if shifts is not None and i is not None else None
+            rows.append(
+                RunDeceleration(
+                    run=name,
+                    direction=self.directions[k] or "",
+                    start=self.starts[k] if self.starts else None,
+                    mean=float(found[i]) if found is not None and i is not None else None,
+                    influence=None if shift is None else shift[0],
+                    material=shift is not None and abs(shift[0]) > shift[1],
+                    wind_mean=None if wind is None else float(np.nanmean(wind)),
+                    wind_peak=None if wind is None else float(np.nanmax(np.abs(wind))),
+                )
+            )
+        return rows
+
+    def _day(self, pairs: int, accuracy: Sequence[TimeAccuracy], runs: Sequence[RunDeceleration]) -> TestDay:
+        spec, known = self.problem.spec, self.problem.known
+        warm = {r.temperature.value for r in spec.runs if r.temperature is not None}
+        if not warm and "temperature" in known.estimates:
+            warm = {known["temperature"].value}
+        density = known["air_density"].value if "air_density" in known.estimates else None
+        wind = tuple((r.wind_mean, r.wind_peak) for r in runs if r.wind_mean is not None and r.wind_peak is not None)
+        return TestDay(tuple(sorted(warm)), density, wind, pairs, self.common, accuracy)
+
+
+def _effects(found: Array, heading: Array, order: Array) -> _Effects | None:
+    """Trend, difference and scatter of mean decelerations; None with too few runs."""
+    both = bool(np.ptp(heading) > 0)
+    rows = np.column_stack([np.ones(found.size), order, *([heading] if both else [])])
+    degrees = found.size - np.linalg.matrix_rank(rows)
+    if degrees < 1 or np.linalg.matrix_rank(rows) < rows.shape[1]:
+        return None
+    inverse = np.linalg.inv(rows.T @ rows)
+    values = inverse @ rows.T @ found
+    spread = float(np.sqrt(np.sum((found - rows @ values) ** 2) / degrees))
+    half = t_quantile(float(degrees)) * spread * np.sqrt(np.diag(inverse))
+    mean = float(values[0])
+    way, way_half = (2.0 * float(values[2]), 2.0 * float(half[2])) if both else (None, None)
+    return _Effects(float(values[1]) / mean, float(half[1]) / mean, way, way_half, spread / mean)
+
+
+def _influence(found: Array, heading: Array) -> list[tuple[float, float] | None]:
+    """For each run: change of the mean without it, and half of the 95 % interval of the others' mean; shares of it.
+
+    The mean is that of both directions equally, so that a run more in one of them does not shift it.
+    """
+    shifts: list[tuple[float, float] | None] = []
+    for i in range(found.size):
+        left = np.arange(found.size) != i
+        groups = [found[left & (heading == way)] for way in (1.0, -1.0) if np.any(heading == way)]
+        degrees = sum(g.size - 1 for g in groups)
+        if any(g.size == 0 for g in groups) or degrees < 1:
+            shifts.append(None)
+            continue
+        mean = _both_ways(found, heading)
+        squares = sum(float(np.sum((g - g.mean()) ** 2)) for g in groups)
+        error = np.sqrt(squares / degrees * sum(1.0 / g.size for g in groups)) / len(groups)
+        shift = float(np.mean([g.mean() for g in groups])) - mean
+        shifts.append((shift / mean, t_quantile(float(degrees)) * float(error) / mean))
+    return shifts
+
+
+def _both_ways(found: Array, heading: Array) -> float:
+    return float(np.mean([found[heading == way].mean() for way in (1.0, -1.0) if np.any(heading == way)]))
+
+
+def _sentences(b: CoastBalance) -> list[str]:
+    """Balance, order, warm-up and wind in words."""
+    said = [f"{b.out} usable runs out, {b.back} back, {b.pairs} pairs"]
+    if b.out != b.back:
+        less = "out" if b.out < b.back else "back"
+        said[0] += f": drive {abs(b.out - b.back)} more {less}"
+    if b.unpaired:
+        said.append(f"without a partner in the other direction: {', '.join(b.unpaired)}")
+    if b.alternating is False:
+        said.append("directions do not alternate: a change of wind or of the tires looks like a slope; alternate them")
+    if b.trend is not None and b.trend_half is not None:
+        sure = abs(b.trend) > b.trend_half
+        text = f"from the first to the last run the deceleration changes by {b.trend:+.1%} +- {b.trend_half:.1%}"
+        warm = " (tires still warming up: drive longer before the first run)" if b.trend < 0 else " (wind or load)"
+        said.append(text + (warm if sure else ", which is no significant trend"))
+    if b.difference is not None and b.difference_half is not None:
+        slope = 100.0 * b.difference / (2.0 * GRAVITY)
+        sure = abs(b.difference) > b.difference_half
+        text = f"out less back: {b.difference:+.4f} +- {b.difference_half:.4f} m/s^2"
+        cause = f", as a wind or a slope of {slope:+.2f} % gives" if sure else ", so no steady wind or slope shows"
+        said.append(text + cause)
+    if b.scatter is not None:
+        said.append(f"runs of one direction scatter by {b.scatter:.1%} of the mean deceleration")
+    measured = [r for r in b.runs if r.wind_mean is not None and r.wind_peak is not None]
+    if measured:
+        strongest = max(measured, key=lambda r: abs(r.wind_mean or 0.0))
+        said.append(f"strongest mean wind {strongest.wind_mean:+.1f} m/s along the road ({strongest.run})")
+    else:
+        said.append("wind is not measured: what is said of it rests on the scatter and the directions")
+    return said
