@@ -74,7 +74,7 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
         if judgment.closest:
             labels = " with ".join(effects[e].label for e in judgment.closest.effects)
             verb = "come" if len(judgment.closest.effects) > 1 or is_plural(labels) else "comes"
-            closest = f" {_capital(labels)} {verb} closest, but {judgment.why or 'leaves a significant residual'}."
+            closest = f" {_capital(labels)} {verb} closest, but {judgment.why or 'a significant residual remains'}."
         return f"Unmodeled effect present ({p}): no candidate effect explains the misfit.{closest}"
     if judgment.verdict == "ambiguous":
         return _ambiguous(judgment, effects, amplitudes)

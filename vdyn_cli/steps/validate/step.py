@@ -5,7 +5,7 @@ from __future__ import annotations
 from vdyn_cli.quantities.parameters import GIVERS
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import TORQUE_OF_MOTOR
-from vdyn_cli.steps.validate.problem import ROAD_LOAD_STEP, ValidateProblem
+from vdyn_cli.steps.validate.problem import ValidateProblem
 from vdyn_cli.steps.validate.segments import OUTPUTS
 from vdyn_cli.steps.validate.spec import ValidateSpec
 
@@ -20,7 +20,6 @@ STEP = Step(
     needs=tuple(GIVERS),
     gives=(),
     scaled=(TORQUE_OF_MOTOR,),
-    rate=lambda spec: 1.0 / ROAD_LOAD_STEP if spec.settings.model == "road_load" else None,
     run_keys=("direction", "temperature"),
     prepare=lambda spec, data, known: ValidateProblem(spec, tuple(data), known),
     complete=("drive_torque", "drive_torque_left", "drive_torque_right", "brake_torque", "grade", "wind_speed"),
