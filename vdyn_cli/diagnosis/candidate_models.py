@@ -204,7 +204,9 @@ def _with_next(strategy: Strategy, tried: CandidateModel) -> CandidateModel | No
 
 
 def alternatives(strategy: Strategy, answer: CandidateModel, found: Detection) -> tuple[CandidateModel, ...]:
-    """Candidate models that differ from the answer in one effect, suffice, and are not significantly worse.
+    """Candidate models that differ from the answer in one effect and are not significantly worse.
+
+    They need not suffice: among many effects, what is left decides by chance which of two equally likely ones does.
 
     Parameters
     ----------
@@ -221,7 +223,7 @@ def alternatives(strategy: Strategy, answer: CandidateModel, found: Detection) -
             if rival in answer.effects or beside[effect] - beside[rival] > POLICY.needed_t**2:
                 continue
             tried = candidate_model(strategy, (*others, rival))
-            if tried is None or not tried.sufficient or not all(_is_needed(strategy, tried, e) for e in tried.effects):
+            if tried is None or tried.unphysical or not all(_is_needed(strategy, tried, e) for e in tried.effects):
                 continue
             if 2 * (tried.cost - answer.cost) <= POLICY.needed_t**2:
                 result.append(tried)
