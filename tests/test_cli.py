@@ -14,6 +14,8 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+from tests.bench import cases
+from tests.plant.vehicle import random_vehicle
 from tests.result_check import check_result
 from vdyn_cli import steps
 from vdyn_cli.cli import app, main
@@ -120,21 +122,18 @@ def test_wrong_input_is_exit_2_one_message_and_no_file(case: str, vdyn: Run, tmp
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow  # a baseline far off: the diagnosis tries many starts
-def test_an_answer_that_is_not_good_is_exit_1_with_a_report_and_no_parameters(
-    vdyn: Run, tmp_path: Path, root: Path
-) -> None:
-    text = (root / "configs" / "cg.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
-    text = text.replace("vehicle: vehicle.yaml", "vehicle: {mass: 1588 kg, wheelbase: 2.7 m, antenna_height: 0.05 m}")
-    text = text.replace('column: "Pitch Rate [deg/s]", unit: deg/s', 'column: "Pitch Rate [deg/s]", unit: rad/s')
-    (tmp_path / "cg.yaml").write_text(text)
-    done = vdyn("cg", "cg.yaml", folder=tmp_path)
+@pytest.mark.slow  # a whole diagnosis
+def test_an_answer_that_is_not_good_is_exit_1_with_a_report_and_no_parameters(vdyn: Run, tmp_path: Path) -> None:
+    """The hub torque reads 5 % low, so that the moment balance leaves a negative inertia."""
+    path = cases.wheel_drives(random_vehicle(5), 5, tmp_path, {"hub_torque_gain": -0.05})
+    done = vdyn("inertia", path.name, folder=path.parent)
     assert done.returncode == 1, done.stderr
-    assert "pitch_inertia lies at its lower bound" in done.stderr
-    document = json.loads((tmp_path / "out" / "cg.json").read_text())
+    assert "negative inertia" in done.stderr
+    out = path.parent / "out"
+    document = json.loads((out / "inertia.json").read_text())
     assert document["parameters"] == {}
     assert document["diagnosis"] is not None
-    assert "<svg" in (tmp_path / "out" / "cg.html").read_text()
+    assert "<svg" in (out / "inertia.html").read_text()
 
 
 def test_usage_errors_and_unknown_topics(vdyn: Run) -> None:
