@@ -210,7 +210,7 @@ def _insufficient(strategy: Strategy, found: Detection) -> str:
     """What these data lack for a diagnosis; empty where they suffice."""
     setup, runs, units = strategy.model.setup, strategy.model.runs, found.units - found.stated
     if runs < setup.fewest_runs:
-        return f"{runs} {setup.run}{'s' if runs > 1 else ''} are too few to separate an effect from noise"
+        return f"{runs} {setup.run}{'s are' if runs > 1 else ' is'} too few to separate an effect from noise"
     if setup.too_short:
         return f"{setup.too_short}; effects are confounded in runs this short"
     if setup.one_way:

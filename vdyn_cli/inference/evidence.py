@@ -61,10 +61,11 @@ def infer(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
         unit: Literal["run", "block", "model"] = kind
     else:
         covariance, degrees, unit = classical, np.full(solved.s, solved.degrees), "model"
-        warnings.append(
-            f"the intervals come from the noise model alone: {len(units)} independent units (effective number "
-            f"{effective:.1f}) are too few (needed: {FEWEST_BLOCKS}, effective {FEWEST_EFFECTIVE:g})"
-        )
+        few = len(units) < FEWEST_BLOCKS
+        lacking = f"{len(units)} independent units are too few (needed: {FEWEST_BLOCKS})"
+        if not few:
+            lacking = f"the effective number of units, {effective:.1f}, is too small (needed: {FEWEST_EFFECTIVE:g})"
+        warnings.append(f"the intervals come from the noise model alone: {lacking}")
     names = tuple(u.name for u in solved.regression.shared)
     values, std = solved.point.x[: solved.s], np.sqrt(np.diag(covariance))
     half = [intervals.t_quantile(d) * e for d, e in zip(degrees, std, strict=True)]

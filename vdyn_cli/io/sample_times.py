@@ -62,6 +62,8 @@ def check_rising(
         remedy = f"more than {_MOST_DROPPED:.0%} of the rows would be left out: export the log again, or split it"
     elif share > _MOST_DROPPED and not (time[1:] < time[:-1]).any():
         remedy = "the time has too few digits: export it with more digits"
+    elif share > _MOST_DROPPED:
+        remedy = "sort the rows by their time, or export the log again"
     else:
         remedy = "export the log again, or write 'reading: {clock: drop}' to leave these rows out"
     return Rising(kept, problems=(Finding(where, what, remedy=remedy),))

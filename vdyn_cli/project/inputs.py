@@ -55,7 +55,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps import Step
+from vdyn_cli.steps import Step, names
 
 CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
 SAME = 1e-3  # share by which such values may differ however well they are known
@@ -227,7 +227,8 @@ def _refuse_other_test(step: Step, path: Path) -> None:
     test = source.data.get("test") if isinstance(source.data, dict) else None
     if isinstance(test, str) and test != step.name:
         what = f"test type mismatch: this command needs 'test: {step.name}'"
-        remedy = f"run 'vdyn {test} {path.name}', or correct the key 'test'"
+        other = f"run 'vdyn {test} {path.name}', or correct the key 'test'"
+        remedy = other if test in names() else f"write 'test: {step.name}'"
         raise InputError(Finding(source.where(("test",)), what, repr(test), remedy))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import number
 from vdyn_cli.quantities.result import Figure, Series, Table
@@ -94,10 +95,10 @@ class FitQuality:
         if not together:
             return []
         correlation, force = max(together.values())
-        rough = self.fit.sizes.get(ROUGHNESS, 0.0)
+        slope = force / (self.fit.at["mass"] * GRAVITY)
         what = (
             f"runs of one direction share a force of {force:.0f} N rms (correlation {correlation:.2f}): the road "
-            f"({rough:.2%} rms of slope explains it) or the driver; the intervals contain it"
+            f"({slope:.2%} rms of slope explains it) or the driver; the intervals contain it"
         )
         placed = self.fit.campaign.road is not None
         remedy = "extend by grade_profile" if placed else "log position, or survey the road and map 'grade'"
