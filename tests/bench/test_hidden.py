@@ -17,7 +17,11 @@ SEED = 3001
 FAST = [cell for cell in CASES if cell.fast]
 
 
-@pytest.mark.parametrize("cell", FAST, ids=lambda cell: cell.name)
+@pytest.mark.parametrize(
+    "cell",
+    [pytest.param(cell, marks=pytest.mark.thorough if cell.step == "bump" else ()) for cell in FAST],
+    ids=lambda cell: cell.name,
+)
 def test_a_hidden_effect_is_found(cell: Cell) -> None:
     trial = run(cell, SEED, strengths=False)
     assert judged(cell, trial) == "right", trial
