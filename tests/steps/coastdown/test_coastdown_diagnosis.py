@@ -85,10 +85,8 @@ def test_what_is_hidden_is_named_with_its_size_and_gains_on_held_out_runs(
     case: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     effects, day = HIDDEN[case]
-    if case == "headwind":
-        made = request.getfixturevalue("windy")[0]
-    else:
-        made = document(described(tmp_path, effects, day))
+    shared = case == "headwind"
+    made = request.getfixturevalue("windy")[0] if shared else document(described(tmp_path, effects, day))
     told = made["diagnosis"]
     assert told["verdict"] == "named"
     assert {c["effect"] for c in told["causes"]} == set(effects) == set(told["extended"])
