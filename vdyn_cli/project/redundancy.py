@@ -60,7 +60,7 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
         yield _pair(log, "front_load + rear_load", "mass * g", f"gain {total:.3f}", good, gain=total)
 
 
-# Nine parameters: one for each field of the pair.
+# Eight parameters: one for each field of the pair.
 def _pair(
     log: Log,
     first: str,
