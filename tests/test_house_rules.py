@@ -46,6 +46,14 @@ def test_functions_and_classes_stay_small(path: Path) -> None:
     assert not wrong
 
 
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_public_functions_have_a_docstring(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    public = [n for n in tree.body if isinstance(n, ast.ClassDef) and not n.name.startswith("_")]
+    functions = [n for body in (tree.body, *(c.body for c in public)) for n in body if isinstance(n, Function)]
+    assert [n.name for n in functions if not n.name.startswith("_") and ast.get_docstring(n) is None] == []
+
+
 def test_no_two_classes_have_one_name() -> None:
     owners: dict[str, list[str]] = defaultdict(list)
     for path in MODULES:
