@@ -184,8 +184,8 @@ class Reading(Strict):
     )
     split_runs: Literal["columns", "rows"] = Field(
         "columns",
-        description="rows: each run is a row of the table, the levels stand in its head; its first cell is the name of the "
-        "speed's column, and a run's 'columns: {time: NAME}' names the first cell of its row",
+        description="rows: each run is a row of the table, and the levels stand in its head, whose first cell is the "
+        "name of the speed's column; a run's 'columns: {time: NAME}' names the first cell of its row",
     )
 
 
