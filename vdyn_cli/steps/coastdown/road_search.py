@@ -34,7 +34,15 @@ ANY_FORCE = 0.02  # of the weight: prior standard deviation of such forces, twic
 REFINED, NEIGHBORS = (15.0, 5.0), 4  # m: steps of the distance between the starts, tried either way, round by round
 
 
-def located(campaign: Campaign) -> Campaign:
+@dataclass(frozen=True)
+class LocatedCampaign:
+    """A campaign on its road, and the baseline's weighted start there (``weighted_start``), where it was needed."""
+
+    campaign: Campaign
+    base: Regression | None = None
+
+
+def located(campaign: Campaign) -> LocatedCampaign:
     """The campaign on the likeliest road, and with the roughness that turns with the heading.
 
     Where position is not logged, the distance between the starts of both directions is unknown, about that of a run.
@@ -46,7 +54,7 @@ def located(campaign: Campaign) -> Campaign:
     ResultError : the baseline cannot be fitted.
     """
     if campaign.layout is None:
-        return campaign
+        return LocatedCampaign(campaign)
     likelihood = _likelihood(campaign)
     found, scale = _with_spectrum(likelihood, campaign)
     if campaign.road is None and {r.heading for r in campaign.runs} == {1.0, -1.0}:
@@ -55,7 +63,8 @@ def located(campaign: Campaign) -> Campaign:
         for step in REFINED:
             found = _shifted(_finely_turned(likelihood, found, scale, step))
     base = weighted_start(found)
-    return replace(found, shown_roughness=min(_likelihood(found, hats, base).roughness() for hats in (HATS, 0)))
+    shown = min(_likelihood(found, hats, base).roughness() for hats in (HATS, 0))
+    return LocatedCampaign(replace(found, shown_roughness=shown), base)
 
 
 @dataclass(frozen=True)
