@@ -37,7 +37,7 @@ from vdyn_cli.steps.coastdown.road_load_fit import (
 )
 from vdyn_cli.steps.coastdown.road_position import first_place
 from vdyn_cli.steps.coastdown.road_run import RoadRun
-from vdyn_cli.steps.coastdown.road_search import located
+from vdyn_cli.steps.coastdown.road_search import LocatedCampaign, located
 from vdyn_cli.steps.coastdown.segments import CoastSegment, split
 from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
@@ -75,9 +75,13 @@ class CoastdownProblem(SimulatedProblem):
         return self.campaign.model
 
     @cached_property
+    def _located(self) -> LocatedCampaign:
+        return located(self.campaign)
+
+    @property
     def placed(self) -> Campaign:
         """The campaign, both directions on one road where the data say so."""
-        return located(self.campaign)
+        return self._located.campaign
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
@@ -109,7 +113,7 @@ class CoastdownProblem(SimulatedProblem):
 
         ``start`` is not used: the regression is nonlinear and is solved from its own start.
         """
-        return regression_with_effects(self.placed, effects, unknowns)
+        return regression_with_effects(self.placed, effects, unknowns, base=self._located.base)
 
     def regression_like(
         self, known: Regression, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
