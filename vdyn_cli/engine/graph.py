@@ -44,6 +44,7 @@ class Graph:
 
     @property
     def readings(self) -> int:
+        """Number of values that the field reads at a moment, beside the rates of the states."""
         return int(self.field.size1_out(1))
 
     @cached_property

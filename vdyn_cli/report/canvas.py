@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 # The palette of Okabe and Ito, which color-blind readers can discriminate; line styles do it in black and white.
 INK, GRAY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
 BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
-ORANGE, SKY, YELLOW = "#E69F00", "#56B4E9", "#F0E442"
+ORANGE, SKY = "#E69F00", "#56B4E9"
 DARK_GREEN = "#00553e"
 GRID, HELD_OUT, CLOUD = "#e3e3e3", "#fdf3c8", "#8d8d8d"
 
