@@ -19,6 +19,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Array, Campaign, road_of
+from vdyn_cli.steps.coastdown.felt_road import grade_findings
 from vdyn_cli.steps.coastdown.force_intervals import holding_forces
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
@@ -199,6 +200,8 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     campaign = Campaign(runs, drive, values, unknowns, use, white, levels, road_of(runs))
     campaign = replace(campaign, air_share=air_share, roughness=rough, level_road=rough == 0)
     findings = (*assumptions(known), *direction_findings(spec.runs, logs, segments, use))
+    if drive == "coasting":
+        findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
     return CoastdownProblem(spec, tuple(logs), known, campaign, selection, zeros, findings)
 
 

@@ -16,7 +16,7 @@ from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, likel
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import met_slopes, slope_response
 from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadRows, prior_information, rows_of, weighted_start
-from vdyn_cli.steps.coastdown.shared_road import SPECTRA, USUAL, possible_turns
+from vdyn_cli.steps.coastdown.shared_road import DEFAULT_SPECTRUM, SPECTRA, possible_turns
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ def _with_spectrum(likelihood: _RoadLikelihood, campaign: Campaign, chosen: floa
     found = likelihood(tried, SCALES)
     most = found.max(axis=1)
     if most.max() - chosen - float(likelihood([campaign], (LEVEL,))[0, 0]) < SHOWN:
-        return tried[USUAL], 0.0
+        return tried[DEFAULT_SPECTRUM], 0.0
     # Of spectra that are about as likely the one with the longest waves: they resemble a resistance most.
     k = max(np.flatnonzero(most >= most.max() - ABOUT).tolist())
     return tried[k], SCALES[int(np.argmax(found[k]))]
