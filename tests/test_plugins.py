@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import jsonschema
@@ -16,10 +15,36 @@ import pytest
 import yaml
 
 EXAMPLE = Path(__file__).parent / "plugin_example"
-RUN = "import sys; from vdyn_cli.cli import main; sys.argv[0] = 'vdyn'; main()"
+# Several commands one after another in one process, as a shell would start them: exit code, stdout and stderr of each.
+RUN = """
+import contextlib, io, json, sys
+from vdyn_cli.cli import main
+for arguments in json.loads(sys.argv[1]):
+    sys.argv = ["vdyn", *arguments]
+    code, out, error = 0, io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+        try:
+            main()
+        except SystemExit as ended:
+            code = ended.code or 0
+    print(json.dumps([code, out.getvalue(), error.getvalue()]))
+"""
 HEAVY = "numpy pandas scipy matplotlib casadi llvmlite pint pydantic jinja2 yaml spin_down"
 
-Vdyn = Callable[..., subprocess.CompletedProcess[str]]
+Said = tuple[int, str, str]
+
+
+def process(root: Path, sites: tuple[Path, ...], code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (root, *sites)))}
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, timeout=120)
+
+
+def vdyn(root: Path, site: Path, *commands: tuple[object, ...]) -> list[Said]:
+    """What commands end with and say where the packages of a folder are installed."""
+    done = process(root, (site,), RUN, json.dumps([[str(a) for a in command] for command in commands]))
+    assert done.returncode == 0, done.stderr
+    return [(code, out, error) for code, out, error in map(json.loads, done.stdout.splitlines())]
 
 
 def install(site: Path, project: Path) -> None:
@@ -45,25 +70,32 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+COMMANDS: dict[str, tuple[object, ...]] = {
+    "help": ("spindown", "--help"),
+    "explain spindown": ("explain", "spindown"),
+    "schema": ("schema", "spindown"),
+    "list": ("list",),
+    "explain seal_drag": ("explain", "seal_drag"),
+    "seal_drag": ("test-plugin", "seal_drag", EXAMPLE / "spindown.yaml"),
+    "spindown": ("test-plugin", "spindown", EXAMPLE / "spindown.yaml"),
+    "spinlog": ("test-plugin", "spinlog", EXAMPLE / "spin_1.spin"),
+}
+
+
 @pytest.fixture(scope="module")
-def vdyn(site: Path, root: Path) -> Vdyn:
-    def run(*arguments: object, sites: tuple[Path, ...] = (site,), code: str = RUN) -> subprocess.CompletedProcess[str]:
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (root, *sites)))}
-        command = [sys.executable, "-c", code, *map(str, arguments)]
-        return subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, timeout=120)
-
-    return run
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that the plugged-in step writes to."""
+    return tmp_path_factory.mktemp("out")
 
 
 @pytest.fixture(scope="module")
-def result(vdyn: Vdyn, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("out")
-    done = vdyn("spindown", EXAMPLE / "spindown.yaml", "-o", folder)
-    assert done.returncode == 0, done.stderr
-    return folder
+def said(root: Path, site: Path, result: Path) -> dict[str, Said]:
+    """What each command says with the package installed, all of one process."""
+    commands = {**COMMANDS, "run": ("spindown", EXAMPLE / "spindown.yaml", "-o", result)}
+    return dict(zip(commands, vdyn(root, site, *commands.values()), strict=True))
 
 
-def test_help_lists_the_step_without_importing_it(vdyn: Vdyn) -> None:
+def test_help_lists_the_step_without_importing_it(root: Path, site: Path) -> None:
     code = (
         "import sys; sys.argv = ['vdyn', '--help']\n"
         "from vdyn_cli.cli import main\n"
@@ -72,28 +104,28 @@ def test_help_lists_the_step_without_importing_it(vdyn: Vdyn) -> None:
         f"loaded = set('{HEAVY}'.split()) & set(sys.modules)\n"
         "assert not loaded, loaded\n"
     )
-    done = vdyn(code=code)
+    done = process(root, (site,), code)
     assert done.returncode == 0, done.stderr
     assert "Bearing friction torque from a wheel that" in done.stdout
 
 
-def test_the_step_has_a_command_an_explanation_and_a_schema(vdyn: Vdyn) -> None:
-    assert "TEST.yaml" in vdyn("spindown", "--help").stdout
-    assert "Newton's second law" in vdyn("explain", "spindown").stdout
-    schema = json.loads(vdyn("schema", "spindown").stdout)
-    jsonschema.validate(yaml.safe_load((EXAMPLE / "spindown.yaml").read_text()), schema)
+def test_the_step_has_a_command_an_explanation_and_a_schema(said: dict[str, Said]) -> None:
+    assert "TEST.yaml" in said["help"][1]
+    assert "Newton's second law" in said["explain spindown"][1]
+    jsonschema.validate(yaml.safe_load((EXAMPLE / "spindown.yaml").read_text()), json.loads(said["schema"][1]))
 
 
-def test_effect_and_step_are_listed_and_explained(vdyn: Vdyn) -> None:
-    listed = vdyn("list").stdout
+def test_effect_and_step_are_listed_and_explained(said: dict[str, Said]) -> None:
+    listed = said["list"][1]
     assert "seal_drag                a seal that drags with speed: spindown" in listed
     assert "spindown   Bearing friction torque" in listed
-    explained = vdyn("explain", "seal_drag").stdout
+    explained = said["explain seal_drag"][1]
     assert "candidate in: spindown" in explained
     assert "T = T0 + c om." in explained
 
 
-def test_the_step_reads_the_format_and_the_diagnosis_names_the_effect(result: Path) -> None:
+def test_the_step_reads_the_format_and_the_diagnosis_names_the_effect(said: dict[str, Said], result: Path) -> None:
+    assert said["run"][0] == 0, said["run"]
     document = json.loads((result / "spindown.json").read_text())
     diagnosis = document["diagnosis"]
     assert (diagnosis["verdict"], diagnosis["extended"]) == ("named", ["seal_drag"])
@@ -104,30 +136,31 @@ def test_the_step_reads_the_format_and_the_diagnosis_names_the_effect(result: Pa
     assert set(document["provenance"]["inputs"]) == {"spindown.yaml", "spin_1.spin", "spin_2.spin"}
 
 
-def test_the_report_has_the_effect_by_its_label(result: Path) -> None:
+def test_the_report_has_the_effect_by_its_label(said: dict[str, Said], result: Path) -> None:
+    assert said["run"][0] == 0
     page = (result / "spindown.html").read_text()
     assert "a seal that drags with speed" in page.lower()
     assert "spin_1.spin" in page
 
 
 @pytest.mark.parametrize("name", ["seal_drag", "spindown", "spinlog"])
-def test_each_keeps_its_contract(name: str, vdyn: Vdyn) -> None:
-    done = vdyn("test-plugin", name, EXAMPLE / ("spin_1.spin" if name == "spinlog" else "spindown.yaml"))
-    assert done.returncode == 0, done.stderr + done.stdout
-    assert len(done.stdout.splitlines()) >= 5
+def test_each_keeps_its_contract(name: str, said: dict[str, Said]) -> None:
+    code, out, error = said[name]
+    assert code == 0, error + out
+    assert len(out.splitlines()) >= 5
 
 
-def test_a_broken_contract_is_exit_1_and_says_which(tmp_path: Path, vdyn: Vdyn) -> None:
+def test_a_broken_contract_is_exit_1_and_says_which(tmp_path: Path, root: Path) -> None:
     install(tmp_path, EXAMPLE)
     file = tmp_path / "spin_down" / "seal_drag.py"
     file.write_text(
         file.read_text().replace("+ q.seal_drag *", "+ (0.01 + q.seal_drag) *").replace("free_spin", "moon")
     )
-    done = vdyn("test-plugin", "seal_drag", EXAMPLE / "spindown.yaml", sites=(tmp_path,))
-    assert done.returncode == 1, done.stderr
-    assert "tags are known: moon: neither a property nor the situation of an installed step" in done.stderr
-    assert "nothing at zero: spin down: changes the rates of the states at zero" in done.stderr
-    assert "effect seal_drag: units and ranges: passed" in done.stdout
+    ((code, out, error),) = vdyn(root, tmp_path, ("test-plugin", "seal_drag", EXAMPLE / "spindown.yaml"))
+    assert code == 1, error
+    assert "tags are known: moon: neither a property nor the situation of an installed step" in error
+    assert "nothing at zero: spin down: changes the rates of the states at zero" in error
+    assert "effect seal_drag: units and ranges: passed" in out
 
 
 @pytest.fixture
@@ -139,26 +172,22 @@ def broken(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_a_broken_package_is_named_and_stops_no_other_command(broken: Path, tmp_path: Path, vdyn: Vdyn) -> None:
-    def told(*arguments: object) -> tuple[int, str]:
-        done = vdyn(*arguments, sites=(broken,))
-        assert "Traceback" not in done.stderr
-        return done.returncode, done.stdout + done.stderr
-
-    code, text = told("--help")
+def test_a_broken_package_is_named_and_stops_no_other_command(broken: Path, tmp_path: Path, root: Path) -> None:
+    refused = (("ruinstep", "configs/tire.yaml"), ("explain", "ruineffect"), ("test-plugin", "ruinreader", "x"))
+    tire = ("tire", "configs/tire.yaml", "--no-diagnose", "-o", tmp_path / "out")
+    said = vdyn(root, broken, ("--help",), ("list",), tire, *refused)
+    assert not any("Traceback" in error for _, _, error in said)
+    (code, text), listed, run, *others = [(code, out + error) for code, out, error in said]
     assert (code, "A step that cannot be imported" in text) == (0, True)
-    code, text = told("list")
-    assert (code, "package vdyn-ruin, plug-in ruineffect (ruin:X): cannot be imported" in text) == (0, True)
-    code, text = told("tire", "configs/tire.yaml", "-o", tmp_path / "out")
-    assert (code, "package vdyn-ruin, plug-in ruineffect" in text) == (0, True)
-    for arguments in (("ruinstep", "configs/tire.yaml"), ("explain", "ruineffect"), ("test-plugin", "ruinreader", "x")):
-        code, text = told(*arguments)
+    for code, text in (listed, run):
+        assert (code, "package vdyn-ruin, plug-in ruineffect (ruin:X): cannot be imported" in text) == (0, True), text
+    for code, text in others:
         assert (code, "package vdyn-ruin" in text) == (2, True), text
 
 
-def test_a_step_or_effect_with_the_name_of_another_is_refused(tmp_path: Path, vdyn: Vdyn) -> None:
+def test_a_step_or_effect_with_the_name_of_another_is_refused(tmp_path: Path, root: Path) -> None:
     install(tmp_path, EXAMPLE)
     metadata(tmp_path, "vdyn-twice", {"vdyn.effects": {"headwind": "spin_down.seal_drag:seal_drag"}})
-    listed = vdyn("list", sites=(tmp_path,)).stdout
+    ((_, listed, _),) = vdyn(root, tmp_path, ("list",))
     assert "package vdyn-twice, plug-in headwind (spin_down.seal_drag:seal_drag): holds an effect of another" in listed
     assert listed.count("  headwind ") == 1

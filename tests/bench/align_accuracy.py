@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.align import align
+from vdyn_cli.io.clock_estimate import align
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 

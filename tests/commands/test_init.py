@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import yaml
 from tests.io.stored_logs import write
 from vdyn_cli.commands.run_init import run_init
 from vdyn_cli.description.yaml_source import load_yaml
+from vdyn_cli.project import description_draft
 from vdyn_cli.project.description_draft import DescriptionDraft, draft_description
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
@@ -28,6 +30,14 @@ SAMPLES = {
     "shaft": ["tip_in"],
     "validate": [f"drive_{i}" for i in range(1, 4)],
 }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _each_log_is_surveyed_once() -> Iterator[None]:
+    """What a log holds is the same for every step that it is drafted for."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(description_draft, "survey", cache(description_draft.survey))
+        yield
 
 
 def draft(step: str, *paths: Path) -> tuple[DescriptionDraft, dict[str, Any]]:

@@ -82,11 +82,11 @@ def changes(name: str, size: float, day: coast.Day) -> list[tuple[np.ndarray, np
     plan = coast.plan(VEHICLE, SEED, day)
     effect, values = EFFECTS[name], car(VEHICLE, day)
     sizes = {**effect.nominal, next(iter(effect.unknowns)): size}
+    true = [coast.noise_free(VEHICLE, plan, day, hidden) for hidden in ({name: size}, {})]
     found = []
     for run in range(day.runs):
-        true = [coast.noise_free(VEHICLE, plan, day, hidden)[run] for hidden in ({name: size}, {})]
         mine = [simulate(plan, day, {**values, **sizes}, (effect,), run), simulate(plan, day, values, (), run)]
-        found.append((true[0] - true[1], mine[0].outputs["speed"] - mine[1].outputs["speed"]))
+        found.append((true[0][run] - true[1][run], mine[0].outputs["speed"] - mine[1].outputs["speed"]))
     return found
 
 

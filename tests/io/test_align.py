@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tests.bench.align_accuracy import KINDS, QUANTILE, Kind, recordings
-from vdyn_cli.io.align import align, merge
+from vdyn_cli.io.align import merge
+from vdyn_cli.io.clock_estimate import align
 from vdyn_cli.io.csv.csv_reader import Column, read_csv
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
@@ -120,7 +121,7 @@ def test_an_even_motion_is_refused() -> None:
 def test_merging_says_delay_error_and_resampling() -> None:
     ours, theirs, _ = pair()
     theirs = theirs.with_channels(altitude=3.0 * theirs.time)
-    merged = merge(ours, [theirs], "speed")
+    merged, _ = merge(ours, [theirs], "speed")
     assert merged.name == "ours"
     assert np.array_equal(merged.time, ours.time)
     assert np.array_equal(merged["speed"], ours["speed"])
@@ -138,7 +139,7 @@ def test_a_faster_logger_is_averaged_and_gaps_stay_empty() -> None:
     noisy = fast.with_channels(load=np.random.default_rng(3).normal(size=fast.time.size))
     keep = (noisy.time < 40.0) | (noisy.time > 50.0)
     noisy = Log("fast", noisy.time[keep], {k: v[keep] for k, v in noisy.channels.items()})
-    merged = merge(slow, [noisy], "speed")
+    merged, _ = merge(slow, [noisy], "speed")
     assert "'load' resampled to its clock (means over 0.1 s)" in said(merged)
     there = np.isfinite(merged["load"])
     assert merged["load"][there].std() == pytest.approx(np.sqrt(0.1), rel=0.15)
@@ -150,17 +151,23 @@ def test_a_faster_logger_is_averaged_and_gaps_stay_empty() -> None:
 def test_several_loggers_and_their_findings_are_kept() -> None:
     ours, theirs, _ = pair()
     third = Log("third", theirs.time + 5.0, {"speed": theirs["speed"], "empty": np.full(theirs.time.size, np.nan)})
-    merged = merge(ours, [theirs, third], "speed")
+    merged, _ = merge(ours, [theirs, third], "speed")
     assert "third: clock is +5.1" in said(merged)
     assert "'empty' resampled to its clock (nothing written)" in said(merged)
     assert sorted(merged.channels) == ["empty", "speed"]
 
 
-def test_a_drifting_clock_is_said() -> None:
+def test_a_drifting_clock_is_said_and_corrected() -> None:
     ours, theirs, _ = pair()
+    steady, (clock,) = merge(ours, [theirs], "speed")
+    assert "which is not significant and not corrected" in said(steady)
+    assert not clock.corrected
     drifting = replace(theirs, time=theirs.time * (1.0 + 8e-4))
-    assert "clock drifts by +0.1" in said(merge(ours, [drifting], "speed"))
-    assert "drifts" not in said(merge(ours, [theirs], "speed"))
+    merged, (clock,) = merge(ours, [drifting], "speed")
+    assert "which is corrected" in said(merged)
+    assert clock.drift == pytest.approx(8e-4, abs=3.0 * clock.drift_std)
+    far, _ = merge(ours, [replace(theirs, time=theirs.time * 1.005)], "speed")
+    assert "more than any quartz clock" in said(far)
 
 
 def test_real_wheel_speed_and_satellite_speed(shared_data: Path) -> None:

@@ -11,8 +11,8 @@ import pytest
 import yaml
 
 from vdyn_cli.project.execute import execute
+from vdyn_cli.project.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.inputs import Inputs, gather
-from vdyn_cli.project.scaling_uncertainty import with_scaling_uncertainty
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step, published
@@ -143,7 +143,7 @@ def test_the_uncertainty_of_a_constant_is_in_the_intervals_as_a_scale(tmp_path: 
     inputs = gather(step, sweeps(tmp_path, current, torque_constant="40 +- 0.8 N m/A"))
     result = published(step.prepare(inputs.spec, inputs.data, inputs.known))
     assert isinstance(result, Result)
-    wider = with_scaling_uncertainty(result, inputs)
+    wider = with_input_uncertainty(result, inputs)
     before, after = result.parameters["tire_D"], wider.parameters["tire_D"]
     assert after.value == before.value
     assert after.std == pytest.approx(np.hypot(before.std, 0.02 * before.value), rel=0.02)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.project.pipeline_runs import run, silent
+from tests.project.pipeline_runs import diagnosed, run, silent
 from vdyn_cli.commands.run_pipeline import run_pipeline
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.diagnosis.policy import shared_level
@@ -32,6 +32,8 @@ def test_every_parameter_is_there_or_said_to_be_missing(day: Path) -> None:
 
 @pytest.mark.slow  # three whole pipelines
 def test_side_by_side_step_by_step_and_again_the_bytes_are_the_same(day: Path) -> None:
+    diagnosed(day, "cg", "tire")
+    run(day, "out")
     run(day, "two", jobs=2)
     alone = day.parent / "alone"
     for name in ("area", "cg", "tire"):
@@ -101,6 +103,7 @@ def test_a_sensor_that_did_not_measure_is_told_on_the_console_and_in_the_set(day
     def tell(text: str, detail: bool = False) -> None:
         told.append(text)
 
+    diagnosed(day, "tire")
     logs = day.parent / "sample_logs"
     kept = logs.resolve()
     logs.unlink()

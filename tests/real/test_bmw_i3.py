@@ -52,13 +52,11 @@ def at_60(result: Result) -> tuple[float, float, float]:
 
 
 def test_summer_trips_give_the_road_load_and_winter_trips_more(trips: Season) -> None:
-    summer = trips("summer")
-    force, low, high = at_60(trips("summer", diagnose=False))
+    summer = trips("summer", diagnose=False)
+    force, low, high = at_60(summer)
     assert force == pytest.approx(EXPECTED, rel=0.1)
     assert low < EXPECTED < high
     assert high - low < 0.4 * EXPECTED
-    least, most = at_60(summer)[1:]
-    assert most - least > high - low  # what no effect explains makes the answer less sure
     assert len(summer.fit.runs) == 10
     winter = trips("winter", diagnose=False)
     assert at_60(winter)[0] > force + 20

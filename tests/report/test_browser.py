@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -40,12 +41,26 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+Pages = Callable[..., chromium.Page]
+
+
+@pytest.fixture(scope="module")
+def shown(browser: chromium.Browser, folder: Path) -> Pages:
+    """A page by its name and width, each opened once; tests that change a page open their own."""
+
+    @cache
+    def page(name: str, width: int = 1366, height: int = 768) -> chromium.Page:
+        return chromium.open_page(browser, folder / f"{name}.html", width, height)
+
+    return page
+
+
 BOTTOM = "document.querySelector({!r}).getBoundingClientRect().bottom"
 
 
 @pytest.mark.parametrize("name", ["coastdown", "bump", "tire", "cg", "report"])
-def test_page_is_quiet_and_fetches_nothing(browser: chromium.Browser, folder: Path, name: str) -> None:
-    page = chromium.open_page(browser, folder / f"{name}.html")
+def test_page_is_quiet_and_fetches_nothing(shown: Pages, name: str) -> None:
+    page = shown(name)
     assert page.logged == []
     assert page.requests == []
     assert page.evaluate("document.compatMode") == "CSS1Compat"
@@ -53,8 +68,8 @@ def test_page_is_quiet_and_fetches_nothing(browser: chromium.Browser, folder: Pa
 
 
 @pytest.mark.parametrize("name", ["coastdown", "bump", "tire"])
-def test_first_screen_holds_verdict_gain_and_all_parameters(browser: chromium.Browser, folder: Path, name: str) -> None:
-    page = chromium.open_page(browser, folder / f"{name}.html")
+def test_first_screen_holds_verdict_gain_and_all_parameters(shown: Pages, name: str) -> None:
+    page = shown(name)
     assert page.evaluate(BOTTOM.format(".sentence")) < 250
     assert page.evaluate(BOTTOM.format(".strip")) < 400
     assert page.evaluate(BOTTOM.format("table.params")) < 700
@@ -63,8 +78,8 @@ def test_first_screen_holds_verdict_gain_and_all_parameters(browser: chromium.Br
     assert not page.evaluate(overflow)
 
 
-def test_pipeline_starts_with_the_steps_and_the_parameter_set(browser: chromium.Browser, folder: Path) -> None:
-    page = chromium.open_page(browser, folder / "report.html")
+def test_pipeline_starts_with_the_steps_and_the_parameter_set(shown: Pages) -> None:
+    page = shown("report")
     assert page.evaluate(BOTTOM.format("table.status")) < 500
     assert page.evaluate("document.querySelectorAll('table.params')[0].getBoundingClientRect().top") < 700
     assert page.evaluate("[...document.querySelectorAll('.scroll')].every(e => e.scrollWidth <= e.clientWidth)")
@@ -75,10 +90,8 @@ def test_pipeline_starts_with_the_steps_and_the_parameter_set(browser: chromium.
 
 
 @pytest.mark.parametrize("name", ["coastdown", "report"])
-def test_telephone_scrolls_tables_and_figures_but_not_the_page(
-    browser: chromium.Browser, folder: Path, name: str
-) -> None:
-    page = chromium.open_page(browser, folder / f"{name}.html", 400, 800)
+def test_telephone_scrolls_tables_and_figures_but_not_the_page(shown: Pages, name: str) -> None:
+    page = shown(name, 400, 800)
     assert page.evaluate("document.documentElement.scrollWidth") <= 400
 
 
@@ -93,8 +106,8 @@ def test_all_that_scrolls_or_opens_is_reached_by_key(browser: chromium.Browser, 
     assert page.evaluate(contrast) == "rgb(21, 24, 27)"
 
 
-def test_figures_keep_their_text_readable(browser: chromium.Browser, folder: Path) -> None:
-    page = chromium.open_page(browser, folder / "coastdown.html")
+def test_figures_keep_their_text_readable(shown: Pages) -> None:
+    page = shown("coastdown")
     smallest = (
         "Math.min(...[...document.querySelectorAll('svg.plot')].map(s => s.getBoundingClientRect().width"
         " / s.viewBox.baseVal.width * 12))"
@@ -108,8 +121,8 @@ def test_figures_keep_their_text_readable(browser: chromium.Browser, folder: Pat
     assert page.evaluate(outside) == []
 
 
-def test_prints_as_pages(browser: chromium.Browser, folder: Path) -> None:
-    page = chromium.open_page(browser, folder / "coastdown.html")
+def test_prints_as_pages(shown: Pages) -> None:
+    page = shown("coastdown")
     pdf = page.pdf()
     assert pdf.startswith(b"%PDF")
     assert 4 <= pdf.count(b"/Type /Page\n") <= 9

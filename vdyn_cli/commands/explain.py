@@ -51,12 +51,14 @@ def explanation(topic: str) -> str:
         return glossary()
     if topic == "policy":
         from vdyn_cli.diagnosis.policy import policy_text
+        from vdyn_cli.io.clock_policy import CLOCKS
         from vdyn_cli.io.quality.quality_policy import QUALITY, quality_text
         from vdyn_cli.project.check_policy import CHECK
         from vdyn_cli.quantities.threshold import thresholds_text
 
         check = f"Check of the runs (vdyn check)\n\n{thresholds_text(CHECK)}"
-        return f"{policy_text()}\nQuality of the logs\n\n{quality_text(QUALITY)}\n{check}"
+        clocks = f"Clocks of several loggers\n\n{thresholds_text(CLOCKS)}"
+        return f"{policy_text()}\nQuality of the logs\n\n{quality_text(QUALITY)}\n{clocks}\n{check}"
     effects = {e.name: e for e in catalogue()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)

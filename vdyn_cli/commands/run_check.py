@@ -9,6 +9,7 @@ from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.project.check import check
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance, TiedPair
+from vdyn_cli.quantities.result_schema import ClockEntry
 from vdyn_cli.report.typography import run_name
 
 Tell = Callable[..., None]
@@ -61,6 +62,11 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
     if document.redundancy:
         yield "\nChannels that physics ties"
         yield from table(("pair", "", "runs", "first over second"), list(_pair_rows(document.redundancy)))
+    if document.clocks:
+        yield "\nClocks of several loggers"
+        yield from table(
+            ("logger", "against", "by", "delay [ms]", "drift [ppm]", ""), [_clock_row(c) for c in document.clocks]
+        )
     if document.coasts is not None:
         yield from _coast_lines(document.coasts)
     shown = [f for f in document.findings if f.doubt or not f.minor]
@@ -70,6 +76,16 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
             yield f"  {f.where}: {f.what}" + (f" (got {f.got})" if f.got else "")
             if f.remedy:
                 yield f"      -> {f.remedy}"
+
+
+def _clock_row(clock: ClockEntry) -> tuple[str, ...]:
+    first, second = clock.pair
+    return (
+        *(run_name(clock.logger), run_name(clock.run), first if first == second else f"{first} ~ {second}"),
+        f"{1e3 * clock.delay:+.1f} +- {1e3 * clock.delay_std:.1f}",
+        f"{1e6 * clock.drift:+.0f} +- {1e6 * clock.drift_std:.0f}",
+        "drift corrected" if clock.corrected else "drift not significant",
+    )
 
 
 def _coast_lines(coasts: CoastBalance) -> Iterator[str]:

@@ -291,7 +291,11 @@ class TestSpec(Strict):
         {}, description="vdyn's channel name: column and unit of the logs, or a constant such as {constant: 0 N}"
     )
     loggers: list[Logger] = Field([], description="several loggers of the same runs, each with its channels and clock")
-    align_on: str = Field("speed", description="channel of all loggers that aligns their clocks")
+    align_on: str | Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
+        None,
+        description="what aligns the loggers' clocks: a channel of all loggers, or a list of the first logger's "
+        "channel and the other's, such as [speed, acceleration]; left out: the pair that tells the clocks best",
+    )
     runs: list[Run] = Field([], description="the runs, one entry each")
     diagnose: Diagnose = Field(Diagnose(), description="which model errors to test, and whether to extend the model")
 

@@ -14,6 +14,9 @@ from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.finite import culprit, first_not_finite, not_finite
 from vdyn_cli.engine.kernel import Array, Kernel
 
+# Steps of the integration, at 1 to 4 us each: to start a thread and to wait for it takes some 0.2 ms.
+WORTH_A_THREAD = 5000
+
 
 @dataclass(frozen=True, eq=False)
 class Grid:
@@ -113,7 +116,8 @@ class Course:
             np.empty(self.states),
         )
         work = list(zip(self.kernels, self.rows, blocks(self.unknowns), strict=True))
-        workers = min(len(work), os.cpu_count() or 1) if self.at_once else 1
+        several = self.at_once and grid.steps.size >= WORTH_A_THREAD
+        workers = min(len(work), os.cpu_count() or 1) if several else 1
         if workers < 2:
             for kernel, z, some in work:
                 self._run(kernel, z, grid, seen, seen.tangents[:, :, some])

@@ -17,7 +17,7 @@ from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFla
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, merge_similar
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
-from vdyn_cli.quantities.result_schema import FindingEntry
+from vdyn_cli.quantities.result_schema import ClockEntry, FindingEntry
 from vdyn_cli.steps import Step, load_step, names
 from vdyn_cli.steps.contract import TrackCheck
 
@@ -62,6 +62,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=[pair for one in inputs.unsplit for pair in tied_pairs(one.log, known)],
+        clocks=[ClockEntry.model_validate(c.to_json()) for c in inputs.clocks],
         coasts=found.coasts,
         parameters="not evaluated",
         findings=[

@@ -28,6 +28,10 @@ class CheckPolicy:
         0.9, "correlation", "of two tied channels, from which a delay between them is determined",
         "Below, what else acts on one of them (slopes, slip) moves the highest correlation.",
     )  # fmt: skip
+    largest_delay_error: float = threshold(
+        0.1, "s", "standard error of a delay of two tied channels up to which the table shows it",
+        "Delays of sensors and loggers are 5 to 200 ms; an error of 0.1 s tells none of them from zero.",
+    )  # fmt: skip
 
 
 CHECK = CheckPolicy()

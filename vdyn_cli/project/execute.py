@@ -11,9 +11,9 @@ from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, refuse_unknown
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.cut_changes import with_changes
+from vdyn_cli.project.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
-from vdyn_cli.project.scaling_uncertainty import with_scaling_uncertainty
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
@@ -51,7 +51,7 @@ def execute(
     inputs = gather(load_step(step_name), path, known_files)
     try:
         baseline, found = _estimated(inputs.step, inputs, level)
-        result = with_scaling_uncertainty(found, inputs)
+        result = with_input_uncertainty(found, inputs)
     except InputError as error:
         raise type(error)(*(_placed(f, inputs) for f in error.findings), *_data_faults(inputs)) from None
     refused = tuple(_placed(f, inputs) for f in result.refused)

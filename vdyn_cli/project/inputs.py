@@ -24,7 +24,7 @@ from vdyn_cli.description.test_description import (
 )
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates, extensions_in_si, refused
-from vdyn_cli.io.align import merge
+from vdyn_cli.io.align import AlignOn, merge
 from vdyn_cli.io.block_means import condensed, condensing_note
 from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.log_formats import read_log
@@ -47,6 +47,7 @@ from vdyn_cli.project.channel_sources import (
 from vdyn_cli.project.repeated_runs import repeated_runs
 from vdyn_cli.project.run_parts import split_runs
 from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
+from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.cut_ledger import DataQuality
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, raise_all
 from vdyn_cli.quantities.log import Log
@@ -72,7 +73,7 @@ class Inputs:
     """Everything a step's estimate reads, and the files it came from, with the sha256 of the bytes that were read.
 
     ``step`` is the one of the description's manoeuvre; ``scalings`` are the channels made from others; ``unsplit`` are
-    the runs before long cuts split them.
+    the runs before long cuts split them; ``clocks`` are the differences of the loggers' clocks.
     """
 
     step: Step
@@ -87,6 +88,7 @@ class Inputs:
     cut: tuple[CutLog, ...] = ()
     ready: Callable[[Log], Log] = _same
     unsplit: tuple[CutLog, ...] = ()
+    clocks: tuple[ClockDifference, ...] = ()
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
         """What the step reads, with other logs in the place of those that were read."""
@@ -98,7 +100,7 @@ class Inputs:
         """The quality of all logs, and the ledger of their cuts."""
         channels = {one.log.name: {n: one.flags.counts(n) for n in one.flags.states} for one in self.cut}
         rows = {id(row): row for one in self.cut for row in one.ledger}  # parts of one run share theirs
-        return DataQuality(channels, tuple(rows.values()))
+        return DataQuality(channels, tuple(rows.values()), self.clocks)
 
 
 def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
@@ -130,7 +132,8 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     unreadable += problems[before:]
     read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in range(len(spec.runs))]
     ready = partial(_ready, step, constants, made)
-    cut = tuple(replace(one, log=ready(one.log)) for one in read if one is not None)
+    clocks = tuple(clock for one in read if one is not None for clock in one[1])
+    cut = tuple(replace(one[0], log=ready(one[0].log)) for one in read if one is not None)
     if not unreadable:
         cut = tuple(one for one in cut if _attempt(problems, _within_physics, step, one.log) is not None)
     logs = tuple(one.log for one in cut)
@@ -155,7 +158,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
     findings += tuple(unread_keys(step, spec, source))
     findings += (*condensing, *(refused() if step.diagnosable else ()))
-    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit)
+    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks)
 
 
 def _usable(dropped: Iterable[Location], step: Step) -> bool:
@@ -318,7 +321,9 @@ def _log_names(run: Run) -> list[str]:
     return [run.log] if run.log is not None else list(run.logs or [])
 
 
-def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]) -> CutLog:
+def _read_run(
+    step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]
+) -> tuple[CutLog, tuple[ClockDifference, ...]]:
     """One run's log, from one logger or merged from several, cut to its window; enters its files with their sha256."""
     run = spec.runs[index]
     names = _log_names(run)
@@ -351,7 +356,7 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files:
         raise InputError()
     for one in read:
         files |= one[1] if one is not None else {}
-    log = logs[0] if len(logs) == 1 else merge(logs[0], logs[1:], spec.align_on)
+    log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec))
     found = with_cuts(log, _cut_orders(run))
     if run.from_time is not None or run.to_time is not None:
         start = run.from_time.value if run.from_time else log.time[0]
@@ -363,7 +368,11 @@ def _read_run(step: Step, spec: TestSpec, source: YamlSource, index: int, files:
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
     log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
     log = with_cross_checks(_summed(step, _within_physics(step, log, no_unit)), refuse="driving" not in step.situations)
-    return replace(found, log=log)
+    return replace(found, log=log), clocks
+
+
+def _align_on(spec: TestSpec) -> AlignOn:
+    return (spec.align_on[0], spec.align_on[1]) if isinstance(spec.align_on, list) else spec.align_on
 
 
 def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:

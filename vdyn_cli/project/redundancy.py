@@ -19,17 +19,19 @@ from math import atan, degrees
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.io.clock_estimate import clock_difference
 from vdyn_cli.io.quality.cross_checks import AXLES, LIVELY, LONG, NOTICED, UNEQUAL
+from vdyn_cli.io.tied_channels import tie_of
 from vdyn_cli.project.check_policy import CHECK
 from vdyn_cli.quantities.check_schema import TiedPair
 from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 
 Array = NDArray[np.float64]
 
 WINDOW = 1.0  # s
-FINE = 0.02  # s, grid of the delay: a tenth of what a delay of the channels of a car may be
 REACH = 1.0  # s, largest delay
 ROLLING = 3.0  # m/s, above which wheel speeds are compared
 FEWEST = 10  # windows
@@ -60,7 +62,7 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
         yield _pair(log, "front_load + rear_load", "mass * g", f"gain {total:.3f}", good, gain=total)
 
 
-# Nine parameters: one for each field of the pair.
+# Eight parameters: one for each result of the pair.
 def _pair(
     log: Log,
     first: str,
@@ -70,7 +72,7 @@ def _pair(
     *,
     gain: float | None = None,
     offset: float | None = None,
-    delay: float | None = None,
+    delay: tuple[float, float] | None = None,
 ) -> TiedPair:
     return TiedPair(
         run=log.name,
@@ -78,10 +80,11 @@ def _pair(
         second=second,
         gain=gain,
         offset=offset,
-        delay=delay,
+        delay=None if delay is None else delay[0],
+        delay_std=None if delay is None else delay[1],
         sign=None if gain is None or good is None else -1 if gain < 0.0 else 1,
         good=good,
-        what=what,
+        what=what if delay is None else f"{what}, delay {1e3 * delay[0]:+.1f} +- {1e3 * delay[1]:.1f} ms",
     )
 
 
@@ -100,7 +103,8 @@ def _distance(log: Log, speed: str) -> TiedPair:
     ends = np.unique(np.linspace(0, time.size - 1, 51).astype(int))
     gain = float(np.sum(np.abs(np.diff(place[ends])))) / float(driven[-1])
     good = abs(gain - 1.0) <= NOTICED
-    return _pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain)
+    delay = _delay(log, "position", speed) if good else None
+    return _pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain, delay=delay)
 
 
 def _grid(log: Log, names: tuple[str, str], step: float) -> tuple[Array, ...]:
@@ -139,37 +143,25 @@ def _change(log: Log, speed: str) -> TiedPair:
         return _pair(log, first, second, what, offset=offset)
     gain = float(np.copysign(np.std(y) / np.std(x), likeness))
     offset = float(np.mean(y) - gain * np.mean(x))
-    delay = _delay(log, speed, np.sign(gain))
+    signed = log if gain > 0.0 else log.with_channels(acceleration=-log[first])
+    delay = _delay(signed, first, speed)
     what = f"gain {gain:.3f}, offset {offset:+.3f} m/s^2"
-    what += "" if delay is None else f", delay {delay:+.2f} s"
     what += ", opposite signs" if gain < 0.0 else ""
     return _pair(log, first, second, what, abs(gain - 1.0) <= NOTICED, gain=gain, offset=offset, delay=delay)
 
 
-def _delay(log: Log, speed: str, sign: float) -> float | None:
-    """s, by which acceleration comes after the change of speed; None where the correlation is low or at its end."""
-    step = max(FINE, 2.0 * float(np.median(np.diff(log.time))))
-    y, x = (_slope(mean, max(int(WINDOW / step), 1), step) for mean in _grid(log, ("acceleration", speed), step))
-    lags = np.arange(-int(REACH / step), int(REACH / step) + 1)
-    inner = np.arange(lags[-1], x.size - lags[-1])
-    if inner.size < FEWEST:
+def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:
+    """s, by which the first channel comes after the second, and its standard error; None where not determined."""
+    tie = tie_of(second, first)
+    steps = np.diff(log.time)
+    if tie is None or log.time.size < FEWEST or float(np.median(steps)) <= 0.0:
         return None
-    found = []
-    for lag in lags:
-        p, q = x[inner], sign * y[inner + lag]
-        use = _finite(p, q)
-        found.append(float(np.corrcoef(p[use], q[use])[0, 1]) if use.sum() > FEWEST else 0.0)
-    k = int(np.argmax(found))
-    if k in (0, len(found) - 1) or found[k] < CHECK.least_likeness:
+    try:
+        found = clock_difference(log, log, tie)
+    except InputError:
         return None
-    bend = found[k - 1] - 2.0 * found[k] + found[k + 1]
-    shift = 0.5 * (found[k - 1] - found[k + 1]) / bend if bend < 0.0 else 0.0
-    return float((lags[k] + shift) * step)
-
-
-def _slope(values: Array, width: int, step: float) -> Array:
-    """Change over a number of steps, in units per second."""
-    return np.asarray((values[width:] - values[:-width]) / (width * step))
+    clear = abs(found.delay) <= REACH and found.delay_std <= CHECK.largest_delay_error
+    return (found.delay, found.delay_std) if clear else None
 
 
 def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> TiedPair:
@@ -183,4 +175,6 @@ def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> Tie
     low, gain, high = (float(q) for q in np.quantile(y[use] / np.maximum(x[use], 1e-9), [0.25, 0.5, 0.75]))
     if high - low > 2.0 * NOTICED:
         return _pair(log, shown, second, f"not judged: the ratio varies from {low:.2f} to {high:.2f} (slip or bends)")
-    return _pair(log, shown, second, f"gain {gain:.3f}", abs(gain - 1.0) <= limit, gain=gain)
+    good = abs(gain - 1.0) <= limit
+    delay = _delay(log, first, second) if good and scale != 1.0 else None
+    return _pair(log, shown, second, f"gain {gain:.3f}", good, gain=gain, delay=delay)

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from vdyn_cli.quantities.result_schema import Entry, FindingEntry
+from vdyn_cli.quantities.result_schema import ClockEntry, Entry, FindingEntry
 
 Decision = Literal["cut", "kept", "marked"]
 Outcome = Literal["met", "not met", "not checked"]
@@ -49,6 +49,7 @@ class TiedPair(Entry):
     gain: float | None = Field(description="first over second; null where the run does not determine it")
     offset: float | None = Field(description="of the first, in its SI unit; null where a pair has none")
     delay: float | None = Field(description="of the first behind the second, s; null where it is not determined")
+    delay_std: float | None = Field(description="standard error of the delay, s; null where it is not determined")
     sign: Literal[-1, 1] | None = Field(description="-1: opposite signs; null where it is not determined")
     good: bool | None = Field(description="whether they agree; null where nothing is determined")
     what: str = Field(description="the result in words")
@@ -123,6 +124,7 @@ class CheckDocument(Entry):
     runs: list[CheckedRun] = Field(description="in the order of the description")
     flags: list[CheckFlag] = Field(description="faulty and suspect segments")
     redundancy: list[TiedPair] = Field(description="channels that physics ties")
+    clocks: list[ClockEntry] = Field([], description="differences of the clocks of several loggers")
     coasts: CoastBalance | None = Field(description="of a coast-down; null for other steps and driven logs")
     parameters: Literal["not evaluated"] = Field(
         "not evaluated", description="what the exclusion of a run changes in the parameters; the step evaluates it"

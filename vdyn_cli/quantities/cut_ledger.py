@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from vdyn_cli.quantities.clock_difference import ClockDifference
+
 Decision = Literal["automatic", "requested", "kept"]
 
 
@@ -67,18 +69,21 @@ class DataQuality:
     Parameters
     ----------
     channels : log: channel: state: number of samples.
-    ledger : in the order of the runs.
+    ledger : in the order of the runs. clocks : of several loggers, against the first one's.
     """
 
     channels: Mapping[str, Mapping[str, Mapping[str, int]]] = field(default_factory=dict)
     ledger: tuple[LedgerRow, ...] = ()
+    clocks: tuple[ClockDifference, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The ``quality`` part of a result's JSON."""
         channels = {log: {n: dict(states) for n, states in of.items()} for log, of in self.channels.items()}
-        return {"channels": channels, "ledger": [row.to_json() for row in self.ledger]}
+        clocks = {"clocks": [c.to_json() for c in self.clocks]} if self.clocks else {}
+        return {"channels": channels, "ledger": [row.to_json() for row in self.ledger], **clocks}
 
     @classmethod
     def from_json(cls, part: Mapping[str, Any]) -> DataQuality:
         """What ``to_json`` wrote."""
-        return cls(part["channels"], tuple(LedgerRow.from_json(row) for row in part["ledger"]))
+        clocks = tuple(ClockDifference.from_json(c) for c in part.get("clocks", ()))
+        return cls(part["channels"], tuple(LedgerRow.from_json(row) for row in part["ledger"]), clocks)

@@ -129,6 +129,23 @@ class LedgerEntry(Entry):
     )
 
 
+class ClockEntry(Entry):
+    """How a logger's clock differs from the first one's: it stamps t + delay + drift (t - at) what that stamps t."""
+
+    run: str = Field(description="log of the logger that gives the clock")
+    logger: str = Field(description="log of the other logger")
+    pair: tuple[str, str] = Field(description="channels of the two that tell the difference")
+    delay: float = Field(description="by which the other logger's clock is ahead, s")
+    delay_std: float = Field(description="standard error of the delay, s; the parameters' intervals contain it")
+    at: float = Field(description="time of the first logger for which the delay holds, s")
+    drift: float = Field(description="change of the delay over time, s/s")
+    drift_std: float = Field(description="standard error of the drift, s/s")
+    corrected: bool = Field(description="whether the drift is corrected; else it is not significant")
+    gain: float = Field(description="of the second channel over the first, in SI units")
+    offset: float = Field(description="of the second channel, in its SI unit")
+    channels: list[str] = Field(description="channels that were resampled from the other logger")
+
+
 class QualityEntry(BaseModel):
     """The quality of the logs. Further keys are checks of one step, such as ``agreement`` of a coast-down."""
 
@@ -138,6 +155,7 @@ class QualityEntry(BaseModel):
         description="log: channel: number of samples by state: good, not_evaluated, suspect, failed, missing"
     )
     ledger: list[LedgerEntry] = Field(description="segments that were cut, or kept although they failed a test")
+    clocks: list[ClockEntry] = Field([], description="differences of the clocks of several loggers")
     influence: dict[str, dict[str, float]] = Field(
         {}, description="run: parameter: how much higher it is without this run, in its SI unit"
     )

@@ -6,7 +6,9 @@ from collections.abc import Sequence
 
 from vdyn_cli.io.quality.cuts import CutLog
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance
+from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.report import typography
+from vdyn_cli.report.clock_table import clock_table
 from vdyn_cli.report.flag_figure import flag_figures
 from vdyn_cli.report.template import fill, markup
 from vdyn_cli.report.text_table import TextTable
@@ -16,7 +18,12 @@ _AGREE = {True: "agree", False: "contradict", None: typography.DASH}
 
 def render_check(document: CheckDocument, runs: Sequence[CutLog]) -> str:
     """The HTML of a check; ``runs`` are its logs, in the order of the description."""
-    tables = [t for t in (_flags(document), _pairs(document)) if t.rows]
+    found = (
+        _flags(document),
+        _pairs(document),
+        clock_table([ClockDifference.from_json(c.model_dump()) for c in document.clocks]),
+    )
+    tables = [t for t in found if t is not None and t.rows]
     coasts = document.coasts
     body = fill(
         "check.html",

@@ -10,6 +10,7 @@ from vdyn_cli.project.result_document import StepRecord
 from vdyn_cli.quantities.errors import merge_similar
 from vdyn_cli.report import comparison, residual_map, typography
 from vdyn_cli.report.chips import Chip, chips
+from vdyn_cli.report.clock_table import clock_table
 from vdyn_cli.report.cut_table import cut_sentence, cut_table
 from vdyn_cli.report.diagnosis_view import DiagnosisSection, diagnosis_section
 from vdyn_cli.report.figures import figure_svg
@@ -73,6 +74,7 @@ class StepPage:
     tables: tuple[TextTable, ...]
     findings: tuple[Mapping[str, str], ...]
     cut: str
+    clocks: TextTable | None
     cuts: TextTable | None
     methods: tuple[str, ...]
     correlation: tuple[tuple[str, tuple[Heat, ...]], ...]
@@ -154,6 +156,7 @@ def step_page(record: StepRecord) -> StepPage:
         tables=tuple(text_table(t) for t in result.tables),
         findings=tuple(finding_texts(f) for f in findings),
         cut=cut_sentence(result.quality.ledger),
+        clocks=clock_table(result.quality.clocks),
         cuts=cut_table(result.quality.ledger, dict(result.parameters.estimates)),
         methods=tuple(typography.prose(p) for p in result.methods.split("\n\n") if p.strip()),
         correlation=correlation(result.parameters.correlation),

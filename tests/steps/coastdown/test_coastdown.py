@@ -22,7 +22,7 @@ from vdyn_cli.quantities.errors import InputError, ResultError, VdynError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown import road_load_fit
-from vdyn_cli.steps.coastdown.problem import prepare
+from vdyn_cli.steps.coastdown.problem import CoastdownProblem, prepare
 from vdyn_cli.steps.coastdown.step import STEP
 
 estimate = STEP.estimate
@@ -57,6 +57,8 @@ def test_calm_air_and_good_sensors_give_the_truth() -> None:
     result = solve_day(REFERENCE, 4, day, settings=WINDOW)
     for name, truth in coast.truth(REFERENCE).items():
         assert result.parameters[name].value == pytest.approx(truth, rel=2e-3)
+    assert result.extra["road_load"]["corrected"] is None  # its temperature is not known
+    assert any("not corrected" in f.what for f in result.findings)
 
 
 def test_the_papers_way_fixes_the_drag_coefficient() -> None:
@@ -147,12 +149,14 @@ def test_a_known_grade_is_reckoned_with() -> None:
 # What is published --------------------------------------------------------------------------------------------------
 
 
+@pytest.fixture(scope="module")
 def sample(root: Path) -> Result:
-    return execute("coastdown", root / "configs" / "coastdown.yaml").result
+    """The sample day's road load; what its diagnosis finds is a test of the whole day."""
+    return execute("coastdown", root / "configs" / "coastdown.yaml", level=None).result
 
 
-def test_the_sample_logs_give_their_truth(root: Path) -> None:
-    result = sample(root)
+def test_the_sample_logs_give_their_truth(sample: Result) -> None:
+    result = sample
     for name, truth in (("rolling_resistance", 0.0095), ("drag_area", 0.5475)):
         low, high = result.parameters[name].interval95
         assert low < truth < high
@@ -170,14 +174,14 @@ def test_the_sample_logs_give_their_truth(root: Path) -> None:
     assert set(STEP.gives) - {"drag_coefficient"} <= set(result.parameters)
 
 
-def test_runs_predict_each_other(root: Path) -> None:
-    fit = sample(root).fit
+def test_runs_predict_each_other(sample: Result) -> None:
+    fit = sample.fit
     assert fit.held_out_rms is not None
     assert fit.rms < fit.held_out_rms < 1.5 * fit.rms
 
 
-def test_times_agree_with_the_fitted_force(root: Path) -> None:
-    (table,) = [t for t in sample(root).tables if t.key == "times"]
+def test_times_agree_with_the_fitted_force(sample: Result) -> None:
+    (table,) = [t for t in sample.tables if t.key == "times"]
     for row in table.rows:
         assert float(row[-2]) == pytest.approx(float(row[-1]), rel=0.04)
 
@@ -202,16 +206,10 @@ def test_plain_least_squares_weighs_a_prior_as_it_should() -> None:
     assert drag.value == pytest.approx(0.5475, rel=0.12)
 
 
-def test_without_temperature_nothing_is_corrected() -> None:
-    result = solve_day(REFERENCE, 1, settings=WINDOW)
-    assert result.extra["road_load"]["corrected"] is None
-    assert any("not corrected" in f.what for f in result.findings)
-
-
 def test_turning_parts_are_assumed_aloud() -> None:
     runs = coast.campaign(REFERENCE, 1)
-    result = estimate(spec_of(runs), logs_of(runs), known(REFERENCE, rotating_mass=None))
-    assert any("rotating_mass is not given" in f.what for f in result.findings)
+    problem = prepare(spec_of(runs), logs_of(runs), known(REFERENCE, rotating_mass=None))
+    assert any("rotating_mass is not given" in f.what for f in problem.findings)
 
 
 def test_the_regression_takes_effects() -> None:
@@ -269,20 +267,23 @@ def braked(log: Log, start: float, stop: float, deceleration: float) -> Log:
     return log.with_channels(speed=log["speed"] - extra)
 
 
-def spoilt(change: Callable[[Log], Log], which: int = 2, **more: Any) -> Result:
+def spoilt(change: Callable[[Log], Log]) -> CoastdownProblem:
+    """A day whose third log is changed."""
     runs = coast.campaign(REFERENCE, 12)
     logs = logs_of(runs)
-    logs[which] = change(logs[which])
-    return estimate(spec_of(runs, settings=WINDOW, **more), logs, known(REFERENCE))
+    logs[2] = change(logs[2])
+    return prepare(spec_of(runs, settings=WINDOW), logs, known(REFERENCE))
 
 
-def why(result: Result) -> list[str]:
-    return [entry["why"] for entry in result.extra["rejected"]]
+def why(problem: CoastdownProblem) -> list[str]:
+    return [entry.why for entry in problem.selection.rejected]
 
 
 def test_a_run_that_is_braked_halfway_is_rejected() -> None:
-    result = spoilt(lambda log: braked(log, 40.0, 45.0, 1.0))
-    (reason,) = why(result)
+    problem = spoilt(lambda log: braked(log, 40.0, 45.0, 1.0))
+    (reason,) = why(problem)
+    result = problem.publish()
+    assert [entry["why"] for entry in result.extra["rejected"]] == [reason]
     assert "slows by" in reason
     assert "brake" in reason
     assert len(result.fit.runs) == 7
@@ -291,11 +292,12 @@ def test_a_run_that_is_braked_halfway_is_rejected() -> None:
 
 
 def test_a_brake_at_the_end_is_only_cut_off() -> None:
-    result = spoilt(lambda log: braked(log, 95.0, 99.0, 1.0))
-    (entry,) = result.extra["rejected"]
-    assert "brake" in entry["why"]
-    assert 88 < entry["from_s"] < 95
-    assert len(result.fit.runs) == 8
+    problem = spoilt(lambda log: braked(log, 95.0, 99.0, 1.0))
+    (entry,) = problem.selection.rejected
+    assert "brake" in entry.why
+    assert 88 < entry.start < 95
+    assert len(problem.campaign.runs) == 8
+    result = problem.publish()
     assert abs(off(result, "rolling_resistance", 0.0095)) < 3.5
 
 
@@ -305,10 +307,10 @@ def test_an_engaged_driveline_is_rejected() -> None:
 
 
 def test_throttle_in_a_coast_is_cut_out() -> None:
-    result = spoilt(lambda log: braked(log, 30.0, 36.0, -0.6))
-    (reason,) = why(result)
+    problem = spoilt(lambda log: braked(log, 30.0, 36.0, -0.6))
+    (reason,) = why(problem)
     assert "throttle" in reason
-    assert abs(off(result, "rolling_resistance", 0.0095)) < 3.5
+    assert abs(off(problem.publish(), "rolling_resistance", 0.0095)) < 3.5
 
 
 def test_a_run_that_never_reaches_the_window_is_rejected() -> None:
@@ -343,19 +345,19 @@ def test_a_windy_run_is_rejected() -> None:
     runs = coast.campaign(REFERENCE, 12)
     logs = [calm(log) for log in logs_of(runs)]
     logs[3] = logs[3].with_channels(wind_speed=np.full(logs[3].time.size, -5.0))
-    result = estimate(spec_of(runs, settings=WINDOW), logs, known(REFERENCE))
-    assert "mean wind 18 km/h" in why(result)[0]
+    assert "mean wind 18 km/h" in why(prepare(spec_of(runs, settings=WINDOW), logs, known(REFERENCE)))[0]
 
 
 def test_runs_of_one_direction_are_remarked_upon() -> None:
-    result = solve_day(REFERENCE, 3, coast.DAY.but(one_way=True), settings=WINDOW)
-    assert any("all runs have the same direction" in f.what for f in result.findings)
+    runs = coast.campaign(REFERENCE, 3, coast.DAY.but(one_way=True))
+    problem = prepare(spec_of(runs, settings=WINDOW), logs_of(runs), known(REFERENCE))
+    assert any("all runs have the same direction" in f.what for f in problem.findings)
 
 
 def test_a_steep_road_is_not_taken_for_a_brake() -> None:
     """0.8 % is 0.08 m/s^2 either way: out and back differ by half, but each agrees with its like."""
-    result = solve_day(REFERENCE, 3, coast.DAY, {"road_grade": 0.008}, settings=WINDOW)
-    assert not why(result)
+    runs = coast.campaign(REFERENCE, 3, coast.DAY, {"road_grade": 0.008})
+    assert not why(prepare(spec_of(runs, settings=WINDOW), logs_of(runs), known(REFERENCE)))
 
 
 # Messages -----------------------------------------------------------------------------------------------------------

@@ -58,6 +58,15 @@ def document(path: Path, *options: str) -> dict[str, Any]:
     return found
 
 
+@pytest.fixture(scope="module")
+def windy(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], str, Path]:
+    """A day of headwind through the command, run once: the document, what was said, and the folder of results."""
+    folder = tmp_path_factory.mktemp("windy")
+    code, _, error = vdyn("coastdown", described(folder, {"headwind": 2.0}), "-o", folder / "out")
+    assert code == 0, error
+    return json.loads((folder / "out" / "coastdown.json").read_text(encoding="utf-8")), error, folder / "out"
+
+
 HIDDEN = {
     "headwind": ({"headwind": 2.0}, EIGHT),
     "a slope": ({"road_grade": 0.002}, EIGHT),
@@ -72,9 +81,12 @@ HIDDEN = {
 @pytest.mark.parametrize(
     "case", ["headwind", *(pytest.param(case, marks=pytest.mark.slow) for case in HIDDEN if case != "headwind")]
 )
-def test_what_is_hidden_is_named_with_its_size_and_gains_on_held_out_runs(case: str, tmp_path: Path) -> None:
+def test_what_is_hidden_is_named_with_its_size_and_gains_on_held_out_runs(
+    case: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     effects, day = HIDDEN[case]
-    made = document(described(tmp_path, effects, day))
+    shared = case == "headwind"
+    made = request.getfixturevalue("windy")[0] if shared else document(described(tmp_path, effects, day))
     told = made["diagnosis"]
     assert told["verdict"] == "named"
     assert {c["effect"] for c in told["causes"]} == set(effects) == set(told["extended"])
@@ -214,12 +226,10 @@ def test_logs_that_hold_nothing_are_refused_in_words(what: str, tmp_path: Path) 
     assert "coastdown_0.csv: rejected" in error
 
 
-def test_a_wind_stays_with_its_day(tmp_path: Path) -> None:
-    path = described(tmp_path, {"headwind": 2.0})
-    code, _, error = vdyn("coastdown", path, "-o", tmp_path / "out")
-    assert code == 0, error
+def test_a_wind_stays_with_its_day(windy: tuple[dict[str, Any], str, Path]) -> None:
+    _, error, out = windy
     assert "A headwind of" in error
-    assert "headwind" not in read_parameters(tmp_path / "out" / "coastdown.json").extensions
+    assert "headwind" not in read_parameters(out / "coastdown.json").extensions
 
 
 @pytest.mark.slow

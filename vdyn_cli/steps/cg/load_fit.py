@@ -14,15 +14,16 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, solve
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.inference.iterate import until_settled
-from vdyn_cli.physics.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT, SPEED_RATE, UNIT
+from vdyn_cli.physics.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT, UNIT
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun
 from vdyn_cli.steps.cg.load_windows import LoadWindows
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
-from vdyn_cli.steps.cg.speed_change import SpeedChange, with_speed
+from vdyn_cli.steps.cg.speed_change import SpeedChange
 from vdyn_cli.steps.contract import NO_VALUES
 
 Array = NDArray[np.float64]
@@ -33,33 +34,6 @@ SPAN, TRUE_SPAN = 0.06, 0.12
 MOST_ROUNDS = 12  # of the fit, at each of which the move shrinks: one that needs more does not converge
 SETTLED = 1e-3  # standard deviations that an unknown may still move
 TOLERANCE = 1e-8  # of one residual's variance that a further step of a fit may still gain
-
-
-@dataclass(frozen=True)
-class BalanceInputs:
-    """One run's channels, (n,) each, as drives of the balance: without pitch acceleration, and with 1 rad/s^2."""
-
-    still: Drive
-    turning: Drive
-    pitch_rate: Array
-
-
-@dataclass(frozen=True)
-class WhitenedRun:
-    """What is held constant of one run while its unknowns move from where it was made.
-
-    Parameters
-    ----------
-    true : the most probable channels at the run's unknowns, smoothed, ready to be simulated.
-    factor : (2, k) banded Cholesky factor of the covariance of the integrated balances.
-    residual : (k,) whitened balances of the measured channels.
-    expected : (k,) balances of the true channels.
-    """
-
-    true: BalanceInputs
-    factor: Array
-    residual: Array
-    expected: Array
 
 
 @dataclass(frozen=True)
@@ -179,20 +153,10 @@ class LoadFit:
             for k in range(len(self.runs))
         ]
 
-        def rows(run: int, theta: Array) -> Rows:
-            windows, here = self.runs[run], whitened_runs[run]
-            balance, slopes = self._balance(windows, here.true, theta)
-            residual = here.residual + whitened(here.factor, balance - here.expected)
-            balanced = Rows(residual, whitened(here.factor, slopes[:, : theta.size]), time=windows.middle)
-            speed = self.speeds[run] if self.speeds else None
-            if speed is None:
-                return balanced
-            simulated = self._simulated(self.measured[run].still, theta)
-            return with_speed(balanced, speed, simulated.outputs[SPEED_RATE], simulated.sensitivities[SPEED_RATE])
-
         begin = at if start is None else start
         begun = [replace(u, start=value) for u, value in zip(shared, begin[:s].tolist(), strict=True)]
         starts = {u.name: begin[s + i :: m] for i, u in enumerate(own)}
+        rows = BalanceRows(self, at, tuple(whitened_runs))
         return Regression((*begun, *own), tuple(w.run for w in self.runs), rows, starts)
 
     def mean_imbalance(self, solution: Solution, run: int) -> tuple[Array, Array]:
@@ -200,7 +164,7 @@ class LoadFit:
         own = [float(solution.per_run[u.name][run]) for u in self.unknowns if u.per_run]
         theta = np.array([*(solution.values[n] for n in solution.names), *own])
         windows = self.runs[run]
-        balance, slopes = self._balance(windows, self.measured[run], theta)
+        balance, slopes = self.balance(windows, self.measured[run], theta)
         partial = self._partials(slopes, windows)
         scale = partial["front_load"] * windows.width
         return balance / scale, np.sqrt(balance_covariance(windows, partial)[0]) / np.abs(scale)
@@ -208,17 +172,17 @@ class LoadFit:
     def _whitened_run(self, run: int, theta: Array) -> WhitenedRun:
         """One run's noise and true channels at its local unknowns."""
         windows = self.runs[run]
-        balance, slopes = self._balance(windows, self.measured[run], theta)
+        balance, slopes = self.balance(windows, self.measured[run], theta)
         partial = self._partials(slopes, windows)
         factor = factored(balance_covariance(windows, partial))
         residual = whitened(factor, balance)
         channels = true_channels(windows, partial, weighed(factor, residual), self._load_delay(theta))
         true = _balance_inputs(windows, channels, TRUE_SPAN)
-        return WhitenedRun(true, factor, residual, self._balance(windows, true, theta)[0])
+        return WhitenedRun(true, factor, residual, self.balance(windows, true, theta)[0])
 
-    def _balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
+    def balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
         """Integrated balances (k,), and their derivatives (k, j) to all of the simulator's unknowns and the rate."""
-        still, turning = (self._simulated(drive, theta) for drive in (inputs.still, inputs.turning))
+        still, turning = (self.simulated(drive, theta) for drive in (inputs.still, inputs.turning))
         change = windows.change(inputs.pitch_rate)
 
         def integrated(quiet: Array, moving: Array) -> Array:
@@ -237,7 +201,7 @@ class LoadFit:
         slopes = slopes - np.outer(balance, still.sensitivities[UNIT][0] / unit)
         return balance / unit, np.column_stack([slopes, per_rate]) / unit
 
-    def _simulated(self, drive: Drive, theta: Array) -> Simulated:
+    def simulated(self, drive: Drive, theta: Array) -> Simulated:
         """The model at a run's local unknowns, the zeros of the channels behind them at zero."""
         return self.simulator(drive, np.append(theta, np.zeros(len(self.simulator.unknowns) - theta.size)))
 

@@ -15,6 +15,7 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.cg.balance_rows import BalanceRows
 from vdyn_cli.steps.cg.gps_zero import gps_zero
 from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_doubts
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle
@@ -33,6 +34,9 @@ FREE_MOMENT = 500.0  # N m, plausible size of a free profile: a tenth of the mom
 ROUNDS = 2  # of the fit with all effects, for noise and true channels: they only serve the linearization there
 TOLERANCE = 1e-2  # of one residual's variance that a further step of that fit may still gain
 MISFIT = 1.5  # squares per row of that fit, beyond which something large is left that it does not follow
+# Squares per row up to which noise alone may be left: two standard deviations of 3000 rows. Of three logs with more
+# than the catalogue in them, at 0.99 to 1.03, channels so made moved a curve by 0.02 to 0.13 of its half-interval.
+NOISE_ALONE = 1.05
 HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
@@ -108,6 +112,20 @@ class CgProblem(SimulatedProblem):
             return self.fit.regression(self.fit.place(here), self.fit.place(here, start))
         fit = self.fit_with(effects, unknowns)
         return fit.regression(self._place(fit), fit.place(self._first, start))
+
+    def regression_like(
+        self, known: Regression, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
+    ) -> Regression:
+        """The regression with noise and true channels as in ``known``, where its effects leave hardly more than noise.
+
+        Elsewhere channels that fulfill the wrong balance would hide what else it lacks: they are made anew.
+        """
+        rows = known.rows
+        assert isinstance(rows, BalanceRows)
+        if rows.misfit >= NOISE_ALONE:
+            return self.regression(effects, unknowns, start)
+        fit = self.fit_with(effects, unknowns)
+        return fit.regression(rows.place_in(fit), fit.place(self._first, start))
 
     def _place(self, fit: LoadFit) -> Array:
         """Where noise and true channels are taken: at the fit with all effects of ``fit``.

@@ -1,0 +1,83 @@
+"""Clocks of two loggers from channels that physics ties: delay, drift, choice of the pair, refusals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.bench.clocks import errors, logs, tie
+from tests.plant.two_loggers import two_loggers
+from vdyn_cli.io.align import merge
+from vdyn_cli.io.clock_estimate import clock_difference
+from vdyn_cli.io.csv.csv_reader import Column, read_csv
+from vdyn_cli.io.tied_channels import ties, tying
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
+
+
+def said(log: Log) -> str:
+    return "\n".join(str(f) for f in log.findings)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [("speed", "speed"), ("wheel_speed", "speed"), ("speed", "acceleration"), ("position", "speed")],
+)
+def test_delay_and_drift_lie_within_their_errors(first: str, second: str) -> None:
+    for seed in (11, 12):  # the bench has 30
+        drive = two_loggers(np.random.default_rng(seed), 300.0)
+        found = clock_difference(*logs(drive, first, second), tie(first, second))
+        assert max(np.abs(errors(drive, found))) < 3.5
+        assert found.delay_std < 0.02
+        assert found.drift_std < 2e-4
+
+
+def test_the_pair_with_the_smallest_error_is_chosen_and_the_others_agree() -> None:
+    drive = two_loggers(np.random.default_rng(5), 200.0)
+    time = drive.first["speed"][0]
+    bus = Log("bus", time, {n: drive.first[n][1] for n in ("speed", "wheel_speed")})
+    box = Log("box", *[drive.second["speed"][0], {"speed": drive.second["speed"][1]}])
+    merged, (clock,) = merge(bus, [box])
+    assert clock.pair == ("speed", "speed")
+    assert "one of these sensors lags" not in said(merged)
+    named, (clock,) = merge(bus, [box], ("wheel_speed", "speed"))
+    assert "; by 'wheel_speed' and 'speed'" in said(named)
+
+
+def test_a_sensor_that_lags_behind_its_own_logger_is_said() -> None:
+    drive = two_loggers(np.random.default_rng(5), 300.0)
+    t, felt = drive.second["acceleration"]
+    late = np.interp(t + 0.3, *drive.second["speed"])
+    bus = Log("bus", drive.first["speed"][0], {"speed": drive.first["speed"][1]})
+    merged, _ = merge(bus, [Log("box", t, {"speed": late, "acceleration": felt})])
+    assert "one of these sensors lags behind its own logger" in said(merged)
+
+
+def test_loggers_without_a_tied_pair_are_refused_with_the_channels_that_would_serve() -> None:
+    t = np.arange(0.0, 60.0, 0.1)
+    bus, box = Log("bus", t, {"speed": 10.0 + np.sin(t)}), Log("box", t, {"front_load": 4000.0 + t})
+    with pytest.raises(InputError, match="none that physics ties") as refused:
+        merge(bus, [box])
+    assert "map one of these from box: position, speed" in str(refused.value)
+    with pytest.raises(InputError, match="are not tied by physics"):
+        merge(bus, [box], ("speed", "front_load"))
+
+
+def test_motion_ties_and_pitch_ties() -> None:
+    assert [str(t) for t in ties(("pitch",), ("pitch_rate", "speed"))] == ["channels 'pitch' and 'pitch_rate'"]
+    assert not ties(("position",), ("acceleration",))
+    assert tying(("pitch",)) == ["pitch", "pitch_rate"]
+
+
+def test_real_speed_and_satellite_and_accelerometer(shared_data: Path) -> None:
+    folder, time = shared_data / "comma2k19_segment", Column("t", "s", "s")
+    bus = read_csv(folder / "can_speed.csv", {"time": time, "speed": Column("v_mps", "m/s", "m/s")})
+    gnss = read_csv(folder / "gnss.csv", {"time": time, "speed": Column("speed_mps", "m/s", "m/s")})
+    phone = read_csv(folder / "imu_acc_mps2.csv", {"time": time, "acceleration": Column("forward", "m/s^2", "m/s^2")})
+    _, (sky, felt) = merge(bus, [gnss, phone])
+    assert 0.1 < sky.delay < 0.25  # a receiver's latency; the clock is one
+    assert sky.delay_std < 0.02
+    assert abs(felt.delay) < 3.0 * felt.delay_std
+    assert felt.delay_std < 0.2

@@ -1,0 +1,93 @@
+"""A test whose channels come from two loggers: what is reported, and the clocks' errors in the intervals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vdyn_cli.io.csv.csv_reader import Column, read_csv
+from vdyn_cli.project.check import check
+from vdyn_cli.project.execute import execute
+from vdyn_cli.project.result_document import read_record, to_json
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.report.step_page import step_page
+
+LOADS = ("FL Fz [N]", "FR Fz [N]", "RL Fz [N]", "RR Fz [N]")
+MOTION = ("Antenna Accel [m/s^2]", "Pitch Rate [deg/s]")
+DELAY = 0.08  # s
+TEXT = """
+test: cg
+vehicle: {mass: 1588 kg, wheelbase: 2.7 m, antenna_height: 1.6 m, drag_area: 0.55 m^2, drag_height: 0.6 m,
+  wheel_inertia: 1.2 kg m^2, wheel_radius: 0.31 m}
+environment: {temperature: 24 degC, pressure: 98.9 kPa}
+loggers:
+  - channels:
+      time: {column: "t", unit: s}
+      front_left_load: {column: "FL Fz [N]", unit: N}
+      front_right_load: {column: "FR Fz [N]", unit: N}
+      rear_left_load: {column: "RL Fz [N]", unit: N}
+      rear_right_load: {column: "RR Fz [N]", unit: N}
+      speed: {column: "Speed [km/h]", unit: km/h}
+  - channels:
+      time: {column: "t", unit: s}
+      acceleration: {column: "Antenna Accel [m/s^2]", unit: m/s^2}
+      pitch_rate: {column: "Pitch Rate [deg/s]", unit: deg/s}
+runs:
+  - {logs: [car_1.csv, box_1.csv], direction: out}
+  - {logs: [car_2.csv, box_2.csv], direction: back}
+settings: {accelerometer: gps, load_zero: 10 N}
+"""
+
+
+@pytest.fixture(scope="module")
+def described(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
+    """Launches whose loads and speed are in one file, and acceleration and pitch rate in another, 80 ms later."""
+    folder = tmp_path_factory.mktemp("two_loggers")
+    for k in (1, 2):
+        names = (*LOADS, *MOTION, "Speed [km/h]")
+        mapping = {"time": Column("Time [s]", "s", "s")} | {n: Column(n, "1", "1") for n in names}
+        log = read_csv(root / "sample_logs" / f"launch_{k}.csv", mapping)
+        _write(folder / f"car_{k}.csv", log.time, {n: log[n] for n in (*LOADS, "Speed [km/h]")})
+        _write(folder / f"box_{k}.csv", log.time + DELAY, {n: log[n] for n in MOTION})
+    (folder / "cg.yaml").write_text(TEXT)
+    return folder / "cg.yaml"
+
+
+def _write(path: Path, time: np.ndarray, columns: dict[str, np.ndarray]) -> None:
+    rows = np.column_stack([time, *columns.values()])
+    np.savetxt(path, rows, fmt="%.6g", delimiter=",", header=",".join(["t", *columns]), comments="")
+
+
+def test_delay_is_found_from_speed_and_acceleration_and_published(described: Path, tmp_path: Path) -> None:
+    record = execute("cg", described, level=None)
+    clocks = record.result.quality.clocks
+    assert [c.pair for c in clocks] == [("speed", "acceleration")] * 2
+    assert all(abs(c.delay - DELAY) < 3.0 * c.delay_std < 0.06 for c in clocks)
+    document = record.document
+    assert document["quality"]["clocks"][0]["delay"] == clocks[0].delay
+    (tmp_path / "cg.json").write_text(to_json(document))
+    assert read_record(tmp_path / "cg.json")[0].result.quality.clocks == clocks
+    page = step_page(record)
+    assert page.clocks is not None
+    assert len(page.clocks.rows) == 2
+    assert "clocks' delay" in record.result.sentence
+
+
+def test_check_lists_the_clocks(described: Path) -> None:
+    document, _ = check(described)
+    assert [c.logger for c in document.clocks] == ["box_1.csv", "box_2.csv"]
+    pair = next(p for p in document.redundancy if p.first == "acceleration")
+    assert pair.delay is not None
+    assert pair.delay_std is not None
+    assert abs(pair.delay) < 4.0 * pair.delay_std
+
+
+def test_two_channels_are_named_by_a_list(described: Path) -> None:
+    named = described.with_name("named.yaml")
+    named.write_text(TEXT + "align_on: [speed, acceleration]\n")
+    assert execute("cg", named, level=None).result.quality.clocks[0].pair == ("speed", "acceleration")
+    named.write_text(TEXT + "align_on: speed\n")
+    with pytest.raises(InputError, match="has no channel 'speed' to align the loggers on"):
+        execute("cg", named, level=None)

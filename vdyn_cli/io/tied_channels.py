@@ -1,0 +1,72 @@
+"""Channels of two loggers that physics ties, so that one tells the other's clock.
+
+A quantity logged by both; a wheel speed and a vehicle speed (r om = V plus slip); a speed and an acceleration
+(a = dV/dt plus what slope and tilt add); a position and a speed (V = dx/dt); a pitch angle and a pitch rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+WHEELS = ("wheel_speed", *(f"wheel_speed_{w}" for w in ("fl", "fr", "rl", "rr")), "motor_speed")
+# How many times a channel's quantity is the derivative of the motion's, along the road and in pitch.
+_ALONG = {"position": 0, "speed": 1, "vehicle_speed": 1, **dict.fromkeys(WHEELS, 1), "acceleration": 2}
+_PITCH = {"pitch": 0, "pitch_rate": 1}
+
+
+@dataclass(frozen=True)
+class ChannelTie:
+    """Two channels that physics ties: the same quantity, a multiple of it, or its derivative.
+
+    Parameters
+    ----------
+    first, second : channels of the reference and of the other logger.
+    order : how many times the second is a derivative of the first: -1, 0, 1.
+    """
+
+    first: str
+    second: str
+    order: int = 0
+
+    @property
+    def same(self) -> bool:
+        """Whether both logged the same quantity."""
+        return self.first == self.second
+
+    @property
+    def slopes(self) -> bool:
+        """Whether one of the two feels the road's slope: an accelerometer."""
+        return self.order != 0 and "acceleration" in (self.first, self.second)
+
+    @property
+    def vehicle(self) -> int | None:
+        """Which of the two (0, 1) is the vehicle's speed where the other is a wheel's, so that slip parts them."""
+        wheels = [self.first in WHEELS, self.second in WHEELS]
+        return wheels.index(False) if self.order == 0 and sum(wheels) == 1 else None
+
+    def __str__(self) -> str:
+        return f"channel '{self.first}'" if self.same else f"channels '{self.first}' and '{self.second}'"
+
+
+def ties(reference: Collection[str], other: Collection[str]) -> list[ChannelTie]:
+    """Pairs of channels of two loggers that physics ties: shared ones first, the speed before all."""
+    shared = sorted((n for n in reference if n in other and n != "time"), key=lambda n: n != "speed")
+    found = [ChannelTie(n, n) for n in shared]
+    for motion in (_ALONG, _PITCH):
+        for first in motion:
+            for second in motion:
+                order = motion[second] - motion[first]
+                if first != second and first in reference and second in other and abs(order) <= 1:
+                    found.append(ChannelTie(first, second, order))
+    return found
+
+
+def tie_of(first: str, second: str) -> ChannelTie | None:
+    """The tie of two channels; None where physics does not tie them."""
+    return next((t for t in ties((first,), (second,))), None)
+
+
+def tying(channels: Collection[str]) -> list[str]:
+    """The channels of another logger that would tie its clock to a logger with these channels."""
+    return [n for n in (*_ALONG, *_PITCH) if ties(channels, (n,))]

@@ -1,0 +1,34 @@
+"""The clocks of several loggers as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vdyn_cli.quantities.clock_difference import ClockDifference
+from vdyn_cli.report import typography
+from vdyn_cli.report.text_table import TextTable
+
+_COLUMNS = ("logger", "against", "by", "delay (ms)", "+- (ms)", "drift (ppm)", "+- (ppm)", "channels")
+_CAPTION = (
+    "What the first clock stamps t, the logger stamps t + delay + drift; standard errors, which the intervals of the "
+    "parameters contain. A drift within two standard errors of zero is not corrected."
+)
+
+
+def clock_table(clocks: Sequence[ClockDifference]) -> TextTable | None:
+    """One row for each other logger of each run; None for tests with one logger."""
+    rows = tuple(
+        (
+            typography.run_name(typography.clean(c.logger)),
+            typography.run_name(typography.clean(c.run)),
+            c.pair[0] if c.pair[0] == c.pair[1] else f"{c.pair[0]} and {c.pair[1]}",
+            f"{1e3 * c.delay:+.1f}",
+            f"{1e3 * c.delay_std:.1f}",
+            f"{1e6 * c.drift:+.0f}" + ("" if c.corrected else " (not corrected)"),
+            f"{1e6 * c.drift_std:.0f}",
+            ", ".join(c.channels) or "none",
+        )
+        for c in clocks
+    )
+    numeric = (False, False, False, True, True, True, True, False)
+    return TextTable("Clocks of several loggers", _CAPTION, _COLUMNS, rows, numeric) if rows else None

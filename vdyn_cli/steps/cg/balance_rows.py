@@ -1,0 +1,107 @@
+"""The whitened rows of the moment balance, with noise and true channels held constant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.course import blocks
+from vdyn_cli.engine.simulate import Drive
+from vdyn_cli.inference import Rows
+from vdyn_cli.inference.banded import whitened
+from vdyn_cli.physics.models.load_transfer import SOUGHT, SPEED_RATE
+from vdyn_cli.steps.cg.speed_change import with_speed
+
+if TYPE_CHECKING:
+    from vdyn_cli.steps.cg.load_fit import LoadFit
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BalanceInputs:
+    """One run's channels, (n,) each, as drives of the balance: without pitch acceleration, and with 1 rad/s^2."""
+
+    still: Drive
+    turning: Drive
+    pitch_rate: Array
+
+
+@dataclass(frozen=True)
+class WhitenedRun:
+    """What is held constant of one run while its unknowns move from where it was made.
+
+    Parameters
+    ----------
+    true : the most probable channels at the run's unknowns, smoothed, ready to be simulated.
+    factor : (2, k) banded Cholesky factor of the covariance of the integrated balances.
+    residual : (k,) whitened balances of the measured channels.
+    expected : (k,) balances of the true channels.
+    """
+
+    true: BalanceInputs
+    factor: Array
+    residual: Array
+    expected: Array
+
+
+@dataclass(frozen=True, eq=False)
+class BalanceRows:
+    """The rows of all runs.
+
+    Parameters
+    ----------
+    fit : with the effects in the balance.
+    at : all unknowns (s + g m) of the fit at which noise and true channels were made.
+    runs : what is held constant of each run.
+    """
+
+    fit: LoadFit
+    at: Array
+    runs: tuple[WhitenedRun, ...]
+
+    def __call__(self, run: int, theta: Array) -> Rows:
+        """One run's rows at its local unknowns (k,), shared first."""
+        fit, here, windows = self.fit, self.runs[run], self.fit.runs[run]
+        balance, slopes = fit.balance(windows, here.true, theta)
+        residual = here.residual + whitened(here.factor, balance - here.expected)
+        balanced = Rows(residual, whitened(here.factor, slopes[:, : theta.size]), time=windows.middle)
+        speed = fit.speeds[run] if fit.speeds else None
+        if speed is None:
+            return balanced
+        simulated = fit.simulated(fit.measured[run].still, theta)
+        return with_speed(balanced, speed, simulated.outputs[SPEED_RATE], simulated.sensitivities[SPEED_RATE])
+
+    @property
+    def misfit(self) -> float:
+        """Mean square of the balances where they were made: 1 where noise alone is left."""
+        return float(np.mean(np.concatenate([r.residual for r in self.runs]) ** 2))
+
+    def place_in(self, other: LoadFit) -> Array:
+        """Where these rows were made, as unknowns (s + g m) of another fit; what this fit lacks is at its start."""
+        before = [u.name for u in self.fit.unknowns if not u.per_run]
+        values = dict(zip(before, self.at.tolist(), strict=False))
+        shared = [values.get(u.name, u.start) for u in other.unknowns if not u.per_run]
+        return np.concatenate([shared, self.at[len(before) :]])
+
+    def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> BalanceRows | None:
+        """The same rows over the unknowns ``free``, the others being held at these values.
+
+        Effects of which no unknown is free and every amplitude is zero leave the balance: they change nothing there.
+        None where no pass of the simulation is saved, which is worth machine code of its own.
+        """
+        if set(SOUGHT) & set(held) or len(blocks(len(free))) == len(blocks(len(free) + len(held))):
+            return None
+        fit = self.fit
+        effects = tuple(
+            e
+            for e in fit.effects
+            if set(e.unknowns) & set(free) or any(held[n] for n in e.unknowns if n not in e.nominal)
+        )
+        known = {**fit.known, **{n: held[n] for e in effects for n in e.unknowns if n in held}}
+        unknowns = tuple(u for u in fit.effect_unknowns if u.name in free)
+        return replace(self, fit=replace(fit, known=known, effects=effects, effect_unknowns=unknowns))
