@@ -35,19 +35,21 @@ def with_open_answers(
         return result
     found: list[Answer] = []
     others: list[Result] = []
+    answer = judgment.answer
     if judgment.verdict == "ambiguous":
         found, others = _published(strategy, judgment.answers, problem, base)
         found = [Answer(BASELINE, base.parameters), *found]
-    elif judgment.verdict == "unknown":
-        closest = [judgment.closest] if judgment.closest else []
-        known = _biases(strategy, judgment.base, base, problem)
-        found, others = _published(strategy, closest, problem, base, True)
+    elif judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
+        closest = [c for c in (answer or judgment.closest,) if c is not None]
+        explained = answer is not None and (answer.sufficient or answer.nearly_sufficient)
+        known = {} if explained else _biases(strategy, judgment.base, base, problem)
+        found, others = _published(strategy, closest, problem, base, not explained)
         found = [Answer(BASELINE, base.parameters, known), *found]
-    elif judgment.answer is not None and extension.result is not None and judgment.answer.sufficient:
-        return _averaged(strategy, judgment.answer, problem, result)
-    elif judgment.answer is not None and extension.result is not None:
-        near = strategy.relinearized(judgment.answer.fitted)
-        found = [Answer(_label(judgment.answer), result.parameters, _biases(strategy, near, result, problem))]
+    elif answer is not None and answer.sufficient:
+        return _averaged(strategy, answer, problem, result)
+    elif answer is not None:
+        near = strategy.relinearized(answer.fitted)
+        found = [Answer(_label(answer), result.parameters, _biases(strategy, near, result, problem))]
     if others:
         result = problem.spanning(result, (base, *others))
     return _widened(result, found)
