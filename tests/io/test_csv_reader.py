@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vdyn_cli.io.csv import csv_source
-from vdyn_cli.io.csv.csv_reader import Column, ReadOptions, read_csv
+from vdyn_cli.io.csv.csv_reader import CSV, Column, ReadOptions, read_csv
 from vdyn_cli.quantities.log import Log
 
 N = 50
@@ -261,3 +261,9 @@ def test_real_recordings_of_four_clocks(shared_data: Path) -> None:
     )
     assert log.findings == ()
     assert log.time.size == 2317
+
+
+@pytest.mark.parametrize("text", ["s;km/h\nZeit;Tempo\n", "Zeit;Tempo\ns;km/h\n"])
+def test_a_units_row_above_or_below_is_not_the_header(text: str, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(text + "".join(f"{0.1 * k:.1f};{k}\n" for k in range(30)))
+    assert [(c.name, c.unit) for c in CSV.channels(tmp_path / "log.csv")] == [("Zeit", "s"), ("Tempo", "km/h")]

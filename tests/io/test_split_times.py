@@ -80,3 +80,24 @@ def test_runs_of_one_table_have_columns_of_their_own(tmp_path: Path) -> None:
     )
     with pytest.raises(InputError, match="channel 'position' is not mapped"):
         gather(load_step("coastdown"), tmp_path / "splits.yaml")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Run;100;90;80\n1;0;4.2;9.1\n2;0;4,3;9,3\n",
+        "made by X\n\nRun,dir,100 km/h,90 km/h,80 km/h\n1,out,0,4.2,9.1\n2,back,0,4.3,9.3\n",
+    ],
+)
+def test_a_table_with_a_row_for_each_run_is_turned(text: str, tmp_path: Path) -> None:
+    (tmp_path / "splits.csv").write_text(text)
+    mapping = {"time": Column("2", "s", "s"), "speed": Column("Run", "km/h", "m/s")}
+    log = read_log(tmp_path / "splits.csv", mapping, ReadOptions(split_times="elapsed", split_runs="rows"))
+    np.testing.assert_allclose(log.time, [0.0, 4.3, 9.3])
+    np.testing.assert_allclose(log["speed"] * 3.6, [100.0, 90.0, 80.0])
+
+
+def test_a_table_without_levels_in_its_head_is_refused(tmp_path: Path) -> None:
+    options = ReadOptions(split_times="elapsed", split_runs="rows")
+    with pytest.raises(InputError, match="no row holds speed levels"):
+        read_log(table(tmp_path, LEVELS, ["0", "1", "2", "3", "4"]), MAPPING, options)

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.project.channel_guess import clock_units
 from vdyn_cli.quantities.number_text import decimals
+from vdyn_cli.quantities.quantity import to_si
 from vdyn_cli.quantities.result_schema import ChannelEntry, ChannelsDocument
 
 _LONGEST_NAME = 42  # characters of a name in the table; longer ones are cut in the middle
@@ -96,6 +98,8 @@ def _notes(facts: ChannelFacts) -> list[str]:
     notes: list[str] = []
     if facts.state != "varies":
         notes.append(facts.state)
+    if facts.state == "clock" and not facts.info.unit:
+        notes.append(_clock_unit(facts))
     if facts.repeated > 1 and facts.state != "clock":
         notes.append(f"one of {facts.repeated} of this name")
     if facts.same_as:
@@ -106,6 +110,17 @@ def _notes(facts: ChannelFacts) -> list[str]:
         share = (stop - start) / length if length > 0 else 0.0
         notes.append(f"rests at {value:.5g} from {_seconds(start, length)} to {_seconds(stop, length)} ({share:.0%})")
     return notes
+
+
+def _clock_unit(facts: ChannelFacts) -> str:
+    """What the rate says of the unit of a clock without one; rates and times of the table are those of s."""
+    units = clock_units(facts.info.rate)
+    if units == ["s"]:
+        return "no unit: s by its rate"
+    if len(units) == 1:
+        rate = facts.info.rate / to_si(1.0, units[0], "s")
+        return f"no unit: {units[0]} by its rate, so {rate:.4g} Hz; rates and times here are as of s"
+    return f"no unit: {' or '.join(units) or 'none known'} by its rate; rates and times here are as of s"
 
 
 def _summary(path: Path, facts: Sequence[ChannelFacts]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import typing
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -58,7 +59,9 @@ class Si:
             raise PydanticCustomError("unit", "{why}", {"why": str(error)}) from None
         if not (self.lower <= given.value <= self.upper):
             span = f"{self.lower:g} to {self.upper:g} {self.unit}".strip()
-            raise PydanticCustomError("range", "is outside the physical range ({span})", {"span": span})
+            form = f"; a plain number is in K: write '{value} degC'" if self.unit == "K" and _plain(value) else ""
+            what = "is outside the physical range ({span}){form}"
+            raise PydanticCustomError("range", what, {"span": span, "form": form})
         return given
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
@@ -69,6 +72,14 @@ class Si:
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
         example = f"1 {self.unit}".strip()
         return {"type": ["number", "string"], "description": f"a quantity, such as '{example}'; plain numbers are SI"}
+
+
+def _plain(value: Any) -> bool:
+    """Whether a value of a description is a number without a unit."""
+    try:
+        return math.isfinite(float(value))
+    except (TypeError, ValueError):
+        return False
 
 
 def _written(given: Given) -> Any:
@@ -171,6 +182,11 @@ class Reading(Strict):
         description="the logs are tables of speed levels and split times. elapsed: time since the first level; "
         "intervals: time from the level of the row above",
     )
+    split_runs: Literal["columns", "rows"] = Field(
+        "columns",
+        description="rows: each run is a row of the table, and the levels stand in its head, whose first cell is the "
+        "name of the speed's column; a run's 'columns: {time: NAME}' names the first cell of its row",
+    )
 
 
 class Logger(Strict):
@@ -197,6 +213,9 @@ class Run(Strict):
 
     log: str | None = Field(None, description="path of the log, from the folder of this description")
     logs: list[str] | None = Field(None, description="paths of one log per logger, in the order of 'loggers'")
+    signs: dict[str, Literal[1, -1]] = Field(
+        {}, description="channel: -1 where its sign in this run is the opposite of that in the other runs"
+    )
     columns: dict[str, str] = Field(
         {}, description="channel: its column in this run, where several runs stand in one table, such as {time: t2}"
     )

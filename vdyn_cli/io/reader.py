@@ -64,6 +64,7 @@ class ReadOptions:
     clock : ``strict`` refuses a clock that does not rise, ``drop`` leaves out the rows that do not rise.
     header_row : line of the column names, counted from 1; searched where None.
     split_times : the log is a table of speed levels and split times, ``elapsed`` or ``intervals``; a log where None.
+    split_runs : whether each run of such a table is a column or a row.
     """
 
     delimiter: str | None = None
@@ -72,6 +73,7 @@ class ReadOptions:
     clock: Literal["strict", "drop"] = "strict"
     header_row: int | None = None
     split_times: Literal["elapsed", "intervals"] | None = None
+    split_runs: Literal["columns", "rows"] = "columns"
 
 
 @dataclass(frozen=True)

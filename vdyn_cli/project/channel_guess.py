@@ -137,12 +137,22 @@ def _time(facts: Sequence[ChannelFacts]) -> ChannelGuess:
     several = f"; {len(clocks)} groups with clocks of their own" if len(clocks) > 1 else ""
     if clock.info.unit:
         return ChannelGuess(clock, clock.info.unit, f"rises like a clock; unit from the file{several}")
-    units = [u for u in ("s", "ms", "us") if _RATES[0] <= clock.info.rate / to_si(1.0, u, "s") <= _RATES[1]]
+    units = clock_units(clock.info.rate)
     if len(units) == 1:
         rate = clock.info.rate / to_si(1.0, units[0], "s")
         return ChannelGuess(clock, units[0], f"rises like a clock; only {units[0]} gives a usual rate, {rate:.4g} Hz")
     which = " or ".join(units) or "none"
     return ChannelGuess(clock, "?", f"rises like a clock; the file states no unit, possible: {which}")
+
+
+def clock_units(rate: float) -> list[str]:
+    """The units of time in which a clock has a rate that loggers have.
+
+    Parameters
+    ----------
+    rate : samples per unit of the clock.
+    """
+    return [u for u in ("s", "ms", "us") if _RATES[0] <= rate / to_si(1.0, u, "s") <= _RATES[1]]
 
 
 def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file_name: str) -> ChannelGuess:

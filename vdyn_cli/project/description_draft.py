@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import ChannelGuess, guess_channels
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.vocabulary import CHANNELS
@@ -167,8 +168,12 @@ def _loggers(step: Step, logs: Sequence[_Guessed], names: Sequence[str]) -> tupl
     for log, _ in useful:
         own, found, open_ones = _channels(step, log, (log,), required=False)
         if "speed" not in found:
-            own.append("  # no speed: map a channel that all loggers recorded, and name it under 'align_on'")
-            undecided.append(f"channel to align {log.path.name} on")
+            tied = ties(useful[0][0].columns(), found)
+            how = (
+                f"its clock is aligned by {tied[0]}" if tied else "and no channel here tells its clock: map one of both"
+            )
+            own.append(f"  # another logger of the run, not a run: it has no speed of its own; {how}")
+            undecided += [] if tied else [f"channel to align {log.path.name} on"]
         lines += [f"  - channels:               # {log.path.name}", *("    " + line for line in own)]
         mapped += found
         undecided += [f"{key} ({log.path.name})" for key in open_ones]

@@ -14,6 +14,7 @@ from vdyn_cli.project.cut_changes import with_changes
 from vdyn_cli.project.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
+from vdyn_cli.project.unlike_runs import with_run_signs
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
@@ -53,7 +54,8 @@ def execute(
         baseline, found = _estimated(inputs.step, inputs, level)
         result = with_input_uncertainty(found, inputs)
     except InputError as error:
-        raise type(error)(*(_placed(f, inputs) for f in error.findings), *_data_faults(inputs)) from None
+        turned = with_run_signs(error.findings, inputs.logs)
+        raise type(error)(*(_placed(f, inputs) for f in turned), *_data_faults(inputs)) from None
     refused = tuple(_placed(f, inputs) for f in result.refused)
     if refused:
         refused = (*refused, *(f for f in _data_faults(inputs) if f not in refused))

@@ -45,7 +45,9 @@ from vdyn_cli.project.channel_sources import (
     unused_sources,
 )
 from vdyn_cli.project.repeated_runs import repeated_runs
+from vdyn_cli.project.road_profile import road_findings, survey_note, surveyed_road, with_grade
 from vdyn_cli.project.run_parts import split_runs
+from vdyn_cli.project.unlike_runs import other_units, with_run_signs
 from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.cut_ledger import DataQuality
@@ -57,6 +59,7 @@ from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Step, names
+from vdyn_cli.steps.road_survey import RoadSurvey
 
 CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
 SAME = 1e-3  # share by which such values may differ however well they are known
@@ -73,7 +76,8 @@ class Inputs:
     """Everything a step's estimate reads, and the files it came from, with the sha256 of the bytes that were read.
 
     ``step`` is the one of the description's manoeuvre; ``scalings`` are the channels made from others; ``unsplit`` are
-    the runs before long cuts split them; ``clocks`` are the differences of the loggers' clocks.
+    the runs before long cuts split them; ``clocks`` are the differences of the loggers' clocks;
+    ``road`` is the survey that gave the grade.
     """
 
     step: Step
@@ -89,6 +93,7 @@ class Inputs:
     ready: Callable[[Log], Log] = _same
     unsplit: tuple[CutLog, ...] = ()
     clocks: tuple[ClockDifference, ...] = ()
+    road: RoadSurvey | None = None
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
         """What the step reads, with other logs in the place of those that were read."""
@@ -100,7 +105,9 @@ class Inputs:
         """The quality of all logs, and the ledger of their cuts."""
         channels = {one.log.name: {n: one.flags.counts(n) for n in one.flags.states} for one in self.cut}
         rows = {id(row): row for one in self.cut for row in one.ledger}  # parts of one run share theirs
-        return DataQuality(channels, tuple(rows.values()), self.clocks)
+        return DataQuality(
+            channels, tuple(rows.values()), self.clocks, None if self.road is None else self.road.summary()
+        )
 
 
 def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
@@ -129,9 +136,10 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     before = len(problems)
     constants = known_channels(step, spec, source, problems)
     made = _attempt(problems, scalings, step, spec, known) or ()
+    road = _attempt(problems, surveyed_road, spec, source, files)
     unreadable += problems[before:]
     read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in range(len(spec.runs))]
-    ready = partial(_ready, step, constants, made)
+    ready = partial(_ready, step, constants, made, road)
     clocks = tuple(clock for one in read if one is not None for clock in one[1])
     cut = tuple(replace(one[0], log=ready(one[0].log)) for one in read if one is not None)
     if not unreadable:
@@ -139,6 +147,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     logs = tuple(one.log for one in cut)
     places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
     problems += repeated_runs(logs, places) if len(places) == len(logs) else []
+    problems += [*other_units(logs), *road_findings(road, spec, logs)] if not unreadable else []
     unsplit = cut
     there = [run for run, one in zip(spec.runs, read, strict=True) if one is not None]
     if len(logs) == len(spec.runs):
@@ -153,18 +162,27 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             files |= own_files
     if problems:
         if data is not None and not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
-            _attempt(problems, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
-        raise InputError(*problems)
+            found: list[Finding] = []
+            _attempt(found, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
+            problems += [f for f in found if not _of_dropped(f, described.dropped) and f not in problems]
+        raise InputError(*with_run_signs(problems, logs))
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
-    findings += tuple(unread_keys(step, spec, source))
+    findings += (*unread_keys(step, spec, source), *survey_note(road))
     findings += (*condensing, *(refused() if step.diagnosable else ()))
-    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks)
+    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks, road)
 
 
 def _usable(dropped: Iterable[Location], step: Step) -> bool:
     """Whether a description without what is wrong in it still says which numbers its step lacks."""
     needed = step.spec.model_fields.keys() - {"title", "diagnose", "reading", "environment", "settings"}
     return all(at[0] not in needed for at in dropped)
+
+
+def _of_dropped(finding: Finding, dropped: Iterable[Location]) -> bool:
+    """Whether a finding misses what a wrong key would have given, which is reported already."""
+    names = {str(at[1]) for at in dropped if len(at) > 1 and at[0] in ("environment", "vehicle")}
+    names |= {"air_density"} if names & {"temperature", "pressure", "humidity"} else set()
+    return any(finding.what.startswith(f"{n} (") for n in names)
 
 
 def _prepared(step: Step, spec: TestSpec, data: Any, known: Parameters) -> None:
@@ -332,11 +350,12 @@ def _read_run(
     if len(names) != len(loggers):
         remedy = "give one log per entry of 'loggers', in the same order"
         raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
-    problems = _unmapped(run, spec, source, ("runs", index, "columns"))
+    problems = [f for key in ("columns", "signs") for f in _unmapped(run, spec, source, ("runs", index, key))]
     read, no_unit = [], set[str]()
     for name, logger, (channels, at) in zip(names, loggers, channel_maps(spec), strict=True):
         mapped = logged(channels)
         mapped |= {n: c.model_copy(update={"column": run.columns[n]}) for n, c in mapped.items() if n in run.columns}
+        mapped |= {n: c.model_copy(update={"sign": c.sign * run.signs[n]}) for n, c in mapped.items() if n in run.signs}
         quantities = {n: q for n, q in step.channels().items() if n in mapped}
         columns = {n: _column(q, mapped[n], source, (*at, n)) for n, q in quantities.items()}
         wrong = {n for n, c in columns.items() if unit_problem(c, name) is not None}  # reported with the channels
@@ -367,7 +386,8 @@ def _read_run(
             raise InputError(Finding(place, "the time window holds no samples of the log", got))
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
     log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
-    log = with_cross_checks(_summed(step, _within_physics(step, log, no_unit)), refuse="driving" not in step.situations)
+    log = _summed(step, _within_physics(step, log, no_unit))
+    log = log if no_unit else with_cross_checks(log, refuse="driving" not in step.situations)
     return replace(found, log=log), clocks
 
 
@@ -376,12 +396,12 @@ def _align_on(spec: TestSpec) -> AlignOn:
 
 
 def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:
-    """Columns of a run for channels that no logger maps, so that they would have no unit."""
+    """Columns or signs of a run for channels that no logger maps, so that they would have no unit."""
     mapped = [n for channels, _ in channel_maps(spec) for n in logged(channels)]
     remedy = "map it, with its unit, under channels"
     return [
-        Finding(source.where((*at, n)), f"channel '{n}' is not mapped", run.columns[n], remedy)
-        for n in run.columns
+        Finding(source.where((*at, n)), f"channel '{n}' is not mapped", str(value), remedy)
+        for n, value in getattr(run, str(at[-1])).items()
         if n not in mapped
     ]
 
@@ -392,9 +412,11 @@ def _log_and_file(
     return read_log(file, columns, options, name), (file,)
 
 
-def _ready(step: Step, constants: Mapping[str, float], made: Sequence[Scaling], log: Log) -> Log:
-    """The log with its constant channels, those made from others, and totals."""
-    return _summed(step, completed(log, constants, made))
+def _ready(
+    step: Step, constants: Mapping[str, float], made: Sequence[Scaling], road: RoadSurvey | None, log: Log
+) -> Log:
+    """The log with its constant channels, those made from others, totals, and the surveyed grade."""
+    return with_grade(_summed(step, completed(log, constants, made)), road)
 
 
 def _wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:

@@ -51,12 +51,11 @@ def chips(fit: FitSummary, findings: int, slug: str, gained: bool = False, doubt
     if fit.interval_units:
         kind = typography.count(fit.interval_units, fit.interval_unit or "unit").partition(" ")[2]
         out.append(Chip("intervals from", str(fit.interval_units), kind, "independent units"))
-    if fit.warnings or findings:
-        notes = [typography.count(len(fit.warnings), "warning")] if fit.warnings else []
-        link = f"#{slug}-warnings" if fit.warnings else f"#{slug}-data"
-        if findings:
-            notes.append(typography.count(findings, "data finding"))
-        out.append(Chip("warnings", str(len(fit.warnings) + findings), "", ", ".join(notes), "fair", link))
+    if fit.warnings:
+        note = f"and {typography.count(findings, 'note')} on the data" if findings else ""
+        out.append(Chip("warnings", str(len(fit.warnings)), "", note, "fair", f"#{slug}-warnings"))
+    elif findings:
+        out.append(Chip("notes", str(findings), "", "on the data", "", f"#{slug}-data"))
     return tuple(out)
 
 

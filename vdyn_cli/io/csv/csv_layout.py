@@ -119,6 +119,7 @@ class _Table:
     delimiter: str
     header: list[str]
     between: list[_Record]  # rows between header and numbers
+    above: list[str]  # cells of the row above the header
     numbers: list[_Record]
     header_line: int
     mapped: tuple[int, ...]  # positions of wanted columns that were found
@@ -158,7 +159,8 @@ def _table(
     mapped = tuple(i for i, cell in enumerate(header) if cell in wanted)
     score = fitting + sum(shares) / len(shares)
     between = records[at + 1 : start]
-    return _Table(delimiter, header, between, numbers, records[at].line, mapped, hits[at], score)
+    above = cells[at - 1] if at > 0 and len(cells[at - 1]) == len(header) else []
+    return _Table(delimiter, header, between, above, numbers, records[at].line, mapped, hits[at], score)
 
 
 def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[str]:
@@ -185,7 +187,11 @@ def _likely_header(records: list[_Record], cells: list[list[str]], wanted: Seque
         if not cells[i] or abs(len(cells[i]) - width) > 1:
             break
         rows.append(i)
-    return max(rows, key=lambda i: sum(_resemblance(w, cells[i]) for w in wanted), default=None)
+    best = max(rows, key=lambda i: sum(_resemblance(w, cells[i]) for w in wanted), default=None)
+    names = [i for i in rows if not _holds_units(cells[i])]
+    if best is None or not names or not _holds_units(cells[best]):
+        return best
+    return max(names, key=lambda i: sum(_resemblance(w, cells[i]) for w in wanted))
 
 
 def _resemblance(name: str, cells: Sequence[str]) -> float:
@@ -227,6 +233,8 @@ def _units_row(table: _Table, name: str) -> tuple[tuple[str, ...], tuple[Finding
         cells = [unit_text(f) for f in rows[0].fields]
         units = tuple((cells + [""] * len(table.header))[: len(table.header)])
         rows = rows[1:]
+    elif table.above and _holds_units(table.above) and not _holds_units(table.header):
+        units = tuple(unit_text(f) for f in table.above)
     findings = tuple(
         Finding(f"{name}:{r.line}", "row between header and numbers skipped", repr(table.delimiter.join(r.fields)[:60]))
         for r in rows[:3]

@@ -16,6 +16,7 @@ from vdyn_cli.io.csv.csv_layout import Layout, find_layout
 from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.io.csv.csv_source import is_other_format, open_source
+from vdyn_cli.io.csv.run_rows import runs_as_columns
 from vdyn_cli.io.quality.log_checks import checked
 from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded, channel_info, is_clock, rises
 from vdyn_cli.io.sample_times import LineOf, check_rising
@@ -137,6 +138,9 @@ def _read(
     wanted = [columns["time"].column, *(c.column for k, c in columns.items() if k != "time")]
     with open_source(path, options.encoding) as source:
         first = next(source.blocks, b"")
+        if options.split_runs == "rows":
+            source, options = runs_as_columns(source, first, name), replace(options, delimiter="tab", header_row=1)
+            first = next(source.blocks, b"")
         layout = find_layout(first, source.encoding, wanted, options, name)
         match = match_columns(layout, columns, name)
         raise_all(match.problems)

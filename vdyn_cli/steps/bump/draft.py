@@ -8,6 +8,7 @@ vehicle:
   pitch_inertia: "?"        # from the step cg, such as 2200 kg m^2
   unsprung_mass_front: "?"  # both wheels with their carriers, such as 82 kg
   unsprung_mass_rear: "?"   # both wheels with their carriers, such as 70.7 kg
+# manoeuvre: drop            # of a rig or car that is let go above its rest; then remove 'bump', and map heights
 bump:
   height: "?"               # largest, such as 50 mm
   width: "?"                # along the road, such as 400 mm

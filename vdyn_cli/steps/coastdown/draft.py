@@ -11,6 +11,8 @@ environment:
   pressure: "?"             # of the air at the track, not reduced to sea level, such as 98.9 kPa
 """
 SETTINGS = """\
-settings: {}                # speed_window: [70 km/h, 25 km/h] limits the fitted part
+settings:                   # speed_window: [70 km/h, 25 km/h] limits the fitted part
+  windows: auto             # powered: ordinary drives with a measured drive, only where it is above zero
+  # road: {profile: FILE}    # surveyed positions and elevations or grades of the road, where position is logged
 """
 RUN = "direction: out or back"

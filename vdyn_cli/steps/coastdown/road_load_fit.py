@@ -311,7 +311,11 @@ def fit_road_load(
 
 
 def regression_with_effects(
-    campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown], rounds: int = ROUNDS
+    campaign: Campaign,
+    effects: Sequence[Correction],
+    extra: Sequence[Unknown],
+    rounds: int = ROUNDS,
+    base: Regression | None = None,
 ) -> Regression:
     """The regression at the baseline's fit with candidate effects beside it, and noise sizes free of their signals.
 
@@ -326,13 +330,14 @@ def regression_with_effects(
     Parameters
     ----------
     effects, extra, rounds : as in ``fit_road_load``.
+    base : the campaign's ``weighted_start``, where that is at hand; it does not depend on the roughness shown.
 
     Raises
     ------
     ResultError : the baseline cannot be fitted.
     """
     regression = _initial(replace(campaign, level_mean=True), effects, extra)
-    base = weighted_start(campaign)
+    base = weighted_start(campaign) if base is None else base
     if campaign.white:
         return _starting(regression, {u.name: u.start for u in base.shared}, base.run_starts)
     known, at = rows_of(base), rows_of(base).at

@@ -93,7 +93,7 @@ def selected(
         segments, braked = _unbraked(spec, segments, drive, known, window)
         rejected += braked
     if not segments:
-        remedy = "check speed_window, minimum_length and the channel map"
+        remedy = "check speed_window (with unit, such as [70 km/h, 25 km/h]), minimum_length and the channel map"
         nothing = Finding("runs", "no log has a sample above the lowest speed that is fitted", "", remedy)
         raise ResultError(*([Finding(r.run, f"rejected: {r.why}", "", remedy) for r in rejected] or [nothing]))
     return SegmentSelection(tuple(segments), tuple(rejected))

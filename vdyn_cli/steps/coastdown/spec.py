@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
+from pydantic_core import PydanticCustomError
 
 from vdyn_cli.description.test_description import Si, Strict, TestSpec
 from vdyn_cli.quantities.quantity import Given
 
 WIND_LIMIT = 16 / 3.6  # m/s, mean wind of a run; SAE J1263
+LIKELY_KMH = 45.0  # m/s, 162 km/h: coast-downs begin below (J2263: 115 km/h; GTR 15: 140 km/h)
 MINIMUM_LENGTH = 10.0  # s, of a part of a log: below, it holds too few gusts of 8 s to average them
 
 Speed = Annotated[Given, Si("m/s", 0, 150)]
@@ -52,6 +54,12 @@ class Road(Strict):
         description="standard deviation of the road's slope that the intervals hold at least, m/m; 0: level road. "
         "Estimated from the runs where it is not given",
     )
+    profile: str | None = Field(
+        None,
+        description="path of a survey of the road, from the folder of this description: a table with columns position "
+        "(m, the coordinate of the channel 'position'), and elevation (m) or grade (m/m or %), and their errors "
+        "elevation_std or grade_std; it gives the channel 'grade'",
+    )
 
 
 class CoastdownSettings(Strict):
@@ -65,6 +73,20 @@ class CoastdownSettings(Strict):
         description="coast: the fall through speed_window; all: the drive is measured and no brake is used; powered: "
         "only where the drive is above zero; auto: all where the drive is measured, else coast",
     )
+
+    @field_validator("speed_window", mode="before")
+    @classmethod
+    def _with_unit(cls, value: Any) -> Any:
+        """Plain numbers are m/s: those that no coast-down reaches are likely km/h."""
+        numbers = [v for v in value if isinstance(v, (int, float))] if isinstance(value, list) else []
+        if len(numbers) == 2 and max(numbers) > LIKELY_KMH:
+            high, low = sorted(numbers, reverse=True)
+            what = "plain numbers are m/s ({high} m/s is {kmh} km/h): write [{high} km/h, {low} km/h], highest first"
+            raise PydanticCustomError(
+                "unit", what, {"high": f"{high:g}", "low": f"{low:g}", "kmh": f"{3.6 * high:.0f}"}
+            )
+        return value
+
     minimum_length: Annotated[Given, Si("s", 2, 3600)] = Field(
         Given(MINIMUM_LENGTH), description="shortest part of a log that is fitted, s"
     )

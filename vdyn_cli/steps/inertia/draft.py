@@ -1,6 +1,7 @@
 """What ``vdyn init`` writes beside the channels of a wheel inertia test: keys that no log tells."""
 
 DRAFT = """\
+# manoeuvre: stand           # of a free wheel that a torque spins up and down; then map drive_torque or hub_torque
 vehicle:
   wheel_mass: "?"           # what turns with the wheel outside the sensor, such as 20.0 +- 0.1 kg
   wheel_radius: "?"         # effective rolling radius, such as 308 +- 0.5 mm

@@ -1,0 +1,60 @@
+"""Runs that differ from their siblings in unit or sign; one finding for one cause."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.descriptions import described
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.project.unlike_runs import other_units, with_run_signs
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps import load_step
+from vdyn_cli.steps.sign_conventions import REMEDY
+
+
+def coasts(*factors: float) -> list[Log]:
+    t = np.arange(0.0, 60.0, 0.1)
+    return [Log(f"run_{k}.csv", t, {"speed": f * (20.0 - 0.25 * t)}) for k, f in enumerate(factors)]
+
+
+def test_a_run_in_another_unit_is_named_with_both_units() -> None:
+    (finding,) = other_units(coasts(1.0, 1.0, 1 / 3.6, 1.0))
+    assert finding.where.startswith("run_2.csv")
+    assert "m/s among km/h" in finding.what
+    assert not list(other_units(coasts(1.0, 0.9, 1.1, 1.0)))
+    assert not list(other_units(coasts(1.0, 1 / 3.6)))
+
+
+def test_a_sign_that_differs_in_one_run_gets_a_remedy_for_that_run() -> None:
+    wrong = Finding("run_1.csv, speed", "speed is negative", "", REMEDY)
+    (turned,) = with_run_signs([wrong], coasts(1.0, -1.0))
+    assert turned.remedy.startswith("add 'signs: {speed: -1}' to this run")
+    assert with_run_signs([wrong], coasts(-1.0))[0] is wrong
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("speed_window: [74 km/h, 21 km/h]", "speed_window: [70, 25]", "write [70 km/h, 25 km/h], highest first"),
+        ("temperature: 24 degC", "temperature: 24", "write '24 degC'"),
+        ('column: "GPS Speed [km/h]", unit: km/h', 'column: "GPS Speed [km/h]", unit: kg', "'kg' is not a unit"),
+    ],
+)
+def test_one_wrong_key_draws_one_finding(old: str, new: str, message: str, tmp_path: Path, root: Path) -> None:
+    path = described(tmp_path, root, "coastdown", (old, new))
+    with pytest.raises(InputError) as refused:
+        gather(load_step("coastdown"), path)
+    assert len(refused.value.findings) == 1
+    assert message in str(refused.value)
+
+
+def test_a_sign_of_one_run_is_turned(tmp_path: Path, root: Path) -> None:
+    plain = gather(load_step("coastdown"), described(tmp_path, root, "coastdown"))
+    path = described(tmp_path, root, "coastdown", ("coast_2.csv,", "coast_2.csv, signs: {position: -1},"))
+    turned = gather(load_step("coastdown"), path)
+    np.testing.assert_array_equal(turned.logs[1]["position"], -plain.logs[1]["position"])
+    np.testing.assert_array_equal(turned.logs[0]["position"], plain.logs[0]["position"])

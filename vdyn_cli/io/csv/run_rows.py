@@ -1,0 +1,44 @@
+"""Split-time tables with one row a run: turned, so that each run is a column below the speed levels.
+
+Run;120;100;80          Run;1;2
+1;0;7.4;16.8       ->   120;0;0
+2;0;7.3;16.6            100;7.4;7.3
+                        80;16.8;16.6
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+
+from vdyn_cli.io.csv.csv_source import CsvSource
+from vdyn_cli.quantities.errors import Finding, InputError
+
+_DELIMITERS = ";\t|,"
+_LEVEL = re.compile(
+    r"\s*v?\s*(\d+(?:[.,]\d+)?)\s*(km/h|kph|mph|m/s)?\s*", re.IGNORECASE
+)  # a speed at the head of a column
+_FEWEST = 2  # levels
+
+
+def runs_as_columns(source: CsvSource, first: bytes, name: str) -> CsvSource:
+    """The table with a column for each row of the file; columns whose head is no speed are left out.
+
+    Raises
+    ------
+    InputError : no row holds two speed levels behind its first cell.
+    """
+    lines = (first + b"".join(source.blocks)).decode(source.encoding, "replace").splitlines()
+    for delimiter in _DELIMITERS:
+        rows = [row for row in csv.reader(lines, delimiter=delimiter) if any(cell.strip() for cell in row)]
+        for at, head in enumerate(rows):
+            levels = {i: m[1] for i, cell in enumerate(head) if i and (m := _LEVEL.fullmatch(cell))}
+            runs = [row for row in rows[at + 1 :] if len(row) == len(head)]
+            if len(levels) < _FEWEST or not runs or _LEVEL.fullmatch(head[0]):
+                continue
+            table = [[head[0].strip(), *(row[0].strip() for row in runs)]]
+            table += [[level, *(row[i].strip() for row in runs)] for i, level in levels.items()]
+            text = "\n".join("\t".join(row) for row in table) + "\n"
+            return CsvSource("utf-8", iter([text.encode()]))
+    what = "is no table with a row for each run: no row holds speed levels behind its first cell"
+    raise InputError(Finding(name, what, remedy="remove 'split_runs: rows', or write the levels in one row"))
