@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -94,12 +95,12 @@ class Regression:
     narrow: Callable[[Sequence[str]], Callable[[int, Array], Rows]] | None = None
     log_noise: float = 0.0
 
-    @property
+    @cached_property
     def shared(self) -> tuple[Unknown, ...]:
         """The unknowns that all runs share, (s)."""
         return tuple(u for u in self.unknowns if not u.per_run)
 
-    @property
+    @cached_property
     def own(self) -> tuple[Unknown, ...]:
         """The unknowns that each run has of its own, (m)."""
         return tuple(u for u in self.unknowns if u.per_run)

@@ -93,11 +93,16 @@ class RoadLoadRows:
         """Indices of the road's unknowns among the shared ones."""
         return np.array([self.shared.index(n) for n in self.road], dtype=np.intp)
 
+    @cached_property
+    def simulated_columns(self) -> NDArray[np.intp]:
+        """Indices of the other shared unknowns."""
+        return np.delete(np.arange(len(self.shared)), self.road_columns)
+
     def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
         """Residual (m,), simulated minus measured, and derivatives (m, s + own) of one run, before whitening."""
         campaign, shared = self.campaign, theta[: len(self.shared)]
-        inside = np.delete(np.arange(theta.size), self.road_columns)
-        used = np.delete(shared, self.road_columns)
+        inside = np.concatenate([self.simulated_columns, np.arange(shared.size, theta.size)])
+        used = shared[self.simulated_columns]
         start = theta[-1] if campaign.speed_fitted else campaign.runs[run].speed[0]
         try:
             drive = self.drives[run] if self.drives else campaign.fit_drives[run]
