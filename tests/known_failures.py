@@ -1,6 +1,7 @@
 """Tests whose wanted outcome the program does not reach today, each with the reason. Empty is the aim.
 
-They run and are counted as expected failures; one that passes again is shown as such and leaves this list.
+With ``pytest -m thorough`` they run and are counted as expected failures; one that passes again is shown as such and
+leaves this list.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ class Cell:
     effects: Mapping[str, float]
     expect: Expect
     fault: str = ""
-    fast: bool = field(default=False)  # part of the fixed subset that runs with the tests
+    fast: bool = field(default=False)  # runs with the tests; coast-downs: test_coastdown_diagnosis.py
 
     @property
     def name(self) -> str:
@@ -45,7 +45,7 @@ def _pair(step: str, variant: str, **sizes: float) -> Cell:
 
 
 COASTDOWN = (
-    Cell("coastdown", "wide", {"headwind": 1.0}, "named", fast=True),
+    Cell("coastdown", "wide", {"headwind": 1.0}, "named"),
     *_each("coastdown", "wide", "named", road_grade=4e-4, grade_profile=1.5e-3, speed_dependent_rolling=1.2e-4),
     *_each("coastdown", "wide", "named", tire_warmup=0.2, brake_drag_fading=90.0),
     *_each("coastdown", "warm", "named", temperature_rolling=0.006),
@@ -66,7 +66,7 @@ COASTDOWN = (
     *_each("coastdown", "wide", "not_testable", rotating_mass=80.0, speed_delay=0.15, speed_scale=0.03),
     *_each("coastdown", "one_way", "not_testable", road_grade=1e-3, headwind=2.0),
     *_each("coastdown", "powered", "not_testable", torque_offset=3.0),
-    Cell("coastdown", "wide", {}, "nothing", fast=True),
+    Cell("coastdown", "wide", {}, "nothing"),
     *(Cell("coastdown", variant, {}, "nothing") for variant in ("warm", "fixed", "eight", "short", "powered")),
     Cell("coastdown", "one_way", {}, "not_testable"),
     Cell("coastdown", "wide", {}, "fault", "stuck"),

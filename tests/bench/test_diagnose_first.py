@@ -6,13 +6,13 @@ import pytest
 
 from tests.bench.diagnose_first import GOOD, ROWS, run
 
-SLOW = ((0, 3), (2, 105), (3, 101), (5, 100), (6, 201))
+SLOW = ((0, 3), (2, 105), (4, 100), (3, 101), (5, 100), (6, 201))
 
 
 # Gain and radius of seed 105 leave a negative inertia; clocks of seed 101 are 0.147 s apart.
 @pytest.mark.parametrize(
     ("index", "seed"),
-    [(1, 105), (4, 100), *(pytest.param(*case, marks=pytest.mark.slow) for case in SLOW)],
+    [(1, 105), *(pytest.param(*case, marks=pytest.mark.slow) for case in SLOW)],
 )
 def test_the_baseline_fails_and_the_cause_is_found(index: int, seed: int) -> None:
     trial = run(index, seed)

@@ -16,11 +16,8 @@ def test_what_is_claimed_covers_the_truth(row: Row) -> None:
     found = outcome(row, SEED)
     assert found.verdict in CLAIMS
     assert all(found.covered.values())
-
-
-@pytest.mark.slow
-def test_the_interval_of_the_fit_alone_does_not() -> None:
-    assert not all(outcome(GAIN, SEED).alone.values())
+    if row is GAIN:  # the interval of the fit alone does not
+        assert not all(found.alone.values())
 
 
 @pytest.mark.slow

@@ -187,3 +187,10 @@ def test_an_existing_file_is_not_overwritten(root: Path, tmp_path: Path) -> None
         run_init("tire", [root / "sample_logs" / "slip_1.csv"], str(tmp_path / "tire.yaml"), said.append)
     with pytest.raises(InputError, match="reads no logs"):
         run_init("area", [root / "sample_logs" / "slip_1.csv"], "-", said.append)
+
+
+def test_a_german_abbreviation_of_speed_is_known(tmp_path: Path) -> None:
+    rows = "".join(f"{100 * k};{60.0 - 0.1 * k:.1f}\n".replace(".", ",") for k in range(200))
+    (tmp_path / "lauf.csv").write_text("Zeit [ms];GPS-Geschw. [mph]\n" + rows)
+    _, description = draft("coastdown", tmp_path / "lauf.csv")
+    assert columns(description["channels"])["speed"] == ("GPS-Geschw. [mph]", "mph")

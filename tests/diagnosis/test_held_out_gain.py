@@ -10,6 +10,7 @@ import pytest
 
 from tests.diagnosis.linear import BASE, Campaign, cause
 from vdyn_cli.diagnosis.full_model import FittedModel
+from vdyn_cli.diagnosis.gain_variance import PredictionError, day_to_day_variance
 from vdyn_cli.diagnosis.held_out_gain import HeldOutGain, Selection, held_out_gain, rms_of
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import equivalent
@@ -264,3 +265,15 @@ def test_a_model_of_the_noise_steadies_the_interval_of_few_drives() -> None:
     known, unknown = (np.array(widths[k]) for k in (True, False))
     assert known.min() > 2 * unknown.min()
     assert np.std(known) / np.mean(known) < 0.7 * np.std(unknown) / np.mean(unknown)
+
+
+def test_folds_that_select_different_effects_have_different_stated_values() -> None:
+    """One fold selects an effect whose amplitude has a prior; a stated value that moves nothing changes nothing."""
+    rng = np.random.default_rng(3)
+    error, change, mass = rng.standard_normal((3, 40))
+    before = [PredictionError(error + change, np.eye(40), mass[:, None], ("mass",))] * 2
+    alike = [replace(b, error=error) for b in before]
+    other = replace(alike[0], stated=np.column_stack([mass, np.zeros(40)]), names=("mass", "torque_offset"))
+    expected = day_to_day_variance(before, alike)
+    for folds in ([other, alike[1]], [alike[0], other]):
+        assert day_to_day_variance(before, folds) == pytest.approx(expected, rel=0.2)

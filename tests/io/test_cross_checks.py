@@ -144,7 +144,7 @@ def test_a_doubt_is_told_before_anything_else(root: Path, tmp_path: Path) -> Non
     text = text.replace('{column: "Position [m]", unit: m}', '{column: "Position [m]", unit: yd}')
     assert "unit: yd" in text
     description = tmp_path / "scaled.yaml"
-    description.write_text(text)
+    description.write_text(f"{text}diagnose: {{effects: [headwind, road_grade]}}\n")
     outcome = write_step("coastdown", description, (), tmp_path, POLICY.level)
     (warning,) = [w for w in outcome.result.fit.warnings if "contradict" in w]
     assert "coast_1.csv and 7 more" in warning

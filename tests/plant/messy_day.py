@@ -110,6 +110,7 @@ class Case:
     vehicle: Vehicle
     day: Day
     runs: tuple[Run, ...]
+    slope: Callable[[Array], Array] = field(default=np.zeros_like, compare=False)
 
     @property
     def truth(self) -> dict[str, float]:
@@ -120,6 +121,11 @@ class Case:
             "drag_area": v.drag_area,
             "road_load_60": v.load(60 / 3.6),
         }
+
+
+def road_of(case: Case) -> Callable[[Array], Array]:
+    """Slope of a case's road over its coordinate, for whoever surveys it."""
+    return case.slope
 
 
 def vehicle(rng: np.random.Generator) -> Vehicle:
@@ -235,7 +241,7 @@ def drive(seed: int, day: Day, car: Vehicle | None = None) -> Case:
         position = np.interp(time, clock, place) + 0.5 * rng.standard_normal(time.size)
         runs.append(Run(time, shown, position, "out" if heading > 0 else "back", begin))
         begin += float(np.ceil(clock[-1] + 60.0))
-    return Case(car, day, tuple(runs))
+    return Case(car, day, tuple(runs), slope)
 
 
 def drawn_day(kind: str, seed: int) -> Day:

@@ -22,7 +22,8 @@ def test_every_row_is_about_a_variant_and_its_effects_are_known_to_the_plant() -
     assert len({cell.name for cell in CASES}) == len(CASES)
     for cell in CASES:
         assert (cell.step, cell.variant) in VARIANTS
-    assert {cell.step for cell in CASES if cell.fast} >= {"coastdown", "cg", "bump", "inertia", "tire", "shaft"}
+    # Coast-downs have their own tests.
+    assert {cell.step for cell in CASES if cell.fast} >= {"cg", "bump", "inertia", "tire", "shaft"}
 
 
 @pytest.mark.parametrize("step", ["coastdown", "cg", "bump", "inertia", "tire", "shaft", "validate"])

@@ -32,7 +32,7 @@ def test_every_parameter_is_there_or_said_to_be_missing(day: Path) -> None:
 
 @pytest.mark.slow  # three whole pipelines
 def test_side_by_side_step_by_step_and_again_the_bytes_are_the_same(day: Path) -> None:
-    diagnosed(day, "cg", "tire")
+    diagnosed(day, "tire")
     run(day, "out")
     run(day, "two", jobs=2)
     alone = day.parent / "alone"

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.project.pipeline_runs import run
+from tests.project.pipeline_runs import diagnosed, run
 from vdyn_cli.commands import run_pipeline as pipeline_command
 from vdyn_cli.commands.run_pipeline import run_pipeline
 from vdyn_cli.commands.run_step import run_step
@@ -240,6 +240,7 @@ def ends_within(group: int, seconds: float) -> bool:
 @pytest.mark.slow  # starts and ends whole pipelines
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL, signal.SIGINT])
 def test_no_process_outlives_the_pipeline(number: signal.Signals, day: Path) -> None:
+    diagnosed(day, "cg", "tire")  # so that it runs long enough to be ended
     out = day.parent / "ended"
     start = "import sys; from vdyn_cli.cli import main; sys.argv[0] = 'vdyn'; main()"
     arguments = [sys.executable, "-c", start, "pipeline", str(day / "pipeline.yaml"), "-o", str(out), "--jobs", "2"]

@@ -109,7 +109,7 @@ class ExperimentDesigner:
         return self._t(self._driven[0], contrasts)
 
     def repeated(self, contrasts: Sequence[Contrast], times: float) -> float:
-        """The separation by so many times the driven runs."""
+        """The separation t, in standard errors, by ``times`` as many runs as were driven: t grows as its root."""
         return self._t(self._driven[0] * sqrt(times), contrasts)
 
     def best(self, contrasts: Sequence[Contrast]) -> PlannedTest | None:

@@ -42,10 +42,6 @@ class FindingSize:
     stds: Mapping[str, float]
     contradicted: float
 
-    def in_std(self) -> dict[str, float]:
-        """The shift of each parameter in its standard deviations."""
-        return {n: moved / self.stds[n] for n, moved in self.shifts.items() if self.stds.get(n, 0.0) > 0}
-
 
 @dataclass(frozen=True)
 class Limits:

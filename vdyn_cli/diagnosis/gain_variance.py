@@ -25,11 +25,13 @@ class PredictionError:
     error : (p,), of the main channel.
     noise : (p, m), to independent unit noise and to the run's own unknowns, drawn anew for every run.
     stated : (p, q), to independent units of the priors' uncertainty, the same in every run.
+    names : (q,) of the unknowns with these priors. Folds that select different effects have different ones.
     """
 
     error: Array
     noise: Array
     stated: Array
+    names: tuple[str, ...]
 
 
 def prediction_error(runs: LinearizedRuns, run: int, error: Array) -> PredictionError | None:
@@ -44,7 +46,8 @@ def prediction_error(runs: LinearizedRuns, run: int, error: Array) -> Prediction
         return None
     slopes, count = rows.plain[1], len(shared)
     of_run = slopes[:, count:] @ _root(runs.regression.own)
-    return PredictionError(error, np.hstack([rows.plain_root, of_run]), slopes[:, :count] @ _root(shared))
+    names = tuple(u.name for u in shared if u.prior)
+    return PredictionError(error, np.hstack([rows.plain_root, of_run]), slopes[:, :count] @ _root(shared), names)
 
 
 def _root(unknowns: tuple[Unknown, ...]) -> Array:
@@ -67,12 +70,14 @@ def day_to_day_variance(before: Sequence[PredictionError], after: Sequence[Predi
     The errors of the one day are not used: by chance they may all lie along d.
     """
     rng = np.random.default_rng(SEED)
-    stated = rng.standard_normal((after[0].stated.shape[1], DAYS))
+    names = dict.fromkeys(n for a in after for n in a.names)
+    stated = {n: rng.standard_normal(DAYS) for n in names}  # one error a name, in every fold that has it
     reductions = []
     for _ in range(2):
         squares, count = np.zeros((2, DAYS)), 0
         for b, a in zip(before, after, strict=True):
-            error = a.stated @ stated + a.noise @ rng.standard_normal((a.noise.shape[1], DAYS))
+            drawn = np.array([stated[n] for n in a.names]).reshape(len(a.names), DAYS)
+            error = a.stated @ drawn + a.noise @ rng.standard_normal((a.noise.shape[1], DAYS))
             without = error + (b.error - a.error)[:, None]
             squares += np.sum(without**2, axis=0), np.sum(error**2, axis=0)
             count += len(error)

@@ -89,14 +89,14 @@ class LinearizedStrategy:
         if strongest is None:
             return self, found
         is_large = self.model.setup.far_off or found.scores.evidence[strongest] > POLICY.large_t
-        near = self._about(strongest) if is_large else self
-        there = self.about_likely(strongest, near)
+        local = self._relinearized_about(strongest) if is_large else self
+        there = self.about_likely(strongest, local)
         base = there.fitted(())
         if there is self or base is None:
             return self, found
         seen = detect(there, base)
-        if there is near and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in large.items())):
-            self._replace_far(near, strongest, large)
+        if there is local and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in large.items())):
+            self._refit_others(local, strongest, large)
             shown = {n for n, fit in large.items() if fit is not None}  # in the unit of a scale that is large itself
             seen = replace(seen, testable=tuple(n for n in found.scores.names if n in shown or n in seen.testable))
         return there, seen
@@ -111,7 +111,9 @@ class LinearizedStrategy:
             for n in self.model.amplitudes(name)
         )
 
-    def _replace_far(self, near: LinearizedStrategy, strongest: str, large: Mapping[str, FittedModel | None]) -> None:
+    def _refit_others(
+        self, local: LinearizedStrategy, strongest: str, large: Mapping[str, FittedModel | None]
+    ) -> None:
         """Give every other large candidate its fit on its own linearization: that of ``strongest`` is too far off.
 
         Those whose best fit misses the main channel by far more than the best one does are no answer, nor those that
@@ -119,7 +121,7 @@ class LinearizedStrategy:
         """
         missed = {n: rms_alone(fit) for n, fit in large.items() if fit is not None}
         least = min(missed.values(), default=0.0)
-        answer = candidate_model(near, (strongest,))
+        answer = candidate_model(local, (strongest,))
         answered = answer is not None and (answer.sufficient or answer.nearly_sufficient)
         best = large.get(strongest)
         for name, fit in large.items():
@@ -127,9 +129,10 @@ class LinearizedStrategy:
                 continue
             kept, hopeless = None, answered and best is not None and self.is_hopeless(fit, best)
             if fit is not None and missed[name] < POLICY.far_worse * least and not hopeless:
-                there = self._opened({n: fit.values[n] for n in (*self.model.base, *self.model.amplitudes(name))})
+                names = (*self.model.base, *self.model.amplitudes(name))
+                there = self._linearized_at({n: fit.values[n] for n in names})
                 kept = there.fitted((name,)) if there is not None else None
-            near._fits.keep((name,), None if kept is None else _weighted_like(kept, near.model.regression))
+            local._fits.keep((name,), None if kept is None else _weighted_like(kept, local.model.regression))
 
     def is_hopeless(self, fit: FittedModel | None, best: FittedModel) -> bool:
         """Whether a candidate leaves so much of what the best one explains that it can be no answer beside it."""
@@ -140,27 +143,27 @@ class LinearizedStrategy:
         explained = base.solution.cost + noise - least
         return _own_cost(fit) - least > max(POLICY.hopeless_share**2 * explained, POLICY.large_t**2)
 
-    def _about(self, effect: str) -> LinearizedStrategy:
+    def _relinearized_about(self, effect: str) -> LinearizedStrategy:
         """Linearized about the effect's amplitude, until that settles.
 
         Effects that resemble each other give nearly the same simulation, so that none of them is favored.
         """
-        near: LinearizedStrategy = self
+        local: LinearizedStrategy = self
         before: dict[str, float] = {}
         for _ in range(0 if self.relinearization.nondifferentiable((effect,)) else POLICY.linearizations):
-            fitted = near.fitted((effect,))
-            if near is self:
+            fitted = local.fitted((effect,))
+            if local is self:
                 fitted = self.relinearization.from_values((effect,), fitted.values if fitted else NO_VALUES) or fitted
             if fitted is None:
                 break
             amplitudes = {n: fitted.values[n] for n in self.model.amplitudes(effect)}
             if before and _settled(fitted.solution, before):
                 break
-            again = self._opened({n: fitted.values[n] for n in self.model.base} | amplitudes)
+            again = self._linearized_at({n: fitted.values[n] for n in self.model.base} | amplitudes)
             if again is None:
                 break
-            near, before = again, amplitudes
-        return near
+            local, before = again, amplitudes
+        return local
 
     def about_likely(self, effect: str, other: LinearizedStrategy) -> LinearizedStrategy:
         """Linearized about the likely amplitude of a nondifferentiable effect: ``effect``, or one that resembles it.
@@ -182,13 +185,13 @@ class LinearizedStrategy:
         found = of.about_likely(best)
         if found is None:
             return other
-        there = self._opened({n: found.values[n] for n in (*self.model.base, *self.model.amplitudes(best))})
+        there = self._linearized_at({n: found.values[n] for n in (*self.model.base, *self.model.amplitudes(best))})
         if there is None:
             return other
         there.relinearization.keep(found)
         return there
 
-    def _opened(self, about: Mapping[str, float]) -> LinearizedStrategy | None:
+    def _linearized_at(self, about: Mapping[str, float]) -> LinearizedStrategy | None:
         """The strategy linearized elsewhere; None where that, or the baseline's fit, fails."""
         try:
             there = open_linearized(self.model.setup, about)

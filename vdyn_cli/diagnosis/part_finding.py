@@ -11,7 +11,6 @@ from vdyn_cli.diagnosis.part_curve import Curve, curve_of, law_values, share_of_
 from vdyn_cli.diagnosis.part_search import FittedParts, PartSearch, part_search
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.inference.function_prior import FunctionEvidence
 from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.free_part import Part
@@ -184,8 +183,3 @@ def _laws(search: PartSearch, best: FittedParts, curves: Sequence[Curve]) -> lis
 
 def _nearness(law: LawWithin) -> float:
     return law.share_of_rms if np.isnan(law.share_of_curve) else law.share_of_curve
-
-
-def evidence_of(search: PartSearch, parts: Sequence[Part]) -> FunctionEvidence | None:
-    """The linearized evidence of a set of parts."""
-    return next((found for some, found in search.gains if some == tuple(parts)), None)

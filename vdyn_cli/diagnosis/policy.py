@@ -146,8 +146,9 @@ class Policy:
     )  # fmt: skip
     hopeless_share: float = _threshold(
         0.2, "share of the misfit", "that a large candidate leaves beyond an answer, above which it is given up",
-        "Beside an answer at most negligible_rest may remain: twice that, by the root of the ratio of log likelihoods. "
-        "A candidate's own noise takes in what it leaves, so that the true share is larger.",
+        "An answer may leave at most negligible_rest; this is twice that. The share is the root of a ratio of log "
+        "likelihoods. The noise is estimated with the candidate and contains part of what it leaves: the true share "
+        "is larger.",
     )  # fmt: skip
     coarse_gain: float = _threshold(
         0.9, "of the baseline's rms error", "below which a candidate must come at a coarse start, if another one fits",
@@ -269,7 +270,7 @@ class Policy:
         "set by tests/bench/other_laws.md.",
     )  # fmt: skip
     rival_share: float = _threshold(
-        0.02, "share of the evidence", "by which a part must exceed another at least, for that to be no rival",
+        0.02, "share of the evidence", "by which a part must at least exceed another to rule it out as a rival",
         "Evidence of hundreds of standard errors is not exact to 2 %: the laws and the linearization are not.",
     )  # fmt: skip
     place_near: float = _threshold(

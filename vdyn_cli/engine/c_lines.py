@@ -74,6 +74,7 @@ class CBody:
                 self._lines[place] = f"const double {self.text(place)} = {text};"
 
     def text(self, place: int) -> str:
+        """The C expression of the value at a place: a name, an input or a constant."""
         return self._plain.get(place) or f"v{place}"
 
     def lines(self, places: Iterable[int]) -> list[str]:

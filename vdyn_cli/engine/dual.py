@@ -23,10 +23,18 @@ class Algebra(Protocol):
     def value(self, op: int, *arguments: Value) -> Value:
         """The result of one operation of the graph; plain floats are constants."""
 
-    def scale(self, tangents: Tangents, by: Value) -> Tangents: ...
-    def add(self, left: Tangents, right: Tangents) -> Tangents: ...
-    def subtract(self, left: Tangents, right: Tangents) -> Tangents: ...
-    def negate(self, tangents: Tangents) -> Tangents: ...
+    def scale(self, tangents: Tangents, by: Value) -> Tangents:
+        """The tangents times a value."""
+
+    def add(self, left: Tangents, right: Tangents) -> Tangents:
+        """The sum of two rows of tangents."""
+
+    def subtract(self, left: Tangents, right: Tangents) -> Tangents:
+        """The left tangents less the right ones."""
+
+    def negate(self, tangents: Tangents) -> Tangents:
+        """The tangents times -1."""
+
     def choose(self, condition: Value, tangents: Tangents) -> Tangents:
         """The tangents where the condition is not 0, else 0."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
@@ -44,7 +44,25 @@ class Graph:
 
     @property
     def readings(self) -> int:
+        """Number of values that the field reads at a moment, beside the rates of the states."""
         return int(self.field.size1_out(1))
+
+    @cached_property
+    def slopes(self) -> ca.Function:
+        """``(x, u, p, 0, 0) -> derivatives`` of rates and readings to x, u and p, one block each."""
+        return self.field.jacobian()
+
+    @cached_property
+    def root_slopes(self) -> ca.Function:
+        """Gradients of w' A v to (x, u, p), A = d rates/dx, real and imaginary part, for given v and w."""
+        x, u, p = (ca.SX.sym(self.field.name_in(k), *self.field.size_in(k)) for k in range(3))
+        v_re, v_im, w_re, w_im = (ca.SX.sym(name, x.numel()) for name in ("vr", "vi", "wr", "wi"))
+        rates = self.field(x, u, p)[0]
+        forward_re, forward_im = ca.jtimes(rates, x, v_re), ca.jtimes(rates, x, v_im)
+        real = ca.dot(w_re, forward_re) + ca.dot(w_im, forward_im)
+        imaginary = ca.dot(w_re, forward_im) - ca.dot(w_im, forward_re)
+        gradients = [ca.densify(ca.gradient(part, to)) for part in (real, imaginary) for to in (x, u, p)]
+        return ca.Function("slopes", [x, u, p, v_re, v_im, w_re, w_im], gradients, {"cse": True})
 
     def start(self, given: frozenset[str]) -> ca.Function:
         """``(x, u, p) -> (x0, dx0/d(x, p))`` where ``given`` starts are taken from x and the others by their laws."""

@@ -150,6 +150,7 @@ class Printer(_ValuePrinter):
         )
 
     def add(self, left: Tangents, right: Tangents) -> Tangents:
+        """The sum: terms of one row are merged, the others are kept until they are needed."""
         terms = {t.row: t for t in left}
         for t in right:
             terms[t.row] = self._merged(terms[t.row], t) if t.row in terms else t
@@ -162,12 +163,15 @@ class Printer(_ValuePrinter):
         return _Term(a.row, self.name(f"{how} double {a.factor or one}, {b.factor or one}"), a.minus)
 
     def subtract(self, left: Tangents, right: Tangents) -> Tangents:
+        """The left tangents less the right ones."""
         return self.add(left, self.negate(right))
 
     def negate(self, tangents: Tangents) -> Tangents:
+        """The tangents times -1: a sign of each term, without an instruction."""
         return tuple(_Term(t.row, t.factor, not t.minus) for t in tangents)
 
     def choose(self, condition: Value, tangents: Tangents) -> Tangents:
+        """The tangents where the condition is not 0, else 0."""
         truth = self._compare("une", condition, constant(0.0))
         return self._single(
             self.name(f"select i1 {truth}, {self._row} {self.sum(tangents)}, {self._row} zeroinitializer")
@@ -199,14 +203,17 @@ class Printer(_ValuePrinter):
         return self.name(f"fmul {self._row} {row}, {self._spread[scalar]}")
 
     def load_tangents(self, array: str, offset: int) -> Tangents:
+        """The row of K derivatives that stands in an array at an offset, counted in doubles."""
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
         return self._single(self.name(f"load {self._row}, ptr {at}, align 8"))
 
     def move_tangents(self, offset: int) -> Tangents:
+        """z + h k of one state: its tangents moved by the step h along the rates k."""
         moved = self.add(self.load_tangents("%z", offset), self.scale(self.load_tangents("%k", offset), "%h"))
         return self.collected(moved)
 
     def store_tangents(self, tangents: Tangents | None, array: str, offset: int) -> None:
+        """Write the row of K derivatives into an array at an offset; None is zero."""
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
         row = "zeroinitializer" if tangents is None else self.sum(tangents)
         self.lines.append(f"store {self._row} {row}, ptr {at}, align 8")

@@ -101,7 +101,7 @@ def steady(
     active = _active(graph, fixed)
     places = _Places(graph, active, held, free)
     x, u = _settle(model, graph, places, _start(graph, {**held, **fixed}, u, p), u, p)
-    on_x = np.asarray(graph.field.jacobian()(x, u, p, 0, 0)[0])[np.ix_(active, active)]
+    on_x = np.asarray(graph.slopes(x, u, p, 0, 0)[0])[np.ix_(active, active)]
     return SteadyState(
         dict(zip(graph.states, x.tolist(), strict=True)),
         dict(zip(graph.inputs, u.tolist(), strict=True)),
@@ -129,9 +129,9 @@ class _Places:
         self.u = [graph.inputs.index(name) for name in free]
         self.rates = active
 
-    def derivatives(self, field: ca.Function, x: Array, u: Array, p: Array) -> tuple[Array, Array]:
+    def derivatives(self, slopes: ca.Function, x: Array, u: Array, p: Array) -> tuple[Array, Array]:
         """Of the rates, to the unknowns (m, n) and to the constants (m, p)."""
-        on_x, on_u, on_p = (np.asarray(block)[self.rates] for block in list(field.jacobian()(x, u, p, 0, 0))[:3])
+        on_x, on_u, on_p = (np.asarray(block)[self.rates] for block in list(slopes(x, u, p, 0, 0))[:3])
         return np.hstack([on_x[:, self.x], on_u[:, self.u]]), on_p
 
 
@@ -149,7 +149,7 @@ def _settle(model: Model, graph: Graph, places: _Places, x: Array, u: Array, p: 
     count = len(places.x)
     for _ in range(MOST_STEPS):
         rates = np.asarray(field(x, u, p)[0])[places.rates, 0]
-        slopes, _ = places.derivatives(field, x, u, p)
+        slopes, _ = places.derivatives(graph.slopes, x, u, p)
         if not (np.isfinite(rates).all() and np.isfinite(slopes).all()):
             break
         weights = 1.0 / np.maximum(np.abs(slopes).max(axis=1, initial=0.0), 1e-12) if weights is None else weights
@@ -179,8 +179,8 @@ def _settle(model: Model, graph: Graph, places: _Places, x: Array, u: Array, p: 
 def _roots(graph: Graph, places: _Places, matrix: Array, x: Array, u: Array, p: Array) -> tuple[Root, ...]:
     values, right = np.linalg.eig(matrix)
     left = np.linalg.pinv(right).conj().T  # columns, scaled so that left' right = 1
-    slope = _root_slopes(graph)
-    to_z, to_p = places.derivatives(graph.field, x, u, p)
+    slope = graph.root_slopes
+    to_z, to_p = places.derivatives(graph.slopes, x, u, p)
     moves = -np.asarray(np.linalg.lstsq(to_z, to_p, rcond=1e-13)[0])  # of the steady state with the constants
     names = [graph.states[i] for i in places.active]
     found = []
@@ -210,15 +210,3 @@ def _roots(graph: Graph, places: _Places, matrix: Array, x: Array, u: Array, p: 
 
 def _halves(six: Sequence[ca.DM]) -> tuple[Sequence[ca.DM], Sequence[ca.DM]]:
     return six[:3], six[3:]
-
-
-def _root_slopes(graph: Graph) -> ca.Function:
-    """Gradients of w' A v to (x, u, p), real and imaginary part, for given v and w."""
-    x, u, p = (ca.SX.sym(graph.field.name_in(k), *graph.field.size_in(k)) for k in range(3))
-    v_re, v_im, w_re, w_im = (ca.SX.sym(name, x.numel()) for name in ("vr", "vi", "wr", "wi"))
-    rates = graph.field(x, u, p)[0]
-    forward_re, forward_im = ca.jtimes(rates, x, v_re), ca.jtimes(rates, x, v_im)
-    real = ca.dot(w_re, forward_re) + ca.dot(w_im, forward_im)
-    imaginary = ca.dot(w_re, forward_im) - ca.dot(w_im, forward_re)
-    gradients = [ca.densify(ca.gradient(part, to)) for part in (real, imaginary) for to in (x, u, p)]
-    return ca.Function("slopes", [x, u, p, v_re, v_im, w_re, w_im], gradients, {"cse": True})

@@ -27,6 +27,7 @@ class Signals(SimpleNamespace):
     """Named numbers or symbols, the arguments of a law; copied with changes, never edited."""
 
     def but(self, **changed: Number) -> Signals:
+        """A copy with some signals replaced or added."""
         return Signals(**{**self.__dict__, **changed})
 
     def __getattr__(self, name: str) -> Any:
@@ -37,17 +38,28 @@ class Correction(Protocol):
     """The part of an effect that the builder uses."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the effect."""
+
     @property
-    def laws(self) -> Mapping[str, Callable[[Law, Signals, Signals], Number]]: ...
+    def laws(self) -> Mapping[str, Callable[[Law, Signals, Signals], Number]]:
+        """The corrected law by the name of the law: (law, signals, unknowns) -> number."""
+
     @property
-    def unknowns(self) -> Mapping[str, Any]: ...
+    def unknowns(self) -> Mapping[str, Any]:
+        """Unit, meaning and range by unknown."""
+
     @property
-    def nominal(self) -> Mapping[str, float]: ...
+    def nominal(self) -> Mapping[str, float]:
+        """Value of each unknown that is not zero without the effect, SI."""
+
     @property
-    def states(self) -> Mapping[str, Callable[[Signals], Number]]: ...
+    def states(self) -> Mapping[str, Callable[[Signals], Number]]:
+        """Start value by state that the effect adds to the model, as a law of the signals."""
+
     @property
-    def probes(self) -> tuple[float, ...]: ...
+    def probes(self) -> tuple[float, ...]:
+        """Amplitudes, SI, at which an effect without a slope at zero is tried; empty for others."""
 
 
 class ModelBuilder:

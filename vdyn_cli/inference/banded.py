@@ -19,7 +19,7 @@ def factored(band: Array) -> Array:
     try:
         return np.asarray(cholesky_banded(band, lower=True))
     except ValueError as error:  # not finite, or not positive definite
-        raise ArithmeticError("this is not the covariance of a noise process") from error
+        raise ArithmeticError("the covariance of the noise is not finite or not positive definite") from error
 
 
 def whitened(factor: Array, values: Array) -> Array:

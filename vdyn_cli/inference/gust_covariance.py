@@ -98,6 +98,7 @@ class RunNoise:
 
     @property
     def sources(self) -> tuple[str, ...]:
+        """Names of the sizes and times that the covariance depends on, each once."""
         names = [n for p in self.parts for n in ((p.size, p.time) if isinstance(p, Colored) else (p.source,))]
         return tuple(dict.fromkeys(names))
 

@@ -104,7 +104,7 @@ def _degrees(units: Sequence[UnitFactor], ways: list[tuple[Array, Array, Array]]
     """Satterthwaite's degrees of freedom for one shared unknown under the noise model."""
     through = np.array([w[1][i] for w in ways])
     matrix = np.diag([float(w[0][i] @ w[0][i]) for w in ways]) - through @ covariance @ through.T
-    run = np.array([u.run for u in units])
+    run = np.array([u.run for u in units if u.own.size])  # where runs are the units, they have none of their own left
     for k in np.unique(run):
         at = np.flatnonzero(run == k)
         own = np.array([ways[j][2][i] for j in at])

@@ -50,6 +50,7 @@ class BorderedSystem:
 
     @property
     def n_shared(self) -> int:
+        """s, number of shared unknowns."""
         return int(self.runs.shape[2]) - 1 - self.n_own
 
     def column_norms(self) -> Array:

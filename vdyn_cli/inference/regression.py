@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -94,12 +95,14 @@ class Regression:
     narrow: Callable[[Sequence[str]], Callable[[int, Array], Rows]] | None = None
     log_noise: float = 0.0
 
-    @property
+    @cached_property
     def shared(self) -> tuple[Unknown, ...]:
+        """The unknowns that all runs share, (s)."""
         return tuple(u for u in self.unknowns if not u.per_run)
 
-    @property
+    @cached_property
     def own(self) -> tuple[Unknown, ...]:
+        """The unknowns that each run has of its own, (m)."""
         return tuple(u for u in self.unknowns if u.per_run)
 
     def local(self, x: Array, run: int) -> Array:
@@ -108,10 +111,12 @@ class Regression:
         return np.concatenate([x[:s], x[s + run * m : s + (run + 1) * m]])
 
     def start(self) -> Array:
+        """Start values (s + g m): shared first, then run by run."""
         own = np.array([self.run_starts.get(u.name, np.full(len(self.runs), u.start)) for u in self.own], dtype=float)
         return np.concatenate([[u.start for u in self.shared], own.T.ravel()])
 
     def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds, each (s + g m): shared first, then run by run."""
         every = self.shared + self.own * len(self.runs)
         return np.array([u.lower for u in every], dtype=float), np.array([u.upper for u in every], dtype=float)
 

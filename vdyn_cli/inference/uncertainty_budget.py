@@ -47,6 +47,7 @@ class Budget:
 
     @property
     def std(self) -> float:
+        """Combined standard uncertainty, in the unit of the value: sqrt(sum (c_i u_i)^2)."""
         return math.hypot(*(c.part for c in self.contributions))
 
     @property
@@ -57,6 +58,7 @@ class Budget:
 
     @property
     def interval95(self) -> tuple[float, float]:
+        """Lower and upper end: value -+ t std, with Student's t at the effective degrees of freedom."""
         half = t_quantile(min(self.degrees, 1e9)) * self.std
         return self.value - half, self.value + half
 

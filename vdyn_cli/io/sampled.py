@@ -23,6 +23,7 @@ class Signal:
 
     @property
     def step(self) -> float:
+        """Median time between samples, s."""
         return float(np.median(np.diff(self.time)))
 
     def averages(self, grid: Array, width: float) -> Array:

@@ -13,7 +13,7 @@ Words = frozenset[str]
 
 # Other spellings of the words in the rules below, English and German.
 _SAME_WORD = {
-    **dict.fromkeys(("velocity", "vel", "spd", "v", "geschwindigkeit"), "speed"),
+    **dict.fromkeys(("velocity", "vel", "spd", "v", "geschwindigkeit", "geschw", "tempo"), "speed"),
     **dict.fromkeys(("acceleration", "acc", "beschleunigung", "specificforce"), "accel"),
     **dict.fromkeys(("longitudinal", "lon", "forward", "laengs", "längs"), "long"),
     **dict.fromkeys(("vertical", "vertikal"), "vert"),

@@ -22,6 +22,7 @@ from vdyn_cli.diagnosis.extension import publish_with
 from vdyn_cli.effects import candidates
 from vdyn_cli.project.channel_sources import Scaling
 from vdyn_cli.project.inputs import Inputs
+from vdyn_cli.project.road_profile import with_survey_error
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
@@ -30,6 +31,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, published
 from vdyn_cli.steps.interval_text import with_wider_intervals
+from vdyn_cli.steps.road_survey import MODES, RoadSurvey
 
 Slopes = Mapping[str, float]
 SHOWN = 1.02  # of a half width: below, two digits of an interval do not show that it is wider
@@ -47,13 +49,14 @@ class _Uncertain:
 
 
 def with_input_uncertainty(result: Result, inputs: Inputs) -> Result:
-    """The result whose intervals hold the uncertainty of the constants behind its channels and of its clocks.
+    """The result whose intervals hold the uncertainty of the constants behind its channels and of its clocks, and
+    of the road's survey.
 
     Parameters
     ----------
     result : diagnosed, and of the extended model where there is one.
     """
-    uncertain = [*_scales(inputs), *_clocks(inputs)]
+    uncertain = [*_scales(inputs), *_clocks(inputs), *_road(inputs)]
     if not uncertain or result.refused:
         return result
     effects = result.diagnosis.extended if result.diagnosis else ()
@@ -102,6 +105,21 @@ def _clocks(inputs: Inputs) -> Iterator[_Uncertain]:
         for name, size, delay, drift in kinds:
             if one.channels:
                 yield _Uncertain(name, one.logger, size, _shifted(one, delay, drift), both_ways=True)
+
+
+def _road(inputs: Inputs) -> Iterator[_Uncertain]:
+    """The modes of the error of the road's survey."""
+    road = inputs.road
+    for mode in range(MODES if road is not None and road.uncertain else 0):
+        if road is not None:
+            yield _Uncertain("the road's survey", road.name, road.size, _resurveyed(road, mode), both_ways=False)
+
+
+def _resurveyed(road: RoadSurvey, mode: int) -> Callable[[Log, float], Log]:
+    def moved(log: Log, times: float) -> Log:
+        return with_survey_error(log, road, mode, times)
+
+    return moved
 
 
 def _shifted(clock: ClockDifference, delay: float, drift: float) -> Callable[[Log, float], Log]:

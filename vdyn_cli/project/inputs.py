@@ -45,6 +45,7 @@ from vdyn_cli.project.channel_sources import (
     unused_sources,
 )
 from vdyn_cli.project.repeated_runs import repeated_runs
+from vdyn_cli.project.road_profile import road_findings, survey_note, surveyed_road, with_grade
 from vdyn_cli.project.run_parts import split_runs
 from vdyn_cli.project.unlike_runs import other_units, with_run_signs
 from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
@@ -58,6 +59,7 @@ from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Step, names
+from vdyn_cli.steps.road_survey import RoadSurvey
 
 CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
 SAME = 1e-3  # share by which such values may differ however well they are known
@@ -74,7 +76,8 @@ class Inputs:
     """Everything a step's estimate reads, and the files it came from, with the sha256 of the bytes that were read.
 
     ``step`` is the one of the description's manoeuvre; ``scalings`` are the channels made from others; ``unsplit`` are
-    the runs before long cuts split them; ``clocks`` are the differences of the loggers' clocks.
+    the runs before long cuts split them; ``clocks`` are the differences of the loggers' clocks;
+    ``road`` is the survey that gave the grade.
     """
 
     step: Step
@@ -90,6 +93,7 @@ class Inputs:
     ready: Callable[[Log], Log] = _same
     unsplit: tuple[CutLog, ...] = ()
     clocks: tuple[ClockDifference, ...] = ()
+    road: RoadSurvey | None = None
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
         """What the step reads, with other logs in the place of those that were read."""
@@ -101,7 +105,9 @@ class Inputs:
         """The quality of all logs, and the ledger of their cuts."""
         channels = {one.log.name: {n: one.flags.counts(n) for n in one.flags.states} for one in self.cut}
         rows = {id(row): row for one in self.cut for row in one.ledger}  # parts of one run share theirs
-        return DataQuality(channels, tuple(rows.values()), self.clocks)
+        return DataQuality(
+            channels, tuple(rows.values()), self.clocks, None if self.road is None else self.road.summary()
+        )
 
 
 def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
@@ -130,9 +136,10 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     before = len(problems)
     constants = known_channels(step, spec, source, problems)
     made = _attempt(problems, scalings, step, spec, known) or ()
+    road = _attempt(problems, surveyed_road, spec, source, files)
     unreadable += problems[before:]
     read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in range(len(spec.runs))]
-    ready = partial(_ready, step, constants, made)
+    ready = partial(_ready, step, constants, made, road)
     clocks = tuple(clock for one in read if one is not None for clock in one[1])
     cut = tuple(replace(one[0], log=ready(one[0].log)) for one in read if one is not None)
     if not unreadable:
@@ -140,7 +147,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     logs = tuple(one.log for one in cut)
     places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
     problems += repeated_runs(logs, places) if len(places) == len(logs) else []
-    problems += other_units(logs) if not unreadable else []
+    problems += [*other_units(logs), *road_findings(road, spec, logs)] if not unreadable else []
     unsplit = cut
     there = [run for run, one in zip(spec.runs, read, strict=True) if one is not None]
     if len(logs) == len(spec.runs):
@@ -160,9 +167,9 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             problems += [f for f in found if not _of_dropped(f, described.dropped) and f not in problems]
         raise InputError(*with_run_signs(problems, logs))
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
-    findings += tuple(unread_keys(step, spec, source))
+    findings += (*unread_keys(step, spec, source), *survey_note(road))
     findings += (*condensing, *(refused() if step.diagnosable else ()))
-    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks)
+    return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks, road)
 
 
 def _usable(dropped: Iterable[Location], step: Step) -> bool:
@@ -405,9 +412,11 @@ def _log_and_file(
     return read_log(file, columns, options, name), (file,)
 
 
-def _ready(step: Step, constants: Mapping[str, float], made: Sequence[Scaling], log: Log) -> Log:
-    """The log with its constant channels, those made from others, and totals."""
-    return _summed(step, completed(log, constants, made))
+def _ready(
+    step: Step, constants: Mapping[str, float], made: Sequence[Scaling], road: RoadSurvey | None, log: Log
+) -> Log:
+    """The log with its constant channels, those made from others, totals, and the surveyed grade."""
+    return with_grade(_summed(step, completed(log, constants, made)), road)
 
 
 def _wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vdyn_cli.quantities.log import Array
+if TYPE_CHECKING:
+    from vdyn_cli.quantities.log import Array
 
 
 @dataclass(frozen=True)

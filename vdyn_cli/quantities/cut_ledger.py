@@ -70,20 +70,25 @@ class DataQuality:
     ----------
     channels : log: channel: state: number of samples.
     ledger : in the order of the runs. clocks : of several loggers, against the first one's.
+    road : the survey that gave the grade (file, span in m, number of points, kind, error); None without one.
     """
 
     channels: Mapping[str, Mapping[str, Mapping[str, int]]] = field(default_factory=dict)
     ledger: tuple[LedgerRow, ...] = ()
     clocks: tuple[ClockDifference, ...] = ()
+    road: Mapping[str, str | float | int] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The ``quality`` part of a result's JSON."""
         channels = {log: {n: dict(states) for n, states in of.items()} for log, of in self.channels.items()}
         clocks = {"clocks": [c.to_json() for c in self.clocks]} if self.clocks else {}
-        return {"channels": channels, "ledger": [row.to_json() for row in self.ledger], **clocks}
+        road = {"road": dict(self.road)} if self.road is not None else {}
+        return {"channels": channels, "ledger": [row.to_json() for row in self.ledger], **clocks, **road}
 
     @classmethod
     def from_json(cls, part: Mapping[str, Any]) -> DataQuality:
         """What ``to_json`` wrote."""
         clocks = tuple(ClockDifference.from_json(c) for c in part.get("clocks", ()))
-        return cls(part["channels"], tuple(LedgerRow.from_json(row) for row in part["ledger"]), clocks)
+        return cls(
+            part["channels"], tuple(LedgerRow.from_json(row) for row in part["ledger"]), clocks, part.get("road")
+        )

@@ -39,6 +39,7 @@ class Quantity:
     upper: float = math.inf
 
     def allows(self, value: float) -> bool:
+        """Whether a value in the SI unit lies within the range, its ends included."""
         return self.lower <= value <= self.upper
 
 

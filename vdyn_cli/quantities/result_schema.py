@@ -146,6 +146,17 @@ class ClockEntry(Entry):
     channels: list[str] = Field(description="channels that were resampled from the other logger")
 
 
+class SurveyEntry(Entry):
+    """The survey of the road that gave the grade."""
+
+    profile: str = Field(description="its file")
+    start: float = Field(alias="from", description="first position, m")
+    stop: float = Field(alias="to", description="last position, m")
+    points: int = Field(description="number of points")
+    kind: Literal["elevation", "grade"] = Field(description="what it holds")
+    std: float = Field(description="stated error of its values, m or m/m; 0: taken as exact")
+
+
 class QualityEntry(BaseModel):
     """The quality of the logs. Further keys are checks of one step, such as ``agreement`` of a coast-down."""
 
@@ -156,6 +167,7 @@ class QualityEntry(BaseModel):
     )
     ledger: list[LedgerEntry] = Field(description="segments that were cut, or kept although they failed a test")
     clocks: list[ClockEntry] = Field([], description="differences of the clocks of several loggers")
+    road: SurveyEntry | None = Field(None, description="survey of the road (coast-down); null without one")
     influence: dict[str, dict[str, float]] = Field(
         {}, description="run: parameter: how much higher it is without this run, in its SI unit"
     )

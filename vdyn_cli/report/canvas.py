@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 # The palette of Okabe and Ito, which color-blind readers can discriminate; line styles do it in black and white.
 INK, GRAY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
 BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
-ORANGE, SKY, YELLOW = "#E69F00", "#56B4E9", "#F0E442"
+ORANGE, SKY = "#E69F00", "#56B4E9"
 DARK_GREEN = "#00553e"
 GRID, HELD_OUT, CLOUD = "#e3e3e3", "#fdf3c8", "#8d8d8d"
 
@@ -72,12 +72,24 @@ class LegendEntry:
 
 @contextlib.contextmanager
 def style() -> Iterator[None]:
-    """The drawing settings as a context, so that the user's own matplotlib settings have no influence."""
+    """The drawing settings as a context, so that the user's own matplotlib settings have no influence.
+
+    A page opens it once for all its figures: to set all of matplotlib's settings takes as long as to draw a figure.
+    """
     matplotlib = _matplotlib()
+    if _is_style(matplotlib):
+        yield
+        return
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(_STYLE)
         yield
+
+
+def _is_style(matplotlib: Any) -> bool:
+    """Whether matplotlib's settings are these already."""
+    wanted = {**matplotlib.rcParamsDefault, **_STYLE}
+    return all(matplotlib.rcParams[name] == value for name, value in wanted.items() if name != "backend")
 
 
 def _matplotlib() -> Any:
@@ -243,6 +255,8 @@ _TENTHS = re.compile(r"(?<=\.\d)\d+")
 _WHOLE = re.compile(r"\.0(?!\d)")
 _DOT = re.compile(r"M(-?[\d.]+ -?[\d.]+)L\1(?=[M\"])")
 _PLACES = re.compile(r' (?:d|x|y)="[^"]*"')
+_FONT = re.compile(r" font-family: [^;\"]*;?|;\s*(?=\")")
+_UPRIGHT = re.compile(r' transform="rotate\(-0 [^"]*\)"')
 _HEAD = re.compile(r"<svg[^>]*viewBox=\"([^\"]*)\"[^>]*>")
 _DROPPED = re.compile(r"\s*<metadata>.*?</metadata>|\s*<defs>\s*<style.*?</style>\s*</defs>|<!--.*?-->", re.DOTALL)
 
@@ -280,11 +294,12 @@ def _lean(tag: str, prefix: str) -> str:
         return tag
     tag = re.sub(r' id="[^"]*"', "", tag, count=1) if tag.startswith("<g ") else tag.replace(' id="', f' id="{prefix}-')
     tag = tag.replace("xlink:href", "href")
-    tag = re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}-", tag)
+    tag = tag.replace('href="#', f'href="#{prefix}-').replace("url(#", f"url(#{prefix}-")
     if tag.startswith("<image"):
         return tag
-    tag = re.sub(r" font-family: [^;\"]*;?|;\s*(?=\")", "", tag)
-    tag = re.sub(r' transform="rotate\(-0 [^"]*\)"', "", tag)
+    tag = _FONT.sub("", tag)
+    if "rotate(-0 " in tag:
+        tag = _UPRIGHT.sub("", tag)
     return _PLACES.sub(_rounded, tag)
 
 

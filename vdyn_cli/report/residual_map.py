@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 WIDTH = 1240.0
 _BINS = 32
 _LEFT, _GAP, _RIGHT, _TOP, _BOTTOM = 130.0, 26.0, 96.0, 30.0, 46.0
+_SHADES = 41
 _LEAST, _SHARE = 3, 1 / 8  # fewest samples of a cell: as a number, and as a share of an equal division
 
 
@@ -110,25 +111,37 @@ def _limit(channel: ChannelTraces, *cells: Array) -> float:
 
 def _draw_cells(axes: Axes, edges: Array, cells: Array, limit: float) -> None:
     rows = np.arange(cells.shape[0] + 1, dtype=float)
-    axes.pcolormesh(
-        edges,
-        rows,
-        np.ma.masked_invalid(cells),
-        cmap=_colors(),
-        vmin=-limit,
-        vmax=limit,
-        edgecolors="none",
-        linewidth=0,
-    )
+    _fill(axes, edges, rows, cells, limit)
     axes.set(xlim=(edges[0], edges[-1]), ylim=(rows[-1], 0))
     axes.spines["left"].set_visible(False)
+
+
+def _fill(axes: Axes, x: Array, y: Array, cells: Array, limit: float) -> None:
+    """Color the cells (rows, columns) between edges x and y: one shape a shade, neighbors in a row as one rectangle."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    colors, known = _colors(), np.isfinite(cells)
+    share = 0.5 + 0.5 * np.where(known, cells, 0.0) / limit
+    shade = np.where(known, np.clip((share * _SHADES).astype(int), 0, _SHADES - 1), -1)
+    corners: dict[int, list[Array]] = {}
+    for row, one in enumerate(shade):
+        starts = np.flatnonzero(np.diff(one, prepend=-2))
+        for left, right in zip(starts, np.append(starts[1:], one.size), strict=True):
+            x0, x1, y0, y1 = x[left], x[right], y[row], y[row + 1]
+            corners.setdefault(int(one[left]), []).append(np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]))
+    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+    for number in sorted(set(corners) - {-1}):
+        rectangles = corners[number]
+        outline = Path(np.concatenate(rectangles), codes * len(rectangles))
+        axes.add_artist(PathPatch(outline, facecolor=colors(number), linewidth=0, antialiased=False))
 
 
 def _colors() -> Colormap:
     from matplotlib.colors import LinearSegmentedColormap
 
     shades = ["#00456b", canvas.BLUE, "#a6cfe8", "#f7f7f5", "#f3c39c", canvas.VERMILLION, "#7a3500"]
-    return LinearSegmentedColormap.from_list("residual", shades, N=41)
+    return LinearSegmentedColormap.from_list("residual", shades, N=_SHADES)
 
 
 def _name_rows(page: Sheet, traces: tuple[RunTrace, ...], row: float) -> None:
@@ -142,7 +155,8 @@ def _draw_scale(page: Sheet, area: PlotArea, limit: float) -> None:
     axes = canvas.add_axes(page, area)
     edges = np.linspace(-limit, limit, 22)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    axes.pcolormesh([0, 1], edges, middle[:, None], cmap=_colors(), vmin=-limit, vmax=limit)
+    _fill(axes, np.array([0.0, 1.0]), edges, middle[:, None], limit)
+    axes.set_xlim(0, 1)
     axes.yaxis.tick_right()
     for spine in axes.spines.values():
         spine.set_visible(False)

@@ -28,6 +28,7 @@ from vdyn_cli.steps.coastdown.step import STEP
 estimate = STEP.estimate
 MAIN = ("rolling_resistance", "drag_area")
 WINDOW: dict[str, Any] = {"speed_window": ["74 km/h", "21 km/h"]}
+MORE = [pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3)]  # the same test of other cars or days
 
 
 def off(result: Result, name: str, truth: float) -> float:
@@ -39,7 +40,7 @@ def off(result: Result, name: str, truth: float) -> float:
 # Recovery -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *MORE])
 def test_coasts_of_random_vehicles(seed: int) -> None:
     vehicle = random_vehicle(seed)
     result = solve_day(vehicle, seed, settings=WINDOW)
@@ -117,7 +118,7 @@ HILLY = {"grade_profile": 0.01}
 FELT = coast.DAY.but(acceleration=sensors.ACCELEROMETER)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, MORE[0]])
 def test_an_accelerometer_takes_the_slope_out(seed: int) -> None:
     both = ("speed", "acceleration")
     blind = solve_day(REFERENCE, seed, FELT, HILLY, settings=WINDOW)

@@ -105,6 +105,7 @@ def test_what_is_hidden_is_named_with_its_size_and_gains_on_held_out_runs(
         assert entry["baseline"] != entry["value"]
 
 
+@pytest.mark.slow  # a whole diagnosis; the sample day's is one of the fast tests
 def test_nothing_hidden_is_adequate(tmp_path: Path) -> None:
     path = described(tmp_path, {})
     made = document(path)
@@ -166,6 +167,7 @@ def test_a_slope_can_be_asked_for_beside_an_accelerometer_that_tells_it(tmp_path
     assert low < 1e-3 < high
 
 
+@pytest.mark.slow  # a whole diagnosis, after cuts that are tested with the ledger
 def test_where_a_sensor_stood_still_is_cut_and_the_rest_names_the_wind(tmp_path: Path) -> None:
     path = described(tmp_path, {"headwind": 2.0})
     damage(sorted(tmp_path.glob("*.csv")), "stuck")

@@ -13,13 +13,14 @@ from vdyn_cli.steps.coastdown.outlying_run import LEVEL, outlying_run
 from vdyn_cli.steps.coastdown.step import STEP
 
 EIGHT = coast.DAY.but(runs=8)
+SLOW = pytest.mark.slow  # the same test of other days
 
 
 def reported(result: Result) -> list[str]:
     return [f"{f.where} {f.what}" for f in result.findings if f.doubt]
 
 
-@pytest.mark.parametrize(("seed", "odd"), [(5, 4), (6, 0), (7, 7)])
+@pytest.mark.parametrize(("seed", "odd"), [(5, 4), pytest.param(6, 0, marks=SLOW), pytest.param(7, 7, marks=SLOW)])
 def test_a_brake_that_held_in_one_run_is_reported(seed: int, odd: int) -> None:
     runs = list(coast.campaign(REFERENCE, seed, EIGHT))
     runs[odd] = coast.campaign(REFERENCE, seed, EIGHT, {"brake_drag": 90.0})[odd]
@@ -28,7 +29,7 @@ def test_a_brake_that_held_in_one_run_is_reported(seed: int, odd: int) -> None:
     assert 60 < float(found.split("resistance is ")[1].split(" N")[0]) < 120
 
 
-@pytest.mark.parametrize("seed", [5, 6, 7])
+@pytest.mark.parametrize("seed", [5, pytest.param(6, marks=SLOW), pytest.param(7, marks=SLOW)])
 def test_an_undisturbed_day_has_no_outlier(seed: int) -> None:
     runs = coast.campaign(REFERENCE, seed, EIGHT)
     assert not reported(STEP.estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))

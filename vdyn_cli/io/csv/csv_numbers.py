@@ -41,6 +41,7 @@ class Lines:
     lines: tuple[int, ...]
 
     def of(self, row: int) -> int:
+        """The line of the file, counted from 1, on which a row (counted from 0) stands."""
         block = int(np.searchsorted(self.rows, row, "right")) - 1
         return self.lines[block] + row - self.rows[block]
 

@@ -74,7 +74,7 @@ class QualityPolicy:
     )  # fmt: skip
     fewest_surroundings: int = threshold(
         200, "samples", "of these surroundings at least",
-        "With 200 samples, no rest seen at all still bounds the chance of one at 1 %.",
+        "Where 200 samples hold no rest, its probability is below 1.5 % (95 %, rule of three).",
     )  # fmt: skip
     flat_step: float = threshold(
         1.0, "quanta", "from the chord of six values, up to which they are on a straight line",
@@ -187,11 +187,11 @@ class QualityPolicy:
     )  # fmt: skip
     shortest_part: float = threshold(
         2.0, "s", "of a run that is split at a cut, below which a part is left out",
-        "A start and an end speed are read over a second each; nothing is left between them.",
+        "The start speed and the end speed are averages over a second each: a shorter part has nothing between them.",
     )  # fmt: skip
     most_refits: int = threshold(
-        4, "cuts", "the longest, whose change of the parameters is evaluated by a fit without each",
-        "A bound of the cost: each is a fit of up to a few seconds.",
+        4, "cuts", "at most, longest first, whose influence on the parameters is evaluated by a fit without the cut",
+        "Limits the computing time: each fit takes up to a few seconds.",
     )  # fmt: skip
 
 

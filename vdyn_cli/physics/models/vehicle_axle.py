@@ -31,6 +31,7 @@ class Axle:
 
     @property
     def name(self) -> str:
+        """'front' or 'rear'."""
         return self.corners[0].axle
 
 

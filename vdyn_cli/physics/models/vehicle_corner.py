@@ -15,10 +15,13 @@ CONTACT_LAG = 2e-3  # s, within which a tire's damping follows the road's height
 
 
 def corner(e: ModelBuilder, u: Signals, at: Corner, body: Body, driven: tuple[Number, float] | None) -> Forces:
-    """One wheel's motion; returns what it does to the body.
+    """One wheel's motion; returns the forces (N), moments (N m) and load (N) that it puts on the body.
+
+    The hub pitches with the body; the contact patch moves with the hub and turns with the body's yaw.
 
     Parameters
     ----------
+    e, u : the model that is built, and its inputs, SI. at : axle and side. body : its motion, SI.
     driven : torque of its half-shaft (N m) and its share of the driven wheels; None where there is none.
     """
     p = e.p

@@ -106,7 +106,7 @@ _WAYS = (
     _A("driveline_efficiency", lambda k: 1.0, "no loss under load"),
     _A("driveline_inertia", _beyond_the_wheels, "rotating_mass minus four wheels"),
     _A("driveline_inertia", lambda k: LEAST_DRIVELINE_INERTIA, "gears only: the motor is disconnected from the wheels"),
-    _A("side_gear_inertia", lambda k: SIDE_GEAR_INERTIA, "usual value of gear and joint; hardly felt"),
+    _A("side_gear_inertia", lambda k: SIDE_GEAR_INERTIA, "usual value of gear and joint; little influence"),
     _A(
         "motor_reaction",
         lambda k: 1.0 / k["gear_ratio"],

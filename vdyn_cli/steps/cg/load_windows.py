@@ -81,7 +81,9 @@ class LoadWindows:
 
 
 def cut_windows(log: Log, heading: float = 0.0) -> LoadWindows:
-    """Cut a run into windows of some 20 ms; windows with a gap or a missing sample are left out.
+    """Cut a run into windows of some 20 ms (WINDOW) of an even number of intervals, weighted by Simpson's rule.
+
+    Windows with a gap or a missing sample are left out.
 
     Parameters
     ----------

@@ -19,6 +19,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Array, Campaign, road_of
+from vdyn_cli.steps.coastdown.felt_road import grade_findings
 from vdyn_cli.steps.coastdown.force_intervals import holding_forces
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
@@ -36,7 +37,7 @@ from vdyn_cli.steps.coastdown.road_load_fit import (
 )
 from vdyn_cli.steps.coastdown.road_position import first_place
 from vdyn_cli.steps.coastdown.road_run import RoadRun
-from vdyn_cli.steps.coastdown.road_search import located
+from vdyn_cli.steps.coastdown.road_search import LocatedCampaign, located
 from vdyn_cli.steps.coastdown.segments import CoastSegment, split
 from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
@@ -75,9 +76,13 @@ class CoastdownProblem(SimulatedProblem):
         return self.campaign.model
 
     @cached_property
+    def _located(self) -> LocatedCampaign:
+        return located(self.campaign)
+
+    @property
     def placed(self) -> Campaign:
         """The campaign, both directions on one road where the data say so."""
-        return located(self.campaign)
+        return self._located.campaign
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
@@ -109,7 +114,7 @@ class CoastdownProblem(SimulatedProblem):
 
         ``start`` is not used: the regression is nonlinear and is solved from its own start.
         """
-        return regression_with_effects(self.placed, effects, unknowns)
+        return regression_with_effects(self.placed, effects, unknowns, base=self._located.base)
 
     def regression_like(
         self, known: Regression, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
@@ -198,6 +203,8 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     campaign = Campaign(runs, drive, values, unknowns, use, white, levels, road_of(runs))
     campaign = replace(campaign, air_share=air_share, roughness=rough, level_road=rough == 0)
     findings = (*assumptions(known), *direction_findings(spec.runs, logs, segments, use))
+    if drive == "coasting":
+        findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
     return CoastdownProblem(spec, tuple(logs), known, campaign, selection, zeros, findings)
 
 

@@ -93,11 +93,16 @@ class RoadLoadRows:
         """Indices of the road's unknowns among the shared ones."""
         return np.array([self.shared.index(n) for n in self.road], dtype=np.intp)
 
+    @cached_property
+    def simulated_columns(self) -> NDArray[np.intp]:
+        """Indices of the other shared unknowns."""
+        return np.delete(np.arange(len(self.shared)), self.road_columns)
+
     def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
         """Residual (m,), simulated minus measured, and derivatives (m, s + own) of one run, before whitening."""
         campaign, shared = self.campaign, theta[: len(self.shared)]
-        inside = np.delete(np.arange(theta.size), self.road_columns)
-        used = np.delete(shared, self.road_columns)
+        inside = np.concatenate([self.simulated_columns, np.arange(shared.size, theta.size)])
+        used = shared[self.simulated_columns]
         start = theta[-1] if campaign.speed_fitted else campaign.runs[run].speed[0]
         try:
             drive = self.drives[run] if self.drives else campaign.fit_drives[run]
@@ -311,7 +316,11 @@ def fit_road_load(
 
 
 def regression_with_effects(
-    campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown], rounds: int = ROUNDS
+    campaign: Campaign,
+    effects: Sequence[Correction],
+    extra: Sequence[Unknown],
+    rounds: int = ROUNDS,
+    base: Regression | None = None,
 ) -> Regression:
     """The regression at the baseline's fit with candidate effects beside it, and noise sizes free of their signals.
 
@@ -326,13 +335,14 @@ def regression_with_effects(
     Parameters
     ----------
     effects, extra, rounds : as in ``fit_road_load``.
+    base : the campaign's ``weighted_start``, where that is at hand; it does not depend on the roughness shown.
 
     Raises
     ------
     ResultError : the baseline cannot be fitted.
     """
     regression = _initial(replace(campaign, level_mean=True), effects, extra)
-    base = weighted_start(campaign)
+    base = weighted_start(campaign) if base is None else base
     if campaign.white:
         return _starting(regression, {u.name: u.start for u in base.shared}, base.run_starts)
     known, at = rows_of(base), rows_of(base).at

@@ -16,7 +16,7 @@ from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, likel
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import met_slopes, slope_response
 from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadRows, prior_information, rows_of, weighted_start
-from vdyn_cli.steps.coastdown.shared_road import SPECTRA, USUAL, possible_turns
+from vdyn_cli.steps.coastdown.shared_road import DEFAULT_SPECTRUM, SPECTRA, possible_turns
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,15 @@ ANY_FORCE = 0.02  # of the weight: prior standard deviation of such forces, twic
 REFINED, NEIGHBORS = (15.0, 5.0), 4  # m: steps of the distance between the starts, tried either way, round by round
 
 
-def located(campaign: Campaign) -> Campaign:
+@dataclass(frozen=True)
+class LocatedCampaign:
+    """A campaign on its road, and the baseline's weighted start there (``weighted_start``), where it was needed."""
+
+    campaign: Campaign
+    base: Regression | None = None
+
+
+def located(campaign: Campaign) -> LocatedCampaign:
     """The campaign on the likeliest road, and with the roughness that turns with the heading.
 
     Where position is not logged, the distance between the starts of both directions is unknown, about that of a run.
@@ -46,7 +54,7 @@ def located(campaign: Campaign) -> Campaign:
     ResultError : the baseline cannot be fitted.
     """
     if campaign.layout is None:
-        return campaign
+        return LocatedCampaign(campaign)
     likelihood = _likelihood(campaign)
     found, scale = _with_spectrum(likelihood, campaign)
     if campaign.road is None and {r.heading for r in campaign.runs} == {1.0, -1.0}:
@@ -55,7 +63,8 @@ def located(campaign: Campaign) -> Campaign:
         for step in REFINED:
             found = _shifted(_finely_turned(likelihood, found, scale, step))
     base = weighted_start(found)
-    return replace(found, shown_roughness=min(_likelihood(found, hats, base).roughness() for hats in (HATS, 0)))
+    shown = min(_likelihood(found, hats, base).roughness() for hats in (HATS, 0))
+    return LocatedCampaign(replace(found, shown_roughness=shown), base)
 
 
 @dataclass(frozen=True)
@@ -111,7 +120,7 @@ def _with_spectrum(likelihood: _RoadLikelihood, campaign: Campaign, chosen: floa
     found = likelihood(tried, SCALES)
     most = found.max(axis=1)
     if most.max() - chosen - float(likelihood([campaign], (LEVEL,))[0, 0]) < SHOWN:
-        return tried[USUAL], 0.0
+        return tried[DEFAULT_SPECTRUM], 0.0
     # Of spectra that are about as likely the one with the longest waves: they resemble a resistance most.
     k = max(np.flatnonzero(most >= most.max() - ABOUT).tolist())
     return tried[k], SCALES[int(np.argmax(found[k]))]

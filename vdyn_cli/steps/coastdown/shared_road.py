@@ -39,12 +39,13 @@ SPECTRA: tuple[tuple[tuple[float, float, bool], ...], ...] = (
     ((0.5, 50.0, False), (0.5, 300.0, False)),
     ((0.95, 300.0, True), (0.05, 50.0, False)),
 )
-KEPT, MOST = 0.97, 60  # share of the slope's variance that its unknowns describe, and most of them; the rest is short
-TURNING = 0.2  # of a run's length: standard deviation of where the runs of the other direction begin
-USUAL = 1  # of SPECTRA, where the runs show none: crests and sags of 100 to 500 m
-NAME = "shared_road"  # under which an effect covers it
-BETWEEN = 8  # places between two sparse samples at which the slope is taken: an interval of 5 s has 150 m, 4 to 8 knots
-ROUNDING = 1e-9  # added to a correlation of one, so that its factor exists
+VARIANCE_SHARE = 0.97  # of the slope, that its unknowns describe; the rest is short waves
+MOST_UNKNOWNS = 60  # of the slope
+TURN_STD = 0.2  # share of a run's length: standard deviation of where the runs of the other direction begin
+DEFAULT_SPECTRUM = 1  # of SPECTRA, where the runs show none: crests and sags of 100 to 500 m
+EFFECT_NAME = "shared_road"  # under which an effect covers it
+PLACES_BETWEEN = 8  # two sparse samples, at which the slope is taken: an interval of 5 s has 150 m, 4 to 8 knots
+DIAGONAL = 1e-9  # added to the unit diagonal of a correlation matrix, so that its Cholesky factor exists
 
 
 @dataclass(frozen=True)
@@ -80,8 +81,8 @@ class RoadLayout:
             correlation = about_mean @ correlation @ about_mean
             correlation *= self.knots.size / np.trace(correlation)
         values, axes = np.linalg.eigh(correlation)
-        order = np.argsort(-values)[:MOST]
-        kept = order[: 1 + int(np.searchsorted(np.cumsum(values[order]), KEPT * values.sum()))]
+        order = np.argsort(-values)[:MOST_UNKNOWNS]
+        kept = order[: 1 + int(np.searchsorted(np.cumsum(values[order]), VARIANCE_SHARE * values.sum()))]
         return np.asarray(axes[:, kept] * np.sqrt(values[kept]), dtype=np.float64)
 
     def coordinates(self, profile: Array) -> Array:
@@ -102,10 +103,10 @@ class RoadLayout:
     def weights_until_next(self, run: int) -> Array:
         """(n, m), of each knot's slope in the mean uphill slope between a sample and the next, for sparse samples."""
         along = self.along[run]
-        share = (np.arange(BETWEEN) + 0.5) / BETWEEN
+        share = (np.arange(PLACES_BETWEEN) + 0.5) / PLACES_BETWEEN
         ahead = along + np.diff(along, append=along[-1]) * share[:, None]
         found = self._weights_at(run, ahead.ravel())
-        return np.asarray(found.reshape(BETWEEN, along.size, -1).mean(axis=0))
+        return np.asarray(found.reshape(PLACES_BETWEEN, along.size, -1).mean(axis=0))
 
     def _weights_at(self, run: int, along: Array) -> Array:
         mine = np.flatnonzero(self.profile == self.owner[run])
@@ -140,13 +141,13 @@ def independent_slopes(factor: Array) -> float:
 
 def describes_road(effect: Correction) -> bool:
     """Whether an effect describes the whole road, so that none is left for the noise."""
-    return NAME in getattr(effect, "covers", ())
+    return EFFECT_NAME in getattr(effect, "covers", ())
 
 
 def slope_factor(knots: Array, spectrum: int) -> Array:
     """Lower triangular factor (m, m) of the correlation of slopes at knots (m,) in m."""
     correlation = slope_correlation(knots, spectrum)
-    return np.asarray(np.linalg.cholesky(correlation + ROUNDING * np.eye(knots.size)), dtype=np.float64)
+    return np.asarray(np.linalg.cholesky(correlation + DIAGONAL * np.eye(knots.size)), dtype=np.float64)
 
 
 def slope_correlation(knots: Array, spectrum: int) -> Array:
@@ -204,9 +205,9 @@ def road_layout(runs: Sequence[RoadRun], turn: float | None = None, spectrum: in
 def possible_turns(runs: Sequence[RoadRun]) -> tuple[Array, Array]:
     """Distances between the starts of both directions, m, and the logarithm of each one's prior probability, (k,).
 
-    A test road is driven to and fro: the way back begins about where the way out ended, TURNING of its length apart.
+    A test road is driven to and fro: the way back begins about where the way out ended, TURN_STD of its length apart.
     """
     longest = max(float(r.distance[-1]) for r in runs)
     share = np.linspace(0.6, 1.6, 51)
-    chance = -0.5 * ((share - 1.0) / TURNING) ** 2
+    chance = -0.5 * ((share - 1.0) / TURN_STD) ** 2
     return share * longest, chance - float(np.log(np.sum(np.exp(chance))))

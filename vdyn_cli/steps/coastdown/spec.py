@@ -54,6 +54,12 @@ class Road(Strict):
         description="standard deviation of the road's slope that the intervals hold at least, m/m; 0: level road. "
         "Estimated from the runs where it is not given",
     )
+    profile: str | None = Field(
+        None,
+        description="path of a survey of the road, from the folder of this description: a table with columns position "
+        "(m, the coordinate of the channel 'position'), and elevation (m) or grade (m/m or %), and their errors "
+        "elevation_std or grade_std; it gives the channel 'grade'",
+    )
 
 
 class CoastdownSettings(Strict):

@@ -34,7 +34,7 @@ ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown moves
 
 
 @dataclass(frozen=True)
-class _Projected:
+class _SlipProjection:
     """The curve onto which slips are projected, and the fit that gave it."""
 
     at: Mapping[str, float]
@@ -83,12 +83,12 @@ class TireFit:
         return min(found, key=lambda s: s.cost)
 
     def _settled(self, start: Mapping[str, float]) -> Solution:
-        def step(last: _Projected) -> tuple[_Projected, float]:
+        def step(last: _SlipProjection) -> tuple[_SlipProjection, float]:
             solution = solve(self.regression(last.at))
             moved = max(abs(solution.values[n] - last.at[n]) / solution.std[n] for n in solution.names)
-            return _Projected(solution.values, solution), moved
+            return _SlipProjection(solution.values, solution), moved
 
-        settled = until_settled(step, _Projected(start), ROUNDS, SETTLED)
+        settled = until_settled(step, _SlipProjection(start), ROUNDS, SETTLED)
         if not settled.converged or settled.state.solution is None:
             what = "the projection of the slips onto the curve has not converged"
             finding = Finding("fit", what, "", "check the noise of the slip and the wheel radius")

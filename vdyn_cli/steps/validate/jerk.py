@@ -46,7 +46,7 @@ JERK = SmoothDerivative(0.02)
 
 
 def resolves_jerk(time: Array) -> bool:
-    """Whether a clock (n,), s, is fast enough for a jerk."""
+    """Whether a clock (n,), s, is fast enough for a jerk: its median step is at most 1 / SLOWEST_RATE."""
     return float(np.median(np.diff(time))) <= 1.0 / SLOWEST_RATE
 
 

@@ -1,0 +1,77 @@
+"""Whether coasting runs feel the grade that they are given: the share of it that their deceleration shows.
+
+Over bins of 2 s, of all runs together::
+
+    V' = c_run + c1 V + c2 V^2 - b g grade
+
+b is one (a few per cent less by the rotating mass) where the grade is that of the road, near zero where it is of
+another place, and minus one where its sign or the direction of the position is wrong. Its standard error is the
+jackknife's over runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.bins import cut
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.coastdown.road_run import RoadRun
+
+Array = NDArray[np.float64]
+
+BIN = 2.0  # s, as the fit averages
+FEWEST_RUNS, FEWEST_BINS = 3, 5
+DOUBT = 3.0  # standard errors from one, the confidence of other doubts about the data
+MATERIAL = 0.2  # of the grade: less is within the rotating mass and the wind's chance
+CLEAR = 0.3  # standard error of b above which runs tell too little
+
+
+def felt_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
+    """(b, standard error); None where too few runs have a grade that varies."""
+    parts = [p for run in runs if (p := _rows(run)) is not None]
+    if len(parts) < FEWEST_RUNS:
+        return None
+    normal = [(x.T @ x, x.T @ y) for x, y in parts]
+    left, right = np.array([n[0] for n in normal]), np.array([n[1] for n in normal])
+    try:
+        whole = np.linalg.solve(left.sum(axis=0), right.sum(axis=0))[0]
+        without = np.linalg.solve(left.sum(axis=0) - left, (right.sum(axis=0) - right)[:, :, None])[:, 0, 0]
+    except np.linalg.LinAlgError:
+        return None
+    share = (len(parts) - 1.0) / len(parts)
+    return float(whole), float(np.sqrt(share * np.sum((without - without.mean()) ** 2)))
+
+
+def _rows(run: RoadRun) -> tuple[Array, Array] | None:
+    """(-g grade, V, V^2) and V' of a run, less their means over it."""
+    grade = run.inputs["grade"]
+    if not isinstance(grade, np.ndarray):
+        return None
+    bins = cut(run.time, BIN, run.part)
+    if bins.time.size < FEWEST_BINS:
+        return None
+    time, speed, slope = bins.time, bins.mean(run.speed), bins.mean(grade)
+    step = np.diff(time)
+    near = step < 2.0 * BIN
+    change, middle = np.diff(speed) / step, 0.5 * (speed[1:] + speed[:-1])
+    x = np.column_stack([-GRAVITY * 0.5 * (slope[1:] + slope[:-1]), middle, middle**2])[near]
+    y = change[near]
+    return (x - x.mean(axis=0), y - y.mean()) if y.size >= FEWEST_BINS else None
+
+
+def grade_findings(runs: Sequence[RoadRun], where: str) -> Iterator[Finding]:
+    """A doubt where coasting runs contradict their grade."""
+    found = felt_share(runs)
+    if found is None or found[1] > CLEAR or abs(found[0] - 1.0) < max(DOUBT * found[1], MATERIAL):
+        return
+    share, std = found
+    what = f"the runs feel {share:.2f} +- {std:.2f} times the grade that they are given"
+    if abs(share + 1.0) < max(DOUBT * std, MATERIAL):
+        remedy = "the grade has the opposite sign: check which way the position rises, and 'direction' of the runs"
+    else:
+        remedy = "check the unit of the grade, and that its positions are those of the channel 'position'"
+    yield Finding(where, what, "", remedy, doubt=True)

@@ -1,0 +1,83 @@
+"""The survey of a road: points with elevation or grade, their error, and what a vehicle meets between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+MODES = 5  # of the error along the road: a constant and four cosines; shorter ones pass within one bin of a coast
+
+
+@dataclass(frozen=True, eq=False)
+class RoadSurvey:
+    """A surveyed road.
+
+    Parameters
+    ----------
+    name : of its file. position : (n,) m, ascending. values : (n,) elevation, m, or grade.
+    std : (n,) standard deviation of the values, 0 where the survey states none.
+    elevation : whether the values are elevations, of independent errors; else grades, whose errors are
+        common to long parts of the road.
+    """
+
+    name: str
+    position: Array
+    values: Array
+    std: Array
+    elevation: bool
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last position, m."""
+        return float(self.position[0]), float(self.position[-1])
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether the survey states an error."""
+        return bool(np.any(self.std > 0))
+
+    @cached_property
+    def _slopes(self) -> Array:
+        return np.asarray(np.diff(self.values) / np.diff(self.position))
+
+    def grade(self, place: Array) -> Array:
+        """Grade, uphill where the position rises, at positions (m,)."""
+        if not self.elevation:
+            return np.asarray(np.interp(place, self.position, self.values))
+        k = np.clip(np.searchsorted(self.position, place, "right") - 1, 0, self._slopes.size - 1)
+        return self._slopes[k]
+
+    def error(self, place: Array, mode: int) -> Array:
+        """One standard deviation of a mode of the grade's error at positions (m,): cos(k pi s), s from 0 to 1.
+
+        Elevations with independent errors of standard deviation sd at n points are off by a sum of sines whose
+        coefficients have the standard deviation sd sqrt(2 / n) each, so the grade by k pi / length times that; its mean
+        by the two ends, sd sqrt(2) / length. A grade's error is spread over all modes.
+        """
+        begin, end = self.span
+        length, share = end - begin, np.clip((place - begin) / (end - begin), 0.0, 1.0)
+        sd = float(np.sqrt(np.mean(self.std**2)))
+        if not self.elevation:
+            size = sd / np.sqrt(MODES) * (1.0 if mode == 0 else np.sqrt(2.0))
+        elif mode == 0:
+            size = sd * np.sqrt(2.0) / length
+        else:
+            size = sd * np.sqrt(2.0 / self.position.size) * mode * np.pi / length
+        return np.asarray(size * np.cos(mode * np.pi * share))
+
+    def summary(self) -> dict[str, str | float | int]:
+        """As the JSON of a result names it."""
+        sd, (begin, end) = float(np.sqrt(np.mean(self.std**2))), self.span
+        kind = "elevation" if self.elevation else "grade"
+        return {"profile": self.name, "from": begin, "to": end, "points": self.position.size, "kind": kind, "std": sd}
+
+    @property
+    def size(self) -> str:
+        """The stated error as text."""
+        sd = float(np.sqrt(np.mean(self.std**2)))
+        return f"{1e3 * sd:.2g} mm of elevation" if self.elevation else f"{100 * sd:.2g} % of grade"
