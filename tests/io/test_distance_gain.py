@@ -54,7 +54,8 @@ def test_a_wrong_gain_is_a_data_fault_with_its_size_and_intervals_that_hold_the_
     case = messy_day.drive(44, replace(QUICK, runs=4))
     result = estimated(scaled(case, 1.04), position=True)
     (fault,) = [f for f in result.findings if f.fault]
-    assert "reads 4." in fault.what and "too high in all 4 runs" in fault.what
+    assert "reads 4." in fault.what
+    assert "too high in all 4 runs" in fault.what
     assert "scale: 0.96" in fault.remedy
     for name in ("rolling_resistance", "drag_area"):
         low, high = result.parameters[name].interval95
