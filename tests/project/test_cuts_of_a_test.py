@@ -13,7 +13,9 @@ from tests.descriptions import described
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import to_json
+from vdyn_cli.project.run_parts import bridged
 from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result_schema import ResultDocument
 from vdyn_cli.report.cut_table import cut_sentence, cut_table
 from vdyn_cli.steps import load_step
@@ -81,3 +83,15 @@ def test_a_drive_is_split_at_a_long_cut_of_its_torque_and_a_short_one_is_bridged
     assert found.logs[1].time[0] > 25.0
     assert np.isfinite(found.logs[1]["drive_torque"]).all()
     assert len(found.quality.ledger) == 2
+
+
+@pytest.mark.parametrize(("cut", "left"), [([40, 41], 0), ([40, 41, 42], 0), ([40, 41, 42, 43, 44, 45], 6)])
+def test_wrong_samples_side_by_side_are_one_cut(cut: list[int], left: int) -> None:
+    time = np.arange(0.0, 20.0, 0.1)
+    whole = Log("drive.csv", time, {"brake_torque": np.where(time > 4.1, 90.0, 0.0)})
+    values = whole["brake_torque"].copy()
+    values[cut] = np.nan
+    found = bridged(whole.with_channels(brake_torque=values), whole, ["brake_torque"])
+    assert np.isnan(found["brake_torque"]).sum() == left
+    notes = [f.what for f in found.findings]
+    assert notes == ([] if left else [f"{len(cut)} cut samples are bridged by straight lines"])

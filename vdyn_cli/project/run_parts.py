@@ -11,7 +11,7 @@ import numpy as np
 from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.io.quality.cuts import CutLog
 from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
-from vdyn_cli.quantities.cut_ledger import LedgerRow
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps import Step
@@ -49,11 +49,14 @@ def split_runs(step: Step, spec: S, cut: Sequence[CutLog], ready: Callable[[Log]
 def bridged(log: Log, whole: Log, names: Sequence[str]) -> Log:
     """The log with straight lines over the cuts of some channels, where they last up to ``longest_bridge``.
 
+    A cut lasts from its first to its last sample, also where single samples side by side were cut one by one. A note
+    in the log's findings states what was bridged.
+
     Parameters
     ----------
     whole : the log before the cuts, on the same clock.
     """
-    filled = {}
+    filled, notes = {}, list[Finding]()
     for name in names:
         if name not in log or name not in whole:
             continue
@@ -62,18 +65,26 @@ def bridged(log: Log, whole: Log, names: Sequence[str]) -> Log:
         after = np.searchsorted(known, cut)
         inside = (after > 0) & (after < known.size)
         cut, after = cut[inside], after[inside]
-        short = log.time[known[after]] - log.time[known[after - 1]] <= QUALITY.longest_bridge
+        _, gap = np.unique(after, return_inverse=True)
+        first, last = np.flatnonzero(np.diff(gap, prepend=-1)), np.flatnonzero(np.diff(gap, append=-1))
+        short = (log.time[cut[last]] - log.time[cut[first]] <= QUALITY.longest_bridge)[gap]
         if short.any():
             values = log[name].copy()
             values[cut[short]] = np.interp(log.time[cut[short]], log.time[known], values[known])
             filled[name] = values
-    return log.with_channels(**filled) if filled else log
+            where, what = f"{log.name}, channel '{name}'", f"{_counted(int(short.sum()))} bridged by straight lines"
+            notes.append(Finding(where, what, minor=True))
+    return replace(log.with_channels(**filled), findings=(*log.findings, *notes)) if filled else log
+
+
+def _counted(samples: int) -> str:
+    return f"{samples} cut samples are" if samples > 1 else "1 cut sample is"
 
 
 def _parts(one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> list[tuple[float, float]]:
     """First and last time of each part of a run; none where nothing splits it."""
     time = one.log.time
-    holes = sorted((r.start, r.stop) for r in one.ledger if _breaks(r, one, unbroken, policy))
+    holes = [hole for hole in _joined(one) if _breaks(hole, one, unbroken, policy)]
     if not holes:
         return []
     parts, begin = [], 0
@@ -85,9 +96,26 @@ def _parts(one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> list[
     return parts
 
 
-def _breaks(row: LedgerRow, one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> bool:
+def _joined(one: CutLog) -> list[tuple[float, float]]:
+    """First and last time of each cut, where cuts of one channel without a sample between them are one cut."""
+    found = list[tuple[float, float]]()
+    for channel in dict.fromkeys(r.channel for r in one.ledger):
+        joined = list[tuple[float, float]]()
+        rows = (r for r in one.ledger if r.channel == channel and r.decision != "kept")
+        for start, stop in sorted((r.start, r.stop) for r in rows):
+            last = joined[-1] if joined else (np.inf, -np.inf)
+            if np.searchsorted(one.log.time, start) <= np.searchsorted(one.log.time, last[1], "right") and joined:
+                joined[-1] = last[0], max(stop, last[1])
+            else:
+                joined.append((start, stop))
+        found += joined
+    return sorted(found)
+
+
+def _breaks(hole: tuple[float, float], one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> bool:
     """Whether a cut leaves a gap in an unbroken channel, or in one that it is made from, too long to be bridged."""
-    if row.decision == "kept" or row.stop - row.start <= policy.longest_bridge:
+    start, stop = hole
+    if stop - start <= policy.longest_bridge:
         return False
-    inside = slice(*np.searchsorted(one.log.time, [row.start, np.nextafter(row.stop, np.inf)]))
+    inside = slice(*np.searchsorted(one.log.time, [start, np.nextafter(stop, np.inf)]))
     return any(np.isnan(one.log[n][inside]).any() for n in unbroken if n in one.log)

@@ -106,3 +106,23 @@ def test_an_output_that_holds_one_value_all_through_is_none(root: Path, tmp_path
     assert set(whole) - set(left) == {"wheel_speed_fl"}
     still = [log.with_channels(speed=np.full(log.time.size, 3.0)) for log in logs]
     assert "speed" in ValidateProblem(found.spec, tuple(still), found.known).baseline.sensors.channels
+
+
+def test_a_brake_channel_of_noise_alone_brakes_nowhere() -> None:
+    noise = 2.0 * np.random.default_rng(4).standard_normal(TIME.size)
+    found, _ = drive_segments([log(brake_torque=noise)], [RunConditions()], Segmentation("road_load"))
+    assert sum(s.duration for s in found) > 45.0
+
+
+def test_a_brake_that_holds_the_car_at_rest_alone_brakes_nowhere_else() -> None:
+    """The motor does the braking; the hold is small, so that the channel's noise is 2 % of it."""
+    noise = 2.0 * np.random.default_rng(5).standard_normal(TIME.size)
+    hold = np.where(SPEED < 0.1, 90.0, 0.0)
+    (s,), _ = drive_segments([log(brake_torque=hold + noise)], [RunConditions()], Segmentation("road_load"))
+    assert s.duration > 45.0
+
+
+def test_a_braked_stretch_is_left_out_whatever_the_noise() -> None:
+    noise = 2.0 * np.random.default_rng(6).standard_normal(TIME.size)
+    found, _ = drive_segments([log(brake_torque=BRAKE + noise)], [RunConditions()], Segmentation("road_load"))
+    assert [(round(s.time[0]), round(s.time[-1])) for s in found] == [(4, 48)]

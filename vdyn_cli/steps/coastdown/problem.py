@@ -41,6 +41,7 @@ from vdyn_cli.steps.coastdown.road_search import LocatedCampaign, located
 from vdyn_cli.steps.coastdown.segments import CoastSegment, split
 from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
+from vdyn_cli.steps.coastdown.speed_gain import contradicted_gain, with_speed_gain
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
@@ -141,8 +142,10 @@ class CoastdownProblem(SimulatedProblem):
 
     def _result(self, fit: RoadLoadFit, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Result:
         quality = quality_of(fit)
+        wider, contradiction = with_speed_gain(quality.fit, contradicted_gain(self.selection.segments))
+        quality = replace(quality, fit=wider)
         answer = RoadLoadAnswer(quality.fit, self.spec, self.selection, self.zeros, quality, tuple(effects))
-        findings = (*self.findings, *doubts(answer), *(f for log in self.logs for f in log.findings))
+        findings = (*self.findings, *contradiction, *doubts(answer), *(f for log in self.logs for f in log.findings))
         return result_of(answer, self.known.estimates.get("frontal_area"), unknowns, findings)
 
     def spanning(self, result: Result, answers: Sequence[Result]) -> Result:

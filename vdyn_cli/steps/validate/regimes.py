@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.inference import white_level
 from vdyn_cli.inference.bins import cut
 
 Array = NDArray[np.float64]
@@ -15,6 +16,10 @@ SLOW = 3.0  # m/s, below which the car is almost at rest
 LAUNCHED = 6.0  # m/s, at which a start from rest is over
 STEADY = 0.3  # m/s^2 between cruising and accelerating
 PRESSED = 0.02  # of the largest brake torque: the brake is on
+# Standard deviations of the brake channel's noise, which a pressed brake exceeds: one sample of 10^6 of a normal noise.
+BEYOND_NOISE = 5.0
+LIVELY = 0.5  # share of the steps that differ from zero, above which a channel has noise above its resolution
+FEWEST_NOISY = 8  # samples whose third differences tell the level of their noise
 IDLE = 0.03  # of the largest drive torque: the pedal is released
 SMOOTH = 1.0  # s over which the acceleration is judged
 RESTING = 0.1  # m/s
@@ -36,13 +41,29 @@ def marked(time: Array, speed: Array, drive: Array, brake: Array) -> Marks:
     speed = np.interp(time, time[good], speed[good])
     rate = _rate(time, speed)
     driven = drive > IDLE * max(float(np.max(np.abs(drive))), 1e-9)
-    top = float(np.max(np.abs(brake)))
-    braked = np.abs(brake) > PRESSED * top if top > 0 else (rate < -HARD) & ~driven
+    braked = pressed(time, brake) if brake.any() else (rate < -HARD) & ~driven
     marks = np.where(driven, np.where(np.abs(rate) > STEADY, 1, 2), 3)
     marks = np.where(braked, 4, marks)
     marks = np.where((speed < SLOW) & ~driven, 5, marks)
     marks = np.where((speed < SLOW) & braked & (rate > -STEADY), 5, marks)
     return np.where(_launching(speed, driven), 0, marks).astype(np.int64)
+
+
+def pressed(time: Array, brake: Array) -> NDArray[np.bool_]:
+    """Samples at which a brake is on: |T| > max(0.02 max |T|, 5 standard deviations of the channel's white noise).
+
+    Parameters
+    ----------
+    time : (n,) s. brake : (n,) N m, of any sign.
+
+    Returns
+    -------
+    (n,) mask; empty where the channel holds nothing but noise.
+    """
+    lively = brake.size >= FEWEST_NOISY and np.count_nonzero(np.diff(brake)) > LIVELY * brake.size
+    noise = white_level(brake, time) if lively else 0.0
+    size = np.abs(brake)
+    return np.asarray(size > max(PRESSED * float(size.max()), BEYOND_NOISE * noise))
 
 
 def _launching(speed: Array, driven: NDArray[np.bool_]) -> NDArray[np.bool_]:

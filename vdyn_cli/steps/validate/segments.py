@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.regimes import Marks, marked, smoothed, stops
+from vdyn_cli.steps.validate.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
 
 Array = NDArray[np.float64]
@@ -31,7 +31,6 @@ CREEPING = 2.0  # m/s, below which rows are not used: tread damping and friction
 # Of the largest speed, where that is slow or reads too low (km/h taken for m/s divides it by 3.6, and more).
 SLOWEST_SHARE, CREEPING_SHARE = 0.1, 0.2
 MOVING = 0.35  # m/s, least speed of a segment that begins in motion: beyond what counts as rest
-PRESSED = 0.02  # of the largest brake torque: the brake is on
 MARGIN = 0.5  # s left out beside brakes
 SHORTEST = 5.0  # s of a segment
 START = 1.0  # s over which start and end speeds are read
@@ -249,10 +248,9 @@ def _windows(time: Array, a: int, b: int, length: float | None) -> list[tuple[in
 
 def _braked(log: Log) -> Mask:
     """Where a brake is on, or was or will be within a moment."""
-    brake = np.abs(log["brake_torque"])
-    if not brake.any():
+    on = log.time[pressed(log.time, log["brake_torque"])]
+    if not on.size:
         return np.zeros(log.time.size, dtype=bool)
-    on = log.time[brake > PRESSED * brake.max()]
     at = np.searchsorted(on, log.time)
     before = np.where(at > 0, log.time - on[np.maximum(at - 1, 0)], np.inf)
     after = np.where(at < on.size, on[np.minimum(at, on.size - 1)] - log.time, np.inf)
