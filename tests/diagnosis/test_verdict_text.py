@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vdyn_cli.diagnosis.verdict_text import amplitude_text
+from vdyn_cli.diagnosis.verdict_text import amplitude_text, remainder_sentence
 from vdyn_cli.effects import catalogue
 from vdyn_cli.quantities.parameters import Estimate
 
@@ -24,3 +24,8 @@ def test_the_size_follows_the_label(effect: str, value: float, half: float, says
     (name, quantity), *_ = found.unknowns.items()
     size = Estimate(value, half / 2, (value - half, value + half), quantity.unit, quantity.meaning, effect)
     assert f"{found.label}{amplitude_text(found, {name: size})}" == says
+
+
+def test_a_remainder_is_readable_and_small_only_where_it_is() -> None:
+    assert remainder_sentence(0.304) == "A significant residual remains (30 % of the rms misfit)."
+    assert remainder_sentence(0.04) == "A small significant residual remains (4 % of the rms misfit)."

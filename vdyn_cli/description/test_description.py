@@ -135,6 +135,9 @@ class Channel(Strict):
     column: str = Field(description="name of the column in the log's header")
     unit: str = Field(description="unit of the column, such as km/h; write 1 for a dimensionless column")
     sign: Literal[1, -1] = Field(1, description="-1 where the logger's sign convention is the opposite of vdyn's")
+    scale: float = Field(
+        1.0, gt=0, description="factor that corrects the sensor's gain: the column's values are multiplied by it, 1"
+    )
     group: str = Field(
         "",
         description="group of the column where a file has several of its name; of time: the group that gives the clock",

@@ -20,6 +20,7 @@ PLAIN = (1e-3, 1e5)  # amplitudes that read as plain numbers in a sentence
 # A factor is a known one within its interval, or within 1 % where that is narrower, and never beyond 6 %.
 SAME_FACTOR, UNLIKE_FACTOR = 0.01, 0.06
 MANY_TIMES = 1.5  # a scale that is off by more is stated as a factor, too
+SMALL_REMAINDER = 0.1  # share of the rms misfit, below which a significant residual is called small
 CLAUSE = ("that", "another")  # a label with one of them ends in what is no quantity
 
 
@@ -87,8 +88,15 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
     if judgment.verdict == "data_fault":
         return f"Data fault: {text}"
     if not answer.sufficient:
-        text += f" A small significant residual remains ({100 * answer.rest_share:.1g} % of the rms misfit)."
+        text += f" {remainder_sentence(answer.rest_share)}"
     return _capital(text)
+
+
+def remainder_sentence(share: float, most_like: str = "") -> str:
+    """The significant residual that a named effect leaves: its share of the rms misfit, and what it is most like."""
+    size = "small " if share < SMALL_REMAINDER else ""
+    percent = f"{100 * share:.0f}" if share >= 0.01 else f"{100 * share:.1g}"
+    return f"A {size}significant residual remains ({percent} % of the rms misfit{most_like})."
 
 
 def _immaterial(
@@ -123,7 +131,7 @@ def not_possible(why: str) -> str:
 
 def data_fault(fault: str) -> str:
     """The sentence where a sensor did not measure."""
-    return f"Data fault: {fault}. Exclude that segment and run again."
+    return f"Data fault: {fault}. Correct the sensor or exclude the segment, and run again."
 
 
 def _ambiguous(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate]) -> str:

@@ -35,6 +35,7 @@ class Column:
     where : file and line of the description that requests it.
     group, source : the group of channels, or the device, where the file has several channels of this name; the group
         of the channel ``time`` is the one whose clock the log gets.
+    scale : factor of the file's values that corrects the sensor's gain.
     """
 
     column: str
@@ -45,10 +46,13 @@ class Column:
     where: str = ""
     group: str = ""
     source: str = ""
+    scale: float = 1.0
 
     def in_si(self, values: Array) -> Array:
-        """Values (n,) of the file in SI with the sign of our convention."""
+        """Values (n,) of the file in SI, times ``scale``, with the sign of our convention."""
         converted = to_si(values, self.unit, self.si_unit)
+        if self.scale != 1.0:
+            converted = self.scale * converted
         return -converted if self.sign < 0 else converted
 
 

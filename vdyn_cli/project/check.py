@@ -12,7 +12,7 @@ from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.quality.cuts import TESTS, CutLog
 from vdyn_cli.project.check_policy import CHECK
 from vdyn_cli.project.inputs import Inputs, gather
-from vdyn_cli.project.redundancy import tied_pairs
+from vdyn_cli.project.redundancy import judged_together, tied_pairs
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, merge_similar
@@ -52,7 +52,8 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         raise InputError(Finding(str(path), "the description has no runs: there is no log to check"))
     found = _track_check(inputs)
     runs = [_checked(inputs, k, found) for k in range(len(inputs.unsplit))]
-    known = inputs.known
+    tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
+    redundancy, contradictions = judged_together(tied)
     document = CheckDocument(
         format="vdyn/check/1",
         step=inputs.step.name,
@@ -61,13 +62,15 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         sentence=_sentence(runs),
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
-        redundancy=[pair for one in inputs.unsplit for pair in tied_pairs(one.log, known)],
+        redundancy=redundancy,
         clocks=[ClockEntry.model_validate(c.to_json()) for c in inputs.clocks],
         coasts=found.coasts,
         parameters="not evaluated",
         findings=[
             FindingEntry(**asdict(f))
-            for f in merge_similar([*inputs.findings, *(f for one in inputs.unsplit for f in one.log.findings)])
+            for f in merge_similar(
+                [*contradictions, *inputs.findings, *(f for one in inputs.unsplit for f in one.log.findings)]
+            )
         ],
     )
     return document, inputs

@@ -83,7 +83,12 @@ def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result,
     if level is None:
         return result, result
     doubts = tuple(f for f in inputs.findings if f.doubt)
-    return result, diagnosed(prepared, result, level, _faults(inputs, result.fit.runs), doubts)
+    of_logs = {f for log in inputs.logs for f in log.findings}
+    faults = (
+        *_faults(inputs, result.fit.runs if result.fit else ()),
+        *(f for f in result.findings if f.fault and f not in of_logs),
+    )
+    return result, diagnosed(prepared, result, level, faults, doubts)
 
 
 def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:

@@ -471,9 +471,8 @@ def _within_physics(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:
 
 def _column(quantity: Quantity, channel: Channel, source: YamlSource, at: Location) -> Column:
     place = source.where(at)
-    return Column(
-        channel.column, channel.unit, quantity.unit, channel.sign, False, place, channel.group, channel.source
-    )
+    unit, sign, group = channel.unit, channel.sign, channel.group
+    return Column(channel.column, unit, quantity.unit, sign, False, place, group, channel.source, channel.scale)
 
 
 def _summed(step: Step, log: Log) -> Log:

@@ -13,7 +13,7 @@ The limits are those of the quality tests, whose findings decide about a run; th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import atan, degrees
 
 import numpy as np
@@ -21,11 +21,12 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.clock_estimate import clock_difference
 from vdyn_cli.io.quality.cross_checks import AXLES, LIVELY, LONG, NOTICED, UNEQUAL
+from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
 from vdyn_cli.io.tied_channels import tie_of
 from vdyn_cli.project.check_policy import CHECK
 from vdyn_cli.quantities.check_schema import TiedPair
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 
@@ -60,6 +61,19 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
         total = float(np.nanmean(log["front_load"] + log["rear_load"])) / (known["mass"].value * GRAVITY)
         good = abs(total - 1.0) <= NOTICED
         yield _pair(log, "front_load + rear_load", "mass * g", f"gain {total:.3f}", good, gain=total)
+
+
+def judged_together(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
+    """The pairs, those of position contradicting where all runs together do, and the finding on it.
+
+    A gain that one run cannot tell from its own error is certain where it is the same in all runs.
+    """
+    places = [p for p in pairs if p.first == "position" and p.gain is not None]
+    gain = common_gain([p.gain for p in places if p.gain is not None])
+    if gain is None or not gain.contradicts:
+        return list(pairs), ()
+    judged = [p.model_copy(update={"good": False, "sign": 1}) if p in places else p for p in pairs]
+    return judged, (gain_finding(gain, True),)
 
 
 # Eight parameters: one for each result of the pair.
@@ -101,7 +115,8 @@ def _distance(log: Log, speed: str) -> TiedPair:
     if driven[-1] < LONG:
         return _pair(log, "position", speed, f"not determined: the run is shorter than {LONG:g} m")
     ends = np.unique(np.linspace(0, time.size - 1, 51).astype(int))
-    gain = float(np.sum(np.abs(np.diff(place[ends])))) / float(driven[-1])
+    straight = distance_gain(time, v, place)
+    gain = float(np.sum(np.abs(np.diff(place[ends])))) / float(driven[-1]) if straight is None else straight
     good = abs(gain - 1.0) <= NOTICED
     delay = _delay(log, "position", speed) if good else None
     return _pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain, delay=delay)

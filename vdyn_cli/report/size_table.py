@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from vdyn_cli.diagnosis.verdict_text import remainder_sentence
 from vdyn_cli.quantities.diagnosis import Diagnosis, Size
 from vdyn_cli.report import effect_labels, typography
 from vdyn_cli.report.text_table import TextTable
@@ -41,9 +42,8 @@ def remainder_note(source: Diagnosis) -> str:
     left = source.remainder
     if left is None or left.p_value > _NOISE or not math.isfinite(left.share_of_rms) or not source.causes:
         return ""
-    share = typography.significant(100 * left.share_of_rms, 1)
     like = f", most like {effect_labels.label(left.mostly)}" if left.mostly else ""
-    return f"A small significant residual remains: {share}{typography.NARROW}% of the rms misfit{like}."
+    return remainder_sentence(left.share_of_rms, like)
 
 
 def _row(size: Size) -> tuple[str, str, str, str]:

@@ -167,6 +167,24 @@ class QualityPolicy:
         0.95, "share of the squares", "that a step of the gain may leave, of what a drift (a cubic in time) leaves",
         "Slip, bends and clocks change a ratio gradually; a sensor's range or plug at once.",
     )  # fmt: skip
+    largest_gain_error: float = threshold(
+        0.005, "share", "by which the integral of the speed and the position may differ in all runs of a test",
+        "GPS and optical speeds have gains within 0.2 % and surveyed distances are better; a speed rounded down to "
+        "0.1 km/h reads 0.1 to 0.3 % low in a coast-down.",
+    )  # fmt: skip
+    material_shift: float = threshold(
+        0.5, "half widths of a 95 % interval", "by which a wrong gain of the speed may shift a parameter, as a note",
+        "The truth lies outside an interval shifted by half its half width in 17 % of tests instead of 5 %. Smaller "
+        "gains only widen the intervals, which then cover.",
+    )  # fmt: skip
+    shortest_distance: float = threshold(
+        20.0, "m", "driven in a run, below which the position tells nothing of the speed's gain",
+        "A receiver's position is within about 1 m: 5 % of such a run.",
+    )  # fmt: skip
+    position_noise: float = threshold(
+        1.0, "m", "rms of a position about the integral of the speed, averaged over a twentieth of a run",
+        "Receivers wander by 0.5 to 1 m within a minute.",
+    )  # fmt: skip
     shortest_part: float = threshold(
         2.0, "s", "of a run that is split at a cut, below which a part is left out",
         "The start speed and the end speed are averages over a second each: a shorter part has nothing between them.",

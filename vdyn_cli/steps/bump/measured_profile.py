@@ -55,7 +55,10 @@ def load(spec: BumpSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[BumpData,
     path = folder / bump.profile
     # The distance takes the place of a log's clock, since it increases.
     places = {"time": bump.columns.distance, "height": bump.columns.height}
-    columns = {n: Column(c.column, c.unit, "m", c.sign, where=f"bump.columns, {c.column}") for n, c in places.items()}
+    columns = {
+        n: Column(c.column, c.unit, "m", c.sign, scale=c.scale, where=f"bump.columns, {c.column}")
+        for n, c in places.items()
+    }
     table = read_log(path, columns, ReadOptions(**bump.reading.model_dump()))
     good = np.isfinite(table["height"])
     position, height = table.time[good], table["height"][good]

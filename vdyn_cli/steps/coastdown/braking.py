@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.steps.coastdown.late_clutch import shared_start
 from vdyn_cli.steps.coastdown.segments import (
     LEAST_COVERED,
     Array,
@@ -22,6 +23,8 @@ from vdyn_cli.steps.coastdown.segments import (
     RejectedSegment,
     groups,
 )
+
+Spans = Sequence[tuple[float, float]]
 
 INTERVAL = 2.0  # s, over which a deceleration is taken
 EXCESS = 0.15  # m/s^2 beyond the other runs: a brake or a driveline; gusts reach 0.02, sensors 0.03
@@ -99,6 +102,37 @@ def braked_before(
         if late:
             found[each.segment.run] = [(float(each.time[k]), each.reason(k)) for k in late]
     return found
+
+
+def without_late_clutch(
+    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], kept: Sequence[Spans]
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Coasts without the first seconds where a clutch drags in all of them alike (``late_clutch``).
+
+    Parameters
+    ----------
+    known, directions : as in ``without_braking``. kept : spans (s, s) of each segment's run that must not be cut.
+    """
+    compared = _compared(segments, known, directions)
+    last = shared_start([one.excess for one in compared], directions)
+    if last is None:
+        return list(segments), []
+    found: list[CoastSegment] = []
+    rejected: list[RejectedSegment] = []
+    for each, spans in zip(compared, kept, strict=True):
+        one = each.segment
+        begin, until = float(one.log.time[0]), float(each.time[last]) + INTERVAL
+        if any(start <= begin + INTERVAL and until - INTERVAL <= stop for start, stop in spans):
+            found.append(one)
+            continue
+        size = float(np.mean([e.excess[: last + 1].max() for e in compared]))
+        why = (
+            f"all runs slow by up to {size:.2f} m/s^2 more at their start than later: clutch or driveline? To use it, "
+            f"add 'keep: [{{channel: speed, from: {begin:.6g} s, to: {until:.6g} s}}]' to the run"
+        )
+        found.append(one.rows(one.log.time > until))
+        rejected.append(RejectedSegment(one.name, begin, until, why))
+    return found, rejected
 
 
 def without_outliers(

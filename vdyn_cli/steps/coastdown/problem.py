@@ -20,7 +20,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Array, Campaign, road_of
 from vdyn_cli.steps.coastdown.felt_road import grade_findings
-from vdyn_cli.steps.coastdown.force_intervals import holding_forces
+from vdyn_cli.steps.coastdown.force_intervals import averaging_forces, holding_forces
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
 from vdyn_cli.steps.coastdown.parts import road_parts
@@ -41,6 +41,7 @@ from vdyn_cli.steps.coastdown.road_search import LocatedCampaign, located
 from vdyn_cli.steps.coastdown.segments import CoastSegment, split
 from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
+from vdyn_cli.steps.coastdown.speed_gain import contradicted_gain, with_speed_gain
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
@@ -141,13 +142,19 @@ class CoastdownProblem(SimulatedProblem):
 
     def _result(self, fit: RoadLoadFit, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Result:
         quality = quality_of(fit)
+        wider, contradiction = with_speed_gain(quality.fit, contradicted_gain(self.selection.segments))
+        quality = replace(quality, fit=wider)
         answer = RoadLoadAnswer(quality.fit, self.spec, self.selection, self.zeros, quality, tuple(effects))
-        findings = (*self.findings, *doubts(answer), *(f for log in self.logs for f in log.findings))
+        findings = (*self.findings, *contradiction, *doubts(answer), *(f for log in self.logs for f in log.findings))
         return result_of(answer, self.known.estimates.get("frontal_area"), unknowns, findings)
 
     def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
         """See ``SimulatedProblem``: the forces over speed."""
         return holding_forces(result, answers)
+
+    def averaged(self, result: Result, answers: Sequence[tuple[float, Result]]) -> Result:
+        """See ``SimulatedProblem``: the forces over speed."""
+        return averaging_forces(result, answers)
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The road load as tested, and the drag coefficient where the frontal area is known."""

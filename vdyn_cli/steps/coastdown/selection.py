@@ -15,7 +15,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.coastdown.braking import braked_before, without_braking, without_outliers
+from vdyn_cli.steps.coastdown.braking import braked_before, without_braking, without_late_clutch, without_outliers
 from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, coast_segment, driven_segment, rows
 from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
 
@@ -194,7 +194,11 @@ def _unbraked(
         return without_outliers(segments, pushed, directions, spec.settings.minimum_length.value)
     every = [s.log["speed"] for s in segments]
     upper, lower = window or (max(float(v.max()) for v in every), min(float(v.min()) for v in every))
-    return without_braking(segments, pushed, directions, upper - lower)
+    kept = [[(k.start.value, k.stop.value) for k in spec.runs[s.run].keep] for s in segments]
+    segments, late = without_late_clutch(segments, pushed, directions, kept)
+    pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
+    segments, braked = without_braking(segments, pushed, directions, upper - lower)
+    return segments, [*late, *braked]
 
 
 def _known_force(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> Array:

@@ -60,7 +60,7 @@ def load(spec: InertiaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[Inerti
     if rig is None or rig.log is None:
         return InertiaData(logs), ()
     columns: dict[str, Column] = {
-        name: Column(c.column, c.unit, CHANNELS[name].unit, c.sign, where=f"pendulum.channels.{name}")
+        name: Column(c.column, c.unit, CHANNELS[name].unit, c.sign, scale=c.scale, where=f"pendulum.channels.{name}")
         for name, c in rig.channels.items()
     }
     path = folder / rig.log

@@ -1,0 +1,98 @@
+"""The gain between a logged position and the integral of the speed, and whether all runs contradict a gain of one.
+
+    x(t) = x0 + sense * (g S(t) + d V(t)),   S = integral of V dt
+
+g is 1/(1 + e) where the speed reads (1 + e) times the true one; d is the delay of the speed behind the position, which
+would else pass for a gain, as the speed falls throughout a coast-down. Both channels show the motion alone: neither
+road nor wind acts on g. The runs of a day share the sensors, so their scatter is the uncertainty of the common gain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.quantities.errors import Finding
+
+Array = NDArray[np.float64]
+
+FEWEST = 20  # samples with both channels
+BINS = 20  # of a run, over which the rest is averaged: what is left of a position's noise, and a bend in full
+LATEST = 3.0  # s that a receiver's speed comes after its position, or before it; more is a bend of the path
+CURVED = 0.1  # of |g - 1| times the distance: a larger rest is a position along another line, and no gain
+
+
+@dataclass(frozen=True)
+class CommonGain:
+    """Mean over the runs of the position's gain over the integral of the speed, and half its 95 % interval."""
+
+    value: float
+    half: float
+    runs: int
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the gain differs from one by more than its scatter between runs and what sensors differ by."""
+        return abs(self.value - 1.0) > self.half + QUALITY.largest_gain_error
+
+    @property
+    def fact(self) -> str:
+        """What the runs show: ``"by position the speed reads 2.8% too low in all 8 runs (...)"``."""
+        off = 1.0 / self.value - 1.0
+        way = "high" if off > 0 else "low"
+        return (
+            f"by position the speed reads {abs(off):.1%} too {way} in all {self.runs} runs (position is "
+            f"{self.value:.4f} +- {self.half:.4f} times the integral of speed)"
+        )
+
+
+def distance_gain(time: Array, speed: Array, position: Array) -> float | None:
+    """The gain g of one run, by least squares; None where the channels have too few samples or no constant gain.
+
+    Parameters
+    ----------
+    time, speed, position : (n,) s, m/s, m; NaN where a sample is missing.
+    """
+    good = np.isfinite(speed) & np.isfinite(position)
+    if np.count_nonzero(good) < FEWEST:
+        return None
+    time, speed, place = time[good], np.abs(speed[good]), position[good]
+    driven = np.concatenate([[0.0], np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2)])
+    if driven[-1] < QUALITY.shortest_distance:
+        return None
+    place = (place - place[0]) * (1.0 if place[-1] >= place[0] else -1.0)
+    design = np.column_stack([np.ones_like(driven), driven, speed])
+    law = np.linalg.lstsq(design, place, rcond=None)[0]
+    gain = float(law[1])
+    rest = [float(part.mean()) for part in np.array_split(place - design @ law, BINS)]
+    straight = float(np.std(rest)) <= CURVED * abs(gain - 1.0) * driven[-1] + QUALITY.position_noise
+    return gain if straight and abs(float(law[2])) <= LATEST else None
+
+
+def common_gain(gains: Sequence[float]) -> CommonGain | None:
+    """Mean of the runs' gains and half of Student's 95 % interval by their scatter; None for fewer than two runs."""
+    if len(gains) < 2:
+        return None
+    from scipy.special import stdtrit
+
+    spread = float(np.std(gains, ddof=1)) / np.sqrt(len(gains))
+    return CommonGain(float(np.mean(gains)), float(stdtrit(len(gains) - 1.0, 0.975)) * spread, len(gains))
+
+
+def gain_finding(gain: CommonGain, material: bool) -> Finding:
+    """The contradiction of all runs with its size and the line of the description that corrects the speed.
+
+    Parameters
+    ----------
+    material : it moves the result by more than its intervals allow, so that nothing else is named beside it.
+    """
+    remedy = (
+        f"add 'scale: {gain.value:.4f}' to the channel of the speed (or correct wheel_radius by it); where the "
+        f"position is wrong, add 'scale: {1.0 / gain.value:.4f}' to the channel position"
+    )
+    what = gain.fact if material else f"{gain.fact}; the result's intervals hold it"
+    return Finding("channels", what, "", remedy, fault=material, doubt=material)
