@@ -170,18 +170,13 @@ def _problems(log: Log) -> list[Finding]:
 
 
 def _gaps(log: Log, name: str) -> list[Finding]:
-    """An input must be there all along: its gaps, and a log of it that ends before the speed's or begins after it."""
+    """The gaps of an input, which must be there from its first value to its last."""
     there = np.isfinite(log[name])
     where = f"{log.name}, channel '{name}'"
     if there.sum() < 2:
         return [Finding(where, "holds no numbers", remedy="check the column, or remove the channel")]
-    at, speed = log.time[there], log.time[np.isfinite(log["speed"])]
+    at = log.time[there]
     usual = float(np.median(np.diff(at)))
-    slack = max(3 * usual, 0.05)
-    if speed.size and (at[0] - speed[0] > slack or speed[-1] - at[-1] > slack):
-        got = f"{name} {at[0]:.2f} to {at[-1]:.2f} s, speed {speed[0]:.2f} to {speed[-1]:.2f} s"
-        what = "does not cover the time of the speed: the logs differ in length or clock"
-        return [Finding(where, what, got, "check that they belong together, or cut with from_time and to_time")]
     inside = slice(int(np.argmax(there)), there.size - int(np.argmax(there[::-1])))
     missing = np.flatnonzero(~there[inside]) + inside.start
     if (missing.size and there.mean() > MOSTLY) or np.max(np.diff(at)) > 3 * usual + 0.02:
@@ -199,7 +194,7 @@ def _whole(log: Log) -> tuple[Log, list[Finding]]:
     first = max([int(np.argmax(there)), *(int(np.argmax(np.isfinite(log[n]))) for n in needed)])
     last = min(_last(there), *(_last(np.isfinite(log[n])) for n in needed)) if needed else _last(there)
     part = slice(first, last + 1)
-    time, channels, doubts = log.time[part], {}, []
+    time, channels, doubts = log.time[part], {}, _uncovered(log, needed)
     for name, values in log.channels.items():
         inside = values[part]
         good = np.isfinite(inside)
@@ -213,6 +208,20 @@ def _whole(log: Log) -> tuple[Log, list[Finding]]:
     for name in INPUTS:
         channels.setdefault(name, np.zeros(time.size))
     return Log(log.name, time, channels, log.findings), doubts
+
+
+def _uncovered(log: Log, needed: Sequence[str]) -> list[Finding]:
+    """Inputs that begin after the speed, or end before it: what they do not cover is left out."""
+    found, speed = [], log.time[np.isfinite(log["speed"])]
+    for name in needed:
+        at = log.time[np.isfinite(log[name])]
+        slack = max(3 * float(np.median(np.diff(at))), 0.05)
+        if at[0] - speed[0] > slack or speed[-1] - at[-1] > slack:
+            got = f"{name} {at[0]:.2f} to {at[-1]:.2f} s, speed {speed[0]:.2f} to {speed[-1]:.2f} s"
+            what = "does not cover the time of the speed: only the time of both is used"
+            remedy = "check that the logs belong to one drive"
+            found.append(Finding(f"{log.name}, channel '{name}'", what, got, remedy, doubt=True))
+    return found
 
 
 def _last(there: Mask) -> int:
