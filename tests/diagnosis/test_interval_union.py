@@ -26,6 +26,16 @@ def test_an_interval_holds_those_of_all_answers():
     assert found["given"].spans == ()
 
 
+def test_an_answer_with_a_probability_counts_by_it():
+    published = Parameters({"a": one(1.0, 0.4)})
+    rare = widened(published, [Answer("brake", {"a": one(3.0, 0.5)}, probability=0.01)])["a"]
+    likely = widened(published, [Answer("brake", {"a": one(3.0, 0.5)}, probability=0.3)])["a"]
+    assert rare.interval95 == pytest.approx((0.6, 1.4), abs=0.05)
+    assert likely.interval95[0] == pytest.approx(0.6)
+    assert 3.0 < likely.interval95[1] < 3.5
+    assert likely.spans == ("brake",)
+
+
 def test_a_bias_by_the_unexplained_adds_in_squares():
     found = widened(Parameters({"a": one(1.0, 0.3)}), [Answer("baseline", {"a": one(1.0, 0.3)}, {"a": 0.4})])
     assert found["a"].interval95 == pytest.approx((0.5, 1.5))

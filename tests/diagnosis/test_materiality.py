@@ -51,6 +51,20 @@ def test_an_unexplained_remainder_of_trivial_size_leaves_the_model_adequate():
     assert judge(strategy, limits=strict).verdict == "unknown"
 
 
+def test_a_deviation_that_no_candidate_comes_close_to_is_judged_by_its_size():
+    """No candidate stands out, so that nothing is tried: the free profile alone says whether it matters."""
+    campaign = replace(SMALL, hidden={"bump": 0.1})
+    case = campaign.setup(cause("nothing"))
+    strategy = open_strategy(case)
+    loose = Limits(output=0.1, noise=1.0, parameters={"level": 0.5, "bend": 0.5})
+    verdict = judge(strategy, limits=loose)
+    assert verdict.detection.p_value < 0.01
+    assert (verdict.verdict, verdict.material, verdict.note, verdict.tried) == ("adequate", False, None, ())
+    assert verdict_sentence(verdict, case.candidates, {}).startswith("No model error that matters")
+    strict = replace(loose, parameters={"level": 0.001, "bend": 0.001})
+    assert judge(strategy, limits=strict).verdict == "unknown"
+
+
 def test_a_size_is_the_change_of_output_and_parameters():
     campaign = Campaign(3, hidden={"wind": 2.0}, plain=True)
     strategy = open_strategy(campaign.setup(*CATALOGUE))

@@ -114,7 +114,7 @@ def _described(
     judgment = _with_noise_floor(judgment, last or base, unit)
     size = published_size(judgment.size, base, exact, unit)
     sizes = effect_sizes(strategy, judgment, base, exact, unit)
-    shown = detectable(setup, found) if judgment.verdict == "adequate" and judgment.note is None else ()
+    shown = detectable(setup, found) if judgment.verdict == "adequate" and judgment.material is not False else ()
     return Diagnosis(
         verdict=judgment.verdict,
         sentence=verdict_sentence(judgment, setup.candidates, amplitudes, narrowed, size, shown),

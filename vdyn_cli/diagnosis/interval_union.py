@@ -4,6 +4,8 @@
 
 with [low_a, high_a] the interval that the step publishes with the answer in its model, half_a half of it, and bias_a
 half the 95 % interval of the bias by what the answer leaves unexplained (``unexplained``). The value stays.
+
+Answers that have a probability count by that: the interval is that of the mixture (``mixture_interval``).
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vdyn_cli.diagnosis.unexplained import Bias
+from vdyn_cli.inference.mixture import mixture_interval
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
@@ -31,11 +34,13 @@ class Answer:
     label : the effects' names, joined by " + "; or "baseline".
     parameters : as the step publishes them with the effects in its model.
     bias : half the 95 % interval of the bias of each parameter by what the answer leaves unexplained.
+    probability : of this answer against the published one; None: it is held whatever its probability.
     """
 
     label: str
     parameters: Mapping[str, Estimate]
     bias: Mapping[str, float] = field(default_factory=dict)
+    probability: float | None = None
 
 
 UNEXPLAINED = "unexplained"  # marks an interval that holds a bias by what no effect explains
@@ -55,7 +60,7 @@ def _widened(name: str, one: Estimate, answers: Sequence[Answer]) -> Estimate:
         return one
     spans: list[str] = []
     half = 0.5 * (high - low)
-    ends = [low, high]
+    ends = [low, high, *_averaged(name, (low, high), answers)]
     for answer in answers:
         found, bias = answer.parameters.get(name), answer.bias.get(name, 0.0)
         if found is None:
@@ -66,13 +71,21 @@ def _widened(name: str, one: Estimate, answers: Sequence[Answer]) -> Estimate:
             spans.append(answer.label)
         if more > (GROWN - 1.0) * half:
             spans.append(UNEXPLAINED)
-        ends += [a - more, b + more]
+        if answer.probability is None:
+            ends += [a - more, b + more]
     begin, end = _possible(name, one, min(ends), max(ends))
     if end - begin < GROWN * (high - low):
         return one
     reach = max(end - one.value, one.value - begin)
     std = max(one.std * reach / half if one.std > 0 else reach / NORMAL95, one.std)
     return replace(one, interval95=(begin, end), std=std, spans=tuple(dict.fromkeys(spans)))
+
+
+def _averaged(name: str, own: tuple[float, float], answers: Sequence[Answer]) -> tuple[float, ...]:
+    """The interval of the published estimate and of the answers that have a probability; empty where none has."""
+    others = [(a.probability, a.parameters[name].interval95) for a in answers if a.probability and name in a.parameters]
+    others = [(p, (low, high)) for p, (low, high) in others if high > low]
+    return mixture_interval(own, others) if others else ()
 
 
 def _possible(name: str, one: Estimate, low: float, high: float) -> tuple[float, float]:

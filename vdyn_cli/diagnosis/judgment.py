@@ -162,13 +162,14 @@ def _sized(
 ) -> Judgment:
     """The judgment with the size of the finding, and whether that matters.
 
-    A finding matters if any of its answers does; without an answer, if what comes closest or a free profile does.
+    A finding matters if any of its answers does; without an answer, if what comes closest or a free profile does. Where
+    no candidate stands out enough to be tried, nothing comes closest, and the free profile alone decides.
     """
     closest = min(judgment.tried, key=lambda t: t.cost, default=None)
     best = answers[0] if answers else closest
     size = None if best is None else finding_size(strategy, judgment.base, best.fitted)
     judgment = replace(judgment, size=size, material=True)
-    if limits is None or size is None or limits.exceeded(size):
+    if limits is None or (size is not None and limits.exceeded(size)):
         return judgment
     if any(limits.exceeded(finding_size(strategy, judgment.base, a.fitted)) for a in answers[1:]):
         return judgment

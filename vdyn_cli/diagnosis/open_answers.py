@@ -10,6 +10,7 @@ from vdyn_cli.diagnosis.extension import Extension, publish_with
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.interval_union import Answer, biases, widened
 from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.probable_answers import probable_answers
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.diagnosis.unexplained import unexplained_biases
 from vdyn_cli.quantities.parameters import Estimate
@@ -26,27 +27,45 @@ def with_open_answers(
     """The result whose intervals know the verdict.
 
     ``ambiguous``: they hold the values of all answers and of the baseline. ``unknown``: those of the baseline and of
-    what comes closest, each with the bias by what it leaves unexplained. ``named`` with a significant remainder: with
-    the bias by that.
+    what comes closest, each with the bias by what it leaves unexplained. ``named``: those of the mixture
+    with answers of one effect more; where a significant remainder is left, with the bias by that.
     """
     result = extension.result or base
     if not result.parameters or judgment.verdict not in ("ambiguous", "unknown", "named", "data_fault"):
         return result
     found: list[Answer] = []
     others: list[Result] = []
+    answer = judgment.answer
     if judgment.verdict == "ambiguous":
         found, others = _published(strategy, judgment.answers, problem, base)
         found = [Answer(BASELINE, base.parameters), *found]
-    elif judgment.verdict == "unknown":
-        closest = [judgment.closest] if judgment.closest else []
-        known = _biases(strategy, judgment.base, base, problem)
-        found, others = _published(strategy, closest, problem, base, True)
+    elif judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
+        closest = [c for c in (answer or judgment.closest,) if c is not None]
+        explained = answer is not None and (answer.sufficient or answer.nearly_sufficient)
+        known = {} if explained else _biases(strategy, judgment.base, base, problem)
+        found, others = _published(strategy, closest, problem, base, not explained)
         found = [Answer(BASELINE, base.parameters, known), *found]
-    elif judgment.answer is not None and not judgment.answer.sufficient and extension.result is not None:
-        near = strategy.relinearized(judgment.answer.fitted)
-        found = [Answer(_label(judgment.answer), result.parameters, _biases(strategy, near, result, problem))]
+    elif answer is not None and answer.sufficient:
+        return _averaged(strategy, answer, problem, result)
+    elif answer is not None:
+        near = strategy.relinearized(answer.fitted)
+        found = [Answer(_label(answer), result.parameters, _biases(strategy, near, result, problem))]
     if others:
         result = problem.spanning(result, (base, *others))
+    return _widened(result, found)
+
+
+def _averaged(strategy: Strategy, answer: CandidateModel, problem: SimulatedProblem, result: Result) -> Result:
+    """The result of a named answer, with the intervals of its mixture with answers of one effect more."""
+    probable = probable_answers(strategy, answer)
+    each = [_published(strategy, [one], problem, result) for one, _ in probable]
+    found = [replace(one[0][0], probability=p) for one, (_, p) in zip(each, probable, strict=True)]
+    others = [(p, one[1][0]) for one, (_, p) in zip(each, probable, strict=True) if one[1]]
+    return _widened(problem.averaged(result, others) if others else result, found)
+
+
+def _widened(result: Result, found: Sequence[Answer]) -> Result:
+    """The result with parameters whose intervals hold the answers, and a sentence that says so."""
     parameters = widened(result.parameters, found)
     wide = {n: e for n, e in parameters.items() if e.spans}
     sentence = with_wider_intervals(result.sentence, wide, "with what the diagnosis leaves open")

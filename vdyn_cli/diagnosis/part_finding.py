@@ -112,16 +112,18 @@ def _strongest(search: PartSearch) -> FittedParts | None:
     linear = _by_coordinate(search)
     top = max(linear.values(), default=0.0)
     near = [key for key, gain in linear.items() if gain >= POLICY.part_near * top][: POLICY.most_elements]
-    fits = []
+    fits: list[FittedParts] = []
     for some, found in search.gains:
         key = (some[0].group, some[0].coordinate)
         if key in near and found.gain >= POLICY.place_near * linear[key]:
-            fits.append(search.refitted(some, by=found))
+            whole = next((f for f in fits if set(some) < set(f.parts)), None)
+            fitted = search.refitted(some, by=found, near=whole)
+            fits += [fitted] if fitted is not None else []
 
     def gain(one: FittedParts) -> float:
         return one.gain - (POLICY.part_gain if one.parts[0].sensor else 0.0)
 
-    return max((f for f in fits if f is not None), key=gain, default=None)
+    return max(fits, key=gain, default=None)
 
 
 def _by_coordinate(search: PartSearch) -> dict[tuple[str, str], float]:

@@ -28,7 +28,7 @@ from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.free_part import Part
 
-MOST_ITERATIONS = 25  # of a refit: parts that are at fault converge within a dozen, others creep
+MOST_ITERATIONS = 25  # of a refit: beyond, it creeps along a kink, and what it has explained until then counts
 
 
 @dataclass(frozen=True)
@@ -118,13 +118,17 @@ class PartSearch:
         return 1.0 - float(np.sqrt(1.0 - np.clip(share, 0.0, 1.0)))
 
     def refitted(
-        self, parts: Sequence[Part], effects: Sequence[str] = (), by: FunctionEvidence | None = None
+        self,
+        parts: Sequence[Part],
+        effects: Sequence[str] = (),
+        by: FunctionEvidence | None = None,
+        near: FittedParts | None = None,
     ) -> FittedParts | None:
         """The nonlinear fit with these parts free, or these effects of the catalogue in; None where it fails.
 
         Parameters
         ----------
-        by : the evidence that gives the additions' prior.
+        by : the evidence that gives the additions' prior. near : a fit from which this one is started.
         """
         names = [n for p in parts for n in p.unknowns]
         variance = by.variance if by is not None and names else np.zeros(0)
@@ -132,9 +136,11 @@ class PartSearch:
         candidates = self.strategy.model.setup.candidates
         free = {*self.base, *names, *(n for e in effects for n in self.strategy.model.freed(e))}
         known = self.strategy.fitted(effects) if effects else None
-        values = known.values if known is not None else {}
+        begin = next((f.solution for f in (known, near) if f is not None), self.start)
+        values = known.values if known is not None else begin.values
         unknowns = tuple(
-            replace(u, prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf) if u.name in priors
+            replace(u, start=values.get(u.name, 0.0), prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf)
+            if u.name in priors
             else replace(u, start=float(np.clip(values.get(u.name, u.start), u.lower, u.upper)))
             for u in self.regression.unknowns
         )  # fmt: skip
@@ -145,7 +151,12 @@ class PartSearch:
         }
         full = replace(self.regression, unknowns=unknowns)
         try:
-            solution = solve(restricted(full, held, self.start), tolerance=LEAST_STEP, most_iterations=MOST_ITERATIONS)
+            solution = solve(
+                restricted(full, held, begin),
+                tolerance=LEAST_STEP,
+                most_iterations=MOST_ITERATIONS,
+                unconverged=True,
+            )
         except (ResultError, ArithmeticError):
             return None
         penalty = sum((solution.values[n] / s) ** 2 for n, s in priors.items())

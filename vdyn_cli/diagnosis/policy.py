@@ -208,6 +208,10 @@ class Policy:
         "What is left is a law's error of unknown size over the eight knots of a free profile. The likelihood ratio is "
         "then (larger / smaller)^8, and 1.75^8 = 88 = exp(3^2 / 2): three standard errors, as needed_t.",
     )  # fmt: skip
+    open_probability: float = _threshold(
+        0.05, "probability", "of one further effect beside a named one, above which the intervals hold that answer too",
+        "What a 95 % interval leaves out: an answer that is likelier than that may not lie outside.",
+    )  # fmt: skip
     matters_share: float = _threshold(
         0.1, "share", "of a parameter's half interval, and of the output's noise floor, below which nothing matters",
         "Errors add in squares: a tenth widens a total error by 0.5 %, which no published digit shows. "

@@ -43,7 +43,7 @@ def verdict_sentence(
     shown : what an adequate model would have revealed.
     """
     text = _sentence(judgment, effects, amplitudes)
-    if judgment.note is not None:
+    if judgment.material is False:
         text = _immaterial(judgment, effects, amplitudes, size)
     readable = [d for d in shown if PLAIN[0] < d.amplitude < PLAIN[1]]
     if readable:
@@ -103,11 +103,12 @@ def _immaterial(
     judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate], size: Size | None
 ) -> str:
     """What is significant and does not matter: the size first, then what it may be."""
-    assert judgment.note is not None
+    text = f"No model error that matters: a deviation is significant ({p_text(judgment.detection.p_value)}) but small"
+    if judgment.note is None:
+        return f"{text}: a free profile changes neither output nor parameters by what matters."
     named = " with ".join(_with_amplitude(effects[e], amplitudes) for e in judgment.note.effects)
     verb = "come" if len(judgment.note.effects) > 1 or is_plural(named) else "comes"
     what = "would explain it" if judgment.noted else f"{verb} closest to it"
-    text = f"No model error that matters: a deviation is significant ({p_text(judgment.detection.p_value)}) but small"
     return f"{text}{size_text(size)}. {_capital(named)} {what}."
 
 

@@ -162,8 +162,11 @@ def _extended(source: Diagnosis) -> str:
     causes = {c.effect: c for c in source.causes}
     if not source.extended:
         why = typography.prose(source.not_extended)
-        requested = "The model was not extended, as the description requests (extend: never)." if causes else ""
-        return f"{_capitalized(why)}." if why else requested
+        if why or not causes:
+            return f"{_capitalized(why)}." if why else ""
+        if source.learned is not None:
+            return "The model was not extended by the learned law; 'extend: learned' under diagnose takes it in."
+        return "The model was not extended, as the description requests (extend: never)."
     labels = {n: typography.prose(causes[n].label) if n in causes else effect_labels.label(n) for n in source.extended}
     text = f"The parameters above are those of the model with {effect_labels.joined(list(labels.values()))} in it."
     lasting = [labels[n] for n in source.extended if n in causes and causes[n].lasts]

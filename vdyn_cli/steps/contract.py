@@ -165,6 +165,11 @@ class SimulatedProblem(Problem, Protocol):
         """The result whose intervals beside the parameters hold those of all answers; unchanged by default."""
         return result
 
+    def averaged(self, result: Result, answers: Sequence[tuple[float, Result]]) -> Result:
+        """The result whose intervals beside the parameters are of its mixture with other answers, each behind its
+        probability; unchanged by default."""
+        return result
+
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Published parameters that follow from fitted ones; none, unless a step says otherwise.
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
+from vdyn_cli.inference.mixture import mixture_interval
 from vdyn_cli.quantities.result import Result
 
 SAME = 1e-6  # km/h between the speeds of two rows that are one
@@ -19,11 +21,37 @@ def holding_forces(result: Result, answers: Sequence[Result]) -> Result:
     ----------
     answers : results of the same campaign with other effects in the model; rows are matched by their speed in km/h.
     """
+
+    def held(row: Mapping[str, Any]) -> tuple[float, float]:
+        low, high = zip(row["interval95"], *_same_speed(row, answers), strict=True)
+        return min(low), max(high)
+
+    return _with_intervals(result, held)
+
+
+def averaging_forces(result: Result, answers: Sequence[tuple[float, Result]]) -> Result:
+    """The result whose forces over speed have the 95 % intervals of its mixture with other answers, or wider ones.
+
+    Parameters
+    ----------
+    answers : probability and result of each; see ``holding_forces``.
+    """
+
+    def averaged(row: Mapping[str, Any]) -> tuple[float, float]:
+        others = [(p, interval) for p, one in answers for interval in _same_speed(row, [one])]
+        low, high = mixture_interval(row["interval95"], others)
+        return min(low, row["interval95"][0]), max(high, row["interval95"][1])
+
+    return _with_intervals(result, averaged)
+
+
+def _with_intervals(result: Result, interval: Callable[[Mapping[str, Any]], tuple[float, float]]) -> Result:
     load = result.extra["road_load"]
-    others = [row for one in answers for row in one.extra["road_load"]["force"]]
-    forces = []
-    for row in load["force"]:
-        same = [o["interval95"] for o in others if abs(o["speed_kmh"] - row["speed_kmh"]) < SAME]
-        low, high = zip(row["interval95"], *same, strict=True)
-        forces.append({**row, "interval95": [min(low), max(high)]})
+    forces = [{**row, "interval95": list(interval(row))} for row in load["force"]]
     return replace(result, extra={**result.extra, "road_load": {**load, "force": forces}})
+
+
+def _same_speed(row: Mapping[str, Any], answers: Sequence[Result]) -> list[tuple[float, float]]:
+    """The intervals of other answers at the row's speed."""
+    rows = [other for one in answers for other in one.extra["road_load"]["force"]]
+    return [other["interval95"] for other in rows if abs(other["speed_kmh"] - row["speed_kmh"]) < SAME]

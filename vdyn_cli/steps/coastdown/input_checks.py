@@ -12,6 +12,7 @@ from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse
+from vdyn_cli.steps.coastdown.one_way import SLOPE, WIND
 from vdyn_cli.steps.coastdown.road_position import contradicting_position
 from vdyn_cli.steps.coastdown.segments import FEWEST_SAMPLES, CoastSegment
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
@@ -44,9 +45,12 @@ def direction_findings(
     """Runs in one direction only, runs against their logged position, and an elevation that is not used."""
     found = []
     if not ({"out", "back"} <= {runs[s.run].direction for s in segments} or use == "alone"):
-        what = "all runs have the same direction: a slope or a steady wind is collinear with rolling resistance"
+        what = (
+            "all runs have the same direction: a slope or a steady wind is collinear with rolling resistance; "
+            f"the intervals hold a slope of {100 * SLOPE:g} % and a wind of {WIND:g} m/s, where they are not measured"
+        )
         remedy = "drive as many runs back as out, and write 'direction: out' or 'back' to each run"
-        found.append(Finding("runs", what, remedy=remedy))
+        found.append(Finding("runs", what, remedy=remedy, doubt=True))
     if all("position" in log for log in logs):
         rise = [_rise(log) for log in logs]
         remedy = "check 'direction' of every run, and the sign of position"

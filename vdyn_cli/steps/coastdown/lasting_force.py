@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ Array = NDArray[np.float64]
 
 INSTANT = 0.1  # s of simulation, from whose change of speed a force is computed
 WARM = 7200.0  # s of driving: twelve nominal time constants of the tire warm-up
-SPEEDS = 12  # at which it is computed, for the three coefficients of F
+SPEEDS = 25  # at which it is computed: a learned table has up to 20 knots over them
 
 
 def resists(effect: Effect) -> bool:
@@ -24,25 +25,50 @@ def resists(effect: Effect) -> bool:
     return effect.lasts and "parameters" not in effect.on
 
 
-def lasting_force(
-    effect: Effect, at: Mapping[str, float], speeds: tuple[float, float], temperature: float
-) -> dict[str, Array]:
-    """What an effect adds to F = f0 + f1 V + f2 V^2, (3,) per unit of each unknown, on a level road in still air.
+@dataclass(frozen=True)
+class LastingForce:
+    """What effects add to the force F = f0 + f1 V + f2 V^2 of a car on a level road in still air.
 
-    The deceleration of a coasting car with the effect, less that without it, times the inertia, over the speeds.
+    Parameters
+    ----------
+    coefficients : by unknown, (3,) per unit of it, N, N s/m and N s^2/m^2.
+    beyond : speeds (n,) in m/s, and the force there in N that three coefficients cannot hold.
+    """
+
+    coefficients: Mapping[str, Array]
+    beyond: tuple[Array, Array]
+
+
+def lasting_force(
+    effects: Sequence[Effect], at: Mapping[str, float], speeds: tuple[float, float], temperature: float
+) -> LastingForce:
+    """The deceleration of a coasting car with each effect, less that without it, times the inertia, over the speeds.
 
     Assumes a force proportional to the amplitude, as those of the catalogue are.
 
     Parameters
     ----------
-    at : parameters of the road load in SI, and the values of the effect's unknowns.
+    effects : those that add a force (``resists``).
+    at : parameters of the road load in SI, and the values of the effects' unknowns.
     speeds : lowest and highest, m/s. temperature : K.
     """
+    every = np.linspace(max(speeds[0], 1.0), speeds[1], SPEEDS)
+    powers = np.vander(every, 3, increasing=True)
+    coefficients: dict[str, Array] = {}
+    beyond = np.zeros(SPEEDS)
+    for effect in effects:
+        for name, force in _forces(effect, at, every, temperature).items():
+            fitted = np.linalg.lstsq(powers, force, rcond=None)[0]
+            coefficients[name] = np.asarray(fitted / at[name])
+            beyond += force - powers @ fitted
+    return LastingForce(coefficients, (every, beyond))
+
+
+def _forces(effect: Effect, at: Mapping[str, float], every: Array, temperature: float) -> dict[str, Array]:
+    """The force by each amplitude of an effect, N at every speed (n,)."""
     model = road_load()
     values = {n: at.get(n, 0.0) for n in model.parameters} | {"wind_variance": 0.0}
     inertia = values["mass"] + values["rotating_mass"]
-    every = np.linspace(max(speeds[0], 1.0), speeds[1], SPEEDS)
-    powers = np.vander(every, 3, increasing=True)
     rested = {**dict.fromkeys(model.inputs, 0.0), "elapsed": WARM}
 
     def rates(amplitude: Mapping[str, float]) -> Array:
@@ -54,8 +80,5 @@ def lasting_force(
         ends = np.array([car(d, [], sensitivities=False).outputs["speed"][-1] for d in drives])
         return np.asarray((ends - every) / INSTANT)
 
-    found: dict[str, Array] = {}
-    for name in (n for n in effect.unknowns if n not in effect.nominal and at.get(n)):
-        force = inertia * (rates({}) - rates({name: at[name]}))
-        found[name] = np.asarray(np.linalg.lstsq(powers, force, rcond=None)[0] / at[name])
-    return found
+    names = [n for n in effect.unknowns if n not in effect.nominal and at.get(n)]
+    return {n: inertia * (rates({}) - rates({n: at[n]})) for n in names}

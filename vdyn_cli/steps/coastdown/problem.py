@@ -20,7 +20,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Array, Campaign, road_of
 from vdyn_cli.steps.coastdown.felt_road import grade_findings
-from vdyn_cli.steps.coastdown.force_intervals import holding_forces
+from vdyn_cli.steps.coastdown.force_intervals import averaging_forces, holding_forces
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
 from vdyn_cli.steps.coastdown.parts import road_parts
@@ -151,6 +151,10 @@ class CoastdownProblem(SimulatedProblem):
     def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
         """See ``SimulatedProblem``: the forces over speed."""
         return holding_forces(result, answers)
+
+    def averaged(self, result: Result, answers: Sequence[tuple[float, Result]]) -> Result:
+        """See ``SimulatedProblem``: the forces over speed."""
+        return averaging_forces(result, answers)
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The road load as tested, and the drag coefficient where the frontal area is known."""

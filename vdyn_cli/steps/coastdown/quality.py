@@ -21,6 +21,7 @@ from vdyn_cli.steps.coastdown.agreement import (
     local_forces,
     shared_force,
 )
+from vdyn_cli.steps.coastdown.one_way import one_way
 from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadFit
 
@@ -173,11 +174,12 @@ class FitQuality:
 
 
 def quality_of(fit: RoadLoadFit) -> FitQuality:
-    """The quality of a fit; its intervals are widened where local forces disagree."""
+    """The quality of a fit; its intervals are widened where local forces disagree, or all runs go the same way."""
     local = local_forces(fit)
     off = disagreement(local)
     if local is not None and off > 1.0:
         fit = replace(fit, solution=holding(fit.solution, alternative(fit, local)))
+    fit = replace(fit, solution=one_way(fit))
     return FitQuality(fit, local, off, shared_force(fit), influence(fit))
 
 

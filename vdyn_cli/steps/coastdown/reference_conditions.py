@@ -29,13 +29,17 @@ EPA_KEYS = ("A_lbf", "B_lbf_per_mph", "C_lbf_per_mph2")
 
 @dataclass(frozen=True)
 class RoadLoad:
-    """f0 N, f1 N s/m, f2 N s^2/m^2, with their covariance (3, 3) and the degrees of freedom behind it."""
+    """f0 N, f1 N s/m, f2 N s^2/m^2, with their covariance (3, 3) and the degrees of freedom behind it.
+
+    ``beyond`` is the part of a force that three coefficients cannot hold: speeds m/s and forces N, each (n,).
+    """
 
     f0: float
     f1: float
     f2: float
     covariance: Array | None = None
     degrees: float = float("inf")
+    beyond: tuple[Array, Array] | None = None
 
     @classmethod
     def from_epa(cls, a: float, b: float, c: float) -> RoadLoad:
@@ -66,7 +70,8 @@ class RoadLoad:
 
     def force(self, speed: float | Array) -> float | Array:
         """Force in N at a speed in m/s."""
-        return self.f0 + self.f1 * speed + self.f2 * speed**2
+        other: float | Array = 0.0 if self.beyond is None else np.interp(speed, *self.beyond)
+        return self.f0 + self.f1 * speed + self.f2 * speed**2 + other
 
     def half_width(self, speed: float | Array) -> Array:
         """Half the 95 % interval of the force, N, at speeds (n,) in m/s."""
@@ -147,6 +152,7 @@ def road_load_of(
     covariance: Array,
     degrees: float,
     lasting: Mapping[str, Array] = MappingProxyType({}),
+    beyond: tuple[Array, Array] | None = None,
 ) -> RoadLoad:
     """The road load polynomial of the model's parameters, with its covariance to first order.
 
@@ -157,6 +163,7 @@ def road_load_of(
     at : rolling_resistance, rolling_speed, drag_area, mass, air_density in SI.
     names, covariance : of those that were estimated, (k, k).
     lasting : what effects that belong to the car add to f0, f1, f2, (3,) per unit of each of their unknowns.
+    beyond : what of that three coefficients cannot hold.
     """
     weight, density = at["mass"] * GRAVITY, 0.5 * at["air_density"]
     slopes = {
@@ -175,4 +182,5 @@ def road_load_of(
         density * at["drag_area"] + more[2],
         gradient.T @ covariance @ gradient,
         degrees,
+        beyond,
     )

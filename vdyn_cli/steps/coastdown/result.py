@@ -111,11 +111,10 @@ class RoadLoadAnswer:
     def _load_at(self, temperature: float) -> RoadLoad:
         """The road load in the air of the test, tires at a temperature (K) by the accepted effects."""
         solution, at = self.fit.solution, {**self.fit.at, "air_density": _air_density(self.fit)}
-        lasting: dict[str, Array] = {}
-        for effect in filter(resists, self.effects):
-            lasting |= lasting_force(effect, at, self.fit.speeds, temperature)
+        lasting = lasting_force([e for e in self.effects if resists(e)], at, self.fit.speeds, temperature)
         degrees = [solution.degrees[n] for n in solution.names if n in MAIN]
-        return road_load_of(at, solution.names, solution.covariance, min(degrees, default=1e6), lasting)
+        free = min(degrees, default=1e6)
+        return road_load_of(at, solution.names, solution.covariance, free, lasting.coefficients, lasting.beyond)
 
     @cached_property
     def corrected(self) -> RoadLoad | None:

@@ -39,8 +39,8 @@ def sentence(v: Validation) -> str:
         return f"{start}, within the band, but the drives contradict the prior of {names}."
     outputs = f"all {len(v.tests)} outputs stay" if len(v.tests) > 1 else f"{words(next(iter(v.tests)))} stays"
     return (
-        f"{start}, and {outputs} within the prediction band: no error beyond the uncertainty of the "
-        f"parameters{_leading(v)}."
+        f"{start}, and {outputs} within the prediction band: the uncertainty of the parameters allows an "
+        f"error of this size{_leading(v)}."
     )
 
 

@@ -1,0 +1,58 @@
+"""Answers with one effect more than the named one that these data do not exclude: its interval must hold them.
+
+Beside a named effect another one may be hidden: a free road takes in most of a brake that lets go slowly, and the
+parameters then follow the road. Its score test has little power there, so that its p value says little; its posterior
+probability does, with a prior that one more effect is as likely as not, which one being equally likely, and amplitudes
+a ~ N(0, sigma^2):
+
+    P_k ~ (1 / m) B_k,   P_0 ~ 1,   B_k = s / sqrt(s^2 + sigma^2) exp(a^2 sigma^2 / (2 s^2 (s^2 + sigma^2)))
+
+with a and s the score test's estimate and standard error of candidate k of m, and sigma ``catalogue_prior`` of its
+plausible range. Source: Kass and Raftery, Bayes factors, J. Am. Stat. Assoc. 90 (1995) 773.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vdyn_cli.diagnosis.candidate_models import CandidateModel, candidate_model
+from vdyn_cli.diagnosis.detection import is_testable
+from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy import Strategy
+
+
+def probable_answers(strategy: Strategy, answer: CandidateModel) -> list[tuple[CandidateModel, float]]:
+    """The candidate models with one effect more whose posterior probability exceeds ``open_probability``, and that.
+
+    Parameters
+    ----------
+    answer : the named one. Only testable candidates of one amplitude are added to it.
+    """
+    model = strategy.model
+    beside = model.scores(answer.fitted, [n for n in model.setup.candidates if n not in answer.effects])
+    odds: dict[str, float] = {}
+    for name in beside.names:
+        if beside.spread[name].size == 1 and is_testable(model, beside, name):
+            effect = model.setup.candidates[name]
+            sigma = POLICY.catalogue_prior * reach(effect, model.amplitudes(name)[0])
+            odds[name] = bayes_factor(float(beside.estimate[name][0]), float(beside.spread[name][0]), sigma)
+    total = len(odds) + sum(odds.values())
+    found: list[tuple[CandidateModel, float]] = []
+    for name, factor in odds.items():
+        if factor > POLICY.open_probability * total:
+            tried = candidate_model(strategy, (*answer.effects, name))
+            if tried is not None:
+                found.append((tried, factor / total))
+    return found
+
+
+def bayes_factor(estimate: float, std: float, sigma: float) -> float:
+    """How much likelier data are with an amplitude ~ N(0, sigma^2) than with none: B above.
+
+    Parameters
+    ----------
+    estimate, std : the amplitude by these data and its standard error, in the unit of ``sigma``.
+    """
+    shrunk = sigma**2 / (std**2 + sigma**2)
+    return math.sqrt(1.0 - shrunk) * math.exp(min(0.5 * (estimate / std) ** 2 * shrunk, 700.0))

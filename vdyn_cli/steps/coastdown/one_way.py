@@ -1,0 +1,61 @@
+"""What a slope and a steady wind can do to the answer where all runs go the same way.
+
+A slope i is a rolling resistance i; a headwind w adds 1/2 rho Cd A (2 V w + w^2) to the force over the fitted speeds,
+which a fit puts down to rolling resistance and drag area. Runs there and back tell both from the car; runs of one
+direction do not, and their scatter says nothing of it. The intervals hold what a test site that keeps the
+regulations' limits can have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
+from vdyn_cli.steps.coastdown.agreement import holding
+from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
+
+SLOPE = 0.005  # m/m, the most that SAE J1263 allows for a test road
+WIND = 3.0  # m/s, the largest mean wind of UN R83, annex 4a, appendix 7
+SPEEDS = 50  # at which the force by a wind is projected on the road load
+
+
+def is_one_way(fit: RoadLoadFit) -> bool:
+    """Whether all runs of a fit go the same way, or do not state where they go."""
+    return len({r.heading for r in fit.campaign.runs}) == 1
+
+
+def one_way(fit: RoadLoadFit) -> Solution:
+    """The solution of a fit with intervals that hold a slope and a wind which its runs cannot show.
+
+    A measured wind, and a slope that the accelerometer feels or a survey states, are known. A roughness that the
+    description states is taken for the slope's standard deviation.
+    """
+    campaign, solution = fit.campaign, fit.solution
+    if not is_one_way(fit):
+        return solution
+    known = {n: all(isinstance(r.inputs[n], np.ndarray) for r in campaign.runs) for n in ("grade", "wind_speed")}
+    if campaign.accelerometer == "none" and not known["grade"]:
+        slope = SLOPE if campaign.roughness is None else NORMAL95 * campaign.roughness
+        solution = _moved(solution, {"rolling_resistance": slope})
+    if campaign.accelerometer != "alone" and not known["wind_speed"]:
+        solution = _moved(solution, _by_wind(fit))
+    return solution
+
+
+def _by_wind(fit: RoadLoadFit) -> Mapping[str, float]:
+    """Shift of rolling resistance and drag area by a headwind ``WIND``, as far as both are estimated."""
+    at, speed = fit.at, np.linspace(*fit.speeds, SPEEDS)
+    density = 0.5 * at["air_density"]
+    force = density * at["drag_area"] * ((speed + WIND) ** 2 - speed**2)
+    columns = {"rolling_resistance": np.full(SPEEDS, at["mass"] * GRAVITY), "drag_area": density * speed**2}
+    names = [n for n in columns if n in fit.solution.names]
+    found = np.linalg.lstsq(np.column_stack([columns[n] for n in names]), force, rcond=None)[0]
+    return dict(zip(names, found.tolist(), strict=True))
+
+
+def _moved(solution: Solution, shift: Mapping[str, float]) -> Solution:
+    known = {n: solution.values[n] + d for n, d in shift.items() if n in solution.values}
+    return holding(solution, known)
