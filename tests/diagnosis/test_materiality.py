@@ -14,6 +14,7 @@ from vdyn_cli.diagnosis.judgment import judge
 from vdyn_cli.diagnosis.matters import limits_of
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import verdict_sentence
+from vdyn_cli.quantities.diagnosis import Size
 from vdyn_cli.quantities.errors import InputError
 
 CATALOGUE = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
@@ -63,6 +64,16 @@ def test_a_deviation_that_no_candidate_comes_close_to_is_judged_by_its_size():
     assert verdict_sentence(verdict, case.candidates, {}).startswith("No model error that matters")
     strict = replace(loose, parameters={"level": 0.001, "bend": 0.001})
     assert judge(strategy, limits=strict).verdict == "unknown"
+
+
+def test_an_unknown_error_states_the_size_of_what_comes_closest():
+    case = replace(SMALL, hidden={"bump": 1.0}).setup(*CATALOGUE)
+    verdict = judge(open_strategy(case))
+    assert verdict.verdict == "unknown"
+    assert verdict.closest is not None
+    size = Size(output="speed", unit="m/s", change=0.5, noise_floor=0.2, points=(), shifts_in_std={}, share_of_rms=1.0)
+    said = verdict_sentence(verdict, case.candidates, {}, size=size)
+    assert said.endswith("Size of what comes closest: speed 0.5 m/s rms (noise floor 0.2 m/s).")
 
 
 def test_a_size_is_the_change_of_output_and_parameters():

@@ -45,6 +45,8 @@ def verdict_sentence(
     text = _sentence(judgment, effects, amplitudes)
     if judgment.material is False:
         text = _immaterial(judgment, effects, amplitudes, size)
+    elif judgment.verdict == "unknown" and size is not None and judgment.closest is not None:
+        text += f" Size of what comes closest{size_text(size)}."
     readable = [d for d in shown if PLAIN[0] < d.amplitude < PLAIN[1]]
     if readable:
         text += f" Smallest errors that these data reveal: {' and '.join(_revealed(d) for d in readable[:REVEALED])}."

@@ -48,7 +48,9 @@ def test_runs_share_no_force_on_a_level_road_and_one_on_an_undulating_road() -> 
     assert not any("share a force" in f.what for f in level.findings)
     rough = estimated(messy_day.drive(13, replace(SHORT, rms=0.002, waves="random")), position=False)
     assert all(s["correlation"] > 0.3 for s in rough.extra["quality"]["shared_force"])
-    assert any("share a force" in f.what and "position" in f.remedy for f in rough.findings)
+    (shared,) = [f for f in rough.findings if "share a force" in f.what]
+    assert "position" in shared.remedy
+    assert "if it is the road" in shared.what
 
 
 def test_influence_is_that_of_fits_without_the_run() -> None:
