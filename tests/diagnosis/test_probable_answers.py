@@ -25,5 +25,5 @@ def test_an_effect_that_shows_is_probable_and_one_that_does_not_is_not(slope: fl
     strategy = open_strategy(Campaign(11, hidden={"wave": 5.0, "slope": slope}).setup(cause("slope"), cause("wave")))
     answer = candidate_model(strategy, ("wave",))
     assert answer is not None
-    found = probable_answers(strategy, answer)
+    found = probable_answers(strategy, answer.fitted)
     assert [one.effects for one, _ in found] == ([("wave", "slope")] if slope else [])

@@ -111,9 +111,7 @@ class LinearizedStrategy:
             for n in self.model.amplitudes(name)
         )
 
-    def _refit_others(
-        self, local: LinearizedStrategy, strongest: str, large: Mapping[str, FittedModel | None]
-    ) -> None:
+    def _refit_others(self, local: LinearizedStrategy, strongest: str, large: Mapping[str, FittedModel | None]) -> None:
         """Give every other large candidate its fit on its own linearization: that of ``strongest`` is too far off.
 
         Those whose best fit misses the main channel by far more than the best one does are no answer, nor those that

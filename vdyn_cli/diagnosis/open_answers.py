@@ -26,13 +26,18 @@ def with_open_answers(
 ) -> Result:
     """The result whose intervals know the verdict.
 
-    ``ambiguous``: they hold the values of all answers and of the baseline. ``unknown``: those of the baseline and of
-    what comes closest, each with the bias by what it leaves unexplained. ``named``: those of the mixture
-    with answers of one effect more; where a significant remainder is left, with the bias by that.
+    ``adequate``: they are those of the mixture of the baseline with answers of one effect. ``named``: of the mixture
+    with answers of one effect more; where a significant remainder is left, with the bias by that. ``ambiguous``: they
+    hold the values of all answers and of the baseline. ``unknown``: those of the baseline and of what comes closest,
+    each with the bias by what it leaves unexplained. An answer that is not in the model, as a learned law unless the
+    description requests it, is held beside the baseline.
     """
     result = extension.result or base
-    if not result.parameters or judgment.verdict not in ("ambiguous", "unknown", "named", "data_fault"):
+    if not result.parameters or judgment.verdict == "not_testable":
         return result
+    if judgment.verdict == "adequate":
+        plain = extension.result is None and judgment.note is None
+        return _averaged(strategy, judgment.base, problem, result) if plain else result
     found: list[Answer] = []
     others: list[Result] = []
     answer = judgment.answer
@@ -46,7 +51,7 @@ def with_open_answers(
         found, others = _published(strategy, closest, problem, base, not explained)
         found = [Answer(BASELINE, base.parameters, known), *found]
     elif answer is not None and answer.sufficient:
-        return _averaged(strategy, answer, problem, result)
+        return _averaged(strategy, answer.fitted, problem, result)
     elif answer is not None:
         near = strategy.relinearized(answer.fitted)
         found = [Answer(_label(answer), result.parameters, _biases(strategy, near, result, problem))]
@@ -55,9 +60,9 @@ def with_open_answers(
     return _widened(result, found)
 
 
-def _averaged(strategy: Strategy, answer: CandidateModel, problem: SimulatedProblem, result: Result) -> Result:
-    """The result of a named answer, with the intervals of its mixture with answers of one effect more."""
-    probable = probable_answers(strategy, answer)
+def _averaged(strategy: Strategy, fitted: FittedModel, problem: SimulatedProblem, result: Result) -> Result:
+    """The result of a fit, with the intervals of its mixture with answers of one effect more."""
+    probable = probable_answers(strategy, fitted)
     each = [_published(strategy, [one], problem, result) for one, _ in probable]
     found = [replace(one[0][0], probability=p) for one, (_, p) in zip(each, probable, strict=True)]
     others = [(p, one[1][0]) for one, (_, p) in zip(each, probable, strict=True) if one[1]]

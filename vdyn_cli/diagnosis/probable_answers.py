@@ -1,9 +1,9 @@
-"""Answers with one effect more than the named one that these data do not exclude: its interval must hold them.
+"""Answers with one effect more than the published one that these data do not exclude: its intervals must hold them.
 
-Beside a named effect another one may be hidden: a free road takes in most of a brake that lets go slowly, and the
-parameters then follow the road. Its score test has little power there, so that its p value says little; its posterior
-probability does, with a prior that one more effect is as likely as not, which one being equally likely, and amplitudes
-a ~ N(0, sigma^2):
+Beside a named effect, or beside the road that a coast-down's runs share, another effect may be hidden: a free road
+takes in most of a brake that lets go slowly, and the parameters then follow the road. Its score test has little power
+there, so that its p value says little; its posterior probability does, with a prior that one more effect is as likely
+as not, which one being equally likely, and amplitudes a ~ N(0, sigma^2):
 
     P_k ~ (1 / m) B_k,   P_0 ~ 1,   B_k = s / sqrt(s^2 + sigma^2) exp(a^2 sigma^2 / (2 s^2 (s^2 + sigma^2)))
 
@@ -18,19 +18,20 @@ import math
 from vdyn_cli.diagnosis.candidate_models import CandidateModel, candidate_model
 from vdyn_cli.diagnosis.detection import is_testable
 from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
 
 
-def probable_answers(strategy: Strategy, answer: CandidateModel) -> list[tuple[CandidateModel, float]]:
+def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[CandidateModel, float]]:
     """The candidate models with one effect more whose posterior probability exceeds ``open_probability``, and that.
 
     Parameters
     ----------
-    answer : the named one. Only testable candidates of one amplitude are added to it.
+    published : the fit of the named answer, or of the baseline. Only testable candidates of one amplitude are added.
     """
     model = strategy.model
-    beside = model.scores(answer.fitted, [n for n in model.setup.candidates if n not in answer.effects])
+    beside = model.scores(published, [n for n in model.setup.candidates if n not in published.effects])
     odds: dict[str, float] = {}
     for name in beside.names:
         if beside.spread[name].size == 1 and is_testable(model, beside, name):
@@ -41,7 +42,7 @@ def probable_answers(strategy: Strategy, answer: CandidateModel) -> list[tuple[C
     found: list[tuple[CandidateModel, float]] = []
     for name, factor in odds.items():
         if factor > POLICY.open_probability * total:
-            tried = candidate_model(strategy, (*answer.effects, name))
+            tried = candidate_model(strategy, (*published.effects, name))
             if tried is not None:
                 found.append((tried, factor / total))
     return found
