@@ -191,12 +191,18 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
     }
     before = {(c.run, c.channel): c for c in base.comparisons}
     labels = " and ".join(f"{e.label}{amplitude_text(e, amplitudes)}" for e in effects)
+    restate = extended_result.restate
     return replace(
         extended_result,
-        sentence=f"Extended by {labels}: {extended_result.sentence}",
+        sentence=_extended_by(labels, extended_result.sentence),
+        restate=None if restate is None else lambda e, extra: _extended_by(labels, restate(e, extra)),
         parameters=Parameters(estimates, extended_result.parameters.correlation, lasting, laws),
         comparisons=tuple(_with_baseline(c, before) for c in extended_result.comparisons),
     )
+
+
+def _extended_by(labels: str, sentence: str) -> str:
+    return f"Extended by {labels}: {sentence}"
 
 
 def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
