@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from vdyn_cli.diagnosis import diagnosis_record as record
 from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
@@ -194,15 +196,17 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
     restate = extended_result.restate
     return replace(
         extended_result,
-        sentence=_extended_by(labels, extended_result.sentence),
-        restate=None if restate is None else lambda e, extra: _extended_by(labels, restate(e, extra)),
+        sentence=f"Extended by {labels}: {extended_result.sentence}",
+        restate=None if restate is None else partial(_extended_sentence, labels, restate),
         parameters=Parameters(estimates, extended_result.parameters.correlation, lasting, laws),
         comparisons=tuple(_with_baseline(c, before) for c in extended_result.comparisons),
     )
 
 
-def _extended_by(labels: str, sentence: str) -> str:
-    return f"Extended by {labels}: {sentence}"
+def _extended_sentence(
+    labels: str, restate: Restate, estimates: Mapping[str, Estimate], extra: Mapping[str, Any]
+) -> str:
+    return f"Extended by {labels}: {restate(estimates, extra)}"
 
 
 def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:

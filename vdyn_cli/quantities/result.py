@@ -83,6 +83,7 @@ class Table:
     caption: str = ""
 
 
+Restate = Callable[[Mapping[str, Estimate], Mapping[str, Any]], str]  # (parameters, extra) -> closing sentence
 MISFIT = 2.5  # rms over noise floor above which the model is in doubt
 
 
@@ -135,4 +136,4 @@ class Result:
     refused: tuple[Finding, ...] = ()
     withheld: Mapping[str, str] = field(default_factory=dict)
     quality: DataQuality = field(default_factory=DataQuality)
-    restate: Callable[[Mapping[str, Estimate], Mapping[str, Any]], str] | None = field(default=None, compare=False)
+    restate: Restate | None = field(default=None, compare=False)
