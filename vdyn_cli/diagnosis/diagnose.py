@@ -28,7 +28,7 @@ from vdyn_cli.diagnosis.worst_segments import worst_segments
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.result import Comparison, Result
+from vdyn_cli.quantities.result import Comparison, Restate, Result
 from vdyn_cli.steps import Failure
 
 
