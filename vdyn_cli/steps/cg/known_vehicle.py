@@ -26,11 +26,13 @@ class KnownVehicle:
     ----------
     values : by name, SI. std : of those that are uncertain.
     findings : what is left out of the balance.
+    load_excess : share by which the loads exceed the weight, where they contradict it.
     """
 
     values: Mapping[str, float]
     std: Mapping[str, float]
     findings: tuple[Finding, ...]
+    load_excess: float = 0.0
 
 
 def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
