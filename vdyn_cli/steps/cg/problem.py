@@ -201,8 +201,9 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     vehicle = known_vehicle(spec, known)
     load_zero = spec.settings.load_zero.value
     headings = [HEADING[run.direction] for run in spec.runs] or [0.0] * len(logs)
+    ready = ready_runs(spec, logs)
     share, contradiction = weight_contradiction(logs, vehicle, load_zero)
-    ready = _scaled_loads(ready_runs(spec, logs), share)
+    ready = _scaled_loads(ready, share)
     vehicle = replace(vehicle, load_excess=share)
     runs = tuple(cut_windows(log, way) for log, way in zip(ready, headings, strict=True))
     speeds = tuple(speed_change(log) for log in ready)
