@@ -166,12 +166,6 @@ def test_a_share_that_is_not_significant_says_so(certain: bool, ends: str) -> No
     assert plain(gain.explained).endswith(ends)
 
 
-def test_a_gain_of_other_channels_than_the_one_that_is_shown_says_so() -> None:
-    gain = shown(gain={**EXAMPLE["gain"], "certain": True, "interval95": [-0.02, 0.03]}).gain
-    assert gain is not None
-    assert plain(gain.explained).endswith("noise floor; the change of the speed rms alone is not significant")
-
-
 def test_the_pipeline_shows_each_diagnosis_and_the_effects_that_it_keeps(tmp_path: Path) -> None:
     kept = Estimate(0.5, 0.02, (0.46, 0.54), "", "share", "wheel_inertia")
     outcomes = [

@@ -141,7 +141,7 @@ def gain(judgment: Judgment, metric: tuple[str, str]) -> Gain | None:
         share_of_explainable=found.share,
         noise_floor=found.floor or math.nan,
         refitted=found.refitted,
-        certain=found.better,
+        certain=found.interval[0] > 0.0,
         held_out=True,
         folds=found.folds,
     )

@@ -122,9 +122,16 @@ def finding_size(strategy: Strategy, without: FittedModel, found: FittedModel) -
 
 
 def profile_matters(strategy: Strategy, base: FittedModel, limits: Limits) -> bool:
-    """Whether a free profile of what the baseline leaves unexplained changes output or parameters by what matters."""
+    """Whether a free profile of what the baseline leaves unexplained changes output or parameters by what matters.
+
+    Where parameters keep prior values, only predictions are published: the profile matters if it changes the main
+    output by more than a share of the prediction's own uncertainty.
+    """
     model = strategy.model
     found = model.scores(base, list(model.setup.families))
+    if strategy.prior_values and np.isfinite(limits.output) and not limits.stated:
+        changes = [_profile_change(strategy, base, f, found.statistic[f], found.rank[f]) for f in found.names]
+        return max(changes, default=0.0) > POLICY.unexplained_share * limits.noise
     rows = max(sum(_counts(base.runs)), 1)
     share = max((found.statistic[f] - found.rank[f] for f in found.names), default=0.0) / rows
     limit = limits.output / limits.noise if np.isfinite(limits.output) and limits.noise > 0 else POLICY.matters_share
@@ -133,6 +140,23 @@ def profile_matters(strategy: Strategy, base: FittedModel, limits: Limits) -> bo
     size = finding_size(strategy, base, base)
     halves = half_widths(unexplained_biases(model, base))
     return any(halves.get(n, 0.0) > limits.of(n, size.stds[n]) for n in size.shifts)
+
+
+def _profile_change(strategy: Strategy, base: FittedModel, family: str, statistic: float, rank: int) -> float:
+    """Rms change of the main output by a free profile, beyond what as many unknowns change by chance; infinite where
+    it has no such unit.
+
+    Parameters
+    ----------
+    statistic : chi-square of the profile, with ``rank`` degrees of freedom.
+    """
+    fitted = strategy.fitted((family,))
+    pairs = [] if fitted is None else list(zip(base.runs.rows, fitted.runs.rows, strict=True))
+    changes = [b.plain[0] - a.plain[0] for a, b in pairs if a.plain is not None and b.plain is not None]
+    if len(changes) < len(base.runs.rows):
+        return float("inf")
+    real = max(1.0 - rank / max(statistic, 1e-300), 0.0)
+    return float(np.sqrt(real)) * _rms(changes, [c.size for c in changes])
 
 
 def _predictions(

@@ -217,6 +217,11 @@ class Policy:
         "Errors add in squares: a tenth widens a total error by 0.5 %, which no published digit shows. "
         "'diagnose: {matters: ...}' states other limits.",
     )  # fmt: skip
+    unexplained_share: float = _threshold(
+        0.3, "share of the prediction's standard deviation", "by which what no effect explains must change predictions",
+        "Errors add in squares: 0.3 widens the total error of a prediction by 5 %. What has no name cannot be "
+        "corrected, so that a tenth (matters_share), which a correction is worth, would only be an alarm.",
+    )  # fmt: skip
     single_evidence: float = _threshold(
         1.5, "standard errors", "of evidence that a candidate needs to be tried alone",
         "Chance exceeds it in 7 %; a candidate of less cannot explain a misfit that rejected at 5 %.",

@@ -131,7 +131,7 @@ class Gain(Record):
 
     ``share_of_explainable`` is (before - after) / (before - noise_floor), by rms: the share of the error that the
     noise does not explain. ``refitted`` says that the errors are those of refitted models, not of predictions with
-    the parameters as stated.
+    the parameters as stated. ``certain``: ``interval95`` lies above zero.
     """
 
     metric: str

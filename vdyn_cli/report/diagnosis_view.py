@@ -109,8 +109,6 @@ def _gain_bars(gain: Gain) -> GainBars | None:
     low, high = gain.interval95
     metric, unit = typography.prose(gain.metric), typography.unit(gain.unit)
     doubt = "" if gain.certain else ", not significant"
-    if gain.certain and low <= 0:
-        doubt = f"; the change of the {metric} alone is not significant"
     share = typography.fixed(100 * gain.share_of_explainable, 0)
     return GainBars(
         metric,

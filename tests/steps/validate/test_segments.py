@@ -19,6 +19,7 @@ TIME = np.arange(0.0, 60.0, 0.1)
 SPEED = np.interp(TIME, [0, 3, 13, 33, 48, 54, 60], [0, 0, 20, 20, 17, 0, 0])
 TORQUE = np.where((TIME > 3) & (TIME <= 13), 300.0, np.where((TIME > 13) & (TIME <= 33), 40.0, 0.0))
 BRAKE = np.where((TIME > 48) & (TIME <= 55), 1500.0, 0.0)
+RECUPERATED = np.where((TIME > 48) & (TIME <= 54), -430.0, TORQUE)  # the motor does the braking
 
 
 def log(**changed: np.ndarray) -> Log:
@@ -110,15 +111,17 @@ def test_an_output_that_holds_one_value_all_through_is_none(root: Path, tmp_path
 
 def test_a_brake_channel_of_noise_alone_brakes_nowhere() -> None:
     noise = 2.0 * np.random.default_rng(4).standard_normal(TIME.size)
-    found, _ = drive_segments([log(brake_torque=noise)], [RunConditions()], Segmentation("road_load"))
+    drive = log(brake_torque=noise, drive_torque=RECUPERATED)
+    found, _ = drive_segments([drive], [RunConditions()], Segmentation("road_load"))
     assert sum(s.duration for s in found) > 45.0
 
 
 def test_a_brake_that_holds_the_car_at_rest_alone_brakes_nowhere_else() -> None:
-    """The motor does the braking; the hold is small, so that the channel's noise is 2 % of it."""
+    """The hold is small, so that the channel's noise is 2 % of it."""
     noise = 2.0 * np.random.default_rng(5).standard_normal(TIME.size)
     hold = np.where(SPEED < 0.1, 90.0, 0.0)
-    (s,), _ = drive_segments([log(brake_torque=hold + noise)], [RunConditions()], Segmentation("road_load"))
+    drive = log(brake_torque=hold + noise, drive_torque=RECUPERATED)
+    (s,), _ = drive_segments([drive], [RunConditions()], Segmentation("road_load"))
     assert s.duration > 45.0
 
 

@@ -13,8 +13,11 @@ from vdyn_cli.physics.laws.brake import brake
 from vdyn_cli.physics.laws.driveline import drive, driveline, spin_loss
 from vdyn_cli.physics.laws.grade_resistance import climb, slope
 from vdyn_cli.physics.laws.rolling_resistance import rolling
-from vdyn_cli.physics.laws.standstill_friction import turned
 from vdyn_cli.quantities.constants import GRAVITY
+
+# Sense of friction (``standstill_friction``): the runs hold only rows in which the car rolls forward. A simulated speed
+# that falls to zero there is an error, and friction that turned with it would make that error's slope jump.
+FORWARD = 1.0
 
 DriveSignal = Literal["coasting", "torque", "force"]
 
@@ -52,6 +55,7 @@ def road_load(
 
     Notes
     -----
+    Assumes that the car rolls forward throughout: friction does not turn where the simulated speed becomes negative.
     Inputs: grade, wind_speed (m/s), elapsed (s since the first run began). Context of a run: heading (+1 out, -1 back,
     0 unknown), temperature (K). wind_variance (m^2/s^2) is what gusts add to the mean drag. The state run_time (s since
     the log's start) is zero at first unless the drive's start gives it. A located car's context also holds road_begin
@@ -117,7 +121,7 @@ def _resistance(e: ModelBuilder, u: Signals, speed: Number, grade: Number) -> Nu
     day = {"elapsed": u.elapsed, "run_time": e.state("run_time"), "speed": speed}
     wind = e("wind_speed", value=u.wind_speed)
     drag = e(air, air_density=p.air_density, drag_area=p.drag_area, wind=wind, **day)
-    day |= {"sense": turned(speed), "share": 1.0}
+    day |= {"sense": FORWARD, "share": 1.0}
     drag = drag + e(gust_drag, air_density=p.air_density, drag_area=p.drag_area, wind_variance=p.wind_variance)
     tires = e(
         rolling,

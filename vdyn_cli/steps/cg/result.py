@@ -35,7 +35,7 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
     )
     return Result(
         "cg",
-        text.sentence(estimates),
+        text.sentence(estimates, {}),
         Parameters(estimates, {a: {b: solution.correlation[a][b] for b in SOUGHT} for a in SOUGHT}),
         FitSummary(
             tuple(r.run for r in runs),
@@ -53,6 +53,7 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
         (text.uncertainty_table(solution, moved),),
         tuple(findings),
         amplitudes=effect_amplitudes(solution, fit.effect_unknowns),
+        restate=text.sentence,
     )
 
 

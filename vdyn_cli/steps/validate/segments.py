@@ -16,6 +16,7 @@ from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
+from vdyn_cli.steps.validate.unlogged_braking import UnloggedBraking, unlogged_braking
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -135,11 +136,12 @@ def drive_segments(
     raise_all(f for log in logs for f in _problems(log))
     found: list[DriveSegment] = []
     findings: list[Finding] = []
-    for k, (log, note) in enumerate(zip(logs, notes, strict=True)):
-        whole, doubts = _whole(log)
-        findings += doubts
+    drives = [_whole(log) for log in logs]
+    unlogged = _unlogged([whole for whole, _ in drives], cut)
+    for k, (log, note, (whole, doubts), braked) in enumerate(zip(logs, notes, drives, unlogged, strict=True)):
+        findings += [*doubts, *braked.finding(log.name)]
         top = float(np.nanmax(np.abs(whole["speed"])))
-        parts = _parts(whole, cut, top) if top > MOVING else []
+        parts = _parts(whole, cut, top, braked.braked) if top > MOVING else []
         made = [_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
         made = [replace(s, creeping=min(CREEPING, CREEPING_SHARE * top)) for s in made]
         made = [s for s in made if np.count_nonzero(s.smooth_speed > s.creeping) >= FEWEST // 2]
@@ -228,8 +230,13 @@ def _last(there: Mask) -> int:
     return there.size - 1 - int(np.argmax(there[::-1]))
 
 
-def _parts(log: Log, cut: Segmentation, top: float) -> list[tuple[int, int]]:
-    """First and last sample of every segment that is simulated; ``top``: m/s, the largest speed of the log."""
+def _parts(log: Log, cut: Segmentation, top: float, braked: Mask) -> list[tuple[int, int]]:
+    """First and last sample of every segment that is simulated.
+
+    Parameters
+    ----------
+    top : m/s, the largest speed of the log. braked : (n,) where a brake is on that no channel shows.
+    """
     if cut.model == "vehicle" and cut.length is None and not cut.powered:
         return [(0, log.time.size - 1)]
     good = np.ones(log.time.size, dtype=bool)
@@ -238,7 +245,7 @@ def _parts(log: Log, cut: Segmentation, top: float) -> list[tuple[int, int]]:
     if cut.model == "road_load":
         speed = np.interp(log.time, log.time[np.isfinite(log["speed"])], log["speed"][np.isfinite(log["speed"])])
         slowest = cut.slowest if cut.length is not None else min(cut.slowest, max(SLOWEST_SHARE * top, MOVING))
-        good &= (speed > slowest) & ~_braked(log)
+        good &= (speed > slowest) & ~(braked | _braked(log))
     edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
     found = []
     for a, b in zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True):
@@ -255,8 +262,18 @@ def _windows(time: Array, a: int, b: int, length: float | None) -> list[tuple[in
     return [(i, min(j, b)) for i, j in pairwise(ends.tolist()) if j - i >= FEWEST // 2]
 
 
+def _unlogged(logs: Sequence[Log], cut: Segmentation) -> tuple[UnloggedBraking, ...]:
+    """Brakes that no channel shows, of each log.
+
+    Only a mass on a road is simulated without its brakes; windows of driven cars hold none.
+    """
+    if cut.model == "road_load" and not cut.powered:
+        return unlogged_braking([(log.time, log.channels, driving(log.channels)) for log in logs])
+    return tuple(UnloggedBraking(np.zeros(log.time.size, dtype=bool), (), 0.0) for log in logs)
+
+
 def _braked(log: Log) -> Mask:
-    """Where a brake is on, or was or will be within a moment."""
+    """Where a logged brake is on, or was or will be within a moment."""
     on = log.time[pressed(log.time, log["brake_torque"])]
     if not on.size:
         return np.zeros(log.time.size, dtype=bool)

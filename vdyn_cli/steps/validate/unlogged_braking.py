@@ -1,0 +1,175 @@
+"""Brakes that no channel shows: the car slows down more than its drive torque and its speed explain.
+
+The acceleration while the car is driven is a T + b + c V^2 + d T', fitted by Huber's weights: slopes, gusts and a
+sampling delay scatter about it. Where it is not driven, a driveline that loses a share of the torque slows the car in
+proportion to |T|, always; a friction brake slows it beyond that for some seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.validate.regimes import IDLE, pressed
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+SPAN = 1.0  # s over which accelerations are taken
+SLOWEST = 2.0  # m/s, below which tires creep and a stop is under way
+FEWEST = 100  # driven samples, which tell what the torque does
+LEAST = 0.12  # m/s^2: a light touch of a brake; gusts reach 0.02, and hills move the driven samples as well
+BEYOND = 4.0  # standard deviations of the driven samples
+SHORTEST = 1.0  # s of braking
+FADED = 0.4  # of the limit, down to which braking begins and ends
+RAMP = 1.0  # s over which a brake is pressed or released
+MOST_LOST = 0.25  # share of the torque that a driveline may lose between driving and recuperation
+UNBRAKED = 0.1  # share of the recuperation at least that is without friction brakes
+ROUNDS = 10  # of reweighting
+HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
+NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
+
+
+@dataclass(frozen=True, eq=False)
+class UnloggedBraking:
+    """Where a drive is braked without a reading.
+
+    Parameters
+    ----------
+    braked : (n,) samples. spans : first and last time of each stop or slowdown, s.
+    excess : m/s^2, the largest deceleration that torque and speed do not explain.
+    """
+
+    braked: Mask
+    spans: tuple[tuple[float, float], ...]
+    excess: float
+
+    def finding(self, log: str) -> tuple[Finding, ...]:
+        """What was cut, and how to avoid it; empty where nothing was."""
+        if not self.spans:
+            return ()
+        a, b = max(self.spans, key=lambda s: s[1] - s[0])
+        also = f", and {len(self.spans) - 1} more" if len(self.spans) > 1 else ""
+        what = (
+            f"the car slows down by up to {self.excess:.2g} m/s^2 more than drive torque and road load explain, "
+            f"from {a:.1f} s to {b:.1f} s{also}: brakes that are not logged, left out"
+        )
+        remedy = "map brake_torque, or keep the friction brakes released"
+        return (Finding(f"{log}, channel 'brake_torque'", what, "", remedy),)
+
+
+@dataclass(frozen=True, eq=False)
+class _Excess:
+    """Deceleration of one drive beyond its torque's and its speed's, each (n,).
+
+    Parameters
+    ----------
+    excess, scatter : m/s^2, the second while the car is driven. pulled : m/s^2, deceleration by the drive torque.
+    free : the car moves, neither driven nor with a logged brake on. recuperated : of that, where the torque brakes.
+    """
+
+    excess: Array
+    scatter: float
+    pulled: Array
+    free: Mask
+    recuperated: Mask
+
+
+def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]]) -> tuple[UnloggedBraking, ...]:
+    """Samples of each drive in which a brake acts that no channel shows.
+
+    Parameters
+    ----------
+    drives : of one car: time (n,) s; channels speed (m/s, may hold NaN) and brake_torque (N m); drive torque (n,) N m.
+
+    Returns
+    -------
+    Nothing is found in a drive in which the car is driven too rarely to tell what its torque does. Assumes that brakes
+    are released while the car is driven, and in a tenth of the recuperation of all drives at least.
+    """
+    seen = [_excess(*drive) for drive in drives]
+    known = [(e.excess[e.recuperated], e.pulled[e.recuperated]) for e in seen if e is not None]
+    shares = np.concatenate([excess / pulled for excess, pulled in known]) if known else np.zeros(0)
+    lost = float(np.clip(np.quantile(shares, UNBRAKED), 0.0, MOST_LOST)) if shares.size >= FEWEST else 0.0
+    return tuple(_found(drive[0], e, lost) for drive, e in zip(drives, seen, strict=True))
+
+
+def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Excess | None:
+    """Of one drive; None where the car is hardly driven."""
+    good = np.isfinite(channels["speed"])
+    speed = np.interp(time, time[good], channels["speed"][good])
+    rate, force, change = _slope(time, speed), _mean(time, torque), _slope(time, torque)
+    columns = np.column_stack([force, np.ones(time.size), _mean(time, speed**2), change])
+    idle = IDLE * float(np.max(np.abs(torque), initial=0.0))
+    moving = (speed > SLOWEST) & ~pressed(time, channels["brake_torque"])
+    driven = moving & (_least(time, torque) > idle)
+    if np.count_nonzero(driven) < FEWEST:
+        return None
+    law, scatter = _robust(columns[driven], rate[driven])
+    free = moving & (force <= idle)
+    return _Excess(columns @ law - rate, scatter, np.abs(law[0] * np.minimum(force, 0.0)), free, free & (force < -idle))
+
+
+def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
+    """The braking of one drive behind a driveline that loses a share of the torque."""
+    braked = np.zeros(time.size, dtype=bool)
+    if seen is None:
+        return UnloggedBraking(braked, (), 0.0)
+    excess = seen.excess - lost * seen.pulled
+    limit = max(LEAST, BEYOND * seen.scatter)
+    spans = _spans(time, seen.free & (excess > FADED * limit), seen.free & (excess > limit))
+    for a, b in spans:
+        braked |= (time >= a - RAMP) & (time <= b + RAMP)
+    return UnloggedBraking(braked, spans, float(np.max(excess[seen.free & braked], initial=0.0)))
+
+
+def _robust(columns: Array, y: Array) -> tuple[Array, float]:
+    """Coefficients by Huber's weights, and the robust standard deviation of what they leave."""
+    scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
+    weight, found, scatter = np.ones(y.size), np.zeros(columns.shape[1]), 0.0
+    for _ in range(ROUNDS):
+        root = np.sqrt(weight)
+        found = np.linalg.lstsq(columns / scale * root[:, None], y * root, rcond=None)[0]
+        left = y - columns / scale @ found
+        scatter = NORMAL_MAD * float(np.median(np.abs(left - np.median(left))))
+        weight = 1.0 / np.maximum(np.abs(left) / max(HUBER * scatter, 1e-12), 1.0)
+    return found / scale, scatter
+
+
+def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float], ...]:
+    """First and last times of unbroken runs of touched samples that are sure for long enough."""
+    edges = np.flatnonzero(np.diff(np.r_[False, touched, False].astype(int)))
+    spacing = float(np.median(np.diff(time)))
+    pairs: Sequence[tuple[int, int]] = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return tuple(
+        (float(time[a]), float(time[b - 1])) for a, b in pairs if np.count_nonzero(sure[a:b]) * spacing >= SHORTEST
+    )
+
+
+def _window(time: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(n,) first sample, and the one after the last, of the span about each sample."""
+    return np.searchsorted(time, time - SPAN / 2), np.searchsorted(time, time + SPAN / 2, side="right")
+
+
+def _mean(time: Array, values: Array) -> Array:
+    """(n,) average over the span about each sample."""
+    first, last = _window(time)
+    total = np.r_[0.0, np.cumsum(values)]
+    return np.asarray((total[last] - total[first]) / (last - first))
+
+
+def _slope(time: Array, values: Array) -> Array:
+    """(n,) slope of the straight line through the span about each sample, by least squares."""
+    since = time - time[0]
+    t, v, tt, tv = (_mean(time, x) for x in (since, values, since**2, since * values))
+    return np.asarray((tv - t * v) / np.maximum(tt - t**2, 1e-12))
+
+
+def _least(time: Array, values: Array) -> Array:
+    """(n,) least value in the span about each sample."""
+    first, last = _window(time)
+    return np.array([values[a:b].min() for a, b in zip(first.tolist(), last.tolist(), strict=True)])
