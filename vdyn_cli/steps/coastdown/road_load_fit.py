@@ -142,7 +142,8 @@ class RoadLoadRows:
         except ResultError as error:  # far from the solution the simulation may be unstable
             raise ArithmeticError(str(error)) from error
         channels = np.concatenate([campaign.mean(run, seen.outputs[n]) for n in campaign.channels])
-        columns = np.concatenate([campaign.mean(run, seen.sensitivities[n][:, : theta.size]) for n in campaign.channels])
+        slopes = (seen.sensitivities[n][:, : theta.size] for n in campaign.channels)
+        columns = np.concatenate([campaign.mean(run, s) for s in slopes])
         self.made[run] = _SimulatedRun(self.simulator, drive, values, channels, columns)
         return channels, columns
 
