@@ -218,7 +218,7 @@ def _curved(
         pulled += one.shared.T @ one.weighted[:, s]
         value += float(np.sum(np.log(np.diag(one.factor)))) + 0.5 * float(run.residual @ one.weighted[:, s])
         solved.append(one)
-    inverse = np.linalg.pinv(information, hermitian=True)
+    inverse: Array = np.linalg.pinv(information, hermitian=True).astype(np.float64, copy=False)
     step = inverse @ pulled
     value += 0.5 * float(np.linalg.slogdet(information)[1]) - 0.5 * float(pulled @ step)
     names = tuple(sizes)
