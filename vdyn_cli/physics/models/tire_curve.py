@@ -15,14 +15,14 @@ BRAKING = ("braking_B", "braking_D")  # relative excess of B and D in braking ov
 TURN = 1e-4  # slip over which the curve changes from braking to driving
 
 
-def _force(e: ModelBuilder, load: Number, read: Number, **sliding: Number) -> None:
+def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None:
     """The curve, shifted, with its own B and D in braking; friction as the load and the sliding leave it.
 
     Fx = Fz (D' sin(C atan(B' s - E (B' s - atan(B' s)))) + Sv),  s = slip + Sh,  B' and D' by the sign of s
 
     ``static_load`` is the load at which D is meant.
     """
-    p = e.p
+    p, load = e.p, u.load
     slip = read + p.tire_Sh
     braking = (1 - slip / sqrt(slip * slip + TURN**2)) / 2
     peak = p.tire_D * (1 + p.braking_D * braking)
@@ -30,7 +30,8 @@ def _force(e: ModelBuilder, load: Number, read: Number, **sliding: Number) -> No
         friction, load=load, static_load=p.static_load, tire_D=peak, tire_load_sensitivity=0.0, **sliding
     )  # fmt: skip
     stiff = p.tire_B * (1 + p.braking_B * braking)
-    force = e(tire, slip=slip, load=load, tire_B=stiff, tire_C=p.tire_C, tire_D=grip, tire_E=p.tire_E)
+    history = {"elapsed": u.elapsed, "returning": u.returning}
+    force = e(tire, slip=slip, load=load, tire_B=stiff, tire_C=p.tire_C, tire_D=grip, tire_E=p.tire_E, **history)
     e.sensor("force_x", force + load * p.tire_Sv, 0.0)
 
 
@@ -38,22 +39,22 @@ def _driven(e: ModelBuilder, u: Signals) -> None:
     # Slow sweeps: the tire feels the slip of a relaxation length before.
     read = (1 + u.slip) * (1 + e.p.radius_error) - 1 - e.p.tire_relaxation_length * u.slip_gradient
     slip = e("slip", value=read)
-    _force(e, u.load, slip, sliding=slip * u.speed)
+    _force(e, u, slip, sliding=slip * u.speed)
 
 
 def _slipped(e: ModelBuilder, u: Signals) -> None:
-    _force(e, u.load, e("slip", value=(1 + u.slip) * (1 + e.p.radius_error) - 1))
+    _force(e, u, e("slip", value=(1 + u.slip) * (1 + e.p.radius_error) - 1))
 
 
 _CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, "radius_error", "static_load")
 
-# ``slip_gradient`` is the slip's change per distance rolled, 1/m.
-TIRE_CURVE = Model(
-    "tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), ("slip", "load", "speed", "slip_gradient")
-)
+# ``slip_gradient`` is the slip's change per distance rolled, 1/m; ``elapsed`` is the time since the sweep began, s;
+# ``returning`` is the slip on its way back to zero, and zero on its way out.
+_INPUTS = ("slip", "load", "elapsed", "returning")
+TIRE_CURVE = Model("tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, "speed", "slip_gradient"))
 
 # Where slip was logged but not the speed: nothing can depend on how fast the tread slides, or on distance.
-SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, ("slip", "load"))
+SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, _INPUTS)
 
 
 def peak_slip(b: float, c: float, e: float) -> float:

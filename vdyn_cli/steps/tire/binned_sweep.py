@@ -41,6 +41,11 @@ class BinnedSweep:
     force_variance: Array
     load_variance: Array
 
+    @property
+    def returning(self) -> Array:
+        """The slip (n,) where its size falls, zero where it grows."""
+        return np.where(self.slip * np.gradient(self.slip, self.time) < 0, self.slip, 0.0)
+
 
 def binned_sweep(log: Log) -> BinnedSweep:
     """Average a sweep into bins.

@@ -17,7 +17,7 @@ GRIP = 0.05  # plausible change of the friction
 
 
 def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
-    """The force over slip and over load, and the friction over the sliding speed where it is known.
+    """The force over slip, load and slip on its way back, and the friction over the sliding speed where it is known.
 
     Parameters
     ----------
@@ -41,6 +41,10 @@ def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
         Part(
             "tire", "", "load", load, FORCE, "N", "N", "the tire's force", "load", anchored=False, law=addition,
             arguments=lambda x, values: {}, kin=("friction",),
+        ),
+        Part(
+            "tire", "", "returning", slip, FORCE, "N", "", "the tire's force", "slip on its way back to zero",
+            law=addition, arguments=lambda x, values: {}, kin=("slip",),
         ),
     ]  # fmt: skip
     if all("vehicle_speed" in log for log in logs):

@@ -58,12 +58,14 @@ class TireProblem(SimulatedProblem):
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """Forces that are free over the slip and over the load."""
+        """Forces that are free over slip, load, time since a sweep began, and over slip on its way back to zero."""
         slip = span_of([log["slip"] for log in self.logs], 0.01)
         load = span_of([log["force_z"] for log in self.logs], 10.0)
         return (
             profile("force_over_slip", "tire", "slip", slip, FREE_FORCE, "N"),
             profile("force_over_load", "tire", "load", load, FREE_FORCE, "N"),
+            profile("force_over_time", "tire", "elapsed", (0.0, self.duration), FREE_FORCE, "N"),
+            profile("force_over_returning_slip", "tire", "returning", slip, FREE_FORCE, "N"),
         )
 
     @property

@@ -131,7 +131,7 @@ class TireFit:
 
     def force(self, slip: Array, load: float, values: Mapping[str, float]) -> Array:
         """The force, N, of the curve at increasing slips (n,) under a load (N)."""
-        inputs: dict[str, ArrayLike] = {"slip": slip, "load": load}
+        inputs: dict[str, ArrayLike] = {"slip": slip, "load": load, "elapsed": 0.0, "returning": 0.0}
         if self._driven:
             speeds = np.concatenate([sweep.speed for sweep in self.sweeps if sweep.speed is not None])
             inputs |= {"speed": float(np.mean(speeds)), "slip_gradient": 0.0}
@@ -198,7 +198,12 @@ class TireFit:
 
     def _curve(self, sweep: BinnedSweep, slip: Array, theta: Array) -> tuple[Array, Array, Array]:
         """Force (n,), its derivatives to the unknowns (n, k), and its slope to the slip (n,)."""
-        inputs = {"slip": slip, "load": sweep.load}
+        inputs = {
+            "slip": slip,
+            "load": sweep.load,
+            "elapsed": sweep.time - sweep.time[0],
+            "returning": sweep.returning,
+        }
         if sweep.speed is not None:
             inputs |= {"speed": sweep.speed, "slip_gradient": sweep.slip_gradient}
         simulated = self._simulator(Drive(sweep.time, inputs), theta)
