@@ -84,7 +84,8 @@ def _both(e: ModelBuilder, u: Signals) -> None:
 def _front(e: ModelBuilder, u: Signals) -> None:
     up = _lift(e, u) / 2
     front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero)
-    rear = e.p.mass * GRAVITY - front - 2 * up
+    heave = e.p.heave_lever * u.pitch_acceleration
+    rear = e.p.mass * (GRAVITY + heave) - front - 2 * up
     _moments(e, u, front + up, rear + up, u.front_load_bend, -u.front_load_bend)
 
 
@@ -96,11 +97,11 @@ LOAD_TRANSFER = Model(
     ("heading",),
 )
 
-# The paper's equation (5): without the rear axle's load the body is taken not to heave.
+# The paper's equation (5): without the rear axle's load the body is taken to heave by ``heave_lever`` m a rad of pitch.
 FRONT_LOAD_TRANSFER = Model(
     "front_load_transfer",
     _front,
-    (*SOUGHT, *GIVEN, "front_load_zero", "acceleration_zero"),
+    (*SOUGHT, *GIVEN, "heave_lever", "front_load_zero", "acceleration_zero"),
     ("front_load", "front_load_bend", *MOTION),
     ("heading",),
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
@@ -17,6 +17,9 @@ TIRE_DEFLECTION = 0.0195
 USUAL_DRAG_AREA, DRAG_AREA_STD = 0.65, 0.15  # m^2
 # Tires of cars: 0.006 to 0.015 (UN R117, classes A to E), on rough roads to 0.02.
 USUAL_ROLLING, ROLLING_STD, USUAL_RADIUS = 0.010, 0.005, 0.31  # -, -, m
+# m of heave a rad of pitch, either way: a body turns about an axis within a fifth of the wheelbase of its center, and
+# anti-dive of the suspension lifts it as much.
+HEAVE_STD = 0.3
 DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": USUAL_DRAG_AREA, "drag_height": 0.6}  # m, kg/m^3
 
 
@@ -78,6 +81,18 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
         remedy = "give wheel_inertia and wheel_radius, or pass the result of 'vdyn inertia' with --known"
         findings.append(Finding("cg", "the spin of the wheels is left out: cg_height is 1 to 2 % too high", "", remedy))
     return KnownVehicle(values, std, tuple(findings))
+
+
+def with_free_heave(vehicle: KnownVehicle) -> KnownVehicle:
+    """The vehicle for runs without rear loads: how far the body heaves as it pitches is uncertain."""
+    what = f"the rear loads are not logged: the body is taken to heave by 0 +- {HEAVE_STD} m a rad of pitch"
+    remedy = "map the rear loads: pitch_inertia is then several times as certain"
+    return replace(
+        vehicle,
+        values={**vehicle.values, "heave_lever": 0.0},
+        std={**vehicle.std, "heave_lever": HEAVE_STD},
+        findings=(*vehicle.findings, Finding("cg", what, "", remedy)),
+    )
 
 
 def _contact_lead(known: Parameters) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.cg.balance_rows import BalanceRows
 from vdyn_cli.steps.cg.gps_zero import gps_zero
 from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_contradiction
-from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle
+from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle, with_free_heave
 from vdyn_cli.steps.cg.load_fit import Array, LoadFit
 from vdyn_cli.steps.cg.load_windows import LOADS, cut_windows
 from vdyn_cli.steps.cg.parts import balance_parts
@@ -205,6 +205,8 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     share, contradiction = weight_contradiction(logs, vehicle, load_zero)
     ready = _scaled_loads(ready, share)
     vehicle = replace(vehicle, load_excess=share)
+    if not all("rear_load" in log for log in ready):
+        vehicle = with_free_heave(vehicle)
     runs = tuple(cut_windows(log, way) for log, way in zip(ready, headings, strict=True))
     speeds = tuple(speed_change(log) for log in ready)
     findings = [*vehicle.findings, *contradiction, *gentle_doubts(ready)]

@@ -13,6 +13,7 @@ from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg import figures, text
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
 from vdyn_cli.steps.cg.load_fit import LoadFit
@@ -80,7 +81,8 @@ def _estimates(
         inherited = float(np.sqrt(sum(row[name] ** 2 for row in moved.values())))
         half = float(np.hypot((high - low) / 2, NORMAL95 * inherited))
         by_mass = value * (1 + vehicle.load_excess) if name == "pitch_inertia" else value
-        interval = min(value, by_mass) - half, max(value, by_mass) + half
+        lowest, highest = PARAMETERS[name].lower, PARAMETERS[name].upper
+        interval = max(min(value, by_mass) - half, lowest), min(max(value, by_mass) + half, highest)
         std = float(np.sqrt(std**2 + inherited**2 + (by_mass - value) ** 2))
         estimates[name] = Estimate.of(name, value, std, interval, "cg")
     rear = estimates["cg_to_rear"]
