@@ -60,12 +60,14 @@ def test_covariances_are_positive_and_their_slopes_are_derivatives(law: object) 
     assert np.linalg.eigvalsh(covariance).min() > 0
     weight = np.random.default_rng(1).standard_normal(covariance.shape)
     weight = weight + weight.T
-    slopes = noise.slopes(SIZES, weight)
-    assert set(slopes) == set(noise.sources)
+    vector = weight[0]
+    slopes, pushed = noise.derivatives(SIZES, weight, vector)
+    assert set(slopes) == set(pushed) == set(noise.sources)
     for name, slope in slopes.items():
         up, down = ({**SIZES, name: SIZES[name] * np.exp(s)} for s in (1e-4, -1e-4))
-        by_difference = np.sum(weight * (noise.covariance(up) - noise.covariance(down))) / 2e-4
-        assert slope == pytest.approx(by_difference, rel=1e-5, abs=1e-12)
+        by_difference = (noise.covariance(up) - noise.covariance(down)) / 2e-4
+        assert slope == pytest.approx(np.sum(weight * by_difference), rel=1e-5, abs=1e-12)
+        assert pushed[name] == pytest.approx(by_difference @ vector, rel=1e-5, abs=1e-9)
 
 
 @pytest.mark.parametrize(

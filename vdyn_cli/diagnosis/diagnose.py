@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from vdyn_cli.diagnosis import diagnosis_record as record
 from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
@@ -26,7 +28,7 @@ from vdyn_cli.diagnosis.worst_segments import worst_segments
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.result import Comparison, Result
+from vdyn_cli.quantities.result import Comparison, Restate, Result
 from vdyn_cli.steps import Failure
 
 
@@ -191,12 +193,20 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
     }
     before = {(c.run, c.channel): c for c in base.comparisons}
     labels = " and ".join(f"{e.label}{amplitude_text(e, amplitudes)}" for e in effects)
+    restate = extended_result.restate
     return replace(
         extended_result,
         sentence=f"Extended by {labels}: {extended_result.sentence}",
+        restate=None if restate is None else partial(_extended_sentence, labels, restate),
         parameters=Parameters(estimates, extended_result.parameters.correlation, lasting, laws),
         comparisons=tuple(_with_baseline(c, before) for c in extended_result.comparisons),
     )
+
+
+def _extended_sentence(
+    labels: str, restate: Restate, estimates: Mapping[str, Estimate], extra: Mapping[str, Any]
+) -> str:
+    return f"Extended by {labels}: {restate(estimates, extra)}"
 
 
 def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:

@@ -19,6 +19,8 @@ from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.interval_text import with_wider_intervals
 
 BASELINE = "baseline"
+HOLD_ALL = "The intervals hold every answer that the diagnosis leaves open."
+HOLD_REMAINDER = "The intervals hold the bias by what remains unexplained."
 
 
 def with_open_answers(
@@ -40,7 +42,7 @@ def with_open_answers(
         return _averaged(strategy, judgment.base, problem, result) if plain else result
     found: list[Answer] = []
     others: list[Result] = []
-    answer = judgment.answer
+    answer, note = judgment.answer, HOLD_ALL
     if judgment.verdict == "ambiguous":
         found, others = _published(strategy, judgment.answers, problem, base)
         found = [Answer(BASELINE, base.parameters), *found]
@@ -55,9 +57,10 @@ def with_open_answers(
     elif answer is not None:
         near = strategy.relinearized(answer.fitted)
         found = [Answer(_label(answer), result.parameters, _biases(strategy, near, result, problem))]
+        note = HOLD_REMAINDER
     if others:
         result = problem.spanning(result, (base, *others))
-    return _widened(result, found)
+    return with_wider_intervals(result, widened(result.parameters, found), note)
 
 
 def _averaged(strategy: Strategy, fitted: FittedModel, problem: SimulatedProblem, result: Result) -> Result:
@@ -66,15 +69,8 @@ def _averaged(strategy: Strategy, fitted: FittedModel, problem: SimulatedProblem
     each = [_published(strategy, [one], problem, result) for one, _ in probable]
     found = [replace(one[0][0], probability=p) for one, (_, p) in zip(each, probable, strict=True)]
     others = [(p, one[1][0]) for one, (_, p) in zip(each, probable, strict=True) if one[1]]
-    return _widened(problem.averaged(result, others) if others else result, found)
-
-
-def _widened(result: Result, found: Sequence[Answer]) -> Result:
-    """The result with parameters whose intervals hold the answers, and a sentence that says so."""
-    parameters = widened(result.parameters, found)
-    wide = {n: e for n, e in parameters.items() if e.spans}
-    sentence = with_wider_intervals(result.sentence, wide, "with what the diagnosis leaves open")
-    return replace(result, parameters=parameters, sentence=sentence)
+    averaged = problem.averaged(result, others) if others else result
+    return with_wider_intervals(averaged, widened(averaged.parameters, found))
 
 
 def _published(

@@ -121,21 +121,36 @@ class RunNoise:
             return np.sqrt(sum(sizes[p.source] ** 2 * p.variance for p in self.parts if isinstance(p, White)))
         return np.asarray(np.linalg.cholesky(self.covariance(sizes)), dtype=np.float64)
 
-    def slopes(self, sizes: Mapping[str, float], weight: Array) -> dict[str, float]:
-        """sum(weight * dC/d log source) for every source; ``weight`` is symmetric, (n, n)."""
+    def derivatives(
+        self, sizes: Mapping[str, float], weight: Array, vector: Array
+    ) -> tuple[dict[str, float], dict[str, Array]]:
+        """sum(weight * dC/d log source) and dC/d log source @ vector for every source.
+
+        Parameters
+        ----------
+        weight : (n, n), symmetric. vector : (n,).
+        """
         found = dict.fromkeys(self.sources, 0.0)
+        pushed = {name: np.zeros(vector.size) for name in self.sources}
         for part in self.parts:
             if isinstance(part, White):
-                found[part.source] += 2 * sizes[part.source] ** 2 * float(np.diag(weight) @ part.variance)
+                scaled = 2 * sizes[part.source] ** 2 * part.variance
+                found[part.source] += float(np.diag(weight) @ scaled)
+                pushed[part.source] += scaled * vector
             elif isinstance(part, SteadyComponent):
-                found[part.source] += 2 * sizes[part.source] ** 2 * float(part.response @ weight @ part.response)
+                scaled = 2 * sizes[part.source] ** 2 * part.response
+                found[part.source] += float(part.response @ weight @ scaled)
+                pushed[part.source] += scaled * float(part.response @ vector)
             else:
-                inner = part.response.T @ weight @ part.response
+                inner, reached = part.response.T @ weight @ part.response, part.response.T @ vector
                 share = part.lag / sizes[part.time]
-                shape = sizes[part.size] ** 2 * np.exp(-share) * inner
-                found[part.size] += 2 * float(np.sum(shape))
-                found[part.time] += float(np.sum(shape * share))
-        return found
+                shape = 2 * sizes[part.size] ** 2 * np.exp(-share)
+                found[part.size] += float(np.vdot(shape, inner))
+                pushed[part.size] += part.response @ (shape @ reached)
+                shape *= 0.5 * share
+                found[part.time] += float(np.vdot(shape, inner))
+                pushed[part.time] += part.response @ (shape @ reached)
+        return found, pushed
 
 
 @dataclass(frozen=True)

@@ -16,19 +16,21 @@ Source: Patterson and Thompson, Biometrika 58 (1971) 545-554.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference.gust_covariance import SOURCES, RunNoise
+from vdyn_cli.inference.gust_covariance import SOURCES, Colored, RunNoise
 
 Array = NDArray[np.float64]
 
 WIDE = 10.0  # prior standard deviation of the own unknowns, in their units: far above the error of a start speed
-FLAT, LEVEL = 1e-7, 1e-2  # relative fall of the cost, and slope per logarithm, at convergence
+NEGLIGIBLE = 1e-3  # of the log likelihood: a step that gains less moves no amplitude by 0.05 standard deviations
+FARTHEST = 1.0  # of a logarithm, in one step
+MOST_STEPS = 100
 REACH = 4.0  # bound of an amplitude, in prior standard deviations from the typical one
 
 
@@ -71,6 +73,9 @@ def find_sizes(
 ) -> dict[str, float]:
     """The amplitudes of all noise sources, common to the runs.
 
+    Newton's iteration with the average information as the second derivative (Gilmour, Thompson and Cullis,
+    Biometrics 51 (1995) 1440-1450): a few evaluations, each of which passes over all runs.
+
     Parameters
     ----------
     start : start values; their names are the sources to estimate.
@@ -82,8 +87,6 @@ def find_sizes(
     ------
     ArithmeticError : the covariance is not positive definite in floating point.
     """
-    from scipy.optimize import minimize
-
     names = tuple(start)
     center = np.log([SOURCES[n].typical for n in names])
     spread = np.array([SOURCES[n].spread for n in names])
@@ -91,25 +94,52 @@ def find_sizes(
     if random is not None:
         known[random.columns] = 1.0
 
-    def cost(x: Array) -> tuple[float, Array]:
-        sizes = dict(zip(names, np.exp(x).tolist(), strict=True))
-        value, slopes = restricted_likelihood(runs, sizes, known, random)
+    def cost(x: Array) -> _Curved:
+        found = _curved(runs, dict(zip(names, np.exp(x).tolist(), strict=True)), known, random)
         away = (x - center) / spread
-        return value + 0.5 * float(away @ away), np.array([slopes[n] for n in names]) + away / spread
+        return _Curved(
+            found.value + 0.5 * float(away @ away), found.slope + away / spread, found.bend + np.diag(spread**-2.0)
+        )
 
-    upper = [
-        min(c + REACH * s, float(np.log(most.get(n, np.inf)))) for n, c, s in zip(names, center, spread, strict=True)
-    ]
-    bounds = [(c - REACH * s, top) for c, s, top in zip(center, spread, upper, strict=True)]
+    low, top = center - REACH * spread, center + REACH * spread
+    top = np.minimum(top, [float(np.log(most.get(n, np.inf))) for n in names])
     if random is not None and random.least > 0.0:
         i = names.index(random.source)
-        bounds[i] = (float(np.log(random.least)), max(bounds[i][1], float(np.log(random.least))))
-    begin = np.clip(np.log([start[n] for n in names]), *np.transpose(bounds))
+        low[i] = float(np.log(random.least))
+        top[i] = max(top[i], low[i])
     try:
-        found = minimize(cost, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": FLAT, "gtol": LEVEL})
+        found = _newton(cost, np.clip(np.log([start[n] for n in names]), low, top), low, top)
     except np.linalg.LinAlgError as error:
         raise ArithmeticError(f"the covariance of the runs' noise is not positive definite: {error}") from error
-    return dict(zip(names, np.exp(found.x).tolist(), strict=True))
+    return dict(zip(names, np.exp(found).tolist(), strict=True))
+
+
+@dataclass(frozen=True)
+class _Curved:
+    """A function's value, its gradient (k,) and an approximation (k, k) of its second derivative, positive definite."""
+
+    value: float
+    slope: Array
+    bend: Array
+
+
+def _newton(cost: Callable[[Array], _Curved], x: Array, low: Array, top: Array) -> Array:
+    """The minimum within bounds, by Newton's steps of at most FARTHEST, halved where they do not reduce the value."""
+    here, reach = cost(x), FARTHEST
+    for _ in range(MOST_STEPS):
+        held = ((x <= low) & (here.slope > 0)) | ((x >= top) & (here.slope < 0))
+        free, step = np.flatnonzero(~held), np.zeros_like(x)
+        step[free] = -np.linalg.solve(here.bend[np.ix_(free, free)], here.slope[free])
+        step *= min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), reach))
+        step = np.clip(x + step, low, top) - x
+        if -0.5 * float(here.slope @ step) < NEGLIGIBLE:
+            return np.asarray(x + step)
+        there = cost(x + step)
+        if there.value < here.value:
+            x, here, reach = x + step, there, FARTHEST
+        else:
+            reach = 0.5 * float(np.max(np.abs(step)))
+    return x
 
 
 def likelihoods_of(
@@ -164,35 +194,109 @@ def restricted_likelihood(
     ----------
     known : (s,), prior information of the shared unknowns, one for random ones.
     """
-    from scipy.linalg import cho_factor, cho_solve
+    found = _curved(runs, sizes, known, random)
+    return found.value, dict(zip(sizes, found.slope.tolist(), strict=True))
 
+
+def _curved(
+    runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: Array, random: RandomUnknowns | None
+) -> _Curved:
+    """The negative restricted log likelihood over the logarithms of the amplitudes, in their order.
+
+    The average information is 1/2 e' C_i P C_j e, with the derivatives C_i of the covariance, e = P r, and P the
+    inverse of the covariance less what the shared unknowns absorb.
+    """
     s = known.size
     information, pulled, value = np.diag(known), np.zeros(s), 0.0
     solved = []
     scale = np.ones(s)
     if random is not None:
         scale[random.columns] = sizes[random.source]
-    for run in (replace(one, shared=one.shared * scale) for one in runs) if random is not None else runs:
-        own = run.own / np.maximum(1.0, np.max(np.abs(run.own), axis=0, initial=0.0))  # the prior need not be wider
-        covariance = run.noise.covariance(sizes) + WIDE**2 * own @ own.T
-        factor = cho_factor(covariance, lower=True, overwrite_a=True, check_finite=False)
-        weighted = cho_solve(factor, np.column_stack([run.shared, run.residual]), check_finite=False)
-        information = information + run.shared.T @ weighted[:, :s]
-        pulled = pulled + run.shared.T @ weighted[:, s]
-        value += float(np.sum(np.log(np.diag(factor[0])))) + 0.5 * float(run.residual @ weighted[:, s])
-        solved.append((factor, weighted))
-    inverse = np.linalg.pinv(information, hermitian=True)
+    for run in runs:
+        one = _solved(run, sizes, scale)
+        information += one.shared.T @ one.weighted[:, :s]
+        pulled += one.shared.T @ one.weighted[:, s]
+        value += float(np.sum(np.log(np.diag(one.factor)))) + 0.5 * float(run.residual @ one.weighted[:, s])
+        solved.append(one)
+    inverse: Array = np.linalg.pinv(information, hermitian=True).astype(np.float64, copy=False)
     step = inverse @ pulled
     value += 0.5 * float(np.linalg.slogdet(information)[1]) - 0.5 * float(pulled @ step)
-    slopes = dict.fromkeys(sizes, 0.0)
-    for run, (factor, weighted) in zip(runs, solved, strict=True):
-        left = weighted[:, s] - weighted[:, :s] @ step
-        weight = cho_solve(factor, np.eye(left.size), overwrite_b=True, check_finite=False)
-        weight -= weighted[:, :s] @ inverse @ weighted[:, :s].T + np.outer(left, left)
-        for name, slope in run.noise.slopes(sizes, weight).items():
-            slopes[name] += 0.5 * slope
+    names = tuple(sizes)
+    slope, bend, absorbed = np.zeros(len(names)), np.zeros((len(names), len(names))), np.zeros((s, len(names)))
+    shown = np.zeros(len(names))
+    for run, one in zip(runs, solved, strict=True):
+        weight, left = one.remaining(inverse, step)
+        slopes, pushes = run.noise.derivatives(sizes, weight, left)
+        moved = np.zeros((left.size, len(names)))
+        for name, slope_of in slopes.items():
+            slope[names.index(name)] += 0.5 * slope_of
+            moved[:, names.index(name)] = pushes[name]
+        if random is not None:
+            moved[:, names.index(random.source)] = 2 * one.shared[:, random.columns] @ step[random.columns]
+        shown += 0.5 * left @ moved
+        bend += 0.5 * moved.T @ one.times_inverse(moved)
+        absorbed += one.weighted[:, :s].T @ moved
+    bend -= 0.5 * absorbed.T @ inverse @ absorbed
     if random is not None:
         # d/d log(amplitude) of both terms, with S = A less the prior: S x = p - x and tr(S A^-1) = k - tr(A^-1).
         own = inverse[np.ix_(random.columns, random.columns)]
-        slopes[random.source] += random.columns.size - float(np.trace(own)) - float(np.sum(step[random.columns] ** 2))
-    return value, slopes
+        slope[names.index(random.source)] += (
+            random.columns.size - float(np.trace(own)) - float(np.sum(step[random.columns] ** 2))
+        )
+    times = {p.time for run in runs for p in run.noise.parts if isinstance(p, Colored)}
+    amplitudes = np.array([n not in times for n in names])
+    return _Curved(value, slope, bend + np.diag(np.where(amplitudes, _beside_others(slope, bend, shown), 0.0)))
+
+
+def _beside_others(slope: Array, bend: Array, shown: Array) -> Array:
+    """What the average information of amplitudes (k,) lacks where other noise hides them: they vanish quadratically.
+
+    With the shares l of the variance that an amplitude makes, in all directions of the data, the likelihood's
+    derivative is sum(l) less what the residuals show, and the average information 2 sum(l^2) where the model holds.
+    Where the shares are small, twice the derivative is missing in the second derivative; where they are one, nothing.
+
+    Parameters
+    ----------
+    slope : derivatives. bend : average information (k, k). shown : what the residuals show of each.
+    """
+    share = 0.5 * np.diag(bend) / np.maximum(shown, 1e-300)
+    return np.asarray(2 * np.maximum(slope, 0.0) * (1.0 - np.clip(share, 0.0, 1.0)))
+
+
+@dataclass(frozen=True)
+class _SolvedRun:
+    """One run with its covariance factored: derivatives (n, s) to the shared unknowns, and C^-1 [derivatives | r]."""
+
+    factor: Array
+    shared: Array
+    weighted: Array
+
+    def times_inverse(self, columns: Array) -> Array:
+        """C^-1 of (n, k) columns."""
+        from scipy.linalg.lapack import dpotrs
+
+        return np.asarray(dpotrs(self.factor, columns, lower=1)[0])
+
+    def remaining(self, inverse: Array, step: Array) -> tuple[Array, Array]:
+        """(n, n) C^-1 less what the shared unknowns absorb, less e e'; and e (n,), the weighted residual."""
+        from scipy.linalg.lapack import dpotri
+
+        s = self.shared.shape[1]
+        left = self.weighted[:, s] - self.weighted[:, :s] @ step
+        weight = dpotri(self.factor, lower=1)[0]
+        weight = np.tril(weight) + np.tril(weight, -1).T
+        weight -= (self.weighted[:, :s] @ inverse) @ self.weighted[:, :s].T
+        weight -= np.outer(left, left)
+        return weight, left
+
+
+def _solved(run: NoisyRun, sizes: Mapping[str, float], scale: Array) -> _SolvedRun:
+    from scipy.linalg.lapack import dpotrf, dpotrs
+
+    own = run.own / np.maximum(1.0, np.max(np.abs(run.own), axis=0, initial=0.0))  # the prior need not be wider
+    covariance = run.noise.covariance(sizes) + WIDE**2 * own @ own.T
+    factor, wrong = dpotrf(covariance.T, lower=1, overwrite_a=1)  # symmetric; its transpose is in order of columns
+    if wrong:
+        raise np.linalg.LinAlgError(f"leading minor {wrong} is not positive")
+    shared = run.shared * scale
+    return _SolvedRun(factor, shared, dpotrs(factor, np.column_stack([shared, run.residual]), lower=1)[0])

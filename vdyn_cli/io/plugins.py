@@ -9,8 +9,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from types import MappingProxyType
 from typing import NoReturn, TypeVar
 
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -69,10 +71,16 @@ class Plugin:
 
 def plugins(group: str) -> Mapping[str, Plugin]:
     """The plug-ins of one group by name, in the order of their names; of two with one name the first package's."""
+    return _installed(group, tuple(sys.path))
+
+
+@lru_cache(maxsize=16)  # every installed package's metadata is read for it, 7 ms, and every log file asks
+def _installed(group: str, path: tuple[str, ...]) -> Mapping[str, Plugin]:
+    """The plug-ins of one group on an import path."""
     found: dict[str, Plugin] = {}
     for plugin in sorted(map(Plugin, entry_points(group=group)), key=lambda p: (p.name, p.package)):
         found.setdefault(plugin.name, plugin)
-    return found
+    return MappingProxyType(found)
 
 
 def _source_file(module: str) -> Path | None:

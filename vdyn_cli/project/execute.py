@@ -60,7 +60,8 @@ def execute(
     if refused:
         refused = (*refused, *(f for f in _data_faults(inputs) if f not in refused))
     quality = with_changes(inputs, baseline)
-    result = _warned(replace(result, refused=refused, findings=(*inputs.findings, *result.findings), quality=quality))
+    findings = (*inputs.findings, *result.findings)
+    result = _warned(replace(result, refused=refused, findings=findings, quality=quality, restate=None))
     made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)
     record = StepRecord(result, made)
     if refused:

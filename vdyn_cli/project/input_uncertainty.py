@@ -71,10 +71,10 @@ def with_input_uncertainty(result: Result, inputs: Inputs) -> Result:
     if not slopes:
         return replace(result, findings=(*result.findings, *left_out))
     parameters = _widened(result.parameters, slopes)
-    grown = {n: e for n, e in parameters.items() if _half(e) > SHOWN * _half(result.parameters[n])}
+    shown = any(_half(e) > SHOWN * _half(result.parameters[n]) for n, e in parameters.items())
     why = " and ".join(dict.fromkeys(one.name for one in uncertain))
-    sentence = with_wider_intervals(result.sentence, grown, f"with the uncertainty of {why}")
-    return replace(result, parameters=parameters, sentence=sentence, findings=(*result.findings, *left_out))
+    note = f"The intervals contain the uncertainty of {why}." if shown else ""
+    return replace(with_wider_intervals(result, parameters, note), findings=(*result.findings, *left_out))
 
 
 def _scales(inputs: Inputs) -> Iterator[_Uncertain]:

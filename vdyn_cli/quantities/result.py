@@ -5,7 +5,7 @@ Figures are described here as data, so that no step knows how they are drawn.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -83,6 +83,7 @@ class Table:
     caption: str = ""
 
 
+Restate = Callable[[Mapping[str, Estimate], Mapping[str, Any]], str]  # (parameters, extra) -> closing sentence
 MISFIT = 2.5  # rms over noise floor above which the model is in doubt
 
 
@@ -116,7 +117,8 @@ class Result:
     (for example the road load in dynamometer units), keyed by topic. ``amplitudes`` are the estimates of the unknowns
     of effects that the model was extended by. ``refused`` says why the result is not published: it is then without
     parameters. ``withheld`` are parameters that the data do not determine, each with the reason. ``quality`` is that of
-    the logs, with what was cut.
+    the logs, with what was cut. ``restate`` writes the closing sentence from other intervals of the same parameters and
+    from ``extra``; None where the sentence contains none.
     """
 
     step: str
@@ -134,3 +136,4 @@ class Result:
     refused: tuple[Finding, ...] = ()
     withheld: Mapping[str, str] = field(default_factory=dict)
     quality: DataQuality = field(default_factory=DataQuality)
+    restate: Restate | None = field(default=None, compare=False)

@@ -10,6 +10,7 @@ from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import effect_labels, typography
 
+OPEN = {"baseline": "the baseline", "unexplained": "what no effect explains"}  # answers of an open verdict
 Symbol = tuple[tuple[str, str], ...]  # base and subscript of each part
 
 
@@ -17,7 +18,8 @@ Symbol = tuple[tuple[str, str], ...]  # base and subscript of each part
 class ParameterRow:
     """One line of a parameter table; ``before`` is empty where no extension moved the value.
 
-    ``spans``: the answers whose values the interval holds, where the diagnosis leaves several open.
+    ``spans``: the answers whose values the interval holds beside its own; ``doubtful``: the diagnosis leaves them open,
+    or a part of the residual unexplained.
     """
 
     key: str
@@ -32,6 +34,7 @@ class ParameterRow:
     before: str
     shift: str
     spans: str
+    doubtful: bool
 
 
 def parameter_rows(estimates: Mapping[str, Estimate]) -> tuple[ParameterRow, ...]:
@@ -61,12 +64,13 @@ def _parameter_row(key: str, e: Estimate) -> ParameterRow:
         before,
         shift,
         ", ".join(_answer(one) for one in e.spans),
+        any(one in OPEN for one in e.spans),
     )
 
 
 def _answer(name: str) -> str:
-    if name in ("baseline", "unexplained"):
-        return {"baseline": "the baseline", "unexplained": "what no effect explains"}[name]
+    if name in OPEN:
+        return OPEN[name]
     return effect_labels.combined(name.replace(" + ", "+"))
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from vdyn_cli.inference.uncertainty_budget import Budget
 from vdyn_cli.quantities.number_text import decimals, number
-from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import Result
 
 LISTED = 3  # intervals written out in the result's sentence
 
@@ -17,20 +19,28 @@ def with_interval(estimate: Estimate | Budget, unit: str = "") -> str:
     return " ".join(filter(None, (number(estimate.value, estimate.std), unit, f"(95 %: {low} to {high})")))
 
 
-def with_wider_intervals(sentence: str, wide: Mapping[str, Estimate], why: str) -> str:
-    """The result's sentence, behind the intervals that are wider than the fit's; unchanged where none is.
+def with_wider_intervals(result: Result, parameters: Parameters, note: str = "") -> Result:
+    """The result with wider intervals of its parameters, and its sentence with these intervals.
 
     Parameters
     ----------
-    wide : the estimates with wider intervals. why : what they contain beside the fit's, such as "with ...".
+    parameters : the same estimates with other intervals. note : a sentence on what the intervals contain, appended
+        where one of them is wider.
     """
-    if not wide:
-        return sentence
+    wide = {n: e for n, e in parameters.items() if e.interval95 != result.parameters[n].interval95}
+    changed = replace(result, parameters=parameters)
+    if result.restate is not None:
+        sentence = result.restate(parameters, result.extra)
+    else:
+        sentence = " ".join(filter(None, (result.sentence, _listed(wide))))
+    return replace(changed, sentence=" ".join(filter(None, (sentence, note if wide else ""))))
+
+
+def _listed(wide: Mapping[str, Estimate]) -> str:
     texts = []
     for name, one in list(wide.items())[:LISTED]:
         places = decimals(0.5 * (one.interval95[1] - one.interval95[0]), 12)
         low, high = (f"{end:.{places}f}" for end in one.interval95)
         texts.append(f"{name.replace('_', ' ')} {low} to {high} {one.unit}".strip())
     rest = f" and {len(wide) - LISTED} more" if len(wide) > LISTED else ""
-    text = "; ".join(texts)
-    return f"{text[:1].upper()}{text[1:]}{rest} (95 %), {why}. By the fit alone: {sentence}"
+    return f"Wider intervals (95 %): {'; '.join(texts)}{rest}." if texts else ""

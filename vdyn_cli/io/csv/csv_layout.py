@@ -13,8 +13,9 @@ from vdyn_cli.io.file_units import is_unit, unit_text
 from vdyn_cli.io.reader import ReadOptions
 from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED, Finding, InputError
 
-_HEADS = (1 << 16, 1 << 20)  # bytes to look at; the second for files of thousands of columns
-_RECORDS = 1000
+# Bytes and lines to look at: the first is enough where the columns wanted are there, the last is for files of thousands
+# of columns.
+_HEADS = ((1 << 15, 250), (1 << 16, 1000), (1 << 20, 1000))
 _SHOWN = 200  # rows that show the decimal mark
 _DELIMITERS = (";", "\t", ",", "|", " ")
 _LONGEST_RECORD = 8  # lines of a row; beyond, a stray quote, such as that of 5" wheels, has swallowed lines
@@ -58,19 +59,20 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
     InputError : no header, no numbers, or an impossible delimiter.
     """
     wanted = [tidy(w) for w in wanted]
-    for size in _HEADS:
+    for size, most in _HEADS:
         lines = head[:size].splitlines(keepends=True)
         if len(head) > size:
             lines = lines[:-1]
-        lines = lines[:_RECORDS]
+        part = len(head) > size or len(lines) > most
+        lines = lines[:most]
         # Latin-1 gives one character a byte, whatever the encoding; header cells are decoded by themselves.
         text = [line.decode("latin-1") for line in lines]
         choices = [(d, records) for d in _delimiters(options, text, name) for records in _ways_to_quote(text, d)]
         tables = [t for d, records in choices if (t := _table(d, records, encoding, wanted, options)) is not None]
-        if tables:
-            table = max(tables, key=lambda t: (t.hits, t.score))
+        table = max(tables, key=lambda t: (t.hits, t.score), default=None)
+        if table is not None and (most > _HEADS[0][1] or not part or 0 < table.hits == len(set(wanted))):
             return _layout(table, [len(line) for line in lines], options, name)
-        if len(head) <= size:
+        if not part:
             break
     raise _no_table(choices, encoding, options, name)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -39,9 +40,10 @@ def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -
     floor = float(np.sqrt(np.mean([c.noise[n] ** 2 for c in fit.crossings for n in LOADS])))
     warnings = (*text.warnings(estimates, sensitivity, fit.known), *text.misfit_warnings(inflated))
     zeros = {n: [r.zeros[n] for r in replays] for n in fit.channels}
+    restate = partial(text.sentence, modes=modes)
     return Result(
         "bump",
-        text.sentence(estimates, modes),
+        restate(estimates, {}),
         Parameters(estimates, correlation),
         FitSummary(
             tuple(c.run for c in fit.crossings),
@@ -65,6 +67,7 @@ def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -
         tuple(dict.fromkeys([*findings, *uneven_zeros(zeros, fit.known.zeros)])),
         _extra(modes, replays),
         amplitudes=effect_amplitudes(solution, fit.effect_unknowns),
+        restate=restate,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
+from typing import Any
 
 import numpy as np
 
@@ -60,13 +61,14 @@ KNOWN_NUMBERS = {
 }
 
 
-def sentence(estimates: Mapping[str, Estimate], modes: Sequence[HalfCarMode]) -> str:
+def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], modes: Sequence[HalfCarMode]) -> str:
     """Springs, dampers and tires with their 95 % intervals, and the natural frequencies."""
 
     def kilo(name: str, unit: str) -> str:
         e = estimates[name]
         half = (e.interval95[1] - e.interval95[0]) / 2e3
-        return f"{number(1e-3 * e.value, half)} +- {number(half, half)} {unit}"
+        low, high = (number(1e-3 * end, half) for end in e.interval95)
+        return f"{number(1e-3 * e.value, half)} {unit} ({low} to {high})"
 
     axles = [
         f"springs {kilo(f'suspension_stiffness_{end}', 'kN/m')}, dampers {kilo(f'suspension_damping_{end}', 'kN s/m')}"
@@ -74,7 +76,7 @@ def sentence(estimates: Mapping[str, Estimate], modes: Sequence[HalfCarMode]) ->
     ]
     frequencies = ", ".join(f"{m.name} {m.frequency:.2f} Hz" for m in modes)
     return (
-        f"Front {axles[0]}; rear {axles[1]}; tires of an axle {kilo(TIRE, 'kN/m')} (95 %). "
+        f"Front {axles[0]}; rear {axles[1]}; tires of an axle {kilo(TIRE, 'kN/m')}; intervals of 95 %. "
         f"Natural frequencies: {frequencies}."
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.load_transfer import SOUGHT
@@ -19,7 +20,7 @@ METHODS = (
 )
 
 
-def sentence(estimates: Mapping[str, Estimate]) -> str:
+def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any]) -> str:
     """Height, position and pitch inertia with their 95 % intervals."""
 
     def shown(name: str, unit: str) -> tuple[str, str]:

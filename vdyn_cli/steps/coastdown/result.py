@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.coastdown import figures, text
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero
+from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes, coast_times
 from vdyn_cli.steps.coastdown.expected_accuracy import (
     SEPARATED,
@@ -218,18 +219,21 @@ def result_of(
     tables += [text.times(answer.times, answer.load, fit.inertia)] if answer.times else []
     tables += [answer.quality.table()]
     tables += [text.rejections(answer.selection.rejected)] if answer.selection.rejected else []
+    parameters, extra = _parameters(answer, frontal_area), _extra(answer)
+    restate = partial(text.sentence, fixed=answer.fixed, speed=answer.quoted, logs=_logs(fit.campaign))
     return Result(
         SOURCE,
-        text.sentence(answer.main, answer.fixed, answer.load, answer.quoted, fit.campaign),
-        _parameters(answer, frontal_area),
+        restate(parameters, extra),
+        parameters,
         _summary(answer),
         text.methods(fit, answer.separation, answer.test, answer.reference, _temperature_law(answer)),
         figures.comparisons(fit),
         figures.figures(fit, answer.load, answer.times, answer.quality.figure(answer.load)),
         tuple(tables),
         findings,
-        _extra(answer),
+        extra,
         amplitudes=effect_amplitudes(fit.solution, unknowns),
+        restate=restate,
     )
 
 
@@ -377,6 +381,11 @@ def _extra(answer: RoadLoadAnswer) -> dict[str, Any]:
         "quality": answer.quality.document(),
         "accelerometer_zero": {n: {"value": z.value, "std": z.std} for n, z in answer.zeros.items()},
     }
+
+
+def _logs(campaign: Campaign) -> str:
+    runs, kind = len(campaign.runs), "run" if campaign.speed_fitted else "log"
+    return f"{runs} {kind}{'s' if runs > 1 else ''}"
 
 
 def _force(load: RoadLoad, speed: float) -> dict[str, Any]:

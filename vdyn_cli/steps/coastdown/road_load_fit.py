@@ -12,7 +12,7 @@ specific force is fitted.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -43,7 +43,7 @@ from vdyn_cli.steps.coastdown.shared_road import (
 from vdyn_cli.steps.coastdown.start_values import started
 
 Array = NDArray[np.float64]
-SUBSTEPS = 2  # between the nodes of a coast, which are a second apart
+SUBSTEPS = 1  # between the nodes of a coast, a second apart: half of it moves no estimate by 1e-6 of its interval
 ROUNDS = 3  # of noise sizes and fit, at most
 STEPS = 6  # of a fit with every candidate effect in, whose values are not published
 NEAR = 0.1  # share by which the baseline's unknowns move beside all candidates, which describe larger changes
@@ -53,6 +53,17 @@ CONVERGED = 1e-6  # of one residual variance: a further step would move a value 
 WORTH_COMPILING = 100  # runs times blocks of unknowns that are saved in every iteration: code for one takes 0.2 s
 START = "start.speed"
 ROUGHNESS = "roughness"
+
+
+@dataclass(frozen=True, eq=False)
+class _SimulatedRun:
+    """A run as a simulator gave it at some values of its unknowns, averaged over the bins: (m,) and (m, k)."""
+
+    simulator: Simulator
+    drive: Drive
+    values: list[float]
+    channels: Array
+    sensitivities: Array
 
 
 @dataclass(frozen=True)
@@ -69,6 +80,7 @@ class RoadLoadRows:
     center : (k,) the road's unknowns times the roughness, with which the runs are simulated; the rest is linear.
     drives : the runs with that slope.
     hills : names of the unknowns of an effect that describes the road: slopes at equal knots along it.
+    made : the last simulation of each run.
     """
 
     campaign: Campaign
@@ -82,11 +94,13 @@ class RoadLoadRows:
     center: Array | None = None
     drives: tuple[Drive, ...] = ()
     hills: tuple[str, ...] = ()
+    made: dict[int, _SimulatedRun] = field(default_factory=dict, compare=False, repr=False)
 
-    @property
+    @cached_property
     def simulated(self) -> tuple[str, ...]:
         """The shared unknowns that enter the simulation."""
-        return tuple(n for n in self.shared if n not in set(self.road))
+        road = set(self.road)
+        return tuple(n for n in self.shared if n not in road)
 
     @cached_property
     def road_columns(self) -> NDArray[np.intp]:
@@ -100,25 +114,38 @@ class RoadLoadRows:
 
     def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
         """Residual (m,), simulated minus measured, and derivatives (m, s + own) of one run, before whitening."""
-        campaign, shared = self.campaign, theta[: len(self.shared)]
+        shared = theta[: len(self.shared)]
         inside = np.concatenate([self.simulated_columns, np.arange(shared.size, theta.size)])
-        used = shared[self.simulated_columns]
-        start = theta[-1] if campaign.speed_fitted else campaign.runs[run].speed[0]
-        try:
-            drive = self.drives[run] if self.drives else campaign.fit_drives[run]
-            seen = self.simulator(drive, [*used, start, self.at["wind_variance"]])
-        except ResultError as error:  # far from the solution the simulation may be unstable
-            raise ArithmeticError(str(error)) from error
-        pairs = list(zip(campaign.channels, campaign.binned[run], strict=True))
-        residual = np.concatenate([campaign.mean(run, seen.outputs[n]) - measured for n, measured in pairs])
+        simulated, columns = self._simulated(run, theta[inside])
+        residual = simulated - np.concatenate(self.campaign.binned[run])
         jacobian = np.zeros((residual.size, theta.size))
-        jacobian[:, inside] = np.concatenate(
-            [campaign.mean(run, seen.sensitivities[n][:, : inside.size]) for n, _ in pairs]
-        )
+        jacobian[:, inside] = columns
         if self.road:
             jacobian[:, self.road_columns] = self.sizes[ROUGHNESS] * self.slopes[run]
             residual = residual + jacobian[:, self.road_columns] @ (shared[self.road_columns] - self.reference)
         return residual, jacobian
+
+    def _simulated(self, run: int, theta: Array) -> tuple[Array, Array]:
+        """The channels of one run (m,) and their derivatives (m, k), simulated and averaged over the bins.
+
+        The last answer is kept: a fit ends, and the noise and the intervals begin, where it was computed last.
+        """
+        campaign = self.campaign
+        start = theta[-1] if campaign.speed_fitted else campaign.runs[run].speed[0]
+        values = [*theta[: len(self.simulated)].tolist(), float(start), self.at["wind_variance"]]
+        drive = self.drives[run] if self.drives else campaign.fit_drives[run]
+        made = self.made.get(run)
+        if made is not None and made.simulator is self.simulator and made.drive is drive and made.values == values:
+            return made.channels, made.sensitivities
+        try:
+            seen = self.simulator(drive, values)
+        except ResultError as error:  # far from the solution the simulation may be unstable
+            raise ArithmeticError(str(error)) from error
+        channels = np.concatenate([campaign.mean(run, seen.outputs[n]) for n in campaign.channels])
+        slopes = (seen.sensitivities[n][:, : theta.size] for n in campaign.channels)
+        columns = np.concatenate([campaign.mean(run, s) for s in slopes])
+        self.made[run] = _SimulatedRun(self.simulator, drive, values, channels, columns)
+        return channels, columns
 
     def __call__(self, run: int, theta: Array) -> Rows:
         residual, jacobian = self.binned(run, theta)

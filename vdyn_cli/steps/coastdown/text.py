@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from vdyn_cli.quantities.number_text import number
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
-from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes
 from vdyn_cli.steps.coastdown.expected_accuracy import ExpectedAccuracy
 from vdyn_cli.steps.coastdown.reference_conditions import DYNO_KEYS, EPA_KEYS, Conditions, RoadLoad
@@ -25,24 +25,30 @@ FITTED = {
 
 
 def sentence(
-    main: Mapping[str, Estimate], fixed: frozenset[str], load: RoadLoad, speed: float, campaign: Campaign
+    estimates: Mapping[str, Estimate], extra: Mapping[str, Any], fixed: frozenset[str], speed: float, logs: str
 ) -> str:
-    """The closing sentence: both main parameters, and the road load at one speed (m/s)."""
+    """The closing sentence: both main parameters, and the road load at one speed.
+
+    Parameters
+    ----------
+    extra : of the result, with the forces over speed. fixed : parameters that are not fitted.
+    speed : at which the road load is quoted, m/s. logs : how many runs were fitted, such as "8 runs".
+    """
     parts = []
-    for name, e in main.items():
+    for name in ("rolling_resistance", "drag_area"):
+        e = estimates[name]
         label, unit = name.replace("_", " "), f" {e.unit}" if e.unit else ""
         if name in fixed:
             parts.append(f"{label} fixed at {e.value:.4g}{unit}")
         else:
             half = 0.5 * (e.interval95[1] - e.interval95[0])
             parts.append(f"{label} {number(e.value, half)}{unit} (95 %: {_interval(e.interval95)})")
-    force, half = load.force_with_half_width(speed)
-    runs = len(campaign.runs)
-    kind = "run" if campaign.speed_fitted else "log"
+    row = min(extra["road_load"]["force"], key=lambda row: abs(row["speed_kmh"] - 3.6 * speed))
+    low, high = row["interval95"]
+    force = number(row["force_N"], 0.5 * (high - low))
     return (
-        f"{parts[0][0].upper()}{parts[0][1:]} and {parts[1]}: the road load is {number(force, half)} N at "
-        f"{3.6 * speed:.0f} km/h (95 %: {_interval((force - half, force + half))}), "
-        f"from {runs} {kind}{'s' if runs > 1 else ''}."
+        f"{parts[0][0].upper()}{parts[0][1:]} and {parts[1]}: the road load is {force} N at "
+        f"{3.6 * speed:.0f} km/h (95 %: {_interval((low, high))}), from {logs}."
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -40,12 +41,13 @@ def inertia_result(
     UnpublishedError : the interval of the inertia holds zero.
     """
     answer = published_inertia(road, pendulum)
-    estimate = Estimate.of("wheel_inertia", answer.value, answer.std, answer.interval95, "inertia")
+    estimates = {"wheel_inertia": Estimate.of("wheel_inertia", answer.value, answer.std, answer.interval95, "inertia")}
+    restate = partial(text.sentence, origin=text.origin(answer, road, pendulum))
     swing = pendulum.swing if pendulum else None
     result = Result(
         "inertia",
-        text.sentence(answer, road, pendulum),
-        Parameters({"wheel_inertia": estimate}),
+        restate(estimates, {}),
+        Parameters(estimates),
         _summary(road, pendulum),
         text.METHODS,
         figures.comparisons(road, swing),
@@ -54,6 +56,7 @@ def inertia_result(
         tuple(dict.fromkeys(findings)),
         _both_methods(road, pendulum),
         amplitudes=effect_amplitudes(road.solution, unknowns) if road else {},
+        restate=restate,
     )
     if answer.interval95[0] <= 0:
         got, remedy = text.not_determined(answer)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from vdyn_cli.inference.uncertainty_budget import Budget
 from vdyn_cli.quantities.number_text import number, two_digits
+from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
 from vdyn_cli.steps.inertia.wheel_inertia import UNIT, PendulumInertia, radius_or_mass_exact, standard_distance
@@ -24,12 +28,13 @@ NOTHING = 1e-6  # kg m^2
 ALL = 0.995  # of the weight, beyond which it rounds to 100 %
 
 
-def sentence(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
-    """The published inertia, and where it comes from."""
-    return f"One wheel's moment of inertia is {with_interval(answer, UNIT)}. {_origin(answer, road, pendulum)}"
+def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], origin: str) -> str:
+    """The published inertia, and a sentence on where it comes from."""
+    return f"One wheel's moment of inertia is {with_interval(estimates['wheel_inertia'], UNIT)}. {origin}"
 
 
-def _origin(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
+def origin(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
+    """Which method the published inertia comes from, and how well two agree."""
     if road is None:
         main = f" {_label(answer)} contributes most to its uncertainty." if answer.main else ""
         return f"It comes from the pendulum.{main}"

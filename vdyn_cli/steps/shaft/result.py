@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -27,9 +28,10 @@ def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]
     """
     estimates, doubts = _estimates(sides)
     by_method = {s.side.name: {name: {"value": b.value, "std": b.std} for name, b in s.methods.items()} for s in sides}
+    restate = partial(text.sentence, sides=sides)
     return Result(
         "shaft",
-        text.sentence(sides, estimates),
+        restate(estimates, {}),
         Parameters(estimates, _correlation(sides)),
         _summary(sides),
         text.METHODS,
@@ -39,6 +41,7 @@ def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]
         tuple(dict.fromkeys([*findings, *doubts])),
         {"stiffness_by": by_method},
         amplitudes=_amplitudes(sides),
+        restate=restate,
     )
 
 

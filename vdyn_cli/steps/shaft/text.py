@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from vdyn_cli.inference.uncertainty_budget import Budget
 from vdyn_cli.quantities.errors import Finding
@@ -24,7 +25,7 @@ METHODS = (
 )
 
 
-def sentence(sides: Sequence[ComparedStiffness], estimates: Mapping[str, Estimate]) -> str:
+def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], sides: Sequence[ComparedStiffness]) -> str:
     """Stiffness and damping of each side, and what the methods gave."""
     parts = []
     for compared in sides:

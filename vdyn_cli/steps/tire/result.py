@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -51,9 +52,10 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         solution.n_units,
         warnings=tuple(warnings),
     )
+    restate = partial(text.sentence, peak=curve.peak)
     return Result(
         "tire",
-        text.sentence(estimates, curve.peak),
+        restate(estimates, {}),
         Parameters(estimates, correlation),
         summary,
         text.METHODS,
@@ -63,6 +65,7 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         (*text.prior_notes(priors, solution), *(f for log in logs for f in log.findings)),
         amplitudes=effect_amplitudes(solution, fit.unknowns),
         withheld=withheld,
+        restate=restate,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,7 @@ CONTRADICTED = 3.0  # standard deviations of a prior: by chance once in 400 test
 WITHHELD = "the sweeps determine only the product B C D, the slope at zero slip"
 
 
-def sentence(estimates: Mapping[str, Estimate], peak: float | None) -> str:
+def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], peak: float | None) -> str:
     """The answer: peak friction and slope at zero slip, or the slope alone; ``peak`` is the slip of the peak."""
     slope = estimates["tire_longitudinal_stiffness"]
     at_zero = with_interval(slope, "per unit of slip")
