@@ -131,9 +131,9 @@ def test_loads_that_are_not_the_weight_are_doubted_and_those_of_a_wheel_too_many
     path.write_text(path.read_text().replace(str(root / "configs" / "vehicle.yaml"), "vehicle.yaml"))
     (tmp_path / "vehicle.yaml").write_text(given.replace("mass: 1588 +- 2 kg ", "mass: 1400 kg "))
     warnings = write_step("cg", path, (), tmp_path / "out", None).result.fit.warnings
-    assert re.search(r"the axles carry 13\..% more", warnings[0])
+    assert re.search(r"the axles carry 13\.. % more", warnings[0])
     (tmp_path / "vehicle.yaml").write_text(given.replace("mass: 1588 +- 2 kg ", "mass: 1250 kg "))
-    with pytest.raises(InputError, match=r"the axles carry 27\..% more"):
+    with pytest.raises(InputError, match=r"the axles carry 27\.. % more"):
         write_step("cg", path, (), tmp_path / "out", None)
 
 

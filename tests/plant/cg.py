@@ -62,7 +62,10 @@ def truth(vehicle: Vehicle) -> dict[str, float]:
 
 def known(vehicle: Vehicle, air_density: float = AIR_DENSITY) -> dict[str, float]:
     """What the tester writes into the description, whatever is hidden."""
-    names = ("mass", "wheelbase", "antenna_height", "drag_area", "drag_height", "wheel_inertia", "wheel_radius")
+    names = (
+        *("mass", "wheelbase", "antenna_height", "drag_area", "drag_height", "wheel_inertia", "wheel_radius"),
+        "rolling_resistance",
+    )
     return {name: float(getattr(vehicle, name)) for name in names} | {"air_density": air_density}
 
 
@@ -196,6 +199,7 @@ def _imbalance(vehicle: Vehicle, run: Manoeuvre, effects: Mapping[str, float]) -
     per_acceleration = vehicle.mass * vehicle.cg_height + 4 * vehicle.wheel_inertia / vehicle.wheel_radius
     drag = 0.5 * run.pedals.air_density * vehicle.drag_area * log["Speed [km/h]"] ** 2
     moment = vehicle.cg_to_rear * rear - vehicle.cg_to_front * front - drag * vehicle.drag_height
+    moment = moment - vehicle.rolling_resistance * vehicle.wheel_radius * (front + rear)
     moment = moment - per_acceleration * log["Antenna Accel [m/s^2]"]
     return np.asarray(moment[1:-1] - per_acceleration * lever * pitching + vehicle.pitch_inertia * pitching)
 
@@ -223,12 +227,14 @@ def samples() -> Samples:
         truth=truth(REFERENCE)
         | {"mass": REFERENCE.mass, "wheelbase": REFERENCE.wheelbase, "antenna_height": REFERENCE.antenna_height}
         | {"drag_area": REFERENCE.drag_area, "drag_height": REFERENCE.drag_height, "air_density": sample.AIR_DENSITY}
-        | {"wheel_inertia": REFERENCE.wheel_inertia, "wheel_radius": REFERENCE.wheel_radius},
+        | {"wheel_inertia": REFERENCE.wheel_inertia, "wheel_radius": REFERENCE.wheel_radius}
+        | {"rolling_resistance": REFERENCE.rolling_resistance},
         about=(
             "Throttle and brake pulses on a flat road, out (1, 3) and back (2, 4), in still air. Loads are those "
             "between tire and road; the load cells were zeroed to about 10 N each before every run. The antenna's "
             "acceleration is the rate of its speed, forward positive, free of gravity; it is 1.52 m above the road."
             " Pitch rate is nose-up positive. The angular momentum of the four wheels is in the loads (left out, it"
-            " looks like 1.6 % of cg height). Every channel is on one clock. launch_3 has CRLF line ends."
+            " looks like 1.6 % of cg height), and so is the moment of rolling resistance (left out, it moves cg_to_rear"
+            " by 3 mm). Every channel is on one clock. launch_3 has CRLF line ends."
         ),
     )

@@ -4,10 +4,12 @@ The car is one rigid body (mass M, pitch inertia I about its center at height h)
 damper per axle, on tires that do not give way vertically, while drive and brake forces act at the road and drag at its
 own height. With a the acceleration of the center, w the wheels' speed, all four wheels' inertia J and nose-up pitch th,
 
-    I th'' = lf Ff - lr Fr + h (M a + Fd + M g sin(grade)) + Fd (hd - h) + J w',      M z'' = Ff + Fr - M g cos(grade),
+    I th'' = lf Ff - lr Fr + h (M a + Fd + M g sin(grade)) + Fd (hd - h) + J w' + c r M g cos(grade),
+    M z'' = Ff + Fr - M g cos(grade),
 
-of which the first is the paper's load transfer if the heave z is left out, **except for J w'**: spinning wheels up
-takes load off the front axle too, as if M h were larger by J/r (1.6 %). The antenna at height H feels a - (H - h) th''.
+with c r M g the moment of rolling resistance: the road pushes a rolling tire up ahead of its hub. The first is the
+paper's load transfer if that and the heave z are left out, **except for J w'**: spinning wheels up takes load off the
+front axle too, as if M h were larger by J/r (1.6 %). The antenna at height H feels a - (H - h) th''.
 The pitching is linear, so it is stepped exactly by a matrix exponential, with its drive linear between 5 ms points.
 
 Hidden effects (``{name: size}``, SI, nothing at zero):
@@ -124,6 +126,7 @@ class Body:
         lift = 0.5 * self.pedals.air_density * np.outer(speed**2, self.lift)
         moment = car.cg_height * force + drag * (car.drag_height - car.cg_height) + spin
         moment = moment + lift @ [car.cg_to_front, -car.cg_to_rear]
+        moment = moment + car.rolling_resistance * car.wheel_radius * car.mass * GRAVITY * np.cos(self.slope)
         return np.column_stack([lift.sum(axis=1), moment])
 
     def at(self, times: Array) -> Ride:

@@ -36,7 +36,13 @@ def unbalanced(car: Vehicle, ride: Ride, slope: float = 0.0) -> Array:
         + ride.drag * car.drag_height
         + climb
         - car.pitch_inertia * ride.pitch_acceleration
+        + rolling_moment(car) * np.cos(slope)
     )
+
+
+def rolling_moment(car: Vehicle) -> float:
+    """What rolling resistance takes from the wheels, N m."""
+    return car.rolling_resistance * car.wheel_radius * car.mass * GRAVITY
 
 
 def test_at_rest_the_axles_carry_the_weight() -> None:
@@ -66,6 +72,7 @@ def test_steady_acceleration_transfers_the_textbook_load() -> None:
     body = Body(REFERENCE, cg.Pedals(0.5, knots, wanted, 1.0), 8.0)
     ride = body.at(np.array([4.0]))
     moment = (REFERENCE.mass * 0.61 + SPIN) * ride.acceleration + ride.drag * REFERENCE.drag_height
+    moment += rolling_moment(REFERENCE)
     assert ride.front[0] == pytest.approx(REFERENCE.front_load - moment[0] / 2.7, abs=0.5)
 
 
@@ -89,7 +96,7 @@ def test_an_independent_integration_agrees() -> None:
         rear = -kr * (z - lr * th) - cr * (dz - lr * dth)
         spin = 4 * car.wheel_inertia / car.wheel_radius * a
         moment = lf * front - lr * rear + car.cg_height * (car.mass * a + air * v * v)
-        moment += air * v * v * (car.drag_height - car.cg_height) + spin
+        moment += air * v * v * (car.drag_height - car.cg_height) + spin + rolling_moment(car)
         return [a, dz, dth, (front + rear) / car.mass, moment / car.pitch_inertia]
 
     ride = RUN.ride(car)

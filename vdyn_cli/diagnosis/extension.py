@@ -9,7 +9,7 @@ from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes, with_meaning
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import shapes_of, started_at, unknowns_of
 from vdyn_cli.diagnosis.full_model import NO_VALUES
-from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.judgment import Judgment, with_fewer_effects
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.errors import Finding
@@ -45,12 +45,25 @@ def extended(
 ) -> tuple[Judgment, Extension]:
     """The extension that judgment and description ask for, and the judgment, refuted where its effect may be zero.
 
+    An answer of several effects that the exact model does not confirm gives way to one of them that nearly suffices.
+
     Parameters
     ----------
     extend : the description's: never, named, learned, or the effects to take in.
     problem : publishes the result with effects in its model.
     base : the baseline's result.
     """
+    found = _extended(strategy, judgment, extend, problem, base)
+    if judgment.answer is None or extend not in ("named", "learned") or found[1].result is not None:
+        return found
+    fewer = with_fewer_effects(strategy, judgment)
+    again = _extended(strategy, fewer, extend, problem, base) if fewer else found
+    return again if again[1].result is not None else found
+
+
+def _extended(
+    strategy: Strategy, judgment: Judgment, extend: str | list[str], problem: Problem, base: Result
+) -> tuple[Judgment, Extension]:
     setup = strategy.model.setup
     wanted = _wanted(extend, setup, judgment)
     start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES

@@ -118,10 +118,30 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
     if not judgment.material:
         return judgment
     judgment = _named(strategy, judgment, answers, seen)
-    first = answers[0] if judgment.verdict != "unknown" else None
-    if first is None:
-        return judgment
-    gain = None
+    return _with_gain(strategy, judgment, focused) if judgment.answers else judgment
+
+
+def with_fewer_effects(strategy: Strategy, judgment: Judgment) -> Judgment | None:
+    """The judgment that names one of an answer's several effects, which nearly suffices alone; None without such.
+
+    For answers of which the exact model does not confirm each effect.
+    """
+    answer = judgment.answer
+    if answer is None or len(answer.effects) == 1:
+        return None
+    fewer = [t for t in nearly_sufficient(judgment.tried) if set(t.effects) < set(answer.effects)]
+    if not fewer:
+        return None
+    focused, seen = strategy.focused(judgment.detection)
+    found = _named(strategy, judgment, (min(fewer, key=lambda t: t.cost),), seen)
+    found = _with_gain(strategy, found, focused) if found.answers else found
+    return found if found.answers else None
+
+
+def _with_gain(strategy: Strategy, judgment: Judgment, focused: Strategy) -> Judgment:
+    """The judgment with its held-out gain, unknown where that refutes it."""
+    answers, found, base = judgment.answers, judgment.detection, judgment.base
+    first, gain = answers[0], None
     if len(answers) == 1 or len(first.effects) > 1:  # effects that all answers share have a gain, too
         gain = held_out_gain(strategy, base, first.fitted, Selection(found.testable, focused.fitted(()) or base))
     if gain is None:
@@ -147,6 +167,7 @@ def _named(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel
     model = strategy.model
     if not answers:
         return judgment.unknown(closest=min(judgment.tried, key=lambda t: t.cost, default=None))
+    answers = _significant(strategy, answers, judgment.tried)
     first = answers[0]
     if any(is_imitated(model, answer, seen) for answer in answers):
         return judgment.unknown(IMITATED, first)
@@ -155,6 +176,17 @@ def _named(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel
     fault = len(answers) == 1 and all(model.setup.candidates[e].sensor for e in first.effects)
     verdict: Verdict = "ambiguous" if len(answers) > 1 else "data_fault" if fault else "named"
     return replace(judgment, verdict=verdict, answers=answers)
+
+
+def _significant(
+    strategy: Strategy, answers: tuple[CandidateModel, ...], tried: Sequence[CandidateModel]
+) -> tuple[CandidateModel, ...]:
+    """The answers; in place of several effects of which one is insignificant, single effects that nearly suffice."""
+    if len(answers) > 1 or len(answers[0].effects) == 1:
+        return answers
+    if not may_be_zero(strategy.model, strategy.relinearized(answers[0].fitted)):
+        return answers
+    return nearly_sufficient(tried) or answers
 
 
 def _sized(

@@ -143,4 +143,4 @@ def test_loads_that_contradict_a_weighed_mass_are_doubted() -> None:
     right = list(logs(vehicle, 3))
     for data, std, doubted in ((right, 2.0, False), (wrong, 2.0, True), (wrong, 20.0, False)):
         result = STEP.estimate(SPEC, data, known(vehicle, mass=std))
-        assert any(f.doubt and "1.0% more than mass x g" in f.what for f in result.findings) is doubted
+        assert any(f.doubt and "1.0 % more than mass x g" in f.what for f in result.findings) is doubted

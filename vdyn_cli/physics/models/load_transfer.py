@@ -13,7 +13,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 GIVEN = (
     *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density", "spin"),
-    *("tire_vertical_stiffness", "slope_felt"),
+    *("tire_vertical_stiffness", "slope_felt", "contact_lead"),
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
 MOMENTS = ("loads", "motion")  # their sum is zero where loads and motion agree
@@ -31,7 +31,8 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
 
     ``front``, ``rear`` N push the axles up, lift included; their bends, N/s^2, are second derivatives of the loads on
     the tires, on whose springs the axles ride. ``slope_felt`` is 1 where the accelerometer feels gravity along the
-    road, 0 where it does not.
+    road, 0 where it does not. ``contact_lead`` m is by how much the road pushes a rolling tire up ahead of its hub:
+    rolling resistance times radius, the moment that the resistance takes.
     """
     p = e.p
     e.sensor(
@@ -44,7 +45,7 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
             rear_axle_acceleration=-rear_bend / p.tire_vertical_stiffness,
             mass=p.mass,
             wheelbase=p.wheelbase,
-            cg_to_rear=p.cg_to_rear,
+            cg_to_rear=p.cg_to_rear - p.contact_lead,
         ),
     )
     e.sensor(UNIT, e("wheel_force", "_unit", value=1.0))

@@ -65,14 +65,22 @@ def gentle_doubts(logs: Sequence[Log]) -> tuple[Finding, ...]:
     return tuple(found)
 
 
-def weight_doubts(logs: Sequence[Log], vehicle: KnownVehicle, load_zero: float) -> tuple[Finding, ...]:
+def weight_contradiction(
+    logs: Sequence[Log], vehicle: KnownVehicle, load_zero: float
+) -> tuple[float, tuple[Finding, ...]]:
     """The loads of both axles against the weight, at speeds at which the air carries nothing.
 
     Where the mass was weighed to a stated uncertainty, they may differ by three of it and of the zeros together.
+    Beyond, height and position are as if all loads read too much by the same share, whether the loads or the mass are
+    wrong: the balance of moments holds their ratio only. The pitch inertia is in proportion to the one that is right.
 
     Parameters
     ----------
     load_zero : standard deviation of the zero of one wheel's load, N.
+
+    Returns
+    -------
+    share by which the loads exceed the weight, zero where they agree; and what was found.
 
     Raises
     ------
@@ -80,19 +88,22 @@ def weight_doubts(logs: Sequence[Log], vehicle: KnownVehicle, load_zero: float) 
     """
     sums = [_carried(log) for log in logs if "rear_load" in log]
     if not sums:
-        return ()
+        return 0.0, ()
     weight, std = vehicle.values["mass"] * GRAVITY, vehicle.std.get("mass", 0.0) * GRAVITY
     share = float(np.median(sums)) / weight - 1.0
     stated = 3 * float(np.hypot(std, load_zero * 2**0.5)) / weight
     if abs(share) < (min(stated, REFUSED) if std > 0 else DOUBTED):
-        return ()
+        return 0.0, ()
     got = f"{np.median(sums):.0f} N against {weight:.0f} N"
     remedy = "check the mass, the unit of the loads, and whether the sensors carry the wheels' own weight"
-    what = f"the axles carry {abs(share):.1%} {'more' if share > 0 else 'less'} than mass x g"
-    finding = Finding("front_load, rear_load", what, got, remedy, doubt=True)
+    off = f"{100 * abs(share):.1f} %"
+    what = f"the axles carry {off} {'more' if share > 0 else 'less'} than mass x g"
+    place = "front_load, rear_load"
     if abs(share) > REFUSED:
-        raise InputError(finding)
-    return (finding,)
+        raise InputError(Finding(place, what, got, remedy))
+    what += f": all loads are scaled by {1 / (1 + share):.3f}"
+    answers = f"cg_height and cg_to_rear hold if loads or mass are wrong; pitch_inertia is {off} off if it is the mass"
+    return share, (Finding(place, f"{what}; {answers}, which its interval holds", got, remedy, doubt=True),)
 
 
 def _exceeds_noise(acceleration: Array, time: Array) -> bool:

@@ -15,6 +15,8 @@ TIRE_DEFLECTION = 0.0195
 # Passenger cars: 0.5 to 0.8 m^2 (Hucho, Aerodynamics of Road Vehicles). Without any drag, the moment that the air has
 # about the road would be a model error that the diagnosis finds and cannot name.
 USUAL_DRAG_AREA, DRAG_AREA_STD = 0.65, 0.15  # m^2
+# Tires of cars: 0.006 to 0.015 (UN R117, classes A to E), on rough roads to 0.02.
+USUAL_ROLLING, ROLLING_STD, USUAL_RADIUS = 0.010, 0.005, 0.31  # -, -, m
 DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": USUAL_DRAG_AREA, "drag_height": 0.6}  # m, kg/m^3
 
 
@@ -26,11 +28,13 @@ class KnownVehicle:
     ----------
     values : by name, SI. std : of those that are uncertain.
     findings : what is left out of the balance.
+    load_excess : share by which the loads exceed the weight, where they contradict it.
     """
 
     values: Mapping[str, float]
     std: Mapping[str, float]
     findings: tuple[Finding, ...]
+    load_excess: float = 0.0
 
 
 def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
@@ -52,6 +56,16 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
             f"drag_area is not given: {USUAL_DRAG_AREA} +- {DRAG_AREA_STD} m^2 assumed, which changes the height by 1 %"
         )
         findings.append(Finding("cg", what, "", remedy))
+    lead, lead_std = _contact_lead(known)
+    values["contact_lead"] = lead
+    std |= {"contact_lead": lead_std} if lead_std > 0 else {}
+    if "rolling_resistance" not in known:
+        remedy = "give rolling_resistance, or pass the result of 'vdyn coastdown' with --known"
+        what = (
+            f"rolling_resistance is not given: {USUAL_ROLLING:.3f} +- {ROLLING_STD} assumed, which moves cg_to_rear by "
+            f"{1e3 * lead:.0f} mm"
+        )
+        findings.append(Finding("cg", what, "", remedy, minor=True))
     usual = values["mass"] * GRAVITY / 2 / TIRE_DEFLECTION
     values["tire_vertical_stiffness"] = known.value("tire_vertical_stiffness", usual)
     values["slope_felt"] = 1.0 if spec.settings.accelerometer == "body" else 0.0
@@ -64,3 +78,14 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
         remedy = "give wheel_inertia and wheel_radius, or pass the result of 'vdyn inertia' with --known"
         findings.append(Finding("cg", "the spin of the wheels is left out: cg_height is 1 to 2 % too high", "", remedy))
     return KnownVehicle(values, std, tuple(findings))
+
+
+def _contact_lead(known: Parameters) -> tuple[float, float]:
+    """How far ahead of its hub the road pushes a rolling tire up, and its standard deviation, m.
+
+    e = frr r: the load's moment about the hub is what rolling resistance takes.
+    """
+    radius = known.value("wheel_radius", USUAL_RADIUS)
+    rolling = known.value("rolling_resistance", USUAL_ROLLING)
+    std = known["rolling_resistance"].std if "rolling_resistance" in known else ROLLING_STD
+    return rolling * radius, std * radius

@@ -17,10 +17,10 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.cg.balance_rows import BalanceRows
 from vdyn_cli.steps.cg.gps_zero import gps_zero
-from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_doubts
+from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_contradiction
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle
 from vdyn_cli.steps.cg.load_fit import Array, LoadFit
-from vdyn_cli.steps.cg.load_windows import cut_windows
+from vdyn_cli.steps.cg.load_windows import LOADS, cut_windows
 from vdyn_cli.steps.cg.parts import balance_parts
 from vdyn_cli.steps.cg.result import cg_result
 from vdyn_cli.steps.cg.spec import CgSpec
@@ -180,6 +180,13 @@ def _misfit(solution: Solution) -> float:
     return 2.0 * solution.cost / sum(r.size for r in solution.residuals)
 
 
+def _scaled_loads(logs: Sequence[Log], share: float) -> tuple[Log, ...]:
+    """The logs with loads that add up to the weight; ``share`` is by how much they exceed it."""
+    if share == 0:
+        return tuple(logs)
+    return tuple(log.with_channels(**{n: log[n] / (1 + share) for n in LOADS if n in log}) for log in logs)
+
+
 def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     """The problem of a load-transfer test.
 
@@ -195,9 +202,12 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     load_zero = spec.settings.load_zero.value
     headings = [HEADING[run.direction] for run in spec.runs] or [0.0] * len(logs)
     ready = ready_runs(spec, logs)
+    share, contradiction = weight_contradiction(logs, vehicle, load_zero)
+    ready = _scaled_loads(ready, share)
+    vehicle = replace(vehicle, load_excess=share)
     runs = tuple(cut_windows(log, way) for log, way in zip(ready, headings, strict=True))
     speeds = tuple(speed_change(log) for log in ready)
-    findings = [*vehicle.findings, *weight_doubts(logs, vehicle, load_zero), *gentle_doubts(ready)]
+    findings = [*vehicle.findings, *contradiction, *gentle_doubts(ready)]
     findings += gps_zero(logs) if spec.settings.accelerometer == "gps" else []
     findings += [f for log in logs for f in log.findings]
     return CgProblem(tuple(logs), vehicle, LoadFit(runs, vehicle.values, load_zero, speeds=speeds), tuple(findings))

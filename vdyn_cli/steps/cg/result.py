@@ -27,7 +27,7 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
     ResultError : a fit with a known number moved by its standard deviation does not settle.
     """
     moved = _moved(fit, solution, vehicle)
-    estimates = _estimates(solution, moved, vehicle.values["wheelbase"])
+    estimates = _estimates(solution, moved, vehicle)
     runs = figures.balanced_runs(fit, solution)
     rms, floor = (
         float(np.sqrt(np.mean(np.concatenate(values) ** 2)))
@@ -66,16 +66,24 @@ def _moved(fit: LoadFit, solution: Solution, vehicle: KnownVehicle) -> dict[str,
     return moved
 
 
-def _estimates(solution: Solution, moved: Mapping[str, Mapping[str, float]], wheelbase: float) -> dict[str, Estimate]:
-    """The results, with scatter and inherited uncertainty added in squares."""
+def _estimates(
+    solution: Solution, moved: Mapping[str, Mapping[str, float]], vehicle: KnownVehicle
+) -> dict[str, Estimate]:
+    """The results, with scatter and inherited uncertainty added in squares.
+
+    Where the loads contradict the mass, the pitch inertia's interval holds its value by either.
+    """
     estimates = {}
     for name in SOUGHT:
         value, std = solution.values[name], solution.std[name]
         low, high = solution.interval95[name]
         inherited = float(np.sqrt(sum(row[name] ** 2 for row in moved.values())))
         half = float(np.hypot((high - low) / 2, NORMAL95 * inherited))
-        estimates[name] = Estimate.of(name, value, float(np.hypot(std, inherited)), (value - half, value + half), "cg")
+        by_mass = value * (1 + vehicle.load_excess) if name == "pitch_inertia" else value
+        interval = min(value, by_mass) - half, max(value, by_mass) + half
+        std = float(np.sqrt(std**2 + inherited**2 + (by_mass - value) ** 2))
+        estimates[name] = Estimate.of(name, value, std, interval, "cg")
     rear = estimates["cg_to_rear"]
-    low, high = rear.interval95
+    wheelbase, (low, high) = vehicle.values["wheelbase"], rear.interval95
     front = Estimate.of("cg_to_front", wheelbase - rear.value, rear.std, (wheelbase - high, wheelbase - low), "cg")
     return {**estimates, "cg_to_front": front}

@@ -14,7 +14,7 @@ STEP = Step(
     optional=("pitch_rate", "pitch", "rear_load|rear_left_load+rear_right_load", "speed"),
     needs=(
         *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density"),
-        *("wheel_inertia", "wheel_radius"),
+        *("wheel_inertia", "wheel_radius", "rolling_resistance"),
     ),
     gives=("cg_height", "cg_to_rear", "cg_to_front", "pitch_inertia"),
     reads=("tire_vertical_stiffness",),
