@@ -65,6 +65,7 @@ ROWS = (
     Row("stated mass 5 to 30 % off", "stated_mass", "mass_error", (0.05, 0.30), both_signs=True),
     Row("wheel radius 2 to 4 % off", "wheel_radius", "wheel_radius", (0.02, 0.04), both_signs=True),
     Row("driveline drag 0.3 to 1 N m s", "viscous", "driveline_viscous", (0.3, 1.0)),
+    Row("gears lose 6 to 12 % of the largest torque", "gear_loss", "driveline_loss", (0.06, 0.12)),
     Row("speed scale 1.5 to 10 times or the reciprocal", "speed_scale", "speed_scale", (1.5, 10.0), ratio=True),
     Row("motor inertia left out", "motor_inertia", "rotating_mass", (1.0, 1.0)),
 )

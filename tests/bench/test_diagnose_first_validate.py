@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.bench.diagnose_first_validate import ROWS, description, judged
+from tests.plant import light_ev
 from vdyn_cli.project.execute import RefusedResultError, execute
 
 SEED = 110  # development's, not the table's
@@ -41,6 +42,23 @@ def test_a_viscous_driveline_is_named_and_its_drag_estimated(tmp_path: Path) -> 
     assert cause["effect"] == "driveline_viscous"
     low, high = cause["unknowns"]["driveline_viscous"]["interval95"]
     assert low < 0.6 < high
+
+
+@pytest.mark.slow  # a whole diagnosis
+def test_a_loss_of_another_law_than_the_catalogue_s_is_named_with_the_driveline_s_curve(tmp_path: Path) -> None:
+    """The plant's gears lose in proportion to |T|^0.8, the catalogue's to |T|."""
+    found, published = document(tmp_path, {"gear_loss": 0.09})
+    assert published
+    (cause,), part = found["diagnosis"]["causes"], found["diagnosis"]["part"]
+    assert cause["effect"] == "driveline_loss"
+    assert (part["element"], part["coordinate"], part["explains"]) == ("driveline", "drive_torque", True)
+    car = light_ev.drawn(SEED)
+    force = car.gear_ratio * car.efficiency * car.largest_torque / car.wheel_radius
+    lost = [0.09 * force * abs(p["at"] / car.largest_torque) ** light_ev.LOSS_POWER for p in part["curve"]]
+    without = [p["at"] / car.largest_torque * force for p in part["curve"]]
+    ends = np.array([p["interval95"] for p in part["curve"]]) - np.array(without)[:, None]
+    covered = (ends[:, 0] <= -np.array(lost)) & (-np.array(lost) <= ends[:, 1])
+    assert covered.mean() > 0.8
 
 
 def test_a_torque_constant_off_by_half_is_in_a_set_and_the_result_is_withheld(tmp_path: Path) -> None:

@@ -36,6 +36,7 @@ COASTING = {
 POWERED = {"wheel_radius": 0.02, "mass_error": 0.03, "rotating_mass": 60.0}
 FAULTS = {"torque_gain": 0.03, "torque_offset": 3.0, "torque_delay": 0.1}
 ROAD = 1200.0  # m, driven by every run
+SLOWEST = 0.5  # m/s: the program's car only rolls forward, so that its friction does not turn at rest
 WITHIN = 0.02  # of the change: the plant steps by 0.1 s and turns its resistance over another speed
 
 
@@ -78,7 +79,7 @@ def simulate(
 
 
 def changes(name: str, size: float, day: coast.Day) -> list[tuple[np.ndarray, np.ndarray]]:
-    """What the effect changes in each run's speed: in the plant, and in the program."""
+    """What the effect changes in each run's speed while the car rolls: in the plant, and in the program."""
     plan = coast.plan(VEHICLE, SEED, day)
     effect, values = EFFECTS[name], car(VEHICLE, day)
     sizes = {**effect.nominal, next(iter(effect.unknowns)): size}
@@ -86,7 +87,9 @@ def changes(name: str, size: float, day: coast.Day) -> list[tuple[np.ndarray, np
     found = []
     for run in range(day.runs):
         mine = [simulate(plan, day, {**values, **sizes}, (effect,), run), simulate(plan, day, values, (), run)]
-        found.append((true[0][run] - true[1][run], mine[0].outputs["speed"] - mine[1].outputs["speed"]))
+        rolls = np.minimum(true[0][run], true[1][run]) > SLOWEST
+        changed = mine[0].outputs["speed"] - mine[1].outputs["speed"]
+        found.append(((true[0][run] - true[1][run])[rolls], changed[rolls]))
     return found
 
 

@@ -9,7 +9,8 @@ and u a gust. Heun's method, 5 ms. It shares no law with ``drive_motion``: no sl
 (the motor brakes), the motor's own inertia and torque lag. Imports nothing from the program.
 
 Faults (``{name: size}``, nothing at zero). In the logs: torque_gain (the torque reads (1 + e) T), speed_scale (the
-speed reads k V: 3.6 for km/h read as m/s; 1 is nothing). In the vehicle: viscous (N m s). In the description:
+speed reads k V: 3.6 for km/h read as m/s; 1 is nothing). In the vehicle: viscous (N m s), gear_loss (share of the
+largest torque that the gears lose there, and in proportion to |T|^0.8 below). In the description:
 stated_mass (true mass = stated (1 + q)), wheel_radius (true radius = stated (1 + q)), motor_inertia (1: the rotor is
 missing in the stated rotating mass).
 """
@@ -27,7 +28,8 @@ Array = NDArray[np.float64]
 
 GRAVITY = 9.81
 STEP = 0.005  # s
-FAULTS = ("torque_gain", "speed_scale", "viscous", "stated_mass", "wheel_radius", "motor_inertia")
+FAULTS = ("torque_gain", "speed_scale", "viscous", "gear_loss", "stated_mass", "wheel_radius", "motor_inertia")
+LOSS_POWER = 0.8  # of the torque, to which the loss of gear_loss is proportional
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ def drive(
     count = int(seconds / STEP)
     wanted = _cycle(rng, count)
     gust = _gust(rng, count, logger)
-    speed, torque = _motion(car, wanted, gust, faults.get("viscous", 0.0))
+    speed, torque = _motion(car, wanted, gust, faults)
     every = round(1.0 / (logger.rate * STEP))
     time = np.arange(0, count, every) * STEP
     speed, torque = speed[::every], torque[::every]
@@ -156,15 +158,18 @@ def _gust(rng: np.random.Generator, count: int, logger: Logger) -> Array:
     return found + logger.wind * float(rng.standard_normal())
 
 
-def _motion(car: LightEv, wanted: Array, gust: Array, viscous: float) -> tuple[Array, Array]:
+def _motion(car: LightEv, wanted: Array, gust: Array, faults: Mapping[str, float]) -> tuple[Array, Array]:
     """Speed (m/s) and the motor's torque (N m) at every step."""
     r, i = car.wheel_radius, car.gear_ratio
     inertia = car.wheel_inertia + car.mass * r * r + car.rotor_inertia * i * i
+    viscous, most = faults.get("viscous", 0.0), i * car.efficiency * car.largest_torque
+    lost = faults.get("gear_loss", 0.0) * most
     tread, air = car.rolling * car.mass * GRAVITY * r, 0.5 * car.air_density * car.drag_area * r
 
     def rate(spin: float, torque: float, wind: float) -> float:
         flow = spin * r + wind
         loss = tread * tanh(spin * r / 0.05) + air * flow * abs(flow) + viscous * spin
+        loss += lost * abs(torque / car.largest_torque) ** LOSS_POWER
         return (i * car.efficiency * torque - loss) / inertia
 
     spin, torque, stored = 0.0, 0.0, 0.0

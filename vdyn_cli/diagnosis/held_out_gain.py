@@ -13,13 +13,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.finding_size import explained_share
 from vdyn_cli.diagnosis.fold_selection import information, sufficient
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.gain_variance import PredictionError, day_to_day_variance, prediction_error
-from vdyn_cli.diagnosis.linearized_system import LinearizedRuns, LinearizedSystem, initial_values
+from vdyn_cli.diagnosis.left_out import Fold, LeftOut
+from vdyn_cli.diagnosis.linearized_system import LinearizedRuns, initial_values
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import scores
 from vdyn_cli.diagnosis.strategy import Strategy
@@ -28,9 +28,6 @@ from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.regression import prior_rows
 
 DEPENDENT = 1e-9  # of the largest singular value of unit columns, below which a direction is rounding
-
-Fold = tuple[int, NDArray[np.bool_]]  # the run that is left out (-1: a block), and its rows
-
 
 @dataclass(frozen=True)
 class HeldOutGain:
@@ -106,12 +103,17 @@ def held_out_gain(
     """
     priors, model = strategy.prior_values, strategy.model
     fewest = POLICY.fewest_predicted_runs if priors else POLICY.fewest_runs_left_out
-    folds = _folds(base.system, fewest)
+    known: dict[int, LeftOut] = {}
+
+    def left_out(one: FittedModel) -> LeftOut:
+        return known.setdefault(id(one.system), LeftOut(one.system, fewest))
+
+    folds = left_out(base).folds
     if folds[0][0] < 0 and len(folds) < POLICY.fewest_blocks_left_out:
         return None
 
     def cut_alike(one: FittedModel | None, other: FittedModel) -> FittedModel:
-        return one if one is not None and len(_folds(one.system, fewest)) == len(folds) else other
+        return one if one is not None and len(left_out(one).folds) == len(folds) else other
 
     near, there = cut_alike(strategy.relinearized(extended), extended), cut_alike(selection.at, base)
     without = cut_alike(strategy.predicted(near, (), {}), base)
@@ -120,11 +122,12 @@ def held_out_gain(
     for k in range(len(folds)):
         chosen = extended.effects  # nondifferentiable effects cannot be selected at zero amplitude
         if set(chosen) <= set(selection.candidates):
-            chosen = _selected(strategy, Selection(selection.candidates, there), k, fewest, extended.effects)
+            chosen = _selected(strategy, Selection(selection.candidates, there), k, left_out(there), extended.effects)
         at = near if chosen == extended.effects else there
-        first, fold = _folds(without.system, fewest)[k], _folds(at.system, fewest)[k]
-        values = _values(at, fold, model.with_base(chosen))
-        fitted.append((_error(without, first, _values(without, first, model.base)), _error(at, fold, values)))
+        first, fold = left_out(without).folds[k], left_out(at).folds[k]
+        values = _values(at, left_out(at), k, model.with_base(chosen))
+        baseline = _values(without, left_out(without), k, model.base)
+        fitted.append((_error(without, first, baseline), _error(at, fold, values)))
         if not priors:
             continue
         values |= priors
@@ -132,7 +135,7 @@ def held_out_gain(
             simulated[chosen] = cut_alike(strategy.predicted(near, chosen, values), at)
         drives = simulated[chosen]
         before.append(_error(without, first, priors, as_measured=True))
-        after.append(_error(drives, _folds(drives.system, fewest)[k], values, as_measured=True))
+        after.append(_error(drives, left_out(drives).folds[k], values, as_measured=True))
     refits = [b for b, _ in fitted], [a for _, a in fitted]
     return _summary((before, after) if priors else refits, refits)
 
@@ -149,32 +152,22 @@ def rms_of(runs: LinearizedRuns, fitted: bool = True) -> float:
     return float(np.sqrt(squares / sum(m.plain_rows if plain else m.rows for m in every)))
 
 
-def _folds(system: LinearizedSystem, fewest: int) -> list[Fold]:
-    """What is left out in turn: every run, or every block where runs are few."""
-    runs = np.unique(system.run[system.run >= 0])
-    of_row = system.run[system.label]
-    if runs.size >= fewest:
-        return [(int(k), of_row == k) for k in runs]
-    return [(-1, system.label == u) for u in np.flatnonzero(system.run >= 0)]
-
-
 def _selected(
-    strategy: Strategy, selection: Selection, fold: int, fewest: int, answer: Sequence[str]
+    strategy: Strategy, selection: Selection, fold: int, folds: LeftOut, answer: Sequence[str]
 ) -> tuple[str, ...]:
     """The effects that the fold would have selected: one that suffices, a pair that does, else by forward selection.
 
     In the latter, a further one is tested beside the fit with those before it, as it was in the whole: beside a large
     effect the baseline's sensitivities do not show a small one. It ends with as many effects as the answer has.
     """
-    model, at, found = strategy.model, selection.at, list[str]()
+    model, found = strategy.model, list[str]()
     every = {n: model.amplitudes(n) for n in (*selection.candidates, *model.setup.families)}
-    kept = _kept(at.system, ~_folds(at.system, fewest)[fold][1])
-    found_here = information(kept, model.base, every, list(model.setup.families))
+    found_here = information(folds.rest(fold), model.base, every, list(model.setup.families))
     chosen = sufficient(found_here, selection.candidates, len(answer))
     if chosen is not None:
         return chosen
     for _ in answer:
-        rest = _kept(at.system, ~_folds(at.system, fewest)[fold][1])
+        rest = folds.kept(fold)
         others = {n: model.amplitudes(n) for n in selection.candidates if n not in found}
         scored = scores(rest, model.with_base(found), others)
         best = scored.strongest()
@@ -182,28 +175,16 @@ def _selected(
             break
         found.append(best)
         again = strategy.rescanned(found) if set(found) < set(answer) else None
-        if again is not None and len(_folds(again.system, fewest)) == len(_folds(at.system, fewest)):
-            at = again
+        if again is not None:
+            there = LeftOut(again.system, folds.fewest)
+            folds = there if len(there.folds) == len(folds.folds) else folds
     return tuple(sorted(found))
 
 
-def _kept(system: LinearizedSystem, kept: NDArray[np.bool_]) -> LinearizedSystem:
-    """The system with some of its rows left."""
-    units, label = np.unique(system.label[kept], return_inverse=True)
-    return LinearizedSystem(
-        system.names,
-        system.columns[kept],
-        system.y[kept],
-        label.astype(np.int64),
-        system.run[units],
-        system.counts[units],
-        system.kind,
-    )
-
-
-def _values(at: FittedModel, fold: Fold, names: Sequence[str]) -> dict[str, float]:
+def _values(at: FittedModel, folds: LeftOut, fold: int, names: Sequence[str]) -> dict[str, float]:
     """Shared unknowns by a fit to all other rows."""
-    step = _least_squares(at.system.of([*names, *at.system.own]), at.system.y, ~fold[1])
+    rest = folds.rest(fold)
+    step = _least_squares(rest.of([*names, *rest.own]), rest.y)
     point = _point(at.runs)
     return {n: point[n] + move for n, move in zip(names, step.tolist(), strict=False)}
 
@@ -224,7 +205,7 @@ def _error(at: FittedModel, fold: Fold, values: Mapping[str, float], as_measured
         return _error_of_run(at.runs, run, step, None if start is None else start[run])
     left = system.y - system.of(list(step)) @ np.array(list(step.values()))
     mine = system.of(system.own)
-    left = left - mine @ (_least_squares(mine, left, ~rows) if start is None else start.ravel())
+    left = left - mine @ (_least_squares(mine[~rows], left[~rows]) if start is None else start.ravel())
     count = float(np.sum(system.counts[np.unique(system.label[rows])]))
     return _HeldOutError(float(left[rows] @ left[rows]), count)
 
@@ -235,11 +216,11 @@ def _start(runs: LinearizedRuns) -> Array:
     return np.array(starts, dtype=float).reshape(len(starts), len(runs.rows)).T - runs.own
 
 
-def _least_squares(columns: Array, y: Array, kept: NDArray[np.bool_]) -> Array:
-    """Least squares on the kept rows for columns of any scale."""
+def _least_squares(columns: Array, y: Array) -> Array:
+    """Least squares for columns of any scale."""
     size = np.sqrt(np.sum(columns**2, axis=0))
     size = np.where(size > 0, size, 1.0)
-    return np.asarray(np.linalg.lstsq(columns[kept] / size, y[kept], rcond=DEPENDENT)[0] / size)
+    return np.asarray(np.linalg.lstsq(columns / size, y, rcond=DEPENDENT)[0] / size)
 
 
 def _error_of_run(runs: LinearizedRuns, run: int, moved: Mapping[str, float], own: Array | None) -> _HeldOutError:

@@ -37,7 +37,8 @@ class PartJudgment:
 def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem) -> PartJudgment:
     """The judgment, revised where the part of the model that is at fault says more.
 
-    Where no candidate suffices, or the named one leaves much of what one part explains, the law of the catalogue that
+    Where no candidate suffices, the named one leaves much of what one part explains, or answers hold a law of the part
+    and a further effect that mends its shape, the law of the catalogue that
     follows the part's curve is named, if held-out runs are predicted better with it; where none does, the law that is
     learned from the curve. A part that does not suffice changes nothing.
 
@@ -47,19 +48,23 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     """
     detected = judgment.verdict in ("named", "ambiguous", "unknown")
     # A problem of an installed package need not know of parts.
-    if not detected or strategy.prior_values or not getattr(problem, "parts", ()):
+    if not detected or not getattr(problem, "parts", ()):
         return PartJudgment(strategy, judgment)
     finding = part_finding(strategy, problem)
     if finding is None:
         return PartJudgment(strategy, judgment)
     same = PartJudgment(strategy, judgment, finding, _named_law(judgment, finding))
-    if not finding.explains or not (judgment.verdict == "unknown" or _surpassed(judgment, finding)):
+    more = judgment.verdict == "unknown" or _surpassed(judgment, finding)
+    if not finding.explains or not (more or _beside_a_law(judgment, finding)):
         return same
     for law in finding.laws:
         if law.follows and (named := _with_law(strategy, judgment, law)) is not None:
             return PartJudgment(strategy, named, finding, law)
+    if not more:
+        return same
     # A law of place on the road, or of a wind, has no signal of its own that a learned law could keep.
-    if any(p.reads is not None for p in finding.parts):
+    # One in drives with prior values has no linearization from which it could be fitted again.
+    if strategy.prior_values or any(p.reads is not None for p in finding.parts):
         return same
     found = with_learned_law(strategy, judgment, finding, label_of(finding.parts))
     return same if found is None else PartJudgment(found[0], found[1], finding, None, found[2])
@@ -89,6 +94,13 @@ def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
         if explained >= POLICY.part_squares * most or most - explained < 2 * POLICY.part_gain * search.floor:
             return False
     return True
+
+
+def _beside_a_law(judgment: Judgment, finding: PartFinding) -> bool:
+    """Whether each answer is a law of the part and a further effect: that one only mends the shape of the law."""
+    laws = {law.effect for law in finding.laws if law.follows}
+    answers = judgment.answers
+    return bool(answers) and all(len(a.effects) > 1 and laws & set(a.effects) for a in answers)
 
 
 def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:

@@ -45,7 +45,7 @@ def _record(finding: PartFinding, law: LawWithin | None) -> FaultyPart:
         unit=first.unit,
         curve=tuple(p for c in finding.curves for p in points_of(c)),
         baseline=tuple(float(v) for c in finding.curves for v in c.baseline),
-        gauge=ERROR if first.sensor else WHOLE if first.own else ADDITION,
+        gauge=ERROR if first.sensor else WHOLE if first.law is not None else ADDITION,
         share_of_rms=finding.share_of_rms,
         explains=finding.explains,
         rivals=finding.rivals,

@@ -22,6 +22,7 @@ from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, evidence
+from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.errors import ResultError
@@ -275,4 +276,5 @@ def _regression(strategy: Strategy, problem: SimulatedProblem) -> Regression:
     regression = problem.regression_like(strategy.model.regression, effects, extra, {})
     amplitudes = {n for e in setup.effects for n in amplitudes_of(e)} | {n for p in parts for n in p.unknowns}
     unknowns = tuple(replace(u, prior=None) if u.name in amplitudes else u for u in regression.unknowns)
-    return replace(regression, unknowns=unknowns)
+    regression = replace(regression, unknowns=unknowns)
+    return linearized(regression) if setup.linearized else regression

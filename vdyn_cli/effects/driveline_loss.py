@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vdyn_cli.effects import effect
+from vdyn_cli.engine.maths import fabs
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
 
@@ -13,14 +14,17 @@ from vdyn_cli.quantities.quantity import Quantity
     reference="a helical stage under load loses 1 to 2 %, a final drive 2 to 5 %, and a torque computed from "
     "currents omits the motor's iron and friction losses: 2 to 8 %",
     label="a driveline that loses a share of the torque",
-    signature="The simulated car gets faster than the real one in proportion to the drive torque.",
+    signature="The simulated car gets faster than the real one in proportion to the drive torque, of either sign; they "
+    "agree while coasting.",
     alike=("torque_gain", "wheel_radius", "mass_error", "driveline_efficiency", "driveline_drag"),
     confirm="Weigh the car, then measure the torque at the hubs or the pull of the car against a load cell.",
     tags={"driving"},
 )
 def driveline_loss(drive: Law, s: Signals, q: Signals) -> Number:
-    """Drive force that does not arrive: F = (1 - e) eta T i / r.
+    """Drive force that does not arrive: F = eta T i / r - e |eta T i / r|.
 
-    Of stretches that are driven throughout. Where the wheels drive the driveline it loses on the other side.
+    What is lost opposes the motion: less arrives while the car is driven, and it slows down more while the wheels drive
+    the driveline, as under recuperation.
     """
-    return drive(s.but(driveline_efficiency=s.driveline_efficiency * (1.0 - s.driven * q.driveline_loss)))
+    force = drive(s)
+    return force - q.driveline_loss * fabs(force)

@@ -47,7 +47,7 @@ def road_load(
     located : the input ``position`` (m) rises in the direction of driving, and heading times position is the road's
         coordinate, on which the grade then depends. It is an input and not the integral of the simulated speed, whose
         error would shift the hills.
-    felt : an accelerometer gives the slope beyond the known grade (input ``felt_slope``); such runs are always driven.
+    felt : an accelerometer gives the slope beyond the known grade (input ``felt_slope``).
 
     Returns
     -------
@@ -73,9 +73,7 @@ def road_load(
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
         rate = (
-            _drive_force(e, u, driven, felt, speed)
-            - _resistance(e, u, speed, grade)
-            - e(climb, mass=e.p.mass, grade=grade)
+            _drive_force(e, u, driven, speed) - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)
         ) / (e.p.mass + e.p.rotating_mass)
         e.integrate(speed=rate)
         e.sensor("speed", state, rate)
@@ -98,10 +96,9 @@ def road_load(
     )
 
 
-def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, throughout: bool, speed: Number) -> Number:
+def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, speed: Number) -> Number:
     if driven == "torque":
         torque = e("drive_torque", value=u.drive_torque)
-        always: dict[str, Number] = {"driven": 1.0} if throughout else {}
         radius, ratio = e.p.wheel_radius, e.p.gear_ratio
         force = e(
             drive,
@@ -109,7 +106,6 @@ def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, throughout: b
             gear_ratio=ratio,
             wheel_radius=radius,
             driveline_efficiency=e.p.driveline_efficiency,
-            **always,
         )
         return force - e(spin_loss, viscous=0.0, speed=speed, wheel_radius=radius) / radius
     return e("drive_force", value=u.drive_force) if driven == "force" else 0.0

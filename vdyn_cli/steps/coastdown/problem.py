@@ -132,7 +132,7 @@ class CoastdownProblem(SimulatedProblem):
         covered = {n for e in effects for n in e.covers}
         own = tuple(u for u in self.campaign.unknowns if u.name not in covered)
         try:
-            fit = fit_road_load(replace(self.placed, unknowns=own), effects, unknowns)
+            fit = fit_road_load(replace(self.placed, unknowns=own), effects, unknowns, base=self._located.base)
         except RefusedFitError as error:
             regression = error.regression
             raise unpublished(

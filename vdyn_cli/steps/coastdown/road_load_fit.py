@@ -306,7 +306,11 @@ def _of_width(columns: Array, width: int) -> Array:
 
 
 def fit_road_load(
-    campaign: Campaign, effects: Sequence[Correction] = (), extra: Sequence[Unknown] = (), rounds: int = ROUNDS
+    campaign: Campaign,
+    effects: Sequence[Correction] = (),
+    extra: Sequence[Unknown] = (),
+    rounds: int = ROUNDS,
+    base: Regression | None = None,
 ) -> RoadLoadFit:
     """Estimate the unknowns and the noise in turns until the estimates settle.
 
@@ -314,12 +318,13 @@ def fit_road_load(
     ----------
     effects, extra : corrections of the model's laws, and their unknowns, which are fitted beside the campaign's.
     rounds : most repetitions; plain least squares (``campaign.white``) needs none.
+    base : the campaign's ``weighted_start``, where that is at hand; a fit without effects starts there.
 
     Raises
     ------
     ResultError : the data do not determine the unknowns, or a value lies at its bound.
     """
-    regression = _initial(campaign, effects, extra)
+    regression = _initial(campaign, effects, extra) if base is None or effects else base
     if campaign.white and any(u.prior for u in regression.shared):
         regression = _scaled_to_residuals(regression)
 
@@ -427,15 +432,24 @@ def _at_center(regression: Regression, base: RoadLoadRows) -> Regression:
     return replace(regression, rows=rows.weighted(base.sizes, base.at))
 
 
-def weighted_start(campaign: Campaign, rounds: int = 2) -> Regression:
+def weighted_start(campaign: Campaign, near: Regression | None = None) -> Regression:
     """The baseline's regression after a few steps, with the noise sizes that its residuals show.
+
+    Parameters
+    ----------
+    near : the same of the same runs elsewhere on the road, from which one round is enough.
 
     Raises
     ------
     ResultError : the model has no finite value at the start.
     """
     regression = _initial(campaign, (), ())
-    for _ in range(rounds):
+    if near is not None:
+        sizes, at = rows_of(near).sizes, rows_of(near).at
+        begin = {u.name: u.start for u in near.shared if u.name not in set(rows_of(near).road)}
+        regression = replace(regression, rows=rows_of(regression).weighted(sizes, at))
+        regression = _starting(_with_hill_prior(regression), begin, near.run_starts)
+    for _ in range(2 if near is None else 1):
         regression = _reweighted(regression, *approach(regression, STEPS))
     return regression
 

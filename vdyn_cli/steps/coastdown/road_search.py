@@ -61,8 +61,8 @@ def located(campaign: Campaign) -> LocatedCampaign:
         found, scale = _turned(likelihood, found, scale)
     if campaign.road is None and scale:
         for step in REFINED:
-            found = _shifted(_finely_turned(likelihood, found, scale, step))
-    base = weighted_start(found)
+            found = _shifted(_finely_turned(likelihood, found, scale, step), likelihood.regression)
+    base = weighted_start(found, likelihood.regression)
     shown = min(_likelihood(found, hats, base).roughness() for hats in (HATS, 0))
     return LocatedCampaign(replace(found, shown_roughness=shown), base)
 
@@ -73,14 +73,19 @@ class _RoadLikelihood:
 
     Parameters
     ----------
-    rows : the baseline's. noisy : its runs for the noise model. known : (s,) prior information of their unknowns.
+    regression : the baseline's. noisy : its runs for the noise model. known : (s,) prior information of their unknowns.
     response : (b, b) of each run, of its speed to the slope in each of its bins.
     """
 
-    rows: RoadLoadRows
+    regression: Regression
     noisy: Sequence[NoisyRun]
     known: Array
     response: Sequence[Array]
+
+    @property
+    def rows(self) -> RoadLoadRows:
+        """The baseline's rows."""
+        return rows_of(self.regression)
 
     def __call__(self, tried: Sequence[Campaign], scales: Sequence[float] = (1.0,)) -> Array:
         """(k, l) log likelihood of each of k campaigns, its roughness scaled by each of l factors."""
@@ -106,7 +111,7 @@ def _likelihood(campaign: Campaign, hats: int = HATS, regression: Regression | N
     forces = [response[k] @ _free_forces(campaign, k, hats) for k in runs]
     noisy = [replace(n, shared=np.column_stack([n.shared, f])) for n, f in zip(noisy, forces, strict=True)]
     known = np.r_[prior_information(regression), np.full(forces[0].shape[1], 1.0 / ANY_FORCE**2)]
-    return _RoadLikelihood(rows, noisy, known, response)
+    return _RoadLikelihood(regression, noisy, known, response)
 
 
 def _with_spectrum(likelihood: _RoadLikelihood, campaign: Campaign, chosen: float = 0.0) -> tuple[Campaign, float]:
@@ -168,13 +173,13 @@ def _free_forces(campaign: Campaign, run: int, hats: int) -> Array:
     return np.asarray(force)
 
 
-def _shifted(campaign: Campaign) -> Campaign:
+def _shifted(campaign: Campaign, near: Regression) -> Campaign:
     """The campaign with each run moved along the road to where it fits best: runs begin about PLACE apart.
 
     One step of Gauss and Newton: the derivative of a run's speed to its place is its response to the change of slope
     over a metre. Every shift has a normal prior of standard deviation PLACE, and moves by at most twice of it.
     """
-    regression = weighted_start(campaign)
+    regression = weighted_start(campaign, near)
     rows, start, layout = rows_of(regression), regression.start(), campaign.layout
     assert layout is not None
     assert rows.center is not None

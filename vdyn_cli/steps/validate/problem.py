@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect, catalogue
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.inference import Regression, Solution, Unknown
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -20,6 +21,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.learned_effect import learned_effects
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
@@ -33,6 +35,7 @@ from vdyn_cli.steps.validate.nondifferentiable import (
     with_best_zeros,
 )
 from vdyn_cli.steps.validate.open_road import road_findings
+from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts
 from vdyn_cli.steps.validate.posterior import posterior
 from vdyn_cli.steps.validate.prediction_band import band_tests, bands
 from vdyn_cli.steps.validate.prior import ParameterPrior, parameter_prior, with_accepted_effects
@@ -52,6 +55,7 @@ from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.whitening import whiten_drives
 
+Array = NDArray[np.float64]
 ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
 ROOM_TEMPERATURE = 293.15  # K, where no temperature is given
 FREE_FORCE = 100.0  # N, prior standard deviation of a free profile
@@ -174,6 +178,20 @@ class ValidateProblem(SimulatedProblem):
             profile("force_over_drive", "driveline", "elapsed", day, FREE_FORCE, "N"),
         )
 
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """The driveline over torque, and the resistance over speed, time and direction, of a mass on a road.
+
+        None where an accelerometer shows the slope, whose own errors a free force would take, and none of the full
+        vehicle, for which each costs minutes.
+        """
+        simple = self.model.name != "vehicle" and not self.roads
+        return drive_parts(self.segmented[0], self.prior) if simple else ()
+
+    def coordinate(self, part: Part, solution: Solution) -> Array | None:
+        """The values of a part's coordinate in all segments, as measured."""
+        return coordinate_values(part, self.segmented[0])
+
     @property
     def duration(self) -> float:
         """Length of the longest drive, s."""
@@ -199,8 +217,8 @@ class ValidateProblem(SimulatedProblem):
         may start elsewhere: near shafts that oscillate at another frequency than the real ones, a linearized fit
         wants more damping.
         """
-        base = self._started(start if self.model.name == "vehicle" else NO_VALUES)
-        return self._whitened(base.with_effects(effects, unknowns))
+        base = _started(self, start if self.model.name == "vehicle" else NO_VALUES)
+        return _whitened(self, base.with_effects(effects, unknowns))
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         """Simulate the drives and describe how well the model predicts them, extended by effects or not.
@@ -212,7 +230,7 @@ class ValidateProblem(SimulatedProblem):
         setup = self.baseline.with_effects(effects, unknowns)
         findings, amplitudes, fit, road = [*dropped_effects(self), *self.segmented[1]], {}, None, None
         if unknowns:
-            fit = fit_effects(setup, self._whitened, self.reference)
+            fit = fit_effects(setup, partial(_whitened, self), self.reference)
             setup = fit.setup
             amplitudes = effect_amplitudes(fit.solution, unknowns, fit.spreads)
             findings += fit.doubts
@@ -240,24 +258,26 @@ class ValidateProblem(SimulatedProblem):
         least, *_, most = effect.probes
         return likely_size(setup, self.reference, least, most)
 
-    def _started(self, start: Mapping[str, float]) -> SimulationSetup:
-        """The baseline started at these values; the diagnosis asks for the same few again and again."""
-        key = tuple(start.items())
-        if key not in self._begun:
-            begun = self.baseline.begun_at(start) if start else self.baseline
-            if len(self._begun) == STARTS:
-                del self._begun[next(iter(self._begun))]
-            self._begun[key] = with_best_zeros(begun, self.reference)
-        return self._begun[key]
 
-    def _whitened(self, setup: SimulationSetup) -> Regression:
-        """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope."""
-        if SLOPE_CHANNEL not in setup.model.inputs:
-            return whiten_drives(with_best_zeros(setup, self.reference), calm=True).regression
-        s = self.spec.settings
-        zeros = tuple(road.zero for road in self.roads)
-        spread = BetweenDriveSpread(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros)
-        return drive_regression(setup, spread)
+def _started(problem: ValidateProblem, start: Mapping[str, float]) -> SimulationSetup:
+    """The baseline started at these values; the diagnosis asks for the same few again and again."""
+    key, begun = tuple(start.items()), problem._begun
+    if key not in begun:
+        made = problem.baseline.begun_at(start) if start else problem.baseline
+        if len(begun) == STARTS:
+            del begun[next(iter(begun))]
+        begun[key] = with_best_zeros(made, problem.reference)
+    return begun[key]
+
+
+def _whitened(problem: ValidateProblem, setup: SimulationSetup) -> Regression:
+    """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope."""
+    if SLOPE_CHANNEL not in setup.model.inputs:
+        return whiten_drives(with_best_zeros(setup, problem.reference), calm=True).regression
+    s = problem.spec.settings
+    zeros = tuple(road.zero for road in problem.roads)
+    spread = BetweenDriveSpread(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros)
+    return drive_regression(setup, spread)
 
 
 def dropped_effects(problem: ValidateProblem) -> tuple[Finding, ...]:
