@@ -127,3 +127,10 @@ def test_listed_units_need_no_unit_library():
     script = f"import sys; {uses}; print('pint' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize(
+    ("written", "si", "factor"), [("m/s2", "m/s^2", 1.0), ("mm2", "m^2", 1e-6), ("N/(m/s)2", "kg/m", 1.0)]
+)
+def test_a_digit_behind_a_name_is_its_power(written: str, si: str, factor: float) -> None:
+    assert to_si(1.0, written, si) == pytest.approx(factor)

@@ -70,7 +70,7 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "hub_force_z": (("hub fz", "hub force z", "wheel fz", "fz"), ""),
     "force_x": (("fx", "force x", "long force"), ""),
     "force_z": (("fz", "force z", "vert force", "load"), ""),
-    "wheel_speed": (("wheel speed",), "motor"),
+    "wheel_speed": (("wheel speed", "wheel n"), "motor"),
     "wheel_speed_fl": (("wheel speed fl",), ""),
     "wheel_speed_fr": (("wheel speed fr",), ""),
     "wheel_speed_rl": (("wheel speed rl",), ""),

@@ -76,16 +76,24 @@ def _read_scale(unit: str, si_unit: str) -> tuple[float, float]:
     text = _BY_KIND.get((unit[: unit_grammar.LONGEST].strip().lower(), si_unit), unit)
     if wrong := unit_grammar.why_no_unit(text):
         raise UnitError(f"'{unit[:40]}' {wrong}")
-    registry = _registry()
-    try:
-        zero = registry.Quantity(0.0, text or "1").to(si_unit or "1").magnitude
-        one = registry.Quantity(1.0, text or "1").to(si_unit or "1").magnitude
-        factor, offset = float(one - zero), float(zero)
-    except Exception as error:  # pint raises a dozen kinds, tokenizer errors among them
-        raise UnitError(_why(unit, si_unit, error)) from None
+    spellings = dict.fromkeys((text, unit_grammar.written_powers(text)))  # "kgm2" is known whole, "m/s2" is not
+    for last, spelling in enumerate(spellings, 1 - len(spellings)):
+        try:
+            factor, offset = _by_library(spelling, si_unit)
+            break
+        except Exception as error:  # pint raises a dozen kinds, tokenizer errors among them
+            if last == 0:
+                raise UnitError(_why(unit, si_unit, error)) from None
     if factor == 0.0 or not (math.isfinite(factor) and math.isfinite(offset)):
         raise UnitError(f"'{unit}' is not a unit")
     return factor, offset
+
+
+def _by_library(unit: str, si_unit: str) -> tuple[float, float]:
+    """As ``_scale``; raises whatever the library raises."""
+    quantity = _registry().Quantity
+    zero, one = (quantity(x, unit or "1").to(si_unit or "1").magnitude for x in (0.0, 1.0))
+    return float(one - zero), float(zero)
 
 
 def _why(unit: str, si_unit: str, error: Exception) -> str:

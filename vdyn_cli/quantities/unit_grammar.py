@@ -29,6 +29,11 @@ def plain_powers(text: str) -> str:
     return re.sub(r"\*\*-\*\*", "**-", text.translate(_RAISED))
 
 
+def written_powers(text: str) -> str:
+    """The text with digits behind a name as powers: ``m/s2`` as ``m/s**2``, ``kg/m3`` as ``kg/m**3``."""
+    return re.sub(r"(?<=[A-Za-z)])([2-4])(?=$|[\s*/·)])", r"**\1", text)
+
+
 def why_no_unit(text: str) -> str:
     """Why a text cannot be a unit; empty for a product of names and small powers, ``kg m^2/s``.
 
