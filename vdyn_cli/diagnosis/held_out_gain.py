@@ -29,6 +29,7 @@ from vdyn_cli.inference.regression import prior_rows
 
 DEPENDENT = 1e-9  # of the largest singular value of unit columns, below which a direction is rounding
 
+
 @dataclass(frozen=True)
 class HeldOutGain:
     """Root mean square of held-out errors, before and after.
