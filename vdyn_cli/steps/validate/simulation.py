@@ -33,9 +33,6 @@ COARSE = 1e-3  # of a channel's range: what half the step may change
 SHORTEST_STEP = 0.0005  # s, that is taken for that reason
 READ_ALIKE = 0.02  # m/s between two readings of a start speed that are as good as one
 LEAST_SLOPE = 1e-3  # of a reading to the speed: below, it does not tell the speed
-# Standard deviations of a parameter, within which the sensitivities of all outputs are taken to be those at the prior,
-# as the posterior takes them: their change is then of second order, and they are the dearest part of a validation.
-SAME_SLOPES = 2.0
 EASE = 1.05  # of the step length: what the clock's own trembling may add
 
 
@@ -170,11 +167,7 @@ class SimulationSetup:
         ResultError : the simulation is not finite.
         """
         if self.unextended is None:
-            known = self._same_slopes
-            if known is None:
-                return self.each(lambda k: self.simulate(k, self.vector.start(k)))
-            values = self.each(lambda k: self.simulate(k, self.vector.start(k), slopes=False).values)
-            return tuple(SimulatedSegment(v, o.sensitivities) for v, o in zip(values, known, strict=True))
+            return self.each(lambda k: self.simulate(k, self.vector.start(k)))
         before, at = self.unextended.first, len(self.unextended.vector.shared)
         return tuple(
             SimulatedSegment(
@@ -182,16 +175,6 @@ class SimulationSetup:
             )
             for o, new in zip(before, _added_sensitivities(self), strict=True)
         )
-
-    @property
-    def _same_slopes(self) -> tuple[SimulatedSegment, ...] | None:
-        """The bare car's simulation, where its sensitivities hold: no parameter starts far from its prior mean."""
-        bare = self.bare
-        if bare is self or self.extra or self.torque_zeros or self.nondifferentiable_prior:
-            return None
-        std = dict(zip(self.prior.names, self.prior.std.tolist(), strict=True))
-        moves = (abs(value - self.prior.values[n]) / std[n] for n, value in self.at.items() if n in std)
-        return bare.first if max(moves, default=0.0) < SAME_SLOPES else None
 
     @cached_property
     def perturbed(self) -> tuple[Mapping[str, Array], ...]:
