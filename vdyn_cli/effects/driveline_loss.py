@@ -24,7 +24,8 @@ def driveline_loss(drive: Law, s: Signals, q: Signals) -> Number:
     """Drive force that does not arrive: F = eta T i / r - e |eta T i / r|.
 
     What is lost opposes the motion: less arrives while the car is driven, and it slows down more while the wheels drive
-    the driveline, as under recuperation.
+    the driveline, as under recuperation. Of a mass on a road, whose call states ``whole`` = 1 (the drive force at the
+    tires); in the full vehicle a loss before the half-shafts is a gain of the torque's reading.
     """
     force = drive(s)
-    return force - q.driveline_loss * fabs(force)
+    return force - s.whole * q.driveline_loss * fabs(force)

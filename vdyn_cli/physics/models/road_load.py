@@ -106,6 +106,7 @@ def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, speed: Number
             gear_ratio=ratio,
             wheel_radius=radius,
             driveline_efficiency=e.p.driveline_efficiency,
+            whole=1.0,
         )
         return force - e(spin_loss, viscous=0.0, speed=speed, wheel_radius=radius) / radius
     return e("drive_force", value=u.drive_force) if driven == "force" else 0.0

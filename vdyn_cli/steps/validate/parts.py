@@ -39,7 +39,7 @@ def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tupl
     time = span_of([s.since + s.time - s.time[0] for s in segments], 1.0)
 
     def driven(at: float, values: Mapping[str, float]) -> Mapping[str, float]:
-        return {n: values.get(n, v[n]) for n in (*DRIVELINE, "gear_ratio")}
+        return {"whole": 1.0, **{n: values.get(n, v[n]) for n in (*DRIVELINE, "gear_ratio")}}
 
     def rolled(at: float, values: Mapping[str, float]) -> Mapping[str, float]:
         return {n: values.get(n, v[n]) for n in (*ROAD, "mass", "air_density")}

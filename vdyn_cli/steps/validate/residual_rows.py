@@ -179,11 +179,15 @@ class Prewhitener:
         """(r', f, ...) the fast rows that have all their predecessors, made white."""
         lags = len(self.weights)
         inner = fast.reshape(*fast.shape[:2], int(np.prod(fast.shape[2:])))
-        left = inner[lags:].copy()
+        rows = np.ascontiguousarray(inner.transpose(1, 0, 2))  # (f, r, c): one product of matrices for each lag
+        f, r, c = rows.shape
+        left = rows[:, lags:].copy()
         for k, weight in enumerate(self.weights, start=1):
-            left -= np.einsum("ij,rjc->ric", weight, inner[lags - k : -k])
+            left -= (weight @ rows[:, lags - k : r - k].reshape(f, (r - lags) * c)).reshape(left.shape)
         whole = part[lags:] == part[: part.size - lags]
-        left = np.einsum("ij,rjc->ric", np.linalg.inv(self.scatter), left[whole])
+        kept = left[:, whole]
+        left = (np.linalg.inv(self.scatter) @ kept.reshape(f, kept[0].size if f else 0)).reshape(kept.shape)
+        left = left.transpose(1, 0, 2)
         return np.asarray(left.reshape(len(left), *fast.shape[1:]))
 
 
