@@ -58,6 +58,11 @@ class CandidateModel:
         least = POLICY.negligible_rest if alone else POLICY.exact_rest
         return self.rest_share < least and not self.unphysical
 
+    @property
+    def explains_most(self) -> bool:
+        """Whether it explains ``part_squares`` of the misfit's squares at least, or what is left passes for noise."""
+        return self.rest_p > POLICY.rest_level or self.rest_share**2 <= 1 - POLICY.part_squares
+
 
 def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
     """A candidate model for each effect that could be the whole answer.

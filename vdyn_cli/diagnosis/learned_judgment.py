@@ -30,7 +30,7 @@ def with_learned_law(
 
     Returns
     -------
-    None where no fit holds or the gain on held-out runs is not positive.
+    None where no fit holds, the law leaves much of the misfit, or the gain on held-out runs is not positive.
     """
     forms = fitted_forms(finding)
     good = [f.form for f in forms if f.as_good]
@@ -52,7 +52,7 @@ def _named(strategy: Strategy, judgment: Judgment, law: Learned) -> tuple[Strate
     if base is None:
         return None
     answer: CandidateModel | None = candidate_model(extended, (law.name,))
-    if answer is None:
+    if answer is None or not answer.explains_most:
         return None
     found = detect(extended, base)
     gain = held_out_gain(extended, base, answer.fitted, Selection((law.name,), base))
