@@ -13,7 +13,8 @@ def lift(s: Signals) -> Number:
 
     Parameters
     ----------
-    s : air_density kg/m^3, lift_area m^2 (Cl A), speed m/s, wind m/s (against the vehicle).
+    s : air_density kg/m^3, lift_area m^2 (Cl A) at one axle, ``rear`` 1 at the rear axle and 0 at the front one,
+        speed m/s, wind m/s (against the vehicle).
     """
     flow = s.speed + s.wind
     return 0.5 * s.air_density * s.lift_area * flow * fabs(flow)

@@ -18,12 +18,14 @@ GIVEN = (
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
 MOMENTS = ("loads", "motion")  # their sum is zero where loads and motion agree
 SPEED_RATE = "speed_rate"  # m/s^2, rate of the speed by the accelerometer, to compare with the speed that is logged
+CARRIED = "carried"  # N, what road and air push the vehicle up with: the weight, but for heave
 UNIT = "unit"  # N, what one newton read stands for: what makes the moments comparable with the loads' noise
 MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed")
 
 
-def _lift(e: ModelBuilder, u: Signals) -> Number:
-    return e(lift, speed=u.speed, wind=0.0, lift_area=0.0, air_density=e.p.air_density)
+def _lift(e: ModelBuilder, u: Signals, rear: float) -> Number:
+    """Lift at one axle; ``rear`` is 1 at the rear axle, 0 at the front one."""
+    return e(lift, speed=u.speed, wind=0.0, lift_area=0.0, air_density=e.p.air_density, rear=rear)
 
 
 def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_bend: Number, rear_bend: Number) -> None:
@@ -75,18 +77,17 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
 
 
 def _both(e: ModelBuilder, u: Signals) -> None:
-    up = _lift(e, u) / 2  # on each axle
-    front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero)
-    rear = e("wheel_force", "_rear", value=u.rear_load - e.p.rear_load_zero)
-    _moments(e, u, front + up, rear + up, u.front_load_bend, u.rear_load_bend)
+    front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero) + _lift(e, u, 0.0)
+    rear = e("wheel_force", "_rear", value=u.rear_load - e.p.rear_load_zero) + _lift(e, u, 1.0)
+    _moments(e, u, front, rear, u.front_load_bend, u.rear_load_bend)
+    e.sensor(CARRIED, front + rear)
 
 
 def _front(e: ModelBuilder, u: Signals) -> None:
-    up = _lift(e, u) / 2
-    front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero)
+    front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero) + _lift(e, u, 0.0)
     heave = e.p.heave_lever * u.pitch_acceleration
-    rear = e.p.mass * (GRAVITY + heave) - front - 2 * up
-    _moments(e, u, front + up, rear + up, u.front_load_bend, -u.front_load_bend)
+    rear = e.p.mass * (GRAVITY + heave) - front
+    _moments(e, u, front, rear, u.front_load_bend, -u.front_load_bend)
 
 
 LOAD_TRANSFER = Model(

@@ -13,7 +13,8 @@ from vdyn_cli.engine.course import blocks
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import Rows
 from vdyn_cli.inference.banded import whitened
-from vdyn_cli.physics.models.load_transfer import SOUGHT, SPEED_RATE
+from vdyn_cli.physics.models.load_transfer import CARRIED, SOUGHT, SPEED_RATE
+from vdyn_cli.steps.cg.carried_weight import with_carried
 from vdyn_cli.steps.cg.speed_change import with_speed
 
 if TYPE_CHECKING:
@@ -71,10 +72,16 @@ class BalanceRows:
         residual = here.residual + whitened(here.factor, balance - here.expected)
         balanced = Rows(residual, whitened(here.factor, slopes[:, : theta.size]), time=windows.middle)
         speed = fit.speeds[run] if fit.speeds else None
-        if speed is None:
+        carried = fit.carried[run] if fit.carried else None
+        if speed is None and carried is None:
             return balanced
         simulated = fit.simulated(fit.measured[run].still, theta)
-        return with_speed(balanced, speed, simulated.outputs[SPEED_RATE], simulated.sensitivities[SPEED_RATE])
+        outputs, partial = simulated.outputs, simulated.sensitivities
+        if speed is not None:
+            balanced = with_speed(balanced, speed, outputs[SPEED_RATE], partial[SPEED_RATE])
+        if carried is not None:
+            balanced = with_carried(balanced, carried, outputs[CARRIED], partial[CARRIED])
+        return balanced
 
     @property
     def misfit(self) -> float:

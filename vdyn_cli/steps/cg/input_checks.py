@@ -24,7 +24,7 @@ FEWEST_SAMPLES = 10  # of an acceleration that says anything
 # of a weight without stated uncertainty, by which the loads may differ: scales and load cells agree to 1 %. A gain of
 # the loads can be read, and is a candidate effect; the load of a wheel that is not mapped, a quarter, cannot.
 DOUBTED, REFUSED = 0.015, 0.2
-SLOW, FEWEST_SLOW = 10.0, 100  # m/s, and samples: below, lift is less than 0.2 % of the weight
+BLOCK = 0.5  # s: half a swing of the body in heave and more, so that means are nearly independent
 WEAK = "acceleration and braking are too weak"
 CERTAIN = 0.3  # correlation that makes a sign certain: by chance, 100 independent samples reach it once in 400
 
@@ -68,7 +68,7 @@ def gentle_doubts(logs: Sequence[Log]) -> tuple[Finding, ...]:
 def weight_contradiction(
     logs: Sequence[Log], vehicle: KnownVehicle, load_zero: float
 ) -> tuple[float, tuple[Finding, ...]]:
-    """The loads of both axles against the weight, at speeds at which the air carries nothing.
+    """The loads of both axles, as they would be without air, against the weight.
 
     Where the mass was weighed to a stated uncertainty, they may differ by three of it and of the zeros together.
     Beyond, height and position are as if all loads read too much by the same share, whether the loads or the mass are
@@ -86,15 +86,17 @@ def weight_contradiction(
     ------
     InputError : they differ by about the load of a wheel.
     """
-    sums = [_carried(log) for log in logs if "rear_load" in log]
+    sums = [carried_at_rest(log) for log in logs if "rear_load" in log]
     if not sums:
         return 0.0, ()
     weight, std = vehicle.values["mass"] * GRAVITY, vehicle.std.get("mass", 0.0) * GRAVITY
-    share = float(np.median(sums)) / weight - 1.0
-    stated = 3 * float(np.hypot(std, load_zero * 2**0.5)) / weight
-    if abs(share) < (min(stated, REFUSED) if std > 0 else DOUBTED):
+    carried = float(np.median([value for value, _ in sums]))
+    share = carried / weight - 1.0
+    stated = 3 * float(np.hypot(std, load_zero * 2**0.5)) / weight if std > 0 else DOUBTED
+    uncertain = 3 * float(np.median([error for _, error in sums])) / len(sums) ** 0.5 / weight
+    if abs(share) < min(stated, REFUSED) + uncertain:
         return 0.0, ()
-    got = f"{np.median(sums):.0f} N against {weight:.0f} N"
+    got = f"{carried:.0f} N against {weight:.0f} N"
     remedy = "check the mass, the unit of the loads, and whether the sensors carry the wheels' own weight"
     off = f"{100 * abs(share):.1f} %"
     what = f"the axles carry {off} {'more' if share > 0 else 'less'} than mass x g"
@@ -114,11 +116,23 @@ def _exceeds_noise(acceleration: Array, time: Array) -> bool:
     return exceeds_noise(float(np.std(acceleration[good])), white_level(acceleration[good], time[good]), count)
 
 
-def _carried(log: Log) -> float:
-    """Mean of what both axles carry, N: while the car is slow, if it ever is."""
-    total = log["front_load"] + log["rear_load"]
-    slow = log["speed"] < SLOW if "speed" in log else np.zeros(total.size, dtype=np.bool_)
-    return float(np.nanmean(total[slow] if np.count_nonzero(slow) > FEWEST_SLOW else total))
+def carried_at_rest(log: Log) -> tuple[float, float]:
+    """What both axles carry without air, N, and its standard deviation.
+
+    Ff + Fr = F0 + k V^2 + b a, fitted to means over ``BLOCK``; without a speed, their mean.
+    """
+    total, push = log["front_load"] + log["rear_load"], log["acceleration"]
+    columns = [total, np.ones_like(total), push, *([log["speed"] ** 2] if "speed" in log else [])]
+    length = max(round(BLOCK / float(np.median(np.diff(log.time)))), 1)
+    blocks = np.column_stack(columns)[: total.size // length * length].reshape(-1, length, len(columns)).mean(axis=1)
+    blocks = blocks[np.isfinite(blocks).all(axis=1)]
+    count, free = len(blocks), len(columns) - 1
+    if count <= free:
+        return float(np.nanmean(total)), 0.0
+    found = np.linalg.lstsq(blocks[:, 1:], blocks[:, 0], rcond=None)[0]
+    left = blocks[:, 0] - blocks[:, 1:] @ found
+    inverse = np.linalg.pinv(blocks[:, 1:].T @ blocks[:, 1:])
+    return float(found[0]), float(np.sqrt(left @ left / (count - free) * inverse[0, 0]))
 
 
 def _correlation(a: Array, b: Array) -> float:

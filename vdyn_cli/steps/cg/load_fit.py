@@ -21,6 +21,7 @@ from vdyn_cli.physics.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRAN
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun
+from vdyn_cli.steps.cg.carried_weight import CarriedWeight
 from vdyn_cli.steps.cg.load_windows import LoadWindows
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
 from vdyn_cli.steps.cg.speed_change import SpeedChange
@@ -49,6 +50,7 @@ class LoadFit:
     ----------
     known : parameters that are not estimated, by name, SI.
     speeds : of each run, the speed as a second reading of the accelerometer; None where it is not logged whole.
+    carried : of each run, what both axles carry; None where that or the speed is not logged.
     load_zero : standard deviation of the zero of one wheel's load, N.
     effects, effect_unknowns : corrections of the balance, and their unknowns, shared by all runs.
     """
@@ -59,6 +61,7 @@ class LoadFit:
     effects: tuple[Effect, ...] = ()
     effect_unknowns: tuple[Unknown, ...] = ()
     speeds: tuple[SpeedChange | None, ...] = ()
+    carried: tuple[CarriedWeight | None, ...] = ()
 
     @property
     def model(self) -> Model:

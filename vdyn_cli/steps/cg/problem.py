@@ -16,6 +16,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.cg.balance_rows import BalanceRows
+from vdyn_cli.steps.cg.carried_weight import carried_weight
 from vdyn_cli.steps.cg.gps_zero import gps_zero
 from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_contradiction
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle, with_free_heave
@@ -209,7 +210,9 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
         vehicle = with_free_heave(vehicle)
     runs = tuple(cut_windows(log, way) for log, way in zip(ready, headings, strict=True))
     speeds = tuple(speed_change(log) for log in ready)
+    carried = tuple(carried_weight(log, vehicle.values["mass"]) for log in ready)
     findings = [*vehicle.findings, *contradiction, *gentle_doubts(ready)]
     findings += gps_zero(logs) if spec.settings.accelerometer == "gps" else []
     findings += [f for log in logs for f in log.findings]
-    return CgProblem(tuple(logs), vehicle, LoadFit(runs, vehicle.values, load_zero, speeds=speeds), tuple(findings))
+    fit = LoadFit(runs, vehicle.values, load_zero, speeds=speeds, carried=carried)
+    return CgProblem(tuple(logs), vehicle, fit, tuple(findings))

@@ -1,0 +1,106 @@
+"""What both axles carry, over the speed: the weight, less what the air lifts.
+
+    Ff + Fr + Fl(V) = M g + M z''
+
+The body's heave z is not measured, but bounded: over windows longer than a swing its acceleration nearly averages out.
+What is constant within a run (zeros and gains of the loads, the mass) and what follows the acceleration (longitudinal
+force that a load cell feels) is left to each run, so that only what changes with the speed is compared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import Rows, white_level
+from vdyn_cli.inference.banded import factored, whitened
+from vdyn_cli.quantities.log import Log
+
+Array = NDArray[np.float64]
+
+LENGTH = 0.5  # s of a window: half a swing of the body in heave and more, which has 1 to 2 Hz
+FEWEST = 8  # windows of a run
+LONGEST_GAP = 3.0  # usual steps of the clock
+
+
+@dataclass(frozen=True)
+class CarriedWeight:
+    """One run's windows of what both axles carry.
+
+    Parameters
+    ----------
+    samples : (k, m), indices of each window's samples. middle : (k,), s.
+    factor : (2, k), banded Cholesky factor of the covariance of the windows' means, N^2.
+    left_out : (k, 2), orthonormal; what is constant and what follows the acceleration, whitened.
+    """
+
+    samples: NDArray[np.int64]
+    middle: Array
+    factor: Array
+    left_out: Array
+
+
+def carried_weight(log: Log, mass: float) -> CarriedWeight | None:
+    """The windows of a run; None where loads of both axles or the speed are not logged, or few windows are whole.
+
+    Parameters
+    ----------
+    log : with front_load, rear_load (N), acceleration (m/s^2), speed (m/s).
+    mass : kg.
+    """
+    if any(name not in log for name in ("front_load", "rear_load", "speed")):
+        return None
+    load, speed, push = log["front_load"] + log["rear_load"], log["speed"], log["acceleration"]
+    step = float(np.median(np.diff(log.time)))
+    length = max(round(LENGTH / step), 1)
+    samples = np.arange(log.time.size // length * length).reshape(-1, length)
+    whole = np.isfinite(load + speed + push)[samples].all(axis=1)
+    whole &= log.time[samples[:, -1]] - log.time[samples[:, 0]] < (length + LONGEST_GAP) * step
+    samples = samples[whole]
+    if len(samples) < FEWEST:
+        return None
+    means = np.column_stack([np.ones(len(samples)), push[samples].mean(axis=1)])
+    adjacent = np.diff(samples[:, 0]) == length
+    heave = mass * _heave_speed(load[samples], speed[samples], means, step, mass) / (length * step)
+    band = np.zeros((2, len(samples)))
+    band[0] = white_level(load, log.time) ** 2 / length + 2 * heave**2
+    band[1, :-1] = -(heave**2) * adjacent
+    factor = factored(band)
+    left_out = np.linalg.qr(whitened(factor, means))[0]
+    return CarriedWeight(samples, log.time[samples].mean(axis=1), factor, left_out)
+
+
+def _heave_speed(load: Array, speed: Array, means: Array, step: float, mass: float) -> float:
+    """Standard deviation of the heave speed at the windows' ends, m/s, by the change of the loads within windows.
+
+    M z' = integral of the loads beyond what is constant, follows the acceleration, or grows with the square of the
+    speed; its trend is left out, as a window's own mean error is.
+    """
+    columns = np.column_stack([means, (speed**2).mean(axis=1)])
+    average = load.mean(axis=1)
+    left = average - columns @ np.linalg.lstsq(columns, average, rcond=None)[0]
+    gained = np.cumsum(left) * load.shape[1] * step / mass
+    line = np.column_stack([np.ones(gained.size), np.arange(gained.size)])
+    return float(np.std(gained - line @ np.linalg.lstsq(line, gained, rcond=None)[0]))
+
+
+def with_carried(balanced: Rows, windows: CarriedWeight, carried: Array, slopes: Array) -> Rows:
+    """The rows of the balance, and behind them those of what both axles carry.
+
+    Parameters
+    ----------
+    balanced : (k,) rows over j local unknowns. carried : (n,), N, lift included, as the model corrects it.
+    slopes : (n, >= j), its derivatives to the local unknowns.
+    """
+    assert balanced.time is not None
+    columns = np.column_stack([carried, slopes[:, : balanced.jacobian.shape[1]]])
+    white = whitened(windows.factor, columns[windows.samples].mean(axis=1))
+    off = white - windows.left_out @ (windows.left_out.T @ white)
+    return replace(
+        balanced,
+        residual=np.concatenate([balanced.residual, off[:, 0]]),
+        jacobian=np.vstack([balanced.jacobian, off[:, 1:]]),
+        time=np.concatenate([balanced.time, windows.middle]),
+    )
