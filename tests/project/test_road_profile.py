@@ -36,7 +36,7 @@ def changed(path: Path, **runs_and_settings: object) -> Path:
 
 
 def test_the_survey_is_used_and_reported(case: Case, tmp_path: Path) -> None:
-    record = execute("coastdown", described(case, SEED, tmp_path, survey=True), level=None)
+    record = execute("coastdown", described(case, SEED, tmp_path, kind="surveyed"), level=None)
     known = record.result.parameters
     for name in ("rolling_resistance", "drag_area"):
         low, high = known[name].interval95
@@ -53,7 +53,7 @@ def test_the_survey_is_used_and_reported(case: Case, tmp_path: Path) -> None:
 
 
 def test_a_survey_of_the_opposite_sign_is_a_doubt(case: Case, tmp_path: Path) -> None:
-    path = described(case, SEED, tmp_path, survey=True, sign=-1.0)
+    path = described(case, SEED, tmp_path, kind="surveyed", sign=-1.0)
     inputs = gather(load_step("coastdown"), path)
     problem = inputs.step.prepare(inputs.spec, inputs.data, inputs.known)
     (doubt,) = [f for f in problem.findings if f.where == "road.csv"]
@@ -62,7 +62,7 @@ def test_a_survey_of_the_opposite_sign_is_a_doubt(case: Case, tmp_path: Path) ->
 
 
 def test_the_grade_turns_with_the_way(case: Case, tmp_path: Path) -> None:
-    inputs = gather(load_step("coastdown"), described(case, SEED, tmp_path, survey=True))
+    inputs = gather(load_step("coastdown"), described(case, SEED, tmp_path, kind="surveyed"))
     out, back = inputs.logs[0], inputs.logs[1]
     place = 0.5 * (
         max(out["position"].min(), back["position"].min()) + min(out["position"].max(), back["position"].max())
@@ -72,7 +72,7 @@ def test_the_grade_turns_with_the_way(case: Case, tmp_path: Path) -> None:
 
 
 def test_a_survey_that_is_too_short_is_refused_with_both_spans(case: Case, tmp_path: Path) -> None:
-    path = described(case, SEED, tmp_path, survey=True)
+    path = described(case, SEED, tmp_path, kind="surveyed")
     (tmp_path / "road.csv").write_text("position [m],grade [%]\n0,0.1\n200,0.2\n")
     with pytest.raises(InputError, match=r"road.csv covers 0 m to 200 m") as refused:
         gather(load_step("coastdown"), path)
@@ -80,7 +80,7 @@ def test_a_survey_that_is_too_short_is_refused_with_both_spans(case: Case, tmp_p
 
 
 def test_a_survey_needs_the_position_and_columns(case: Case, tmp_path: Path) -> None:
-    path = described(case, SEED, tmp_path, survey=True)
+    path = described(case, SEED, tmp_path, kind="surveyed")
     text = yaml.safe_load(path.read_text())
     channels = {n: c for n, c in text["channels"].items() if n != "position"}
     changed(path, channels=channels)

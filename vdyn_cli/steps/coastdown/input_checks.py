@@ -58,11 +58,11 @@ def direction_findings(
             way = "rises" if rise[k] > 0 else "falls"
             what = f"position {way}, but the direction is '{runs[k].direction}'"
             found.append(Finding(logs[k].name, what, remedy=remedy, doubt=True))
-    if use != "alone" and any("elevation" in log for log in logs):
-        what = (
-            "elevation is mapped but not used: it is only used for the accelerometer of a car that is driven throughout"
-        )
-        remedy = "map 'grade' if the slope is known, and 'position' for hills"
+    if use != "alone" and any("elevation" in log and "grade" not in log for log in logs):
+        what = "elevation is mapped but not used: the coasts feel no slope that it shows"
+        if any("acceleration" in log for log in logs):
+            what = "elevation is mapped but not used: the accelerometer shows the slope"
+        remedy = "remove it, or map 'grade' if the slope is known better"
         found.append(Finding("channels.elevation", what, remedy=remedy))
     return tuple(found)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,12 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
         "beside": gust_covariance.speed_and_force_noise,
         "alone": gust_covariance.force_noise,
     }[campaign.accelerometer]
-    return law(surroundings)
+    found = law(surroundings)
+    error = campaign.runs[run].slope_error
+    if error is None:
+        return found
+    response = gust_covariance.slope_response(surroundings) @ campaign.bins[run].mean(error)
+    return replace(found, known=found.known + response @ response.T)
 
 
 def road_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Array:

@@ -19,6 +19,12 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Array, Campaign, road_of
+from vdyn_cli.steps.coastdown.elevation_grade import (
+    ElevationGrade,
+    elevation_grades,
+    felt_grades,
+    with_grades,
+)
 from vdyn_cli.steps.coastdown.felt_road import grade_findings
 from vdyn_cli.steps.coastdown.force_intervals import averaging_forces, holding_forces
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
@@ -38,8 +44,8 @@ from vdyn_cli.steps.coastdown.road_load_fit import (
 from vdyn_cli.steps.coastdown.road_position import first_place
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.coastdown.road_search import LocatedCampaign, located
-from vdyn_cli.steps.coastdown.segments import CoastSegment, split
-from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected
+from vdyn_cli.steps.coastdown.segments import CoastSegment, coast_segment, split
+from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected, usable
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.coastdown.speed_gain import contradicted_gain, with_speed_gain
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
@@ -181,6 +187,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     given = known_parameters(spec, logs, known)
     drive = drive_signal(spec.settings, logs)
     raise_all(f for log in logs for f in sign_findings(log, drive))
+    logs, grades, by_elevation = _with_slopes(spec, logs, drive, given)
     selection = selected(spec, logs, drive, given)
     use = _accelerometer_use(selection.segments, spec)
     zeros: dict[str, AccelerometerZero] = {}
@@ -195,6 +202,10 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
         runs = tuple(replace(r, acceleration=None) for r in runs)
     elif zeros:
         runs = tuple(_without_zero(r, zeros[r.name]) for r in runs)
+    if grades:
+        runs = tuple(
+            replace(r, slope_error=grades[s.run].error_at(r.time)) for r, s in zip(runs, segments, strict=True)
+        )
     air_share = 0.0
     if any(r.air_density is not None for r in runs):  # one density for all cannot be free beside them
         air_share = given["air_density"].std / given["air_density"].value
@@ -206,10 +217,28 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     rough = spec.settings.road.roughness.value if spec.settings.road.roughness else None
     campaign = Campaign(runs, drive, values, unknowns, use, white, levels, road_of(runs))
     campaign = replace(campaign, air_share=air_share, roughness=rough, level_road=rough == 0)
-    findings = (*assumptions(known), *direction_findings(spec.runs, logs, segments, use))
+    findings = (*by_elevation, *assumptions(known), *direction_findings(spec.runs, logs, segments, use))
     if drive == "coasting":
         findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
     return CoastdownProblem(spec, tuple(logs), known, campaign, selection, zeros, findings)
+
+
+def _with_slopes(
+    spec: CoastdownSpec, logs: Sequence[Log], drive: DriveSignal, given: Mapping[str, Given]
+) -> tuple[tuple[Log, ...], tuple[ElevationGrade, ...], tuple[Finding, ...]]:
+    """The logs with a grade by their elevation, where coasts feel it; else as they are. An accelerometer feels it too.
+
+    Whole coasts are asked, before brakes are looked for: a hill that is not known would be taken for one.
+    """
+    plain = tuple(logs)
+    grades = () if drive != "coasting" or any("acceleration" in log for log in logs) else elevation_grades(logs)
+    if not grades:
+        return plain, (), ()
+    sloped = with_grades(plain, grades)
+    coasts = [coast_segment(k, usable(log, drive), None, 0.0) for k, log in enumerate(sloped)]
+    whole = [s for s in coasts if isinstance(s, CoastSegment)]
+    felt = felt_grades(grades, [_road_run(spec, s, float(sloped[s.run].time[0]), drive, given) for s in whole])
+    return (plain, (), ()) if felt is None else (with_grades(plain, felt[0]), felt[0], (felt[1],))
 
 
 def _accelerometer_use(segments: Sequence[CoastSegment], spec: CoastdownSpec) -> AccelerometerUse:

@@ -35,6 +35,7 @@ class RoadRun:
     since : s of the log that go before the first row.
     place : m, road coordinate at the first row; None where it is unknown.
     split : a table of split times, whose rows are too far apart to show the noise of the speed.
+    slope_error : (n, r), factor of the covariance of the error of the grade; None where the grade states none.
     """
 
     name: str
@@ -51,6 +52,7 @@ class RoadRun:
     since: float = 0.0
     place: float | None = None
     split: bool = False
+    slope_error: Array | None = None
 
     @cached_property
     def distance(self) -> Array:

@@ -71,17 +71,17 @@ def selected(
     for k, log in enumerate(logs):
         if drive == "coasting":
             table = spec.reading.split_times is not None
-            usable = _usable(log if table else _own_rows(log), drive)
-            found = coast_segment(k, usable, window, settings.minimum_length.value, table)
+            there = usable(log if table else _own_rows(log), drive)
+            found = coast_segment(k, there, window, settings.minimum_length.value, table)
             if isinstance(found, CoastSegment):
                 segments.append(found)
             else:
                 rejected.append(found)
             continue
-        usable = _usable(log, drive)
-        demand = usable[f"drive_{drive}"] if settings.windows == "powered" else None
+        there = usable(log, drive)
+        demand = there[f"drive_{drive}"] if settings.windows == "powered" else None
         slowest = window[1] if window else SLOWEST
-        one, left = driven_segment(k, usable, demand, slowest, settings.minimum_length.value)
+        one, left = driven_segment(k, there, demand, slowest, settings.minimum_length.value)
         segments += [] if one is None else [one]
         rejected += _summed(log, left)
     segments, windy = _calm(segments, settings.wind_limit.value)
@@ -111,7 +111,7 @@ def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
     return upper, lower
 
 
-def _usable(log: Log, drive: DriveSignal) -> Log:
+def usable(log: Log, drive: DriveSignal) -> Log:
     """The rows in which every channel that the fit reads holds a number, without channels that are mostly empty."""
     optional = [n for n in ("grade", "wind_speed", "acceleration") if n in log]
     there = np.isfinite(log["speed"])  # a stretch that was cut has no speed either
@@ -160,7 +160,7 @@ def _without_braked_runs(
     spec: CoastdownSpec, logs: Sequence[Log], segments: list[CoastSegment], known: Mapping[str, Given]
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
     """Segments of runs that were not braked above the speed window: a narrower window does not mend such a run."""
-    wholes = [coast_segment(k, _usable(_own_rows(log), "coasting"), None, 0.0) for k, log in enumerate(logs)]
+    wholes = [coast_segment(k, usable(_own_rows(log), "coasting"), None, 0.0) for k, log in enumerate(logs)]
     coasts = [s for s in wholes if isinstance(s, CoastSegment)]
     inertia = known["mass"].value + known["rotating_mass"].value
     pushed = [_known_force(s.log, "coasting", known) / inertia for s in coasts]

@@ -1,0 +1,57 @@
+"""The elevation that a logger writes, in steps and with drift, becomes the grade that coasts feel."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.coast_cases import known, log_of, solve_day, spec_of
+from tests.plant import coast
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.elevation_grade import elevation_grades
+from vdyn_cli.steps.coastdown.step import STEP
+
+LENGTH = 1500.0  # m, of a wave of the road
+STEEP = 0.012
+
+
+def hilly(step: float, random: np.random.Generator) -> Log:
+    """A car that rolls at 20 m/s over waves, with its elevation in steps."""
+    time = np.arange(0.0, 120.0, 0.1)
+    place = 20.0 * time
+    height = -STEEP * LENGTH / (2 * np.pi) * np.cos(2 * np.pi * place / LENGTH) + 0.02 * random.standard_normal()
+    seen = np.round(height / step) * step
+    return Log("run.csv", time, {"speed": np.full(time.size, 20.0), "elevation": seen})
+
+
+def test_a_grade_comes_from_steps_of_a_meter_with_its_error() -> None:
+    (found,) = elevation_grades([hilly(1.0, np.random.default_rng(4))])
+    true = STEEP * np.sin(2 * np.pi * found.distance / LENGTH)
+    error = found.grade - true
+    assert np.sqrt(np.mean(error**2)) < 0.15 * STEEP  # rounding to a meter in 83 m is worth 0.35 % a step
+    stated = np.sqrt(np.sum(found.error_at(found.time) ** 2, axis=1))
+    assert np.mean(np.abs(error) < 2 * stated) > 0.9
+
+
+def test_finer_steps_are_more_exact() -> None:
+    random = np.random.default_rng(4)
+    rms = []
+    for step in (1.0, 0.1):
+        (found,) = elevation_grades([hilly(step, random)])
+        rms.append(float(np.std(found.grade - STEEP * np.sin(2 * np.pi * found.distance / LENGTH))))
+    assert rms[1] < 0.5 * rms[0]
+
+
+def test_an_elevation_that_no_run_feels_changes_nothing() -> None:
+    vehicle, random = random_vehicle(3), np.random.default_rng(9)
+    plain = solve_day(vehicle, 3)
+    runs = coast.campaign(vehicle, 3)
+    logs = [log_of(run, f"run_{k}.csv", ("speed",)) for k, run in enumerate(runs, start=1)]
+    wandering = [
+        log.with_channels(elevation=np.round(100.0 + 3.0 * np.cumsum(random.standard_normal(log.time.size)) * 0.05))
+        for log in logs
+    ]
+    found = STEP.estimate(spec_of(runs), wandering, known(vehicle, coast.DAY))
+    assert any("elevation is mapped but not used" in f.what for f in found.findings)
+    for name in ("rolling_resistance", "drag_area"):
+        assert found.parameters[name].value == plain.parameters[name].value

@@ -1,0 +1,213 @@
+"""The grade of the road from a logged elevation, over the distance that each run drives.
+
+The elevation of a receiver or a barometer has steps, noise and drift: its difference quotient is no grade. The slope
+at nodes along a run has a normal prior with the correlation of roads (``shared_road``), and the elevation measures
+its integral::
+
+    z_j = z_0 + sum_(i <= j) d i_i + e_j
+
+Prior and noise are weighed by the likelihood of all runs together. What the coasting runs feel of that grade
+(``felt_road``) is the share of it that is real: the errors of an elevation are slopes that no run feels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.felt_road import felt_share
+from vdyn_cli.steps.coastdown.road_run import RoadRun
+from vdyn_cli.steps.coastdown.shared_road import SPECTRA, slope_correlation
+
+Array = NDArray[np.float64]
+
+NODE = 20.0  # m between the nodes, as the knots of a road: a coasting car passes them in a bin of 2 s
+FEWEST, MOST = 8, 400  # nodes of a run; longer runs have longer nodes
+SLOPES = (0.001, 0.002, 0.005, 0.01, 0.02, 0.04)  # standard deviations of the slope: from a test track to a pass
+UNKNOWN_HEIGHT = 1e3  # m, prior standard deviation of the elevation at the first node: none
+NEGLIGIBLE = 1e-3  # of the largest variance of the grade's error along one direction
+SMALLEST = 1e-3  # m, of a mean elevation: a simulated log has no noise
+# Standard errors by which the felt share must exceed zero: a third of the runs' deceleration would else be noise.
+CERTAIN = 3.0
+
+
+@dataclass(frozen=True)
+class _Track:
+    """One run's elevations (k,), m, with their standard deviations and the distances (k,), m, at which they hold.
+
+    ``distance`` : (n,) m, of each sample of the log.
+    """
+
+    elevation: Array
+    std: Array
+    at: Array
+    distance: Array
+
+    @cached_property
+    def nodes(self) -> Array:
+        """Distances of the slope's nodes, (m,), m."""
+        return np.linspace(0.0, self.distance[-1], int(np.clip(self.distance[-1] / NODE, FEWEST, MOST)) + 1)
+
+    @cached_property
+    def rise(self) -> Array:
+        """(k, m), of each node's slope in the height gained from the start: slopes go straight between the nodes."""
+        step = self.nodes[1]
+        each = np.tril(np.ones((self.nodes.size, self.nodes.size))) * step
+        each -= 0.5 * step * np.eye(self.nodes.size)
+        each[:, 0] -= 0.5 * step  # trapezoids
+        each[0] = 0.0
+        low = np.clip((self.at / step).astype(int), 0, self.nodes.size - 2)
+        share = (self.at / step - low)[:, None]
+        return np.asarray((1 - share) * each[low] + share * each[low + 1])
+
+
+@dataclass(frozen=True)
+class ElevationGrade:
+    """The grade along one log by its elevation.
+
+    Parameters
+    ----------
+    time : (n,) s, of the log's samples. distance : (n,) m, driven there. nodes : (m,) m. slope : (m,), uphill.
+    error : (m, r), factor of the covariance of what the elevation leaves open of it.
+    """
+
+    time: Array
+    distance: Array
+    nodes: Array
+    slope: Array
+    error: Array
+
+    @property
+    def grade(self) -> Array:
+        """(n,), uphill, at the samples."""
+        return np.asarray(np.interp(self.distance, self.nodes, self.slope))
+
+    def error_at(self, time: Array) -> Array:
+        """(k, r), factor of the covariance of the grade's error at some times (k,) of the log, s."""
+        place = np.interp(time, self.time, self.distance)
+        return np.column_stack([np.interp(place, self.nodes, column) for column in self.error.T])
+
+    def scaled(self, share: float) -> ElevationGrade:
+        """With a share of the grade."""
+        return replace(self, slope=share * self.slope)
+
+
+def elevation_grades(logs: Sequence[Log]) -> tuple[ElevationGrade, ...]:
+    """The grade of each log; none where one has a grade, no elevation, or next to no distance.
+
+    Parameters
+    ----------
+    logs : with speed, m/s, and elevation, m.
+    """
+    if any("grade" in log or "elevation" not in log for log in logs):
+        return ()
+    tracks = [t for log in logs if (t := _track(log)) is not None]
+    if len(tracks) < len(logs):
+        return ()
+    tried = [(k, slope) for k in range(len(SPECTRA)) for slope in SLOPES]
+    spectrum, slope = max(tried, key=lambda at: sum(_likelihood(t, *at) for t in tracks))
+    return tuple(_grade(log.time, t, spectrum, slope) for log, t in zip(logs, tracks, strict=True))
+
+
+def with_grades(logs: Sequence[Log], grades: Sequence[ElevationGrade]) -> tuple[Log, ...]:
+    """The logs with the channel ``grade``."""
+    return tuple(log.with_channels(grade=g.grade) for log, g in zip(logs, grades, strict=True))
+
+
+def felt_grades(
+    grades: Sequence[ElevationGrade], runs: Sequence[RoadRun]
+) -> tuple[tuple[ElevationGrade, ...], Finding] | None:
+    """The share of the grades that the runs feel, and what was done; None where they feel none.
+
+    Parameters
+    ----------
+    runs : the coasts in the logs, with these grades.
+    """
+    felt = felt_share(runs)
+    if felt is None or felt[0] < CERTAIN * felt[1]:
+        return None
+    steepest = max(float(np.std(run.inputs["grade"])) for run in runs)
+    what = (
+        f"the grade is taken from the elevation: {100 * steepest:.2g} % rms, of which the runs feel "
+        f"{felt[0]:.2f} +- {felt[1]:.2f} times"
+    )
+    remedy = "map 'grade', or state a surveyed profile under 'road', if one is known better"
+    finding = Finding("channels.elevation", what, remedy=remedy, minor=True)
+    return tuple(g.scaled(min(felt[0], 1.0)) for g in grades), finding
+
+
+def _track(log: Log) -> _Track | None:
+    """The nodes of a run; None where it drives too few, or has no elevation there."""
+    good = np.isfinite(log["speed"])
+    if good.sum() < FEWEST:
+        return None
+    speed = np.abs(np.interp(log.time, log.time[good], log["speed"][good]))
+    distance = np.r_[0.0, np.cumsum(np.diff(log.time) * (speed[1:] + speed[:-1]) / 2)]
+    measured = np.isfinite(log["elevation"])
+    if distance[-1] < FEWEST * NODE or measured.sum() < FEWEST:
+        return None
+    height, at = log["elevation"][measured], distance[measured]
+    noise = white_level(height, log.time[measured])
+    levels = np.unique(np.round(height, 6))
+    step = float(np.min(np.diff(levels))) if levels.size > 1 else 0.0
+    observed = _changes(height, at, step) if noise < 0.5 * step else _means(height, at, np.hypot(noise, step / 12**0.5))
+    return _Track(*observed, distance)
+
+
+def _means(height: Array, at: Array, noise: float) -> tuple[Array, Array, Array]:
+    """Mean elevations over a node's length, with their standard deviations and distances; samples are independent."""
+    _, group, count = np.unique((at / NODE).astype(int), return_inverse=True, return_counts=True)
+    mean = np.bincount(group, height) / count
+    return mean, np.maximum(noise / np.sqrt(count), SMALLEST), np.bincount(group, at) / count
+
+
+def _changes(height: Array, at: Array, step: float) -> tuple[Array, Array, Array]:
+    """Where an elevation in steps passes to the next, and the middle of each step, whose samples say one thing.
+
+    At a change the elevation is halfway between both, to a tenth of the step.
+    """
+    begin = np.flatnonzero(np.diff(height)) + 1
+    stretches = np.split(np.arange(height.size), begin)
+    middle = np.array([at[s].mean() for s in stretches])
+    level = np.array([height[s[0]] for s in stretches])
+    where = 0.5 * (at[begin] + at[begin - 1])
+    halfway = 0.5 * (height[begin] + height[begin - 1])
+    far = np.abs(height[begin] - height[begin - 1])  # a jump of many steps says little of where between them it is
+    return (
+        np.r_[halfway, level],
+        np.r_[np.maximum(0.1 * step, (far - step) / 12**0.5), np.full(level.size, step / 12**0.5)],
+        np.r_[where, middle],
+    )
+
+
+def _likelihood(track: _Track, spectrum: int, slope: float) -> float:
+    """Log likelihood of the elevations."""
+    prior = slope**2 * slope_correlation(track.nodes, spectrum)
+    factor = np.linalg.cholesky(_covariance(track, prior))
+    white = np.linalg.solve(factor, track.elevation - np.median(track.elevation))
+    return -0.5 * float(white @ white) - float(np.sum(np.log(np.diag(factor))))
+
+
+def _covariance(track: _Track, prior: Array) -> Array:
+    """(k, k), of the elevations."""
+    return np.asarray(track.rise @ prior @ track.rise.T + np.diag(track.std**2) + UNKNOWN_HEIGHT**2)
+
+
+def _grade(time: Array, track: _Track, spectrum: int, slope: float) -> ElevationGrade:
+    """The likeliest slope, and what is left open of it."""
+    prior = slope**2 * slope_correlation(track.nodes, spectrum)
+    reach = track.rise @ prior
+    gain = np.linalg.solve(_covariance(track, prior), np.column_stack([track.elevation, reach]))
+    values, axes = np.linalg.eigh(prior - reach.T @ gain[:, 1:])
+    kept = values > NEGLIGIBLE * values[-1]
+    about = np.linalg.solve(_covariance(track, prior), np.ones(track.elevation.size))
+    level = float(about @ track.elevation / about.sum())  # the height of the start, which has no prior
+    likeliest = reach.T @ (gain[:, 0] - level * about)
+    return ElevationGrade(time, track.distance, track.nodes, likeliest, axes[:, kept] * np.sqrt(values[kept]))
