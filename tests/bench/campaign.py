@@ -139,7 +139,7 @@ def kill(seed: int) -> Outcome:
         number, jobs = chance.choice(SIGNALS), chance.choice((1, 2))
         delay = chance.uniform(0.1, 6.0)
         arguments = ["pipeline", "small.yaml", "-o", "../out", "--jobs", str(jobs), "-q"]
-        start, broken = time.perf_counter(), []
+        broken = []
         here = Path.cwd()
         os.chdir(folder / "configs")
         try:
@@ -149,10 +149,11 @@ def kill(seed: int) -> Outcome:
             broken.append("processes are left")
         finally:
             os.chdir(here)
+        start = time.perf_counter()
         code = _vdyn(folder / "configs", arguments)
+        seconds = time.perf_counter() - start
         broken += [] if code == 0 else [f"second run: exit {code}"]
         broken += _other_bytes(folder / "out", undisturbed / "out")
-        seconds = time.perf_counter() - start
         return Outcome(f"seed {seed}, {number.name} after {delay:.2f} s, --jobs {jobs}", code, seconds,
                        _late(seconds, broken))  # fmt: skip
     finally:

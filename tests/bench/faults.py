@@ -232,7 +232,7 @@ def _surroundings() -> Iterator[Case]:
                {"HOME": "/nowhere", "TMPDIR": "/nowhere", "XDG_CACHE_HOME": "/nowhere"})  # fmt: skip
     for name, content in (("damaged", b"nonsense: [\n\xff"), ("of large letters", b"font.size: 99\n")):
         change = replaced("configs/matplotlibrc", content)
-        yield Case(group, f"a matplotlibrc {name}", change, step("area"), 0, after=_same_page)
+        yield Case(group, f"a matplotlibrc {name}", change, ["area", "area.yaml", "-o", "../out"], 0, after=_same_page)
     for name, text in (("NUL", "a\\0b.png"), ("lone surrogate", "a\\ud800b.png"), ("5000 letters", "x" * 5000)):
         change = text_edit("configs/area.yaml", "image: ../sample_logs/silhouette.png", f'image: "{text}"')
         yield Case(group, f"path with {name}", change, step("area"), 2)

@@ -201,6 +201,9 @@ class Logger(Strict):
     reading: Reading = Field(Reading(), description="how this logger's files are written")
 
 
+LONGEST_TEST = 1e7  # s, four months: more than a test with one set of tires and one load
+
+
 class Segment(Strict):
     """A segment of a channel of one log."""
 
@@ -223,7 +226,7 @@ class Run(Strict):
         {}, description="channel: its column in this run, where several runs stand in one table, such as {time: t2}"
     )
     direction: Literal["out", "back"] | None = Field(None, description="direction of travel on the test track")
-    start: Annotated[Given, Si("s")] | None = Field(
+    start: Annotated[Given, Si("s", -LONGEST_TEST, LONGEST_TEST)] | None = Field(
         None, description="start time of this log after the start of the first log, s"
     )
     temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = Field(

@@ -18,8 +18,8 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"sensor", "slip_sweep"},
 )
 def slip_offset(slip: Law, s: Signals, q: Signals) -> Number:
-    """A slip that is off by the same everywhere: the radius it was computed with, or one of the speeds.
+    """A slip computed with a wrong radius, or with one speed that reads a share too much.
 
-    s = s_read - s0.
+    s = (1 + s_read) (1 - s0) - 1: s0 without slip, none at a locked wheel.
     """
-    return slip(s) - q.slip_offset
+    return (1 + slip(s)) * (1 - q.slip_offset) - 1

@@ -161,7 +161,7 @@ class TireFit:
         level = friction[slip > 0] if "braking_D" in self.free and (slip > 0).any() else np.abs(friction)
         peak = float(np.clip(np.quantile(level, 0.98), 0.1, 2.5))
         low = np.abs(friction) < 0.6 * peak
-        slope = float(np.sum(friction[low] * slip[low]) / max(np.sum(slip[low] ** 2), 1e-12)) if low.any() else 15.0
+        slope = _slope(slip[low], friction[low]) if low.any() else 15.0
         b = float(np.clip(slope / (1.5 * peak), 2.0, 40.0))
         shape = {"tire_B": b, "tire_C": 1.5, "tire_D": peak, "tire_E": 0.0}
         shape |= {n: float(np.clip(mean, *RANGES[n])) for n, (mean, _) in self.prior.items()} | extra
@@ -211,6 +211,13 @@ class TireFit:
         # Slip moves by 1 + s per relative radius error; a locked wheel stands still whatever its radius.
         rolling = np.maximum(1 + slip, 0.02)
         return simulated.outputs["force_x"], jacobian, jacobian[:, self._names.index("radius_error")] / rolling
+
+
+def _slope(slip: Array, friction: Array) -> float:
+    """Slope of small frictions (n,) over slip, beside a zero of either where the sweeps have both signs."""
+    if friction.min() < 0.0 < friction.max():
+        slip, friction = slip - slip.mean(), friction - friction.mean()
+    return float(np.sum(friction * slip) / max(np.sum(slip**2), 1e-12))
 
 
 @dataclass(frozen=True)

@@ -270,5 +270,6 @@ def _along(time: Array, at: Array, paths: Array) -> Array:
     """Each path (b, draws) at other times, straight between."""
     right = np.clip(np.searchsorted(at, time), 1, at.size - 1)
     left = right - 1
-    share = np.clip((time - at[left]) / (at[right] - at[left]), 0.0, 1.0)[:, None]
+    apart = np.maximum(at[right] - at[left], np.finfo(float).tiny)  # one bin is its own neighbor
+    share = np.clip((time - at[left]) / apart, 0.0, 1.0)[:, None]
     return np.asarray(paths[left] * (1 - share) + paths[right] * share)

@@ -1,0 +1,31 @@
+"""A wheel radius that is off by some per cent shifts the slip: it is named, and the curve is the tire's all the same."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from vdyn_cli.project.execute import execute
+from vdyn_cli.project.result_document import to_json
+
+TRUE = 0.308  # m, of the sample's tire
+
+
+@pytest.mark.parametrize("given", [0.296, 0.302, 0.316])
+def test_a_wrong_radius_is_named_and_the_curve_published(given: float, root: Path, tmp_path: Path) -> None:
+    plain = execute("tire", root / "configs" / "tire.yaml")
+    document = json.loads(to_json(plain.document))
+    entry = {"value": given, "std": 0.0, "interval95": [given, given], "unit": "m", "meaning": "", "source": "given"}
+    document |= {"parameters": {"wheel_radius": entry}, "diagnosis": None}
+    known = tmp_path / "known.json"
+    known.write_text(json.dumps(document), encoding="utf-8")
+    found = execute("tire", root / "configs" / "tire.yaml", [known]).result
+    assert found.diagnosis is not None
+    assert [c.effect for c in found.diagnosis.causes] == ["slip_offset"]
+    (offset,) = found.diagnosis.causes[0].unknowns.values()
+    assert offset.value == pytest.approx(given / TRUE - 1, abs=0.006)
+    for name in ("tire_B", "tire_C", "tire_D", "tire_longitudinal_stiffness"):
+        low, high = found.parameters[name].interval95
+        assert low < plain.result.parameters[name].value < high, name
