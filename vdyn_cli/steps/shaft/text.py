@@ -52,7 +52,7 @@ def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
         )
         return Finding(name, what, got, remedy)
     late = -1e3 * damping.value / stiffness.value  # T(t) = k phi(t - d) reads as k phi - k d phi'
-    remedy = f"the torque seems to be logged {late:.1f} ms after the twist: check the loggers' clocks"
+    remedy = f"the torque seems to be logged {late:.1f} ms or more after the twist: check the loggers' clocks"
     return Finding(name, "is significantly negative, which is not physical, and not published", got, remedy)
 
 
