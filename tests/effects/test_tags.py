@@ -31,6 +31,7 @@ CANDIDATES = {
     """,
     "inertia": """
         bearing_drag brake_drag clock_offset hub_torque_gain hub_torque_offset wheel_mass wheel_radius
+        wheel_windage
     """,
     "shaft": """
         backlash series_compliance

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from vdyn_cli.diagnosis.learned_law import Learned
 from vdyn_cli.diagnosis.part_curve import Curve
 from vdyn_cli.diagnosis.part_finding import LawWithin, PartFinding
 from vdyn_cli.diagnosis.part_judgment import PartJudgment, label_of
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.verdict_text import is_plural
 from vdyn_cli.quantities.diagnosis import CurvePoint, Diagnosis, FaultyPart, LearnedLaw, PartLaw
 from vdyn_cli.steps.learned_effect import LAW_FORMS
@@ -111,7 +111,8 @@ def _sentence(finding: PartFinding, part: FaultyPart, learned: LearnedLaw | None
     if part.law is None:
         return f"{what}{rivals}; no law of the catalogue follows the curve."
     label = part.law.label
-    if math.isnan(part.law.share_of_curve):
+    # A law that does not follow the curve over its whole span may explain all that the data show of it.
+    if not part.law.share_of_curve >= POLICY.law_share:
         share = f"{100 * part.law.share_of_rms:.0f} % of the rms error that the free curve explains"
     else:
         share = f"{100 * part.law.share_of_curve:.0f} % of the rms of the curve beside the model's law"

@@ -157,6 +157,11 @@ class InertiaProblem(SimulatedProblem):
             )
         return self.swing.regression(effects, unknowns)
 
+    @property
+    def _gain_std(self) -> float:
+        stated = self.spec.settings.gain_std
+        return 0.0 if stated is None else stated.value
+
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         """The wheel's inertia from whatever was measured; effects enter the balance on the road.
 
@@ -168,7 +173,7 @@ class InertiaProblem(SimulatedProblem):
         road: RoadInertia | None = None
         failed: tuple[Finding, ...] = ()
         if self.balance is not None:
-            gain_std = self.spec.settings.gain_std.value
+            gain_std = self._gain_std
             try:
                 road = road_inertia(self.balance, self.known, gain_std, effects, unknowns)
             except ResultError as error:
@@ -187,7 +192,7 @@ class InertiaProblem(SimulatedProblem):
         unknowns: Sequence[Unknown],
     ) -> ResultError:
         """The error of the road's fit, with the torques at the place where the fit stands."""
-        balance, gain_std = self.balance, self.spec.settings.gain_std.value
+        balance, gain_std = self.balance, self._gain_std
         assert balance is not None
 
         def shown(solution: Solution) -> Result:

@@ -21,8 +21,10 @@ class InertiaSettings(Strict):
     force_zero: Annotated[Given, Si("N", 1e-3, 5_000)] = Field(
         Given(24.0), description="standard deviation of the hub force's zero, N"
     )
-    gain_std: Annotated[Given, Si("", 0, 0.1)] = Field(
-        Given(0.0), description="standard deviation of the torque's gain against the force's, 0.001 for 0.1 %"
+    gain_std: Annotated[Given, Si("", 0, 0.1)] | None = Field(
+        None,
+        description="standard deviation of the torque's gain, against the force's on the road, 0.001 for 0.1 %; not "
+        "stated, it is 0 on the road and 0.5 % on a stand",
     )
     stand_inertia: Annotated[Given, Si("kg m^2", 0, 50)] = Field(
         Given(0.0), description="inertia of what turns with the wheel on a stand (rotor, shaft, hub), kg m^2"

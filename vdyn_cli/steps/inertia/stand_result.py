@@ -20,6 +20,8 @@ from vdyn_cli.steps.inertia.spec import InertiaSettings
 from vdyn_cli.steps.inertia.wheel_inertia import UNIT
 from vdyn_cli.steps.interval_text import with_interval
 
+# Standard deviation: torque transducers of class 0.1 to 0.5 (DIN 51309) with their mounting and amplifier.
+STAND_GAIN = 0.005
 METHODS = (
     "A wheel that touches nothing: its moment balance J om' = T - Tb - cb om integrated over windows of a quarter of a "
     "second (setting window), so that the wheel's speed is never differentiated; least squares on the impulses, "
@@ -50,9 +52,7 @@ def stand_result(
     budget = _budget(solution, settings)
     estimates = {"wheel_inertia": Estimate.of("wheel_inertia", budget.value, budget.std, budget.interval95, "inertia")}
     for name in DRAG:
-        estimates[name] = Estimate.of(
-            name, solution.values[name], solution.std[name], solution.interval95[name], "inertia"
-        )
+        estimates[name] = _with_gain(name, solution, settings)
     torques = [
         torque_in_windows(run, solution, white) for run, white in zip(balance.runs, solution.residuals, strict=True)
     ]
@@ -88,7 +88,7 @@ def stand_result(
         comparisons,
         (_residual_over_speed(balance, comparisons),),
         (budget.table("stand_budget", "The uncertainty of the inertia", UNIT, "Slope: how the inertia moves."),),
-        tuple(dict.fromkeys((*findings, *_what_turns(settings)))),
+        tuple(dict.fromkeys((*findings, *_what_turns(settings), *_assumed_gain(settings)))),
         amplitudes=effect_amplitudes(solution, unknowns),
     )
     if budget.interval95[0] <= 0:
@@ -106,8 +106,20 @@ def _budget(solution: Solution, settings: InertiaSettings) -> Budget:
     )
     beside = settings.stand_inertia
     other = Contribution("stand_inertia", beside.value, beside.std, UNIT, -1.0)
-    gain = Contribution("torque_gain", 1.0, settings.gain_std.value, "", whole)
+    gain = Contribution("torque_gain", 1.0, _gain_std(settings), "", whole)
     return Budget(whole - beside.value, (scatter, other, gain))
+
+
+def _gain_std(settings: InertiaSettings) -> float:
+    return STAND_GAIN if settings.gain_std is None else settings.gain_std.value
+
+
+def _with_gain(name: str, solution: Solution, settings: InertiaSettings) -> Estimate:
+    """A drag with the torque's gain in its interval."""
+    value, std = solution.values[name], solution.std[name]
+    whole = float(np.hypot(std, value * _gain_std(settings)))
+    half = [(end - value) * whole / std for end in solution.interval95[name]]
+    return Estimate.of(name, value, whole, (value + half[0], value + half[1]), "inertia")
 
 
 def _sentence(estimates: dict[str, Estimate], settings: InertiaSettings) -> str:
@@ -137,3 +149,13 @@ def _residual_over_speed(balance: MomentBalance, comparisons: Sequence[Compariso
     )
     return Figure("stand_residual", "Residual of the moment balance over speed", caption, "wheel speed in rad/s", "N m",
                   series)  # fmt: skip
+
+
+def _assumed_gain(settings: InertiaSettings) -> list[Finding]:
+    if settings.gain_std is not None:
+        return []
+    what = (
+        f"the torque's gain is taken as certain to {100 * STAND_GAIN:g} %: an inertia is off by as much as its torque"
+    )
+    remedy = "state the torque's accuracy as 'gain_std' under settings"
+    return [Finding("settings.gain_std", what, "", remedy, minor=True)]

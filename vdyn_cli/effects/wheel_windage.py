@@ -1,0 +1,29 @@
+"""Air that a turning wheel stirs."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.maths import fabs
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.quantities.quantity import Quantity
+
+
+@effect(
+    on="bearing",
+    unknowns=(
+        Quantity("wheel_windage", "N m s^2/rad^2", "drag torque of the air per squared speed", "cw", -5e-5, 1e-3),
+    ),
+    reference="ventilation of a car's wheel: 1 to 5 N m at 100 rad/s (Wickern et al., SAE 970133)",
+    label="a wheel that stirs the air",
+    signature="The torque residual increases with the square of the wheel's speed.",
+    alike=("bearing_drag",),
+    confirm="Spin the wheel with its spokes covered by a disc.",
+    tags={"wheel_spin"},
+)
+def wheel_windage(bearing: Law, s: Signals, q: Signals) -> Number:
+    """Air that spokes and tread throw outward, which takes a torque in proportion to the squared speed.
+
+    Tw = cw om |om|.
+    """
+    turn = s.wheel_speed
+    return bearing(s.but(bearing_torque=s.bearing_torque + q.wheel_windage * turn * fabs(turn)))
