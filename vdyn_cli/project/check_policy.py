@@ -32,6 +32,15 @@ class CheckPolicy:
         0.1, "s", "standard error of a delay of two tied channels up to which the table shows it",
         "Delays of sensors and loggers are 5 to 200 ms; an error of 0.1 s tells none of them from zero.",
     )  # fmt: skip
+    rolling_slip: float = threshold(
+        0.015, "share of the speed", "by which a wheel's speed times its radius may differ from the car's",
+        "Tires with a slip stiffness of 15 loads slip by 1.3 % at a drive of 0.2 times the load, which runs are mostly "
+        "below. A radius's own standard deviation is added.",
+    )  # fmt: skip
+    agreeing: float = threshold(
+        2.0, "standard errors", "by which a gain and a radius may be off more than a tire slips",
+        "Two that agree differ by more in one case of twenty.",
+    )  # fmt: skip
 
 
 CHECK = CheckPolicy()

@@ -34,8 +34,10 @@ Array = NDArray[np.float64]
 
 WINDOW = 1.0  # s
 REACH = 1.0  # s, largest delay
+TIMES_RADIUS = " * wheel_radius"
 ROLLING = 3.0  # m/s, above which wheel speeds are compared
 FEWEST = 10  # windows
+MEDIAN_ERROR = 0.93  # standard error of a median over quartiles' distance / sqrt(n), of normal values: 1.253 / 1.349
 
 
 def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
@@ -54,9 +56,11 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
         if left in log and right in log:
             yield _ratio(log, left, right, 1.0, UNEQUAL)
     if speed is not None and "wheel_radius" in known.estimates:
+        radius = known["wheel_radius"]
+        limit = min(NOTICED, CHECK.rolling_slip + CHECK.agreeing * radius.std / radius.value)
         for wheel in ("wheel_speed", *(n for pair in AXLES for n in pair)):
             if wheel in log:
-                yield _ratio(log, wheel, speed, known["wheel_radius"].value, NOTICED)
+                yield _ratio(log, wheel, speed, radius.value, limit)
     if {"front_load", "rear_load"} <= set(log.channels) and "mass" in known.estimates:
         total = float(np.nanmean(log["front_load"] + log["rear_load"])) / (known["mass"].value * GRAVITY)
         good = abs(total - 1.0) <= NOTICED
@@ -68,12 +72,26 @@ def judged_together(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Fi
 
     A gain that one run cannot tell from its own error is certain where it is the same in all runs.
     """
+    findings = tuple(_radius_findings(pairs))
     places = [p for p in pairs if p.first == "position" and p.gain is not None]
     gain = common_gain([p.gain for p in places if p.gain is not None])
     if gain is None or not gain.contradicts:
-        return list(pairs), ()
+        return list(pairs), findings
     judged = [p.model_copy(update={"good": False, "sign": 1}) if p in places else p for p in pairs]
-    return judged, (gain_finding(gain, True),)
+    return judged, (gain_finding(gain, True), *findings)
+
+
+def _radius_findings(pairs: Sequence[TiedPair]) -> Iterator[Finding]:
+    """Wheel speeds times the radius that contradict the car's speed in every run that can be compared."""
+    compared = [p for p in pairs if p.first.endswith(TIMES_RADIUS) and p.gain is not None]
+    for first, second in dict.fromkeys((p.first, p.second) for p in compared):
+        same = [p for p in compared if p.first == first]
+        if any(p.good for p in same):
+            continue
+        gains = [p.gain for p in same if p.gain is not None]
+        what = f"{first} is {float(np.median(gains)):.3f} times {second} in {len(same)} of {len(same)} runs"
+        remedy = "correct wheel_radius, or the scale of one of the two speeds"
+        yield Finding(f"{first.removesuffix(TIMES_RADIUS)} and {second}", what, "", remedy, doubt=True)
 
 
 # Eight parameters: one for each result of the pair.
@@ -184,12 +202,16 @@ def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> Tie
     y, x = np.abs(log[first]) * scale, np.abs(log[second])
     own = ROLLING if scale != 1.0 else ROLLING / 0.3
     use = _finite(x, y) & (np.maximum(np.nan_to_num(x), np.nan_to_num(y)) > own)
-    shown = first if scale == 1.0 else f"{first} * wheel_radius"
+    shown = first if scale == 1.0 else first + TIMES_RADIUS
     if use.sum() < FEWEST:
         return _pair(log, shown, second, "not determined: hardly moves")
     low, gain, high = (float(q) for q in np.quantile(y[use] / np.maximum(x[use], 1e-9), [0.25, 0.5, 0.75]))
     if high - low > 2.0 * NOTICED:
         return _pair(log, shown, second, f"not judged: the ratio varies from {low:.2f} to {high:.2f} (slip or bends)")
-    good = abs(gain - 1.0) <= limit
-    delay = _delay(log, first, second) if good and scale != 1.0 else None
-    return _pair(log, shown, second, f"gain {gain:.3f}", good, gain=gain, delay=delay)
+    if scale == 1.0:
+        return _pair(log, shown, second, f"gain {gain:.3f}", abs(gain - 1.0) <= limit, gain=gain)
+    error = MEDIAN_ERROR * (high - low) / max(1.0, use.mean() * log.duration / WINDOW) ** 0.5
+    if abs(gain - 1.0) > limit + CHECK.agreeing * error:
+        what = f"gain {gain:.3f} +- {error:.3f}: check wheel_radius and the scale of {first} and {second}"
+        return _pair(log, shown, second, what, False, gain=gain)
+    return _pair(log, shown, second, f"gain {gain:.3f}", True, gain=gain, delay=_delay(log, first, second))

@@ -1,0 +1,38 @@
+"""A wheel's speed times its radius against the car's speed, as ``vdyn check`` compares them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vdyn_cli.project.redundancy import judged_together, tied_pairs
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+
+RADIUS = 0.31  # m, of the wheel that turned
+
+
+def _run(name: str) -> Log:
+    """A car that speeds up and slows down with 0.5 % of slip to either side, and sensors with noise of 0.2 %."""
+    rng, time = np.random.default_rng(len(name)), np.arange(0.0, 30.0, 0.01)
+    speed = 15.0 + 8.0 * np.sin(0.4 * time)
+    turned = speed / RADIUS * (1.0 + 0.005 * np.cos(0.4 * time))
+    channels = {"vehicle_speed": speed + rng.normal(0.0, 0.03, time.size)}
+    return Log(name, time, channels | {"wheel_speed": turned + rng.normal(0.0, 0.1, time.size)})
+
+
+def _known(share: float, std: float) -> Parameters:
+    value = share * RADIUS
+    return Parameters({"wheel_radius": Estimate(value, std, (value - 2 * std, value + 2 * std), "m", "", "")})
+
+
+@pytest.mark.parametrize(
+    ("share", "std", "agrees"),
+    [(1.0, 0.0005, True), (0.97, 0.0005, False), (1.028, 0.0005, False), (0.98, 0.004, True)],
+)
+def test_a_radius_that_the_speeds_contradict_is_told(share: float, std: float, agrees: bool) -> None:
+    pairs = [pair for name in ("a", "bb") for pair in tied_pairs(_run(name), _known(share, std))]
+    _, findings = judged_together(pairs)
+    assert [pair.good for pair in pairs] == [agrees, agrees]
+    assert [f.where for f in findings] == ([] if agrees else ["wheel_speed and vehicle_speed"])
+    assert all(f"{share:.3f} times vehicle_speed in 2 of 2 runs" in f.what for f in findings)
