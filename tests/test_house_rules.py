@@ -84,3 +84,16 @@ def test_rooms_that_ask_keep_no_results_in_modules(room: str) -> None:
         text = path.read_text(encoding="utf-8")
         found += [f"{path.relative_to(PACKAGE)}: lru_cache" for _ in range(text.count("lru_cache"))]
     assert found == []
+
+
+def test_percent_stands_apart_from_its_number() -> None:
+    """As every unit does (ISO 80000-1)."""
+    wrong = [
+        f"{path.relative_to(PACKAGE)}:{node.lineno}"
+        for path in MODULES
+        for node in _nodes(path)
+        if isinstance(node, ast.FormattedValue) and node.format_spec is not None
+        for part in ast.walk(node.format_spec)
+        if isinstance(part, ast.Constant) and str(part.value).endswith("%")
+    ]
+    assert not wrong

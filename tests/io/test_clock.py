@@ -45,7 +45,7 @@ def test_a_clock_that_restarts_is_not_dropped_away() -> None:
     time = np.concatenate([np.arange(100) * 0.1, np.arange(60) * 0.1])
     found = rising(time, "drop")
     assert "the largest step back is from 9.9 s to 0 s at line 102" in str(found.problems[0])
-    assert "more than 20% of the rows would be left out" in found.problems[0].remedy
+    assert "more than 20 % of the rows would be left out" in found.problems[0].remedy
 
 
 def test_one_wild_time_stamp_does_not_drop_the_rest() -> None:

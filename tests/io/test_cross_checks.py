@@ -74,7 +74,7 @@ def test_wheels_of_an_axle_that_turn_alike_say_nothing() -> None:
     ("reading", "says"),
     [
         (1.02 * SPEED / 0.31, "wheel_speed_rl is 0.980 times wheel_speed_rr"),
-        (np.where(TIME < 20, SPEED / 0.31, 70.0), "wheel_speed_rl and wheel_speed_rr differ by more than 20%"),
+        (np.where(TIME < 20, SPEED / 0.31, 70.0), "wheel_speed_rl and wheel_speed_rr differ by more than 20 %"),
     ],
 )
 def test_a_wheel_speed_that_is_wrong_is_a_fault_of_the_data(reading: np.ndarray, says: str) -> None:

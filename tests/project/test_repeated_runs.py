@@ -49,7 +49,7 @@ def test_windows_that_share_more_than_half_are_copies_and_neighbors_are_not() ->
     log = recording(1)
     assert said(log.between(0.0, 50.0), log.between(50.0, 100.0)) == []
     (found,) = said(log.between(0.0, 60.0), log.between(20.0, 80.0))
-    assert "66% of its samples in common" in found
+    assert "66 % of its samples in common" in found
 
 
 def test_a_copy_with_a_shifted_clock_or_rows_of_another_order_of_columns() -> None:

@@ -108,7 +108,9 @@ def _notes(facts: ChannelFacts) -> list[str]:
         start, stop, value = facts.rest
         length = facts.info.span[1] - facts.info.span[0]
         share = (stop - start) / length if length > 0 else 0.0
-        notes.append(f"rests at {value:.5g} from {_seconds(start, length)} to {_seconds(stop, length)} ({share:.0%})")
+        notes.append(
+            f"rests at {value:.5g} from {_seconds(start, length)} to {_seconds(stop, length)} ({100 * share:.0f} %)"
+        )
     return notes
 
 

@@ -54,7 +54,7 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
         rows = [
             (
                 *(run_name(f.run), f.channel, f.test, f.decision),
-                *(f"{f.start:.6g}", f"{f.stop:.6g}", str(f.segments), f"{f.share:.1%}"),
+                *(f"{f.start:.6g}", f"{f.stop:.6g}", str(f.segments), f"{100 * f.share:.1f} %"),
             )
             for f in document.flags
         ]
@@ -100,7 +100,7 @@ def _coast_lines(coasts: CoastBalance) -> Iterator[str]:
                 r.direction,
                 "-" if r.start is None else f"{r.start:.0f}",
                 "-" if r.mean is None else f"{r.mean:.4f}",
-                "-" if r.influence is None else f"{r.influence:+.2%}",
+                "-" if r.influence is None else f"{100 * r.influence:+.2f} %",
                 "more than the others' 95 % interval" if r.material else "",
                 "" if r.wind_mean is None else f"wind {r.wind_mean:+.1f}, at most {r.wind_peak:.1f} m/s",
             )
@@ -150,7 +150,7 @@ def _pair_rows(pairs: Sequence[TiedPair]) -> Iterator[tuple[str, str, str, str]]
 
 
 def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{value:.1%}"
+    return "-" if value is None else f"{100 * value:.1f} %"
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:

@@ -150,14 +150,14 @@ def _by_coordinate(search: PartSearch) -> dict[tuple[str, str], float]:
 
 
 def _rivals(search: PartSearch, best: FittedParts) -> tuple[str, ...]:
-    """Other elements, sensors, and effects outside the part, whose linearized evidence is as strong."""
+    """Other elements, sensors and effects with evidence as strong, and those that such logs never tell apart."""
     part = best.parts[0]
     own = next(e.gain for some, e in search.gains if some == best.parts)
     least = own - _margin(own)
     found = [some[0].group for some, e in search.gains if some[0].group != part.group and e.gain > least]
     candidates = search.strategy.model.setup.candidates
     found += [n for n, e in search.rivals.items() if not part.concerns(candidates[n]) and e.gain > least]
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys([*found, *part.alike]))
 
 
 def _margin(gain: float) -> float:

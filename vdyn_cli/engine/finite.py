@@ -61,7 +61,8 @@ def too_coarse(model: str, step: float, output: str, share: float) -> ResultErro
     return ResultError(
         Finding(
             f"model {model!r}",
-            f"steps of {1e3 * step:.3g} ms are too large: halving them changes {output} by {share:.0%} of its range",
+            f"steps of {1e3 * step:.3g} ms are too large: halving them changes {output} by "
+            f"{100 * share:.0f} % of its range",
             remedy="use smaller steps (more substeps)",
         )
     )

@@ -59,7 +59,9 @@ def check_rising(
         left = f"{what}; {_count(dropped.size, 'row')} left out"
         return Rising(kept, findings=(Finding(where, left),))
     if mode == "drop":
-        remedy = f"more than {_MOST_DROPPED:.0%} of the rows would be left out: export the log again, or split it"
+        remedy = (
+            f"more than {100 * _MOST_DROPPED:.0f} % of the rows would be left out: export the log again, or split it"
+        )
     elif share > _MOST_DROPPED and not (time[1:] < time[:-1]).any():
         remedy = "the time has too few digits: export it with more digits"
     elif share > _MOST_DROPPED:

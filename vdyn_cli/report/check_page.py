@@ -61,7 +61,7 @@ def _runs(document: CheckDocument) -> TextTable:
             r.verdict,
             typography.prose("; ".join(r.why) or "no fault found"),
             f"{r.duration:.1f}",
-            f"{r.lost:.1%}",
+            f"{100 * r.lost:.1f} %",
         )
         for r in document.runs
     )
@@ -80,7 +80,7 @@ def _flags(document: CheckDocument) -> TextTable:
             f"{f.start:.6g}",
             f"{f.stop:.6g}",
             str(f.segments),
-            f"{f.share:.1%}",
+            f"{100 * f.share:.1f} %",
             typography.prose(f.why),
         )
         for f in document.flags

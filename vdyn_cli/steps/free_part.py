@@ -47,6 +47,7 @@ class Part:
     reads : the coordinate from the law's signals, where it is none of them. factor : a signal that multiplies the
         addition ("heading": it turns with the direction of driving).
     sensor : the addition is the error of a reading.
+    alike : names of parts that these logs cannot tell from it, whatever their evidence.
     """
 
     element: str
@@ -68,6 +69,7 @@ class Part:
     reads: Callable[[Signals], Number] | None = None
     factor: str = ""
     sensor: bool = False
+    alike: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

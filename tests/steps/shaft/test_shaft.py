@@ -95,7 +95,7 @@ def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:
     assert result.parameters["shaft_stiffness_left"].value == pytest.approx(stiffness / 1.5, rel=0.002)
     (finding,) = (f for f in result.findings if "softer than calculated from its drawing" in f.what)
     assert f"{softer:.2g} rad/(N m) in series" in finding.what
-    assert "33%" in finding.what
+    assert "33 %" in finding.what
 
 
 def test_a_drawing_that_the_log_contradicts_is_told_also_where_joints_explain_it() -> None:
@@ -106,7 +106,7 @@ def test_a_drawing_that_the_log_contradicts_is_told_also_where_joints_explain_it
     problem = STEP.prepare(spec(vehicle, runs=RUN), data, Parameters())
     (finding,) = (f for f in problem.publish((joints,), (unknown,)).findings if f.where == "left, log and drawing")
     assert finding.doubt
-    assert "20% softer than calculated from its drawing" in finding.what
+    assert "20 % softer than calculated from its drawing" in finding.what
     assert "a drawing that is wrong by as much looks the same" in finding.what
 
 
@@ -167,8 +167,8 @@ def test_what_cannot_serve_is_refused_with_the_line_to_change() -> None:
     cases = {
         "write 'gear_ratio: 3.267' under settings": geared,
         "add 'sign: -1' to one of the speeds": data.with_channels(wheel_speed=-data["wheel_speed"]),
-        "channel 'motor_speed': stays below 2%": data.with_channels(motor_speed=0 * data["motor_speed"]),
-        "channel 'wheel_speed': stays below 2%": data.with_channels(wheel_speed=0 * data["wheel_speed"]),
+        "channel 'motor_speed': stays below 2 %": data.with_channels(motor_speed=0 * data["motor_speed"]),
+        "channel 'wheel_speed': stays below 2 %": data.with_channels(wheel_speed=0 * data["wheel_speed"]),
         "(?s)twist: the twist falls .* add 'sign: -1' to its channel, or to shaft_torque": data.with_channels(
             shaft_torque=-data["shaft_torque"]
         ),

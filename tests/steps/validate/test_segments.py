@@ -77,7 +77,7 @@ def test_an_output_that_is_mostly_empty_is_left_out_and_reported() -> None:
     empty[:50] = 0.0
     (s,), reported = drive_segments([log(acceleration=empty)], [RunConditions()], Segmentation("vehicle"))
     assert "acceleration" not in s.outputs
-    assert any("is empty in 92% of the rows" in f.what for f in reported)
+    assert any("is empty in 92 % of the rows" in f.what for f in reported)
 
 
 def test_a_log_that_begins_in_a_tip_in_begins_at_its_own_speed() -> None:

@@ -83,7 +83,10 @@ def _apart(log: Log, left: str, right: str) -> list[Finding]:
     ratio = float(np.median(a[~differ] / b[~differ])) if np.any(~differ) else float(np.median(a) / np.median(b))
     if differ.mean() > BENT:
         first, share = log.time[moving][np.argmax(differ)], differ.mean()
-        what = f"{left} and {right} differ by more than {BEND:.0%} for {share:.0%} of the time, from {first:.1f} s on"
+        what = (
+            f"{left} and {right} differ by more than {100 * BEND:.0f} % for {100 * share:.0f} % of "
+            f"the time, from {first:.1f} s on"
+        )
     elif abs(ratio - 1.0) > UNEQUAL:
         what = f"{left} is {ratio:.3f} times {right} throughout"
     else:

@@ -45,7 +45,7 @@ class CommonGain:
         off = 1.0 / self.value - 1.0
         way = "high" if off > 0 else "low"
         return (
-            f"by position the speed reads {abs(off):.1%} too {way} in all {self.runs} runs (position is "
+            f"by position the speed reads {100 * abs(off):.1f} % too {way} in all {self.runs} runs (position is "
             f"{self.value:.4f} +- {self.half:.4f} times the integral of speed)"
         )
 

@@ -61,7 +61,10 @@ def gain_changes(log: Log, policy: QualityPolicy = QUALITY) -> tuple[GainChange,
 def gain_change_findings(log: Log, policy: QualityPolicy = QUALITY) -> Iterator[Finding]:
     """A fault for each tie whose gain changes: which of its channels is wrong, the tie alone does not tell."""
     for one in gain_changes(log, policy):
-        what = f"{one.what}: the ratio changes by {one.factor - 1.0:+.1%} at {one.at:.1f} s: the gain of one changed"
+        what = (
+            f"{one.what}: the ratio changes by {100 * (one.factor - 1.0):+.1f} % at {one.at:.1f} s: "
+            "the gain of one changed"
+        )
         remedy = f"cut the run with from_time or to_time: {one.at:.1f} s, or remove the wrong channel"
         yield Finding(log.name, what, "", remedy, fault=True, doubt=True)
 

@@ -95,7 +95,7 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
         remedy = "give camera_distance and vehicle_depth: 0.3 m of depth at 30 m is 2 % of area"
         found.append(Finding(spec.image, "perspective is not corrected", remedy=remedy))
     if shape.dropped > DROPPED:
-        got = f"{shape.dropped:.2%} of the area"
+        got = f"{100 * shape.dropped:.2f} % of the area"
         found.append(Finding(spec.image, "small pieces beside the car are left out", got, "check the outline"))
     if shape.pieces > 1:
         found.append(Finding(spec.image, "the silhouette has several pieces", str(shape.pieces), "check the outline"))

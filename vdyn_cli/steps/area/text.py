@@ -20,7 +20,7 @@ def sentence(budget: Budget, share: float, box_area: float) -> str:
     low, high = budget.interval95
     return (
         f"The frontal area is {budget.value:.3f} m^2 (95 %: {low:.3f} to {high:.3f}): the silhouette fills "
-        f"{share:.1%} of the box of {box_area:.3f} m^2."
+        f"{100 * share:.1f} % of the box of {box_area:.3f} m^2."
     )
 
 
@@ -29,7 +29,7 @@ def silhouette(shape: Silhouette, share: float, edges: BoxEdges) -> Table:
     rows = (
         ("silhouette", f"{shape.pixels:.0f} pixels"),
         ("box", f"{edges.across:.1f} x {edges.down:.1f} pixels"),
-        ("share of the box", f"{share:.2%}"),
+        ("share of the box", f"{100 * share:.2f} %"),
         ("threshold", f"{shape.threshold:.2f} of white"),
         ("contrast", f"{shape.contrast:.0f} x the noise of the gray levels"),
     )

@@ -167,7 +167,7 @@ def airborne(crossing: Crossing, static: Mapping[str, float], wheelbase: float) 
         load = crossing.channels[name][behind]
         share = float(np.mean(load[np.isfinite(load)] < 0.02 * static[name]))
         if share > AIRBORNE:
-            what = f"excluded: the {name[:-5]} axle is off the road for {share:.0%} of the crossing"
+            what = f"excluded: the {name[:-5]} axle is off the road for {100 * share:.0f} % of the crossing"
             return Finding(crossing.run, what, "", "drive slower, or over a lower bump")
     return None
 

@@ -95,7 +95,7 @@ def warnings(
         half = (estimate.interval95[1] - estimate.interval95[0]) / 2
         if half > VAGUE * abs(estimate.value):
             remedy = NO_HOP if name == TIRE else "cross the bump faster, or use a higher one"
-            found.append(f"{name} is poorly determined (+- {half / abs(estimate.value):.0%}): {remedy}")
+            found.append(f"{name} is poorly determined (+- {100 * (half / abs(estimate.value)):.0f} %): {remedy}")
     exact = [n for n in ("unsprung_mass_front", "unsprung_mass_rear") if n not in known.std]
     follows = sum(sensitivity[n][TIRE] * known.values[n] for n in exact) / estimates[TIRE].value
     if follows > FOLLOWS:
@@ -185,13 +185,13 @@ def sensitivity_table(sensitivity: Mapping[str, Mapping[str, float]], fit: BumpF
     rows = []
     for name, row in sensitivity.items():
         std, value = fit.known.std.get(name, 0.0), fit.known.values[name]
-        cells = [KNOWN_NUMBERS[name], f"+- {std / value:.2%}" if std else "exact"]
+        cells = [KNOWN_NUMBERS[name], f"+- {100 * (std / value):.2f} %" if std else "exact"]
         for sought in SOUGHT:
             per_cent = row[sought] * value / solution.values[sought]
             adds = 100 * abs(row[sought]) * std / solution.values[sought]
             cells.append(f"{per_cent:+.2f} %" + (f" (+- {adds:.2g} %)" if std else ""))
         rows.append(tuple(cells))
-    scatter = (f"+- {solution.std[n] / solution.values[n]:.2%}" for n in SOUGHT)
+    scatter = (f"+- {100 * (solution.std[n] / solution.values[n]):.2f} %" for n in SOUGHT)
     rows.append(("standard deviation of the result", "", *scatter))
     columns = ("known number", "known to", *(n.replace("_", " ") for n in SOUGHT))
     caption = (

@@ -63,7 +63,8 @@ def assumptions(known: Parameters) -> tuple[Finding, ...]:
     if "rotating_mass" in known or _by_wheels(known):
         return ()
     what = (
-        f"rotating_mass is not given: assumed {ROTATING_SHARE:.1%} (+- {ROTATING_STD:.0%}) of the mass, "
+        f"rotating_mass is not given: assumed {100 * ROTATING_SHARE:.1f} % (+- "
+        f"{100 * ROTATING_STD:.0f} %) of the mass, "
         "typical for wheels"
     )
     remedy = (

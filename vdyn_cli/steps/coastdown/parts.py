@@ -37,6 +37,7 @@ def road_parts(campaign: Campaign) -> tuple[Part, ...]:
 
     names = {u.name for u in campaign.unknowns}
     rolling = tuple(n for n in ("rolling_resistance",) if n in names)
+    road = () if campaign.road is not None else ("road",)  # without position all runs meet the road alike in time
     found = [
         Part(
             "driveline", "", "speed", speed, FORCE, "N", "m/s", "the resistance to motion", "speed", anchored=False,
@@ -44,14 +45,18 @@ def road_parts(campaign: Campaign) -> tuple[Part, ...]:
             kin=RESISTANCES,
         ),
         Part(
-            "driveline", "", "elapsed", day, FORCE, "N", "s", "the resistance to motion", "time of day",
-            anchored=False, law=_rolling, arguments=arguments, own=rolling, called="road_load", kin=RESISTANCES,
-        ),
-        Part(
             "driveline", "", "run_time", within, FORCE, "N", "s", "the resistance to motion", "time since the start",
             anchored=False, law=_rolling, arguments=arguments, own=rolling, called="road_load", kin=RESISTANCES,
+            alike=road,
         ),
     ]  # fmt: skip
+    if any(r.start != runs[0].start for r in runs):  # else the time of day is not known
+        found.append(
+            Part(
+                "driveline", "", "elapsed", day, FORCE, "N", "s", "the resistance to motion", "time of day",
+                anchored=False, law=_rolling, arguments=arguments, own=rolling, called="road_load", kin=RESISTANCES,
+            )
+        )  # fmt: skip
     if {1.0, -1.0} <= {r.heading for r in runs}:
         found.append(
             Part(

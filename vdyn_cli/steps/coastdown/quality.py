@@ -99,7 +99,8 @@ class FitQuality:
         slope = force / (self.fit.at["mass"] * GRAVITY)
         what = (
             f"runs of one direction share a force of {force:.0f} N rms (correlation {correlation:.2f}): the road "
-            f"({slope:.2%} rms of slope explains it) or the driver; the intervals contain it if it is the road, and "
+            f"({100 * slope:.2f} % rms of slope explains it) or the driver; the intervals contain "
+            "it if it is the road, and "
             "not a brake or clutch that drags at the start of every run"
         )
         placed = self.fit.campaign.road is not None

@@ -114,14 +114,14 @@ def _accuracy(day: TestDay) -> Iterator[RegulationLimit]:
         (R83, "Annex 4a, Appendix 7, 5.1", R83_LIMIT, [(t.speed, t.r83) for t in day.accuracy], R83_PAIRS),
         (WLTP, "Annex 4, 4.3.1.4", WLTP_LIMIT, [(t.speed, t.wltp) for t in day.accuracy], WLTP_PAIRS),
     ):
-        text = f"statistical accuracy p at most {limit:.0%} at every speed"
+        text = f"statistical accuracy p at most {100 * limit:.0f} % at every speed"
         known = [(p, v) for v, p in values if p is not None]
         if not known:
             yield _row(regulation, clause, text, f"fewer than {least} pairs, or no common speeds", None)
             continue
         worst, speed = max(known)
         over = [f"{v:.0f}" for p, v in known if p > limit]
-        found = f"p = {worst:.1%} at {speed:.0f} km/h" + (f"; above at {', '.join(over)} km/h" if over else "")
+        found = f"p = {100 * worst:.1f} % at {speed:.0f} km/h" + (f"; above at {', '.join(over)} km/h" if over else "")
         yield _row(regulation, clause, text, found, not over)
 
 

@@ -107,7 +107,7 @@ def coast_segment(
         return RejectedSegment(log.name, begin, finish, f"lasts {finish - begin:.1f} s, shorter than {shortest:g} s")
     missing = 1 - (end - top + 1) / max(int(np.sum((log.time >= begin) & (log.time <= finish))), 1)
     if missing > MOST_MISSING:
-        return RejectedSegment(log.name, begin, finish, f"the speed is missing in {missing:.0%} of the rows")
+        return RejectedSegment(log.name, begin, finish, f"the speed is missing in {100 * missing:.0f} % of the rows")
     part = rows(whole, (whole.time >= begin) & (whole.time <= finish))
     if part.time.size < fewest_rows(split):
         return RejectedSegment(log.name, begin, finish, f"only {part.time.size} samples have a speed")

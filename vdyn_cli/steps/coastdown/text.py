@@ -97,14 +97,14 @@ def separation(correlation: float | None, now: ExpectedAccuracy | None, wider: E
     level, state = (now.correlation, "would be") if correlation is None else (correlation, "are")
     found = (
         f"From {3.6 * now.upper:.0f} to {3.6 * now.lower:.0f} km/h rolling resistance and drag area {state} correlated "
-        f"by {level:.2f}: with both free, {now.runs} runs give standard deviations of {now.rolling:.1%} and "
-        f"{now.drag:.1%}."
+        f"by {level:.2f}: with both free, {now.runs} runs give standard deviations of {100 * now.rolling:.1f} % and "
+        f"{100 * now.drag:.1f} %."
     )
     if wider is None:
         return found
     return (
         f"{found} From {3.6 * wider.upper:.0f} to {3.6 * wider.lower:.0f} km/h as many runs would give "
-        f"{wider.rolling:.1%} and {wider.drag:.1%}, correlated by {wider.correlation:.2f}."
+        f"{100 * wider.rolling:.1f} % and {100 * wider.drag:.1f} %, correlated by {wider.correlation:.2f}."
     )
 
 

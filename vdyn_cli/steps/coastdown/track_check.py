@@ -155,7 +155,7 @@ class _Coasts:
         if found is None or worst is None:
             return None
         share = worst.force / float(np.mean(found))
-        why = f"decelerates {abs(share):.1%} {'more' if share > 0 else 'less'} than the other runs tell"
+        why = f"decelerates {100 * abs(share):.1f} % {'more' if share > 0 else 'less'} than the other runs tell"
         return self.segments[worst.run].run, f"{why} (p = {worst.p_value:.2g}): brake, gear, traffic or a gust"
 
     def balance(self, names: Sequence[str]) -> CoastBalance:
@@ -276,7 +276,10 @@ def _sentences(b: CoastBalance) -> list[str]:
         said.append("directions do not alternate: a change of wind or of the tires looks like a slope; alternate them")
     if b.trend is not None and b.trend_half is not None:
         sure = abs(b.trend) > b.trend_half
-        text = f"from the first to the last run the deceleration changes by {b.trend:+.1%} +- {b.trend_half:.1%}"
+        text = (
+            f"from the first to the last run the deceleration changes by {100 * b.trend:+.1f} % +- "
+            f"{100 * b.trend_half:.1f} %"
+        )
         warm = " (tires still warming up: drive longer before the first run)" if b.trend < 0 else " (wind or load)"
         said.append(text + (warm if sure else ", which is no significant trend"))
     if b.difference is not None and b.difference_half is not None:
@@ -286,7 +289,7 @@ def _sentences(b: CoastBalance) -> list[str]:
         cause = f", as a wind or a slope of {slope:+.2f} % gives" if sure else ", so no steady wind or slope shows"
         said.append(text + cause)
     if b.scatter is not None:
-        said.append(f"runs of one direction scatter by {b.scatter:.1%} of the mean deceleration")
+        said.append(f"runs of one direction scatter by {100 * b.scatter:.1f} % of the mean deceleration")
     measured = [r for r in b.runs if r.wind_mean is not None and r.wind_peak is not None]
     if measured:
         strongest = max(measured, key=lambda r: abs(r.wind_mean or 0.0))

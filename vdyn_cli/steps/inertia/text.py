@@ -48,7 +48,7 @@ def origin(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia |
         gap = closing_the_gap(road, pendulum)
         return f"It is the value of the pendulum; the road disagrees by {apart:.1f} standard deviations ({both}). {gap}"
     weight = answer.contributions[1].slope
-    share = "nearly all" if weight > ALL else f"{weight:.0%}"
+    share = "nearly all" if weight > ALL else f"{100 * weight:.0f} %"
     agree = f"Road and pendulum agree within {apart:.1f} standard deviations ({both})"
     return f"{agree}; the pendulum has {share} of the weight."
 

@@ -135,7 +135,7 @@ def speed_ratio_doubts(log: Log, ratio: float) -> list[Finding]:
         ("wheel_speed", "motor_speed", wheel, motor / ratio),
     ):
         if np.nanmax(np.abs(still)) < DEAD * np.nanmax(np.abs(turns)) and _turned(log.time, turns) > MOST_TWIST:
-            what = f"stays below {DEAD:.0%} of {alive}: sensor failed or not connected"
+            what = f"stays below {100 * DEAD:.0f} % of {alive}: sensor failed or not connected"
             return [Finding(f"{log.name}, channel '{dead}'", what, "", "map 'twist' instead, or leave the run out")]
     turning = np.isfinite(motor) & np.isfinite(wheel) & (np.abs(wheel) > TURNING)
     if not turning.any():

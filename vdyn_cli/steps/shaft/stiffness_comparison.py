@@ -65,7 +65,8 @@ def _disagreement(best: Budget, other: str, budget: Budget) -> tuple[str, str]:
     if best.value < budget.value and other == "drawing":
         series = 1 / best.value - 1 / budget.value
         return (
-            f"the shaft is {1 - best.value / budget.value:.0%} softer than calculated from its drawing: joints and "
+            f"the shaft is {100 * (1 - best.value / budget.value):.0f} % softer than calculated "
+            "from its drawing: joints and "
             "splines with "
             f"{series:.2g} rad/(N m) in series would explain it (20 to 60 % is usual)"
         ), "none, if the joints belong to the shaft of the model"
@@ -79,7 +80,8 @@ def _put_down_to_joints(side: ShaftSide, drawing: Budget) -> Finding:
     softer = 1 - log / drawing.value
     return Finding(
         f"{side.name}, log and drawing",
-        f"the shaft is {abs(softer):.0%} {'softer' if softer > 0 else 'stiffer'} than calculated from its drawing, and "
+        f"the shaft is {100 * abs(softer):.0f} % {'softer' if softer > 0 else 'stiffer'} than "
+        "calculated from its drawing, and "
         "the model puts that down to joints in series; a drawing that is wrong by as much looks the same, and the "
         "published stiffness is that of the drawing",
         f"{log:.5g} against {drawing.value:.5g} {UNIT}",

@@ -72,7 +72,7 @@ def _sections(sides: Sequence[ComparedStiffness]) -> Table:
         for i, (s, share) in enumerate(zip(side.sections, shares(side.sections), strict=True)):
             end = "" if s.end_diameter is None else f" to {1000 * s.end_diameter.value:.2f}"
             cells = (f"{1000 * s.outer_diameter.value:.2f}{end}", f"{1000 * s.inner_diameter.value:.2f}",
-                     f"{1000 * s.length.value:.1f}", f"{share:.1%}")  # fmt: skip
+                     f"{1000 * s.length.value:.1f}", f"{100 * share:.1f} %")  # fmt: skip
             rows.append((side.name, str(i + 1), *cells))
     columns = ("side", "section", "outer diameter [mm]", "inner diameter [mm]", "length [mm]", "share of the twist")
     return Table("sections", "The drawing", columns, tuple(rows))

@@ -35,7 +35,10 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], peak:
     friction, brake = with_interval(estimates["tire_D"]), estimates.get("tire_D_brake")
     if brake is not None:
         friction = f"{friction} in driving and {with_interval(brake)} in braking, in driving"
-    return f"The tire's peak friction is {friction} at {peak:.1%} of slip, and its slope at zero slip is {at_zero}."
+    return (
+        f"The tire's peak friction is {friction} at {100 * peak:.1f} % of slip, and its slope at zero "
+        f"slip is {at_zero}."
+    )
 
 
 def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
@@ -48,7 +51,8 @@ def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
     slip = max(float(np.abs(sweep.slip).max()) for sweep in sweeps)
     friction = max(float(np.max(np.abs(sweep.force / sweep.load))) for sweep in sweeps)
     return (
-        f"the sweeps do not determine the peak (largest slip {slip:.1%}, largest friction {friction:.2f}): only the "
+        f"the sweeps do not determine the peak (largest slip {100 * slip:.1f} %, largest friction "
+        f"{friction:.2f}): only the "
         "product B C D is determined, not B, C, D and E; sweep to two or three times the slip of the peak"
     )
 
@@ -56,7 +60,8 @@ def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
 def peak_by_priors(reach: float, peak: float) -> str:
     """The warning that the peak was not reached; ``reach`` is the largest slip measured, ``peak`` that of the peak."""
     return (
-        f"the peak at {peak:.1%} of slip lies beyond the sweeps (largest slip {reach:.1%}): B and D rest on the stated "
+        f"the peak at {100 * peak:.1f} % of slip lies beyond the sweeps (largest slip "
+        f"{100 * reach:.1f} %): B and D rest on the stated "
         "C and E"
     )
 
@@ -76,8 +81,9 @@ def prior_notes(priors: Mapping[str, tuple[float, float]], solution: Solution) -
 def sweeps_table(sweeps: Sequence[BinnedSweep]) -> Table:
     """Range, load, bins and noise of each sweep."""
     rows = tuple(
-        (s.run, f"{s.slip.min():.1%}", f"{s.slip.max():.1%}", f"{np.mean(s.load):.0f} N", str(s.slip.size),
-         f"{np.sqrt(np.mean(s.slip_variance)):.2%}", f"{np.sqrt(np.mean(s.force_variance)):.1f} N")
+        (s.run, f"{100 * s.slip.min():.1f} %", f"{100 * s.slip.max():.1f} %", f"{np.mean(s.load):.0f} N",
+         str(s.slip.size),
+         f"{100 * np.sqrt(np.mean(s.slip_variance)):.2f} %", f"{np.sqrt(np.mean(s.force_variance)):.1f} N")
         for s in sweeps
     )  # fmt: skip
     columns = ("sweep", "slip from", "slip to", "mean load", "bins", "noise of slip", "noise of force")

@@ -101,7 +101,7 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
     known.require(*full.missing, where="validate")
     assumed = dict(full.assumed)
     if "rotating_mass" in wanted and not {"rotating_mass"} & known.keys() and "wheel_inertia" not in known:
-        assumed["rotating_mass"] = f"{TURNING_SHARE:.1%} of the mass, typical for wheels"
+        assumed["rotating_mass"] = f"{100 * TURNING_SHARE:.1f} % of the mass, typical for wheels"
     return _propagated(known, wanted, full, assumed)
 
 

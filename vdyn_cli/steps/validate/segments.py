@@ -205,7 +205,7 @@ def _whole(log: Log) -> tuple[Log, list[Finding]]:
         elif good.mean() >= LEAST_THERE or (name == "speed" and good.sum() >= FEWEST):
             channels[name] = inside
         elif name in OUTPUTS:
-            what = f"is empty in {1 - good.mean():.0%} of the rows: it is not compared"
+            what = f"is empty in {100 * (1 - good.mean()):.0f} % of the rows: it is not compared"
             doubts.append(Finding(f"{log.name}, channel '{name}'", what))
     for name in INPUTS:
         channels.setdefault(name, np.zeros(time.size))

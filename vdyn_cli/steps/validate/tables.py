@@ -32,7 +32,12 @@ def output_table(v: Validation) -> Table:
         error, test = v.errors(name), v.tests[name]
         sensor = float(np.median([one.sensor for one in v.bands_of(name)]))
         sizes = np.sqrt(np.mean(error**2)), error.mean(), np.abs(error).max(), sensor, v.parameter_std(name)
-        numbers = *(f"{x:.3g}" for x in sizes), f"{test.share:.1%}", f"{test.limit:.0%}", f"{test.chance:.2g}"
+        numbers = (
+            *(f"{x:.3g}" for x in sizes),
+            f"{100 * test.share:.1f} %",
+            f"{100 * test.limit:.0f} %",
+            f"{test.chance:.2g}",
+        )
         rows.append((words(name), CHANNELS[name].unit, *numbers))
     return Table(
         "outputs",
@@ -61,8 +66,8 @@ def regime_table(v: Validation) -> Table:
                 f"{error.mean():+.2g}",
                 f"{np.abs(error).max():.3g}",
                 f"{expected:.3g}",
-                f"{share:.1%}",
-                f"{limit:.0%}",
+                f"{100 * share:.1f} %",
+                f"{100 * limit:.0f} %",
             )
             rows.append((words(name), regime, *numbers, "look here" if share > max(limit, 0.05) else ""))
     return Table(
@@ -94,7 +99,7 @@ def share_table(v: Validation) -> Table:
     """The parameters whose uncertainty makes the band of each output."""
     rows = []
     for name, parts in v.shares.items():
-        leading = [f"{words(n)} {p:.0%}" for n, p in list(parts.items())[:NAMED] if p > 0.005]
+        leading = [f"{words(n)} {100 * p:.0f} %" for n, p in list(parts.items())[:NAMED] if p > 0.005]
         std = f"{two_digits(v.parameter_std(name))} {CHANNELS[name].unit}"
         rows.append((words(name), std, ", ".join(leading)))
     return Table(
@@ -123,7 +128,7 @@ def parameter_table(v: Validation) -> Table:
                 b.sources[name],
                 f"{b.values[name]:.5g} ± {two_digits(float(b.std[i]))} {unit}".strip(),
                 f"{after.values[i]:.5g} ± {two_digits(float(after.std[i]))} {unit}".strip(),
-                f"{np.sqrt(after.reduction[i]):.0%}" if after.reduction[i] < 0.995 else "all",
+                f"{100 * np.sqrt(after.reduction[i]):.0f} %" if after.reduction[i] < 0.995 else "all",
                 f"{after.pull[i]:+.1f}",
             )
         )
@@ -167,9 +172,11 @@ def window_table(found: WindowEnds) -> Table:
     for u in np.unique(found.run):
         e = found.error[found.run == u]
         spread = f"{e.std(ddof=1):.2f}" if e.size > 1 else ""
-        rows.append((short_name(found.names[u]), f"{e.size}", f"{e.mean():+.2f}", spread, f"{np.mean(e > 0):.0%}"))
+        rows.append(
+            (short_name(found.names[u]), f"{e.size}", f"{e.mean():+.2f}", spread, f"{100 * (np.mean(e > 0)):.0f} %")
+        )
     (low, high), e = found.interval95, found.error
-    every = f"{np.mean(e > 0):.0%}"
+    every = f"{100 * (np.mean(e > 0)):.0f} %"
     rows.append(("all windows alike", f"{e.size}", f"{e.mean():+.2f}", f"{e.std(ddof=1):.2f}", every))
     rows.append(("all trips alike", "", f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})", "", ""))
     return Table(

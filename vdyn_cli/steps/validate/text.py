@@ -32,7 +32,7 @@ def sentence(v: Validation) -> str:
         test, names = v.tests[worst], ", ".join(words(n) for n in v.outside[:4])
         return (
             f"{start}; {names} leave{'s' if len(v.outside) == 1 else ''} the prediction band ({words(worst)} for "
-            f"{test.share:.0%} of the time, most in {_worst_regime(test)}): the model or a parameter is wrong."
+            f"{100 * test.share:.0f} % of the time, most in {_worst_regime(test)}): the model or a parameter is wrong."
         )
     if v.contradicted:
         names = ", ".join(words(n) for n in v.contradicted[:3])
@@ -48,7 +48,7 @@ def _leading(v: Validation) -> str:
     """The parameter whose uncertainty limits the speed."""
     parts = v.shares.get("speed", {})
     name = next(iter(parts), "")
-    return f", of which {words(name)} limits the speed most ({parts[name]:.0%} of the variance)" if name else ""
+    return f", of which {words(name)} limits the speed most ({100 * parts[name]:.0f} % of the variance)" if name else ""
 
 
 def _worst_regime(test: BandTest) -> str:
@@ -72,9 +72,10 @@ def windows_sentence(found: WindowEnds) -> str:
 def warnings(v: Validation) -> tuple[str, ...]:
     """Outputs outside their band, and parameters that the drives contradict."""
     made = [
-        f"{words(n)} is outside its prediction band for {v.tests[n].share:.1%} of the time; a correct model stays "
+        f"{words(n)} is outside its prediction band for {100 * v.tests[n].share:.1f} % of the "
+        "time; a correct model stays "
         "below "
-        f"{v.tests[n].limit:.0%} in 97.5 of 100 cases"
+        f"{100 * v.tests[n].limit:.0f} % in 97.5 of 100 cases"
         for n in v.outside
     ]
     b, after, by_chance = v.prior, v.posterior, _by_chance(v)
@@ -86,7 +87,8 @@ def warnings(v: Validation) -> tuple[str, ...]:
             continue
         made.append(
             f"the drives require {words(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
-            f"{b.std[i]:.2g} ({after.pull[i]:+.1f} standard deviations of such a change; {by_chance:.0%} of correct "
+            f"{b.std[i]:.2g} ({after.pull[i]:+.1f} standard deviations of such a change; "
+            f"{100 * by_chance:.0f} % of correct "
             f"models have one beyond {LARGE_PULL:g}): it, or an effect collinear with it, may be wrong"
         )
     return tuple(made)
