@@ -89,7 +89,7 @@ def test_what_leaves_hardly_more_is_an_answer_too():
     assert [t.effects for t in nearly_sufficient(tried)] == [("wave",), ("wind",)]
 
 
-def test_a_law_that_leaves_most_of_the_misfit_is_not_the_cause_of_it():
+def test_a_learned_law_that_leaves_most_of_the_misfit_is_not_the_cause_of_it():
     """Four fifths of the squares must be explained: 0.447 of the rms may be left."""
     assert left("law", 0.44, True).explains_most
     assert not left("law", 0.94, True).explains_most

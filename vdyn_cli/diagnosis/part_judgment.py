@@ -104,10 +104,10 @@ def _beside_a_law(judgment: Judgment, finding: PartFinding) -> bool:
 
 
 def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:
-    """The judgment that names a law of the catalogue; None where its fit fails, leaves much or has no positive gain."""
+    """The judgment that names a law of the catalogue; None where its fit fails or its gain is not positive."""
     base = judgment.base
     answer = candidate_model(strategy, (law.effect,))
-    if answer is None or not answer.explains_most:
+    if answer is None:
         return None
     gain = held_out_gain(strategy, base, answer.fitted, Selection((law.effect,), base))
     if gain is not None and not gain.before > gain.after:

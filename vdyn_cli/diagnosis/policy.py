@@ -291,7 +291,7 @@ class Policy:
         "A bound of the cost: a refit takes a dozen simulations with the sensitivities of one part.",
     )  # fmt: skip
     part_squares: float = _threshold(
-        0.8, "share of the explainable squares", "that a part must explain to be the fault, and its law to be named",
+        0.8, "share of the explainable squares", "that a part must explain to be the fault, a learned law to be named",
         "All parts and candidates together explain part of the noise's structure as well; a part that leaves more than "
         "a fifth leaves another fault. Set by tests/bench/other_laws.md.",
     )  # fmt: skip
