@@ -29,7 +29,8 @@ def with_open_answers(
     """The result whose intervals know the verdict.
 
     ``adequate``: they are those of the mixture of the baseline with answers of one effect. ``named``: of the mixture
-    with answers of one effect more; where a significant remainder is left, with the bias by that. ``ambiguous``: they
+    with answers of one effect more; where a significant remainder is left, with the bias by that, and they hold the
+    probable answers of one effect more. ``ambiguous``: they
     hold the values of all answers and of the baseline. ``unknown``: those of the baseline and of what comes closest,
     each with the bias by what it leaves unexplained. An answer that is not in the model, as a learned law unless the
     description requests it, is held beside the baseline.
@@ -56,7 +57,8 @@ def with_open_answers(
         return _averaged(strategy, answer.fitted, problem, result)
     elif answer is not None:
         near = strategy.relinearized(answer.fitted)
-        found = [Answer(_label(answer), result.parameters, _biases(strategy, near, result, problem))]
+        more, others = _published(strategy, [one for one, _ in probable_answers(strategy, near)], problem, result)
+        found = [Answer(_label(answer), result.parameters, _biases(strategy, near, result, problem)), *more]
         note = HOLD_REMAINDER
     if others:
         result = problem.spanning(result, (base, *others))
