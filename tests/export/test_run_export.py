@@ -44,7 +44,8 @@ def test_missing_parameters_are_told_at_once_with_the_step_that_gives_them(tmp_p
     text = refused(written(tmp_path, without=without))
     assert "the full vehicle needs mass, not given" in text
     assert "needs tire_B, tire_C, which 'vdyn tire' estimates" in text
-    assert "add the test 'tire' to the pipeline" in text
+    assert "add to the test 'tire' what determines tire_B, tire_C (it gave" in text
+    assert "add the test 'cg' to the pipeline" not in text
     assert "cg_height, which 'vdyn cg' estimates" in text
     assert "shaft_stiffness_left" in text
     assert "roll_inertia" not in text  # follows from the mass

@@ -183,3 +183,12 @@ def test_a_file_that_knows_causes_alone_is_taken(tmp_path: Path, root: Path) -> 
     known = gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [path]).known
     assert known.extensions == found.extensions
     assert "mass" in known
+
+
+def test_an_accelerometer_that_pitches_with_the_body_may_read_more_than_the_speed_tells() -> None:
+    """A share of gravity in proportion to the acceleration: what the setting ``accelerometer: body`` declares."""
+    push = 3.0 * np.sin(2 * np.pi * TIME / 8)
+    speed = 20.0 + np.concatenate([[0.0], np.cumsum(np.diff(TIME) * (push[1:] + push[:-1]) / 2)])
+    log = Log("run.csv", TIME, {"speed": speed, "acceleration": 1.08 * push})
+    assert with_cross_checks(log).findings
+    assert not with_cross_checks(log, tilts=True).findings

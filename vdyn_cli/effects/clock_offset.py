@@ -22,7 +22,7 @@ def early(clock: Law, s: Signals, q: Signals) -> Number:
     "residual over channel).",
     alike=("tire_damping", "tire_relaxation", "pitch inertia"),
     confirm="Hit the car once at rest while all channels are logged, and compare the time of the response in each.",
-    sense="late (on a bump the body's acceleration and pitch rate, else loads, torque and forces)",
+    sense="(late: loads, torque and forces; on a bump the body's motion)",
     tags={"sensor", "bump_crossing", "pitching", "wheel_spin"},
 )
 def clock_offset(clock: Law, s: Signals, q: Signals) -> Number:

@@ -142,5 +142,8 @@ def _missing(parameter_file: ParameterFile, giver: str | None, names: list[str],
     stated += "and the others under vehicle" if len(names) > 1 else "under vehicle"
     if giver is None:
         return Finding(parameter_file.name, f"{what} needs {listed}, not given", remedy=f"{stated}, and run again")
+    given = [n for n in parameter_file.parameters if GIVERS.get(n) == giver]
     remedy = f"add the test '{giver}' to the pipeline, or {stated}"
+    if given:
+        remedy = f"add to the test '{giver}' what determines {listed} (it gave {', '.join(given)}), or {stated}"
     return Finding(parameter_file.name, f"{what} needs {listed}, which 'vdyn {giver}' estimates", remedy=remedy)

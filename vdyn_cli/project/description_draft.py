@@ -143,7 +143,8 @@ def _several_loggers(step: Step, logs: Sequence[_Guessed]) -> bool:
     first = logs[0].columns()
     needed = [n for entry in step.required for n in _names(entry) if n in first]
     alike = len(needed) > 1 and all(log.columns().get(n) == first[n] for log in logs for n in needed)
-    if len(logs) == 1 or alike:
+    same = all({f.column for f in log.facts} == {f.column for f in logs[0].facts} for log in logs)
+    if len(logs) == 1 or alike or same:
         return False
     starts, stops = zip(*(_span(log) for log in logs), strict=True)
     together, whole = min(stops) - max(starts), max(stops) - min(starts)

@@ -387,7 +387,8 @@ def _read_run(
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
     log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
     log = _summed(step, _within_physics(step, log, no_unit))
-    log = log if no_unit else with_cross_checks(log, refuse="driving" not in step.situations)
+    tilts = getattr(getattr(spec, "settings", None), "accelerometer", None) == "body"
+    log = log if no_unit else with_cross_checks(log, refuse="driving" not in step.situations, tilts=tilts)
     return replace(found, log=log), clocks
 
 

@@ -200,6 +200,7 @@ def _part(word: str) -> tuple[str, str]:
 def prose(text: object) -> str:
     """A sentence with typographic signs: +- as ±, m^2 as m², a hyphen before digits as minus."""
     shown = re.sub(r"\s*(?:\+-|\+/-)\s*", " ± ", clean(text))
+    shown = shown.replace("( ± ", "(± ")
     shown = re.sub(r"(?<=[A-Za-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPT), shown)
     shown = re.sub(r"(?<![\w.)\]%])-(?=\d)", MINUS, shown)
     return re.sub(rf"(?<=\d) (?=[%±])|(?<=\d) (?=(?:{_SHORT_UNITS})(?![\w-]))", NO_BREAK, shown).strip()

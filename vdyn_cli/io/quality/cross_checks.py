@@ -14,6 +14,8 @@ from vdyn_cli.quantities.log import Log
 Array = NDArray[np.float64]
 
 NOTICED, REFUSED = 0.03, 0.25  # relative difference of two scales
+# Bodies pitch by 0.2 to 0.8 degrees per m/s^2 (Gillespie, Fundamentals of Vehicle Dynamics, ch. 7): 3 to 14 % of g.
+TILTED = 0.15
 LONG = 20.0  # m, distance below which position says nothing
 STRETCH = 1.0  # s over which accelerations are compared
 AXLES = (("wheel_speed_fl", "wheel_speed_fr"), ("wheel_speed_rl", "wheel_speed_rr"))
@@ -25,7 +27,7 @@ BEND, BENT = 0.2, 0.05  # a tight bend parts them by so much, for so much of the
 LIVELY = 0.8  # m/s^2, standard deviation of the acceleration above which its scale can be checked: slopes are less
 
 
-def with_cross_checks(log: Log, refuse: bool = True) -> Log:
+def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log:
     """The log with a finding for every pair of channels that contradict each other.
 
     Position moves by the integral of speed; speed changes by the integral of acceleration (that an accelerometer also
@@ -35,6 +37,7 @@ def with_cross_checks(log: Log, refuse: bool = True) -> Log:
     ----------
     refuse : refuse scales that differ by more than a quarter; else they are findings, too, for a step that can tell
         which of the two channels is wrong.
+    tilts : the accelerometer pitches with the body, and feels a share of gravity in proportion to the acceleration.
 
     Raises
     ------
@@ -43,7 +46,7 @@ def with_cross_checks(log: Log, refuse: bool = True) -> Log:
     findings = []
     for first, second, ratio in _ratios(log):
         off = abs(ratio - 1.0)
-        if off <= NOTICED:
+        if off <= (TILTED if tilts and first == "acceleration" else NOTICED):
             continue
         what = f"{first} and {second} contradict each other: by {second}, {first} is {ratio:.3g} times as large"
         turned = f"add 'sign: -1' to the channel {first}"
