@@ -131,9 +131,15 @@ class CgProblem(SimulatedProblem):
     def _place(self, fit: LoadFit) -> Array:
         """Where noise and true channels are taken: at the fit with all effects of ``fit``.
 
-        Where that fit fails, or does not follow the loads, at the best of the fits with one effect: far from a large
-        effect the wrong noise and channels hide it from a linearization.
+        Far from a large effect the wrong noise and channels hide it from a linearization, and all effects together,
+        free profiles among them, can imitate it: where one effect alone leaves noise, at the fit with that one. Where
+        the fit with all fails, or does not follow the loads, at the best of those with one.
         """
+        alone: tuple[Array, float] | None = None
+        if _misfit(self._first) >= MISFIT:
+            alone = self._best_with_one(fit)
+            if alone[1] < NOISE_ALONE:
+                return alone[0]
         whole = replace(fit, effect_unknowns=unbounded(fit.effect_unknowns))
         at, misfit = fit.place(self._first), np.inf
         try:
@@ -144,6 +150,12 @@ class CgProblem(SimulatedProblem):
             at, misfit = fit.place(self._first), np.inf
         if misfit < MISFIT:
             return at
+        alone = alone or self._best_with_one(fit)
+        return alone[0] if alone[1] < misfit else at
+
+    def _best_with_one(self, fit: LoadFit) -> tuple[Array, float]:
+        """Where the best fit with one effect of ``fit`` ends, and its misfit; where none holds, at that without."""
+        at, misfit = fit.place(self._first), np.inf
         own = {profile.name for profile in self.profiles}
         for effect in (e for e in fit.effects if e.name not in own):
             unknowns = tuple(u for u in fit.effect_unknowns if u.name in effect.unknowns)
@@ -154,7 +166,7 @@ class CgProblem(SimulatedProblem):
                 continue
             if _misfit(solution) < misfit:
                 at, misfit = fit.place(solution), _misfit(solution)
-        return at
+        return at, misfit
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The distance from the center of gravity to the front axle."""
