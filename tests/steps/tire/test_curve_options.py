@@ -81,3 +81,13 @@ def test_stated_c_and_e_determine_a_curve_whose_peak_was_not_reached() -> None:
     assert 0.005 < result.parameters["tire_D"].std < 0.2
     assert any("rest on the stated C and E" in w for w in result.fit.warnings)
     assert np.isfinite(result.fit.rms)
+
+
+def test_unlike_peaks_are_told_where_one_curve_is_fitted() -> None:
+    def told(friction: float, **settings: str) -> bool:
+        found = estimated(settings, effects={"braking_friction": friction}).findings
+        return any("write 'peaks: two'" in f.remedy for f in found)
+
+    assert told(0.1)
+    assert not told(0.1, peaks="two")
+    assert not told(0.0)

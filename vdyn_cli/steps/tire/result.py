@@ -9,6 +9,7 @@ import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -62,11 +63,15 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         figures.comparisons(fit.sweeps, residuals),
         (figures.friction_over_slip(curve), figures.residual_over_slip(fit.sweeps, residuals)),
         (text.sweeps_table(fit.sweeps),),
-        (*text.prior_notes(priors, solution), *(f for log in logs for f in log.findings)),
+        (*text.prior_notes(priors, solution), *_peaks(curve), *(f for log in logs for f in log.findings)),
         amplitudes=effect_amplitudes(solution, fit.unknowns),
         withheld=withheld,
         restate=restate,
     )
+
+
+def _peaks(curve: FittedCurve) -> list[Finding]:
+    return [] if "braking_D" in curve.fit.free else text.two_peaks_note(curve.fit.sweeps)
 
 
 def _braking(curve: FittedCurve) -> dict[str, Estimate]:

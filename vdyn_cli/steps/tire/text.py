@@ -41,6 +41,11 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], peak:
     )
 
 
+# Slip beyond which a tire on asphalt has its peak behind it (Pacejka, Tire and Vehicle Dynamics, ch. 4: 0.1 to 0.2).
+BEYOND_PEAK = 0.15
+UNLIKE = 0.04  # of the friction: a force zero of 1 % of full scale is half of that
+
+
 def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
     """The warning that the sweeps determine only the slope at zero slip.
 
@@ -64,6 +69,19 @@ def peak_by_priors(reach: float, peak: float) -> str:
         f"{100 * reach:.1f} %): B and D rest on the stated "
         "C and E"
     )
+
+
+def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> list[Finding]:
+    """That the largest frictions in driving and braking differ, where one curve is fitted to both."""
+    slip, friction = (np.concatenate(x) for x in ([s.slip for s in sweeps], [s.force / s.load for s in sweeps]))
+    if slip.min() > -BEYOND_PEAK or slip.max() < BEYOND_PEAK:
+        return []
+    driving, braking = float(np.quantile(friction, 0.98)), -float(np.quantile(friction, 0.02))
+    if abs(driving - braking) < UNLIKE * max(driving, braking):
+        return []
+    what = "the largest friction differs between driving and braking, and one curve is fitted to both"
+    remedy = "write 'peaks: two' under settings, or check the zero of the force"
+    return [Finding("settings.peaks", what, f"{driving:.3f} and {braking:.3f}", remedy)]
 
 
 def prior_notes(priors: Mapping[str, tuple[float, float]], solution: Solution) -> list[Finding]:
