@@ -29,7 +29,6 @@ NAMES = ("hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleratio
 HIDDEN = (
     Hidden("brake_drag", 15.0),
     Hidden("bearing_drag", 0.2),
-    Hidden("wheel_windage", 1e-3),
     Hidden("hub_torque_gain", 0.02),
     Hidden("hub_torque_offset", 15.0),
     Hidden("clock_offset", 0.03),

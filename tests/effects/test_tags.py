@@ -11,6 +11,7 @@ import pytest
 from vdyn_cli import steps
 from vdyn_cli.effects import PROPERTIES, SITUATIONS, candidates, catalogue
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
+from vdyn_cli.steps import Step
 
 PACKAGE = Path(__file__).resolve().parents[2] / "vdyn_cli"
 
@@ -31,7 +32,6 @@ CANDIDATES = {
     """,
     "inertia": """
         bearing_drag brake_drag clock_offset hub_torque_gain hub_torque_offset wheel_mass wheel_radius
-        wheel_windage
     """,
     "shaft": """
         backlash series_compliance
@@ -69,8 +69,14 @@ def test_each_step_selects_these_candidates(step: str) -> None:
     assert [e.name for e in candidates(steps.load_step(step).situations)] == CANDIDATES[step].split()
 
 
+def _with_manoeuvres(name: str) -> list[Step]:
+    step = steps.load_step(name)
+    return [step, *step.manoeuvres.values()]
+
+
 def test_every_situation_is_that_of_a_step_and_has_a_meaning() -> None:
-    used = {tag for name in CANDIDATES for tag in steps.load_step(name).situations}
+    every = [one for name in CANDIDATES for one in _with_manoeuvres(name)]
+    used = {tag for step in every for tag in step.situations}
     assert used == set(SITUATIONS)
     assert not PROPERTIES.keys() & SITUATIONS.keys()
 

@@ -35,7 +35,6 @@ from tests.plant.write_csv import csv_bytes
 EFFECTS = {
     "brake_drag": "N m of rubbing brake behind the torque sensor",
     "bearing_drag": "N m s/rad",
-    "wheel_windage": "N m s^2/rad^2",
     "hub_torque_gain": "1: the torque channel reads (1 + q) times the torque",
     "hub_torque_offset": "N m on the torque channel",
     "clock_offset": "s by which torque and forces are read late",
@@ -122,7 +121,6 @@ def noise_free(vehicle: Vehicle, drive: Drive, effects: Mapping[str, float] | No
     torque = vehicle.wheel_inertia * np.gradient(turning, FINE, edge_order=2)
     torque += force * radius + vehicle.rolling_resistance * load * radius
     torque += effects.get("brake_drag", 0.0) + effects.get("bearing_drag", 0.0) * turning
-    torque += effects.get("wheel_windage", 0.0) * turning**2
     torque += effects.get("drag_bump", 0.0) * np.exp(-0.5 * ((turning - 45.0) / 3.0) ** 2)
     torque = torque * (1.0 + effects.get("hub_torque_gain", 0.0)) + effects.get("hub_torque_offset", 0.0)
     signals = (torque, turning, force - heavy * acceleration, load - heavy * GRAVITY, acceleration, speed)

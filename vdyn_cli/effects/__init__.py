@@ -45,6 +45,7 @@ SITUATIONS: Mapping[str, str] = MappingProxyType(
         "pitching": "axle loads while the vehicle accelerates and brakes",
         "bump_crossing": "vertical motion over an obstacle",
         "wheel_spin": "moment balance of one wheel",
+        "free_wheel_spin": "moment balance of one wheel that touches nothing",
         "slip_sweep": "tire force over slip",
         "shaft_twist": "torque and twist of a half-shaft",
     }

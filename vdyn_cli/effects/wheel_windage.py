@@ -18,7 +18,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The torque residual increases with the square of the wheel's speed.",
     alike=("bearing_drag",),
     confirm="Spin the wheel with its spokes covered by a disc.",
-    tags={"wheel_spin"},
+    tags={"free_wheel_spin"},
 )
 def wheel_windage(bearing: Law, s: Signals, q: Signals) -> Number:
     """Air that spokes and tread throw outward, which takes a torque in proportion to the squared speed.

@@ -13,7 +13,7 @@ GIVES = ("wheel_inertia", *DRAG)
 
 ON_STAND = Step(
     name="inertia",
-    situations=frozenset({"wheel_spin"}),
+    situations=frozenset({"wheel_spin", "free_wheel_spin"}),
     spec=InertiaSpec,
     required=("time", "hub_torque", "wheel_speed"),
     optional=(),
