@@ -35,8 +35,8 @@ from vdyn_cli.steps.validate.problem import ValidateProblem
 
 PAGE = Path(__file__).with_suffix(".md")
 SEED = 8503
-RATES = (10.0, 100.0, 1000.0)  # Hz of 8 coasts
-RUNS = (8, 25, 100, 300)
+RATES = (10.0, 100.0, 1000.0, 10_000.0)  # Hz of 8 coasts
+RUNS = (8, 25, 100, 300, 1000)
 DRIVES = (2, 6)
 RATE, LENGTH = 200.0, 45.0  # Hz and s of a drive
 HEAD = "| {} | rows | without diagnosis s | with s | GB | answer |\n|---|---|---|---|---|---|"
@@ -151,7 +151,7 @@ def page(most: int) -> str:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--most", type=int, default=2_000_000, help="rows of the largest campaign")
+    parser.add_argument("--most", type=int, default=20_000_000, help="rows of the largest campaign")
     text = page(parser.parse_args().most)
     PAGE.write_text(text, encoding="utf-8")
     print(text)
