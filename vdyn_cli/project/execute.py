@@ -18,6 +18,7 @@ from vdyn_cli.project.unlike_runs import with_run_signs
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
+from vdyn_cli.steps.interval_text import within_physical_range
 
 
 class RefusedResultError(ResultError):
@@ -52,7 +53,7 @@ def execute(
     inputs = gather(load_step(step_name), path, known_files)
     try:
         baseline, found = _estimated(inputs.step, inputs, level)
-        result = with_input_uncertainty(found, inputs)
+        result = within_physical_range(with_input_uncertainty(found, inputs))
     except InputError as error:
         turned = with_run_signs(error.findings, inputs.logs)
         raise type(error)(*(_placed(f, inputs) for f in turned), *_data_faults(inputs)) from None

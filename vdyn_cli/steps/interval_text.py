@@ -9,6 +9,7 @@ from vdyn_cli.inference.uncertainty_budget import Budget
 from vdyn_cli.quantities.number_text import decimals, number
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 LISTED = 3  # intervals written out in the result's sentence
 
@@ -34,6 +35,23 @@ def with_wider_intervals(result: Result, parameters: Parameters, note: str = "")
     else:
         sentence = " ".join(filter(None, (result.sentence, _listed(wide))))
     return replace(changed, sentence=" ".join(filter(None, (sentence, note if wide else ""))))
+
+
+def within_physical_range(result: Result) -> Result:
+    """The result with intervals that a vehicle can have: cut where they leave the range of the vocabulary.
+
+    A value outside its range keeps its interval: it is for the step to refuse.
+    """
+    cut = {}
+    for name, one in result.parameters.items():
+        known = PARAMETERS.get(name)
+        if known is not None and known.lower <= one.value <= known.upper:
+            low, high = one.interval95
+            cut[name] = replace(one, interval95=(max(low, known.lower), min(high, known.upper)))
+    if all(cut[n].interval95 == result.parameters[n].interval95 for n in cut):
+        return result
+    estimates = {**result.parameters.estimates, **cut}
+    return with_wider_intervals(result, replace(result.parameters, estimates=estimates))
 
 
 def _listed(wide: Mapping[str, Estimate]) -> str:
