@@ -19,6 +19,9 @@ slope of all roads is zero. Mass scales
 all forces; torque and efficiency are collinear with it, so give ``mass`` and ``driveline_efficiency`` as
 ``value +- std`` where they are uncertain: the stated values are priors of the fit and widen the intervals.
 
+Where an elevation is logged and no accelerometer, it gives the grade over the distance that each run drives, as far
+as the coasts feel it; what its steps and noise leave open of the grade is part of the noise (``elevation_grade``).
+
 Where only a wheel's speed is logged (rad/s or rpm), V = om r: a wheel that rolls free slips by less than 0.1 %, which
 is part of the effective radius. The radius' standard deviation is a scale of the speed, which the intervals include.
 Likewise a motor's current times its torque constant is a drive torque.
