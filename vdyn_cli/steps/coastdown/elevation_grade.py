@@ -32,6 +32,7 @@ NODE = 20.0  # m between the nodes, as the knots of a road: a coasting car passe
 FEWEST, MOST = 8, 400  # nodes of a run; longer runs have longer nodes
 SLOPES = (0.001, 0.002, 0.005, 0.01, 0.02, 0.04)  # standard deviations of the slope: from a test track to a pass
 UNKNOWN_HEIGHT = 1e3  # m, prior standard deviation of the elevation at the first node: none
+OFTEN = 3.0  # changes of an elevation in a node's length, beyond which it flickers: a slope of 15 % in steps of 1 m
 NEGLIGIBLE = 1e-3  # of the largest variance of the grade's error along one direction
 SMALLEST = 1e-3  # m, of a mean elevation: a simulated log has no noise
 # Standard errors by which the felt share must exceed zero: a third of the runs' deceleration would else be noise.
@@ -157,7 +158,9 @@ def _track(log: Log) -> _Track | None:
     noise = white_level(height, log.time[measured])
     levels = np.unique(np.round(height, 6))
     step = float(np.min(np.diff(levels))) if levels.size > 1 else 0.0
-    observed = _changes(height, at, step) if noise < 0.5 * step else _means(height, at, np.hypot(noise, step / 12**0.5))
+    # Noise that flickers between two steps changes often, and makes the samples independent.
+    steady = noise < 0.5 * step and np.count_nonzero(np.diff(height)) * NODE < OFTEN * distance[-1]
+    observed = _changes(height, at, step) if steady else _means(height, at, float(np.hypot(noise, step / 12**0.5)))
     return _Track(*observed, distance)
 
 
