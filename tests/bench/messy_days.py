@@ -89,9 +89,9 @@ def agreement(job: tuple[int, str]) -> tuple[int, int]:
 
 
 def right(row: Row) -> bool:
-    """Whether nothing that is not there was named: with position the road may be, and the brake where there is one."""
+    """Whether only what is there was named: the road with position, a brake's drag, the delay of a filtered speed."""
     allowed = {"grade_profile"} if row.position else set()
-    allowed |= {"brake_drag_fading"} if row.kind == "fading" else set()
+    allowed |= {"fading": {"brake_drag_fading"}, "filtered": {"speed_delay"}}.get(row.kind, set())
     return row.verdict not in ("named", "data_fault") or set(row.causes) <= allowed
 
 
