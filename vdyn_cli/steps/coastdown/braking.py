@@ -2,7 +2,7 @@
 
 All segments share one law of deceleration over speed, c(direction) + k V^2, fitted with least absolute deviations,
 which half of the points cannot bend. Parts in which the car slows down or speeds up more than that are cut off; a run
-of which too little is left is rejected.
+of which too little is left is rejected. What all runs of one direction share is a slope or a wind, and no brake.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ Spans = Sequence[tuple[float, float]]
 INTERVAL = 2.0  # s, over which a deceleration is taken
 EXCESS = 0.15  # m/s^2 beyond the other runs: a brake or a driveline; gusts reach 0.02, sensors 0.03
 EXCESS_FEW = 0.3  # m/s^2, where fewer than three runs of a direction cannot separate slope from brake
+FEWEST_SEPARATE = 3  # runs of a direction, of which most agree on its slope whatever brakes one of them
 GROSS = 3.0  # times that much counts in one interval; otherwise two in succession are needed
 RELEASED = 6.0  # s at the start of a coast in which a clutch may still slip
 ENGAGED = 0.25  # share of the usual deceleration by which a whole run may exceed it, and
@@ -176,18 +177,37 @@ def _compared(
     seen = [_deceleration(s, k) for s, k in zip(segments, known, strict=True)]
     speeds, values = [s[1] for s in seen], [s[2] for s in seen]
     counts = {d: directions.count(d) for d in directions}
-    apart = all(n >= 3 for n in counts.values())
-    ways = sorted({str(d) for d in directions}) if apart else [""]
-    column = [ways.index(str(d)) if apart else 0 for d in directions]
+    ways = sorted({str(d) for d in directions})
+    column = np.array([ways.index(str(d)) for d in directions])
     constants = np.eye(len(ways))[np.repeat(column, [v.size for v in speeds])]
     design = np.column_stack([constants, np.concatenate(speeds) ** 2])
     law = _least_absolute_deviations(design, np.concatenate(values))
+    level = _levels(law[:-1], column, [v - law[-1] * u**2 for u, v in zip(speeds, values, strict=True)])
     found = []
     for segment, (time, speed, value), c, direction in zip(segments, seen, column, directions, strict=True):
-        common = law[c] + law[-1] * speed**2
-        limit = EXCESS if counts[direction] >= 3 else EXCESS_FEW
+        common = level[c] + law[-1] * speed**2
+        limit = EXCESS if counts[direction] >= FEWEST_SEPARATE else EXCESS_FEW
         found.append(_ExcessDeceleration(segment, time, speed, value - common, float(np.mean(common)), limit))
     return found
+
+
+def _levels(fitted: Array, column: NDArray[np.int64], constants: Sequence[Array]) -> Array:
+    """The deceleration of each direction without its V^2, (d,) m/s^2.
+
+    Of two runs that differ, least absolute deviations cannot tell which is braked: that run counts which is nearer to
+    the others of all directions.
+
+    Parameters
+    ----------
+    fitted : (d,) of each direction. column : (r,) direction of each run. constants : of each run, (b,) m/s^2.
+    """
+    runs = np.array([np.median(c) for c in constants])
+    level = fitted.copy()
+    for way in range(fitted.size):
+        own = runs[column == way]
+        if 1 < own.size < FEWEST_SEPARATE and fitted.size > 1:
+            level[way] = own[np.argmin(np.abs(own - np.median(runs)))]
+    return level
 
 
 def _deceleration(segment: CoastSegment, known: Array) -> tuple[Array, Array, Array]:

@@ -1,0 +1,71 @@
+"""A truck of 12 t and a kart of 200 kg that coast over a steep road, and the description of such a day.
+
+    (M + mr) dV = -(1/2 rho CdA (V + w)^2 + frr M g cos a + M g sin a) dt,   step 0.05 s, midpoint rule
+
+with w a first-order random gust. Shares nothing with ``coast_motion`` and imports nothing from the program.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+STEP = 0.05  # s
+GRAVITY, AIR = 9.81, 1.19
+
+
+@dataclass(frozen=True)
+class Coaster:
+    """Masses in kg, drag area in m^2, first and last speed in m/s."""
+
+    mass: float
+    rotating: float
+    rolling: float
+    drag_area: float
+    first: float
+    last: float
+
+
+TRUCK = Coaster(12_000.0, 450.0, 0.0062, 6.1, 25.0, 4.5)
+KART = Coaster(201.0, 7.0, 0.021, 0.72, 23.0, 3.5)
+
+
+def coast(car: Coaster, slope: float, rng: np.random.Generator, dragging: float = 0.0) -> NDArray[np.float64]:
+    """Time (s) and measured speed (m/s) at 5 Hz, two columns; ``slope`` uphill, ``dragging`` a brake in m/s^2."""
+    speed, gust, rows = car.first + rng.normal(0.0, 0.2), 0.0, []
+
+    def slower(v: float) -> float:
+        air = 0.5 * AIR * car.drag_area * (v + gust) * abs(v + gust)
+        return (air + car.mass * GRAVITY * (car.rolling + slope)) / (car.mass + car.rotating) + dragging
+
+    for k in range(4000):
+        if k % 4 == 0:
+            rows.append((k * STEP, speed + rng.normal(0.0, 0.03)))
+        gust += -gust * STEP / 7.0 + rng.normal(0.0, 0.4 * np.sqrt(2 * STEP / 7.0))
+        speed -= STEP * slower(speed - 0.5 * STEP * slower(speed))
+        if speed < car.last:
+            break
+    return np.array(rows)
+
+
+def write_day(
+    folder: Path, car: Coaster, slope: float, seed: int, pairs: int = 2, dragging: dict[int, float] | None = None
+) -> Path:
+    """Coasts out and back in turn as CSV files and their description; ``dragging`` by number of the run."""
+    rng, runs = np.random.default_rng(seed), []
+    for k in range(2 * pairs):
+        rows = coast(car, slope if k % 2 == 0 else -slope, rng, (dragging or {}).get(k, 0.0))
+        np.savetxt(folder / f"run{k}.csv", rows, fmt="%.3f", delimiter=";", header="zeit;v", comments="")
+        runs.append(f"  - {{log: run{k}.csv, direction: {'back' if k % 2 else 'out'}}}")
+    text = f"""test: coastdown
+vehicle: {{mass: {car.mass} kg, rotating_mass: {car.rotating} kg, air_density: {AIR} kg/m^3}}
+channels:
+  time: {{column: zeit, unit: s}}
+  speed: {{column: v, unit: m/s}}
+runs:
+""" + "\n".join(runs)
+    (folder / "day.yaml").write_text(f"{text}\nsettings: {{speed_window: [{car.first - 1} m/s, {car.last + 0.5} m/s]}}\n")
+    return folder / "day.yaml"
