@@ -67,5 +67,6 @@ channels:
   speed: {{column: v, unit: m/s}}
 runs:
 """ + "\n".join(runs)
-    (folder / "day.yaml").write_text(f"{text}\nsettings: {{speed_window: [{car.first - 1} m/s, {car.last + 0.5} m/s]}}\n")
+    window = f"settings: {{speed_window: [{car.first - 1} m/s, {car.last + 0.5} m/s]}}"
+    (folder / "day.yaml").write_text(f"{text}\n{window}\n")
     return folder / "day.yaml"

@@ -23,9 +23,9 @@ GAIN = -0.05  # of the hub torque: the moment balance then leaves a negative ine
 
 @pytest.fixture(scope="module")
 def gained(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A wheel's drives whose torque reads 5 % low; gain and radius are collinear, a clock is another candidate."""
+    """A wheel's drives whose torque reads 5 % low; gain and radius are collinear, and neither is to be taken in."""
     path = cases.wheel_drives(random_vehicle(5), 5, tmp_path_factory.mktemp("gain"), {"hub_torque_gain": GAIN})
-    few = "diagnose: {effects: [hub_torque_gain, wheel_radius, clock_offset]}\n"
+    few = "diagnose: {effects: [hub_torque_gain, wheel_radius, clock_offset], extend: never}\n"
     path.write_text(path.read_text(encoding="utf-8") + few, encoding="utf-8")
     return path
 

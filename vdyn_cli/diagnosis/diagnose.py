@@ -184,7 +184,8 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
     """The extended result with the baseline's values and simulations beside its own, and the effects that last."""
     setup, learned = found.strategy.model.setup, found.learned
     effects, amplitudes = [setup.candidates[e] for e in extension.effects], extension.amplitudes
-    lasting = {e.name: {n: amplitudes[n] for n in e.unknowns if n in amplitudes} for e in effects if e.lasts}
+    last = () if extension.open else [e for e in effects if e.lasts]  # one of several answers stays with its logs
+    lasting = {e.name: {n: amplitudes[n] for n in e.unknowns if n in amplitudes} for e in last}
     laws = {learned.name: learned.definition} if learned is not None and learned.name in lasting else {}
     none = None if base.refused else base.parameters  # a refused baseline has no values to compare with
     estimates = {
@@ -214,7 +215,8 @@ def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
     if not base.refused:
         return ()
     first = base.refused[0]
-    what = f"without {' and '.join(extension.effects)} there is no result: {first.where}: {first.what}"
+    without = "an effect" if extension.open else " and ".join(extension.effects)
+    what = f"without {without} there is no result: {first.where}: {first.what}"
     return (Finding("diagnosis", what, first.got),)
 
 

@@ -39,7 +39,7 @@ def causes(
     amplitudes: Mapping[str, Estimate],
     sizes: Mapping[str, Size],
 ) -> tuple[Cause, ...]:
-    """The named effects, and those that the model was extended by.
+    """The named effects, and those that the model was extended by unless they are one of several answers.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def causes(
     """
     named = judgment.answer.effects if judgment.answer else ()
     found = []
-    for name in dict.fromkeys([*named, *extension.effects]):
+    for name in dict.fromkeys([*named, *(() if extension.open else extension.effects)]):
         effect = model.setup.candidates[name]
         found.append(
             Cause(

@@ -9,7 +9,7 @@ from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes, with_meaning
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import shapes_of, started_at, unknowns_of
 from vdyn_cli.diagnosis.full_model import NO_VALUES
-from vdyn_cli.diagnosis.judgment import Judgment, with_fewer_effects
+from vdyn_cli.diagnosis.judgment import Judgment, with_fewer_effects, without_answer
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.errors import Finding
@@ -31,6 +31,7 @@ class Extension:
     amplitudes : of the effects' unknowns, by that model's fit.
     biased : without less with each effect, by published parameter.
     failed : why the model could not be extended.
+    open : the effects are one of several answers, taken in because the baseline gives no result.
     """
 
     effects: tuple[str, ...] = ()
@@ -38,6 +39,7 @@ class Extension:
     amplitudes: Mapping[str, Estimate] = field(default_factory=dict)
     biased: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     failed: tuple[Finding, ...] = ()
+    open: bool = False
 
 
 def extended(
@@ -46,6 +48,8 @@ def extended(
     """The extension that judgment and description ask for, and the judgment, refuted where its effect may be zero.
 
     An answer of several effects that the exact model does not confirm gives way to one of them that nearly suffices.
+    Where the baseline gives no result, an answer with which the exact model gives none either gives way to the other
+    effects that suffice, and of several answers the first that gives a result is taken in.
 
     Parameters
     ----------
@@ -54,17 +58,25 @@ def extended(
     base : the baseline's result.
     """
     found = _extended(strategy, judgment, extend, problem, base)
-    if judgment.answer is None or extend not in ("named", "learned") or found[1].result is not None:
+    if extend not in ("named", "learned"):
         return found
-    fewer = with_fewer_effects(strategy, judgment)
-    again = _extended(strategy, fewer, extend, problem, base) if fewer else found
-    return again if again[1].result is not None else found
+    others = (with_fewer_effects, without_answer) if base.refused else (with_fewer_effects,)
+    for other in others:
+        if found[1].result is not None or found[0].answer is None:
+            break
+        fewer = other(strategy, judgment)
+        again = _extended(strategy, fewer, extend, problem, base) if fewer else found
+        if again[1].result is not None:
+            found = again
+    return found
 
 
 def _extended(
     strategy: Strategy, judgment: Judgment, extend: str | list[str], problem: Problem, base: Result
 ) -> tuple[Judgment, Extension]:
     setup = strategy.model.setup
+    if base.refused and judgment.verdict == "ambiguous" and isinstance(extend, str) and extend != "never":
+        return _with_open_answer(strategy, judgment, extend, problem)
     wanted = _wanted(extend, setup, judgment)
     start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
     result, failed = publish_with(problem, [setup.candidates[e] for e in wanted], start)
@@ -78,6 +90,27 @@ def _extended(
         return judgment, Extension(failed=failed)
     amplitudes = _amplitudes(result, [setup.candidates[e] for e in wanted])
     return judgment, Extension(wanted, result, amplitudes, _biased(problem, base, result, wanted, setup), failed)
+
+
+def _with_open_answer(
+    strategy: Strategy, judgment: Judgment, extend: str, problem: Problem
+) -> tuple[Judgment, Extension]:
+    """The model extended by the first of several answers with which it gives parameters: there are none without them.
+
+    Their intervals hold all answers. A prediction by one of several answers is none, and stays refused.
+    """
+    setup = strategy.model.setup
+    failed: tuple[Finding, ...] = ()
+    if zero := _may_be_zero(judgment, setup, (), None):
+        return judgment.unknown(f"{zero} {ZERO}"), Extension()
+    for answer in judgment.answers:
+        if extend == "named" and set(answer.effects) & setup.learned:
+            continue
+        effects = [setup.candidates[e] for e in answer.effects]
+        result, failed = publish_with(problem, effects, strategy.relinearized(answer.fitted).values)
+        if result is not None and result.parameters:
+            return judgment, Extension(answer.effects, result, _amplitudes(result, effects), open=True)
+    return judgment, Extension(failed=failed)
 
 
 def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment) -> tuple[str, ...]:

@@ -138,6 +138,25 @@ def with_fewer_effects(strategy: Strategy, judgment: Judgment) -> Judgment | Non
     return found if found.answers else None
 
 
+def without_answer(strategy: Strategy, judgment: Judgment) -> Judgment | None:
+    """The judgment on the other single effects, for an answer that the exact model excludes; None where none suffices.
+
+    By a linearized model an effect may suffice with parameters that no vehicle has, as a wheel of negative inertia.
+    """
+    answer = judgment.answer
+    if answer is None:
+        return None
+    others = tuple(t for t in judgment.tried if t.effects != answer.effects)
+    answers = simplest(strategy.model, not_significantly_worse(strategy.model, others), others)
+    if not answers:
+        return None
+    focused, seen = strategy.focused(judgment.detection)
+    sized = replace(judgment, size=finding_size(strategy, judgment.base, answers[0].fitted))
+    found = _named(strategy, sized, answers, seen)
+    found = _with_gain(strategy, found, focused) if found.answers else found
+    return found if found.answers else None
+
+
 def _with_gain(strategy: Strategy, judgment: Judgment, focused: Strategy) -> Judgment:
     """The judgment with its held-out gain, unknown where that refutes it."""
     answers, found, base = judgment.answers, judgment.detection, judgment.base

@@ -31,9 +31,9 @@ def with_open_answers(
     ``adequate``: they are those of the mixture of the baseline with answers of one effect. ``named``: of the mixture
     with answers of one effect more; where a significant remainder is left, with the bias by that, and they hold the
     probable answers of one effect more. ``ambiguous``: they
-    hold the values of all answers and of the baseline. ``unknown``: those of the baseline and of what comes closest,
-    each with the bias by what it leaves unexplained. An answer that is not in the model, as a learned law unless the
-    description requests it, is held beside the baseline.
+    hold the values of all answers, and of the baseline where it gives a result. ``unknown``: those of the baseline and
+    of what comes closest, each with the bias by what it leaves unexplained. An answer that is not in the model, as a
+    learned law unless the description requests it, is held beside the baseline.
     """
     result = extension.result or base
     if not result.parameters or judgment.verdict == "not_testable":
@@ -45,7 +45,7 @@ def with_open_answers(
     others: list[Result] = []
     answer, note = judgment.answer, HOLD_ALL
     if judgment.verdict == "ambiguous":
-        found, others = _published(strategy, judgment.answers, problem, base)
+        found, others = _published(strategy, judgment.answers, problem, result)
         found = [Answer(BASELINE, base.parameters), *found]
     elif judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
         closest = [c for c in (answer or judgment.closest,) if c is not None]
@@ -61,7 +61,7 @@ def with_open_answers(
         found = [Answer(_label(answer), result.parameters, _biases(strategy, near, result, problem)), *more]
         note = HOLD_REMAINDER
     if others:
-        result = problem.spanning(result, (base, *others))
+        result = problem.spanning(result, others if base.refused else (base, *others))
     return with_wider_intervals(result, widened(result.parameters, found), note)
 
 

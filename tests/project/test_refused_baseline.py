@@ -1,0 +1,32 @@
+"""Where the baseline gives no result and several effects would mend it, the result is published with one of them.
+
+A torque that reads 5 % low, or a radius stated 3 % too large, leaves a negative inertia of the wheel. Of the second
+a linearized model says that a wheel of another mass explains it, which the exact model excludes.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.plant.plain_wheel import INERTIA, write_drives
+from vdyn_cli.project.execute import RefusedResultError, execute
+
+
+@pytest.mark.slow  # two diagnoses of 3 s
+@pytest.mark.parametrize("fault", [{"torque_gain": 0.95}, {"stated_radius": 1.03}], ids=["gain", "radius"])
+def test_a_negative_inertia_is_published_with_what_mends_it(fault: dict[str, float], tmp_path: Path) -> None:
+    path = write_drives(tmp_path, 5, **fault)
+    with pytest.raises(RefusedResultError, match="negative inertia"):
+        execute("inertia", path, level=None)
+    result = execute("inertia", path).result
+    diagnosis, found = result.diagnosis, result.parameters["wheel_inertia"]
+    assert diagnosis.verdict == "ambiguous"
+    (named,) = diagnosis.ambiguous
+    assert {"hub_torque_gain", "wheel_radius"} <= set(named)
+    assert diagnosis.extended
+    assert not diagnosis.causes
+    assert found.interval95[0] < INERTIA < found.interval95[1]
+    assert found.interval95[1] < 1.6 * INERTIA
+    assert not result.parameters.extensions  # one of several answers does not travel with the vehicle
