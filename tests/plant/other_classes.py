@@ -41,7 +41,7 @@ def coast(car: Coaster, slope: float, rng: np.random.Generator, dragging: float 
         air = 0.5 * AIR * car.drag_area * (v + gust) * abs(v + gust)
         return (air + car.mass * GRAVITY * (car.rolling + slope)) / (car.mass + car.rotating) + dragging
 
-    for k in range(4000):
+    for k in range(8000):
         if k % 4 == 0:
             rows.append((k * STEP, speed + rng.normal(0.0, 0.03)))
         gust += -gust * STEP / 7.0 + rng.normal(0.0, 0.4 * np.sqrt(2 * STEP / 7.0))
@@ -49,6 +49,33 @@ def coast(car: Coaster, slope: float, rng: np.random.Generator, dragging: float 
         if speed < car.last:
             break
     return np.array(rows)
+
+
+def write_table(folder: Path, car: Coaster, slope: float, seed: int, pairs: int = 3) -> Path:
+    """Split times at twelve speed levels, read from a display to 0.1 s, and their description."""
+    rng, runs = np.random.default_rng(seed), []
+    levels = np.linspace(car.first - 1.0, car.last + 1.0, 12)
+    columns = [levels]
+    for k in range(2 * pairs):
+        rows = coast(car, slope if k % 2 == 0 else -slope, rng)
+        smooth = np.convolve(rows[:, 1], np.ones(5) / 5, "valid")
+        passed = np.array([rows[2:-2, 0][np.flatnonzero(smooth >= v)[-1]] for v in levels])
+        columns.append(np.round(passed - passed[0] + rng.normal(0.0, 0.05, levels.size), 1))
+        columns[-1][0] = 0.0
+        way = "back" if k % 2 else "out"
+        runs.append(f"  - {{log: splits.csv, direction: {way}, columns: {{time: t{k}}}}}")
+    header = ",".join(["v", *(f"t{k}" for k in range(2 * pairs))])
+    np.savetxt(folder / "splits.csv", np.column_stack(columns), fmt="%.3f", delimiter=",", header=header, comments="")
+    text = f"""test: coastdown
+vehicle: {{mass: {car.mass} kg, rotating_mass: {car.rotating} kg, air_density: {AIR} kg/m^3}}
+reading: {{split_times: elapsed}}
+channels:
+  time: {{column: t0, unit: s}}
+  speed: {{column: v, unit: m/s}}
+runs:
+"""
+    (folder / "table.yaml").write_text(text + "\n".join(runs) + "\n")
+    return folder / "table.yaml"
 
 
 def write_day(

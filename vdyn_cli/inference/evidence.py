@@ -133,7 +133,8 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
     degrees = np.where(growth < MOSTLY_PRIOR, found.degrees * np.minimum(growth, MOSTLY_PRIOR) ** 2, np.inf)
     if any(estimated):
         share = np.sum(moved[: len(estimated)][estimated] ** 2, axis=0) / np.maximum(total, 1e-300)
-        degrees = 1.0 / (1.0 / degrees + share**2 / few)
+        inverse = 1.0 / degrees + share**2 / few
+        degrees = np.divide(1.0, inverse, out=np.full_like(inverse, np.inf), where=inverse > 0.0)
     return covariance, degrees
 
 

@@ -73,6 +73,8 @@ def read_log(
     known, refused = readers()
     reader = next((r for r in known if r.matches(path)), known[-1])
     try:
-        return checked(reader.read(path, mapping, options or ReadOptions(), name or path.name), mapping)
+        options = options or ReadOptions()
+        log = reader.read(path, mapping, options, name or path.name)
+        return checked(log, mapping, instants=options.split_times is not None)
     except InputError as error:
         raise InputError(*error.findings, *refused) from None

@@ -13,10 +13,14 @@ from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
 
 
-def checked(log: Log, mapping: Mapping[str, Column]) -> Log:
+def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False) -> Log:
     """A log as a reader gives it, with its clock and channels checked, in SI and on one clock.
 
     Channels on other clocks than the log's are checked as they were sampled, before anything is resampled.
+
+    Parameters
+    ----------
+    instants : the times are those of events, as in a table of split times, and their steps no sampling rate.
 
     Raises
     ------
@@ -24,7 +28,7 @@ def checked(log: Log, mapping: Mapping[str, Column]) -> Log:
     """
     others = list(log.source.others) if log.source else []
     problems: list[Finding] = []
-    found = [_checked(log, mapping, problems)]
+    found = [_checked(log, mapping, problems, instants)]
     del log
     while others:  # each channel of a large file is freed as soon as it is converted
         found.append(_checked(others.pop(0), mapping, problems))
@@ -32,10 +36,10 @@ def checked(log: Log, mapping: Mapping[str, Column]) -> Log:
     return on_one_clock(found[0], found[1:])
 
 
-def _checked(log: Log, mapping: Mapping[str, Column], problems: list[Finding]) -> Log:
+def _checked(log: Log, mapping: Mapping[str, Column], problems: list[Finding], instants: bool = False) -> Log:
     """The channels of one clock, checked and in SI; what is wrong is added to the problems."""
     own = list(log.source.problems) if log.source else []
-    findings = list(log.findings) if own else [*log.findings, *check_steps(log)]
+    findings = list(log.findings) if own or instants else [*log.findings, *check_steps(log)]
     for channel in log.channels:
         quality = check_channel(log, channel, mapping[channel].unit)
         findings += quality.findings
