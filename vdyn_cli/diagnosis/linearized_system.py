@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference import Regression, Rows
 from vdyn_cli.inference.intervals import effective_number
-from vdyn_cli.inference.linearized_regression import BLOCKS, FEWEST_OF_TABLE, blocks_of, blocks_within
+from vdyn_cli.inference.linearized_regression import BLOCKS, blocks_of, blocks_within
 from vdyn_cli.inference.qr_factors import Array, qr_factor
 from vdyn_cli.inference.regression import prior_rows
 
@@ -231,12 +231,10 @@ def _spread(rows: Array, s: int, m: int, run: int, runs: int) -> Array:
 
 
 def _blocks_by_run(linear: LinearizedRuns) -> NDArray[np.int64]:
-    """Blocks of each run: an equal share of all, of fewer rows where there would be too few to certify an effect."""
-    each = -(-BLOCKS // len(linear.rows))
-    counts = np.array([blocks_within(r, each) for r in linear.rows], dtype=np.int64)
-    if counts.sum() >= POLICY.fewest_units:
-        return counts
-    return np.array([blocks_within(r, each, FEWEST_OF_TABLE) for r in linear.rows], dtype=np.int64)
+    """Blocks of each run: an equal share of all."""
+    runs = len(linear.rows)
+    each = -(-BLOCKS // runs)
+    return np.array([blocks_within(r, each) for r in linear.rows], dtype=np.int64)
 
 
 def orthonormal(columns: Array) -> Array:

@@ -13,9 +13,9 @@ from vdyn_cli.inference.regression import Regression, Rows, Unknown
 
 BLOCKS = 24  # of all runs together where runs are few: 2^24 sign patterns reach any level in use
 FEWEST_ROWS = 6  # of a block: with fewer, a block's noise pattern dominates its score
-# Where all runs together hold few rows, as tables of split times do. Of 24 clean tables of 60 and 52 levels one alarm
-# at 5 %, headwind of 2 m/s named in 5 of 5, slope of 0.6 % in 4 of 5; in blocks of 6 none of them could be diagnosed.
-FEWEST_OF_TABLE = 3
+# Of rows that are far apart, as in tables of split times: of 24 clean tables of 60 and 52 levels one alarm at 5 %,
+# headwind of 2 m/s named in 5 of 5, slope of 0.6 % in 4 of 5; in blocks of 6 none of them could be diagnosed.
+FEWEST_APART = 3
 
 
 def linearized(regression: Regression) -> Regression:
@@ -54,9 +54,12 @@ def _without_bounds(u: Unknown) -> Unknown:
     return replace(u, lower=-np.inf, upper=np.inf) if u.prior and u.nuisance else u
 
 
-def blocks_within(rows: Rows, wanted: int, fewest: int = FEWEST_ROWS) -> int:
-    """Number of blocks of a run: ``wanted``, or fewer so that each holds at least ``fewest`` rows."""
-    return max(1, min(wanted, rows.residual.size // fewest))
+def blocks_within(rows: Rows, wanted: int) -> int:
+    """Number of blocks of a run: ``wanted``, or fewer so that each holds at least FEWEST_ROWS rows.
+
+    Of rows that are far apart, FEWEST_APART.
+    """
+    return max(1, min(wanted, rows.residual.size // (FEWEST_APART if rows.apart else FEWEST_ROWS)))
 
 
 def blocks_of(rows: Rows, matrix: Array, blocks: int) -> list[NDArray[np.int64]]:

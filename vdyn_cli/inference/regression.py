@@ -60,6 +60,7 @@ class Rows:
     plain : the main channel's residual (p,) in its own unit, with its derivatives (p, k), before it was whitened.
     folded : (blocks,), number of rows of each block before it was reduced to its QR factor; None for plain rows.
     plain_root : (p, m), a root of the covariance of the noise in ``plain``, where the step has a model of it.
+    apart : the rows are so far apart in time that few of them are a block.
     """
 
     residual: Array
@@ -69,6 +70,7 @@ class Rows:
     plain: tuple[Array, Array] | None = None
     folded: NDArray[np.int64] | None = None
     plain_root: Array | None = None
+    apart: bool = False
 
 
 @dataclass(frozen=True)

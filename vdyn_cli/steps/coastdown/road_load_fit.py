@@ -157,7 +157,7 @@ class RoadLoadRows:
         else:
             residual, jacobian = whiten(residual, jacobian, cholesky=factor)
         time = np.tile(self.campaign.bins[run].time, len(self.campaign.channels))
-        return Rows(residual, jacobian, time=time, plain=plain)
+        return Rows(residual, jacobian, time=time, plain=plain, apart=self.campaign.runs[run].split)
 
     def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> RoadLoadRows | None:
         """The same rows over the unknowns ``free``, in that order, the others being held at these values.
