@@ -33,19 +33,28 @@ TRUCK = Coaster(12_000.0, 450.0, 0.0062, 6.1, 25.0, 4.5)
 KART = Coaster(201.0, 7.0, 0.021, 0.72, 23.0, 3.5)
 
 
-def coast(car: Coaster, slope: float, rng: np.random.Generator, dragging: float = 0.0) -> NDArray[np.float64]:
-    """Time (s) and measured speed (m/s) at 5 Hz, two columns; ``slope`` uphill, ``dragging`` a brake in m/s^2."""
+def coast(
+    car: Coaster, slope: float, rng: np.random.Generator, dragging: float = 0.0, fading: float = 0.0
+) -> NDArray[np.float64]:
+    """Time (s) and measured speed (m/s) at 5 Hz, two columns.
+
+    ``slope`` uphill; brakes in m/s^2: ``dragging`` throughout, ``fading`` with 15 s.
+    """
     speed, gust, rows = car.first + rng.normal(0.0, 0.2), 0.0, []
 
-    def slower(v: float) -> float:
+    def slower(v: float, time: float) -> float:
         air = 0.5 * AIR * car.drag_area * (v + gust) * abs(v + gust)
-        return (air + car.mass * GRAVITY * (car.rolling + slope)) / (car.mass + car.rotating) + dragging
+        return (air + car.mass * GRAVITY * (car.rolling + slope)) / (car.mass + car.rotating) + brake(time)
+
+    def brake(time: float) -> float:
+        return dragging + fading * float(np.exp(-time / 15.0))
 
     for k in range(8000):
         if k % 4 == 0:
             rows.append((k * STEP, speed + rng.normal(0.0, 0.03)))
         gust += -gust * STEP / 7.0 + rng.normal(0.0, 0.4 * np.sqrt(2 * STEP / 7.0))
-        speed -= STEP * slower(speed - 0.5 * STEP * slower(speed))
+        time = k * STEP
+        speed -= STEP * slower(speed - 0.5 * STEP * slower(speed, time), time)
         if speed < car.last:
             break
     return np.array(rows)
@@ -78,13 +87,20 @@ runs:
     return folder / "table.yaml"
 
 
+# By keyword: what differs between days.
 def write_day(
-    folder: Path, car: Coaster, slope: float, seed: int, pairs: int = 2, dragging: dict[int, float] | None = None
+    folder: Path,
+    car: Coaster,
+    slope: float,
+    seed: int,
+    pairs: int = 2,
+    dragging: dict[int, float] | None = None,
+    fading: float = 0.0,
 ) -> Path:
     """Coasts out and back in turn as CSV files and their description; ``dragging`` by number of the run."""
     rng, runs = np.random.default_rng(seed), []
     for k in range(2 * pairs):
-        rows = coast(car, slope if k % 2 == 0 else -slope, rng, (dragging or {}).get(k, 0.0))
+        rows = coast(car, slope if k % 2 == 0 else -slope, rng, (dragging or {}).get(k, 0.0), fading)
         np.savetxt(folder / f"run{k}.csv", rows, fmt="%.3f", delimiter=";", header="zeit;v", comments="")
         runs.append(f"  - {{log: run{k}.csv, direction: {'back' if k % 2 else 'out'}}}")
     text = f"""test: coastdown

@@ -9,7 +9,7 @@ from math import inf, isfinite
 
 from vdyn_cli.description.test_description import Diagnose, TestSpec
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.effects import Effect, candidates
+from vdyn_cli.effects import Effect, candidates, enlarged
 from vdyn_cli.engine.applicable import applicable, missing_signals
 from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.quantities.errors import Finding, raise_all
@@ -194,7 +194,15 @@ def _applicable(prepared: PreparedStep) -> tuple[tuple[Effect, ...], tuple[Effec
     assert diagnosable is not None
     every = applicable(prepared.simulated.model, candidates(prepared.step.situations))
     carried = tuple(e for e in every if diagnosable.carries and e.name in prepared.known.extensions)
-    return tuple(e for e in every if e not in carried), carried
+    factor = _size_factor(prepared.known)
+    return tuple(enlarged(e, factor) for e in every if e not in carried), carried
+
+
+def _size_factor(known: Parameters) -> float:
+    """By how much the vehicle, or its wheel, is heavier than any car."""
+    if "mass" in known:
+        return max(1.0, known["mass"].value / POLICY.heaviest_car)
+    return max(1.0, known["wheel_mass"].value / POLICY.heaviest_wheel) if "wheel_mass" in known else 1.0
 
 
 def _lacking(prepared: PreparedStep) -> dict[str, str]:

@@ -97,6 +97,15 @@ class Policy:
         1.5, "times the plausible range", "that an amplitude may reach before the candidate is refused",
         "Ranges are of published measurements: half as much again allows for vehicles outside these measurements.",
     )  # fmt: skip
+    heaviest_car: float = _threshold(
+        2500.0, "kg", "above which the ranges that are those of cars grow with the mass of the vehicle",
+        "The published brake drags, spin losses and drag areas are those of cars of 1 to 2.5 t. Forces of brakes, "
+        "axles and air grow about with the mass: a truck of 12 t has ten times the drag area of a car.",
+    )  # fmt: skip
+    heaviest_wheel: float = _threshold(
+        40.0, "kg", "above which they grow with the mass of the wheel, where that of the vehicle is not known",
+        "Wheels of cars with what turns with them have 15 to 40 kg.",
+    )  # fmt: skip
     catalogue_prior: float = _threshold(
         0.5, "share of the plausible range", "standard deviation of the prior while all candidates are fitted at once",
         "Two standard deviations reach the edge of the plausible range. Only the noise estimate uses it.",

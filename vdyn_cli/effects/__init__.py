@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pkgutil
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from types import MappingProxyType
@@ -34,6 +34,7 @@ PROPERTIES: Mapping[str, str] = MappingProxyType(
         "turns_with_heading": "changes its sign with the direction of driving: only runs both ways separate it",
         "daily": "has another value on another day",
         "beside_drawing": "shows only against a drawing of the part",
+        "of_a_car": "its range is that of cars: that of a heavier vehicle is larger in proportion to its mass",
     }
 )
 # The tests in which an effect is a candidate; a step states those that its test is (Step.situations).
@@ -127,6 +128,18 @@ class Effect:
     def situations(self) -> frozenset[str]:
         """The situations in which it is a candidate; none: wherever the model calls its laws."""
         return self.tags - PROPERTIES.keys()
+
+
+def enlarged(effect: Effect, factor: float) -> Effect:
+    """The effect with the ranges of its amplitudes multiplied, where they are those of a car (tag ``of_a_car``)."""
+    if "of_a_car" not in effect.tags or factor == 1.0:
+        return effect
+    larger = {
+        name: one if name in effect.nominal else replace(one, lower=factor * one.lower, upper=factor * one.upper)
+        for name, one in effect.unknowns.items()
+    }
+    possible = {name: (factor * low, factor * high) for name, (low, high) in effect.possible.items()}
+    return replace(effect, unknowns=larger, possible=possible)
 
 
 # Many parameters, all by keyword: the fields of an effect, so that a file states them as a list.

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The torque residual increases with wheel speed.",
     alike=("brake_drag", "hub_torque_offset", "rolling_resistance"),
     confirm="Jack the wheel up, spin it and measure its deceleration.",
-    tags={"wheel_spin"},
+    tags={"of_a_car", "wheel_spin"},
 )
 def bearing_drag(bearing: Law, s: Signals, q: Signals) -> Number:
     """Bearing and seals between the sensor and the wheel that take a torque in proportion to the speed.

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="A force that is the same at every speed and in both directions slows the car.",
     alike=("rolling_resistance", "driveline_drag", "torque_offset", "bearing_drag"),
     confirm="Jack each wheel up and turn it by hand, or push the pads back and repeat two runs.",
-    tags={"open_road", "wheel_spin"},
+    tags={"of_a_car", "open_road", "wheel_spin"},
 )
 def brake_drag(brake: Law, s: Signals, q: Signals) -> Number:
     """Pads that rub with a constant force.

@@ -20,7 +20,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="Every run slows down too fast in its first tens of seconds, in both directions.",
     alike=("extra_drag_area", "drag_area", "tire_warmup"),
     confirm="Do not touch the brakes for a minute before a run, or start coasts from different speeds.",
-    tags={"test_only", "open_road"},
+    tags={"of_a_car", "test_only", "open_road"},
 )
 def brake_drag_fading(brake: Law, s: Signals, q: Signals) -> Number:
     """Pads that still rub after the car was braked, and let go.

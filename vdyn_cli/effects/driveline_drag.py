@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The drive force exceeds the road load by the same force at every speed.",
     alike=("brake_drag", "rolling_resistance", "torque_offset", "torque_gain"),
     confirm="Coast down with the half-shafts taken out, or turn the driven wheels on stands with a torque wrench.",
-    tags={"open_road"},
+    tags={"of_a_car", "open_road"},
 )
 def driveline_drag(driveline: Law, s: Signals, q: Signals) -> Number:
     """Spin losses of the driven axle that are there without any torque.

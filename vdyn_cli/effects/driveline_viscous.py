@@ -19,7 +19,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The drive torque exceeds the torque behind the gears in proportion to speed, with and without load.",
     alike=("speed_dependent_rolling", "driveline_drag", "torque_gain", "torque_offset", "extra_drag_area"),
     confirm="Turn the driven wheels on stands at several speeds with a torque wrench, cold and warm.",
-    tags={"driving"},
+    tags={"of_a_car", "driving"},
 )
 def driveline_viscous(spin_loss: Law, s: Signals, q: Signals) -> Number:
     """A driveline that takes torque in proportion to its speed, between the torque's sensor and the half-shafts.

@@ -16,7 +16,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The car slows down faster at high speed only, equally on every run and in both directions.",
     alike=("drag_area", "air_density", "headwind", "speed_dependent_rolling"),
     confirm="Coast down from the same speed with the measuring equipment taken off, or from a higher speed.",
-    tags={"open_road"},
+    tags={"of_a_car", "open_road"},
 )
 def extra_drag_area(air: Law, s: Signals, q: Signals) -> Number:
     """More drag area than the baseline knows: measuring equipment on the outside, an open window, a roof rack.

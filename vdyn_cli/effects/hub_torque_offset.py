@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The torque residual is the same at every speed and torque, in every run.",
     alike=("brake_drag", "bearing_drag", "rolling_resistance"),
     confirm="Jack the wheel up, turn it by hand both ways and read the torque.",
-    tags={"sensor", "wheel_spin"},
+    tags={"of_a_car", "sensor", "wheel_spin"},
 )
 def hub_torque_offset(hub_torque: Law, s: Signals, q: Signals) -> Number:
     """A torque sensor at the hub whose zero is off by the same in every run, beyond its data sheet.

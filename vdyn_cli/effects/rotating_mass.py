@@ -17,7 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     alike=("mass_error", "rolling_resistance", "drag_area", "torque_gain", "wheel_inertia", "motor_inertia"),
     confirm="Drive with a known large and small torque, or coast on a known slope: rotating mass adds inertia, "
     "but no weight.",
-    tags={"open_road"},
+    tags={"of_a_car", "open_road"},
 )
 def rotating_mass(parameters: Law, s: Signals, q: Signals) -> Number:
     """Wheels, shafts and machines that turn with the car and are not in its rotating mass.

@@ -17,7 +17,7 @@ from vdyn_cli.quantities.quantity import Quantity
     alike=("rolling_resistance", "brake_drag", "driveline_drag", "road_grade"),
     confirm="Read the torque channel with the wheels off the ground and at rest, before and after the drive.",
     sense="at no torque",
-    tags={"sensor", "open_road"},
+    tags={"of_a_car", "sensor", "open_road"},
 )
 def torque_offset(drive_torque: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel with a wrong zero.

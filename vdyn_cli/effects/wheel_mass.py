@@ -19,7 +19,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The torque residual is proportional to the car's acceleration and zero in steady driving.",
     alike=("wheel_inertia", "hub_torque_gain", "wheel_radius"),
     confirm="Weigh wheel, tire and the sensor's rotating half.",
-    tags={"wheel_spin"},
+    tags={"of_a_car", "wheel_spin"},
 )
 def wheel_mass(parameters: Law, s: Signals, q: Signals) -> Number:
     """A wheel whose mass is not the stated one, so that hub and road forces differ by more than thought.
