@@ -1,4 +1,4 @@
-"""A truck of 12 t and a kart of 200 kg that coast over a steep road, and the description of such a day.
+"""A truck of 12 t, a kart of 200 kg and an electric car of 2.2 t that coast down, and the description of such a day.
 
     (M + mr) dV = -(1/2 rho CdA (V + w)^2 + frr M g cos a + M g sin a) dt,   step 0.05 s, midpoint rule
 
@@ -19,7 +19,7 @@ GRAVITY, AIR = 9.81, 1.19
 
 @dataclass(frozen=True)
 class Coaster:
-    """Masses in kg, drag area in m^2, first and last speed in m/s."""
+    """Masses in kg, drag area in m^2, first and last speed in m/s, share of the drag area shed at speed."""
 
     mass: float
     rotating: float
@@ -27,10 +27,12 @@ class Coaster:
     drag_area: float
     first: float
     last: float
+    shed: float = 0.0
 
 
 TRUCK = Coaster(12_000.0, 450.0, 0.0062, 6.1, 25.0, 4.5)
 KART = Coaster(201.0, 7.0, 0.021, 0.72, 23.0, 3.5)
+HEAVY_EV = Coaster(2210.0, 120.0, 0.0093, 0.59, 32.5, 4.5)
 
 
 def coast(
@@ -38,12 +40,14 @@ def coast(
 ) -> NDArray[np.float64]:
     """Time (s) and measured speed (m/s) at 5 Hz, two columns.
 
-    ``slope`` uphill; brakes in m/s^2: ``dragging`` throughout, ``fading`` with 15 s.
+    ``slope`` uphill; brakes in m/s^2: ``dragging`` throughout, ``fading`` with 15 s. A car sheds ``car.shed`` of its
+    drag area above 22 m/s.
     """
     speed, gust, rows = car.first + rng.normal(0.0, 0.2), 0.0, []
 
     def slower(v: float, time: float) -> float:
-        air = 0.5 * AIR * car.drag_area * (v + gust) * abs(v + gust)
+        area = car.drag_area * (1.0 - car.shed / (1.0 + np.exp(-(v - 22.0) / 0.8)))
+        air = 0.5 * AIR * area * (v + gust) * abs(v + gust)
         return (air + car.mass * GRAVITY * (car.rolling + slope)) / (car.mass + car.rotating) + brake(time)
 
     def brake(time: float) -> float:

@@ -33,7 +33,8 @@ def with_open_answers(
     probable answers of one effect more. ``ambiguous``: they
     hold the values of all answers, and of the baseline where it gives a result. ``unknown``: those of the baseline and
     of what comes closest, each with the bias by what it leaves unexplained. An answer that is not in the model, as a
-    learned law unless the description requests it, is held beside the baseline.
+    learned law unless the description requests it, is held beside the baseline. How much of a law that the catalogue
+    does not have the baseline's parameters took in is unknown: theirs have the bias by all that they leave unexplained.
     """
     result = extension.result or base
     if not result.parameters or judgment.verdict == "not_testable":
@@ -49,7 +50,8 @@ def with_open_answers(
         found = [Answer(BASELINE, base.parameters), *found]
     elif judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
         closest = [c for c in (answer or judgment.closest,) if c is not None]
-        explained = answer is not None and (answer.sufficient or answer.nearly_sufficient)
+        learned = answer is not None and bool(set(answer.effects) & strategy.model.setup.learned)
+        explained = answer is not None and not learned and (answer.sufficient or answer.nearly_sufficient)
         known = {} if explained else _biases(strategy, judgment.base, base, problem)
         found, others = _published(strategy, closest, problem, base, not explained)
         found = [Answer(BASELINE, base.parameters, known), *found]
