@@ -119,7 +119,7 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
         effects=effects,
         profiles=problem.profiles,
         lacking=lacking,
-        one_way=_one_way(spec) if diagnosable.two_way(spec) else "",
+        one_way=_one_way(problem.directions([r.direction for r in spec.runs])) if diagnosable.two_way(spec) else "",
         run=diagnosable.run,
         fewest_runs=diagnosable.fewest_runs,
         too_short=_too_short(diagnosable, problem),
@@ -219,9 +219,9 @@ def _too_short(diagnosable: Diagnosable, problem: SimulatedProblem) -> str:
     return f"no {diagnosable.run} lasts longer than {problem.duration:.2g} s"
 
 
-def _one_way(spec: TestSpec) -> str:
+def _one_way(directions: Sequence[str | None]) -> str:
     """Why the runs are not there and back; empty where they are."""
-    ways = {r.direction for r in spec.runs}
+    ways = set(directions)
     if {"out", "back"} <= ways:
         return ""
     if None in ways:

@@ -116,6 +116,10 @@ class SimulatedProblem(Problem, Protocol):
     def duration(self) -> float:
         """Length of the longest run, s."""
 
+    def directions(self, stated: Sequence[str | None]) -> Sequence[str | None]:
+        """The directions of the runs that are used, of those that the description states; all unless a step chooses."""
+        return stated
+
     @property
     def coarse_error(self) -> Callable[[Sequence[Effect], Sequence[Unknown]], float] | None:
         """(effects, unknowns) -> rms error of the main channel at the unknowns' starts, with nothing fitted.

@@ -105,6 +105,10 @@ class CoastdownProblem(SimulatedProblem):
         """The resistance over speed, direction and time, the road over position, the speed reading."""
         return road_parts(self.campaign)
 
+    def directions(self, stated: Sequence[str | None]) -> Sequence[str | None]:
+        """Those of the runs that were not left out."""
+        return [stated[s.run] for s in self.selection.segments]
+
     @property
     def duration(self) -> float:
         """Length of the longest log, s."""

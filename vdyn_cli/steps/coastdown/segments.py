@@ -74,15 +74,21 @@ def rows(log: Log, keep: Mask) -> Log:
     return Log(log.name, log.time[keep], {k: v[keep] for k, v in log.channels.items()}, log.findings)
 
 
+# Six parameters: how much of the window must be covered depends on the other runs.
 def coast_segment(
-    run: int, log: Log, window: tuple[float, float] | None, shortest: float, split: bool = False
+    run: int,
+    log: Log,
+    window: tuple[float, float] | None,
+    shortest: float,
+    split: bool = False,
+    covered_least: float = LEAST_COVERED,
 ) -> CoastSegment | RejectedSegment:
     """The part of a log in which the car coasts through a window of speeds, or why there is none.
 
     Parameters
     ----------
     run : index of the run. window : upper and lower speed, m/s; None: all of the fall. shortest : s.
-    split : the log is a table of split times.
+    split : the log is a table of split times. covered_least : share of the window that the fall must cover.
     """
     speed, start, stop = log["speed"], float(log.time[0]), float(log.time[-1])
     there = np.isfinite(speed)
@@ -96,7 +102,7 @@ def coast_segment(
         why = f"not a coast-down: the speed falls by less than {LEAST_FALL:g} m/s"
         return RejectedSegment(log.name, start, stop, why)
     covered = (min(upper, float(smooth[top])) - max(lower, float(smooth[end]))) / (upper - lower)
-    if covered < LEAST_COVERED:
+    if covered < covered_least:
         reach = f"{3.6 * smooth[top]:.1f} to {3.6 * smooth[end]:.1f} km/h"
         wanted = f"{3.6 * upper:.1f} to {3.6 * lower:.1f} km/h"
         return RejectedSegment(

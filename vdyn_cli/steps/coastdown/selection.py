@@ -16,7 +16,14 @@ from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.braking import braked_before, without_braking, without_late_clutch, without_outliers
-from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, coast_segment, driven_segment, rows
+from vdyn_cli.steps.coastdown.segments import (
+    LEAST_COVERED,
+    CoastSegment,
+    RejectedSegment,
+    coast_segment,
+    driven_segment,
+    rows,
+)
 from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
 
 Array = NDArray[np.float64]
@@ -24,6 +31,7 @@ Array = NDArray[np.float64]
 SLOWEST = 1.0  # m/s: below, tires and brakes follow other laws
 LEAST_FILLED = 0.8  # of the rows in which a channel must hold a number to be used
 LEAST_SPAN = 1.0  # m/s of a speed window: below, the noise of the speed decides where it begins
+SOME_COVERED = 0.1  # of the speed window, by the runs of a direction none of which covers half: less is no fall
 FEWEST_LISTED = 4  # short parts of one log, from which they are summed up in one entry
 
 
@@ -70,9 +78,7 @@ def selected(
     rejected: list[RejectedSegment] = []
     for k, log in enumerate(logs):
         if drive == "coasting":
-            table = spec.reading.split_times is not None
-            there = usable(log if table else _own_rows(log), drive)
-            found = coast_segment(k, there, window, settings.minimum_length.value, table)
+            found = _coast(spec, k, log, window)
             if isinstance(found, CoastSegment):
                 segments.append(found)
             else:
@@ -84,6 +90,8 @@ def selected(
         one, left = driven_segment(k, there, demand, slowest, settings.minimum_length.value)
         segments += [] if one is None else [one]
         rejected += _summed(log, left)
+    if drive == "coasting":
+        segments, rejected = _with_both_directions(spec, logs, window, segments, rejected)
     segments, windy = _calm(segments, settings.wind_limit.value)
     rejected += windy
     if segments and drive == "coasting":
@@ -97,6 +105,37 @@ def selected(
         nothing = Finding("runs", "no log has a sample above the lowest speed that is fitted", "", remedy)
         raise ResultError(*([Finding(r.run, f"rejected: {r.why}", "", remedy) for r in rejected] or [nothing]))
     return SegmentSelection(tuple(segments), tuple(rejected))
+
+
+def _coast(
+    spec: CoastdownSpec, run: int, log: Log, window: tuple[float, float] | None, covered: float = LEAST_COVERED
+) -> CoastSegment | RejectedSegment:
+    """The coast of one log through the speed window, of which it must cover a share."""
+    table = spec.reading.split_times is not None
+    there = usable(log if table else _own_rows(log), "coasting")
+    return coast_segment(run, there, window, spec.settings.minimum_length.value, table, covered)
+
+
+def _with_both_directions(
+    spec: CoastdownSpec,
+    logs: Sequence[Log],
+    window: tuple[float, float] | None,
+    segments: list[CoastSegment],
+    rejected: list[RejectedSegment],
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """The segments, with the runs of a direction of which none covers enough of the speed window.
+
+    Downhill a car may stop slowing down within the window: without those runs a slope passes for resistance.
+    """
+    used = {spec.runs[s.run].direction for s in segments}
+    lost = [k for k, run in enumerate(spec.runs) if run.direction not in used]
+    if len(used) != 1 or None in used or not lost:
+        return segments, rejected
+    names = {logs[k].name for k in lost}
+    again = [_coast(spec, k, logs[k], window, SOME_COVERED) for k in lost]
+    found = sorted((*segments, *(a for a in again if isinstance(a, CoastSegment))), key=lambda s: s.run)
+    left = [a for a in again if isinstance(a, RejectedSegment)]
+    return found, [*(r for r in rejected if r.run not in names), *left]
 
 
 def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
