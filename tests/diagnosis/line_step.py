@@ -76,6 +76,9 @@ class LineProblem:
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         return self.estimated(self.data, effects, unknowns)
 
+    def directions(self, stated: Sequence[str | None]) -> Sequence[str | None]:
+        return stated
+
     def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
         return result
 
