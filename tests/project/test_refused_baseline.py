@@ -6,6 +6,7 @@ a linearized model says that a wheel of another mass explains it, which the exac
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -29,4 +30,6 @@ def test_a_negative_inertia_is_published_with_what_mends_it(fault: dict[str, flo
     assert not diagnosis.causes
     assert found.interval95[0] < INERTIA < found.interval95[1]
     assert found.interval95[1] < 1.6 * INERTIA
+    for name in re.findall(r"gain of (-[\d.]+)|radius of (-[\d.]+)", diagnosis.sentence):
+        assert float(max(name)) == pytest.approx(-5.0 if "torque_gain" in fault else -2.9, abs=0.6)  # %, 3 std
     assert not result.parameters.extensions  # one of several answers does not travel with the vehicle

@@ -28,7 +28,8 @@ class Extension:
     ----------
     effects : their names; none where nothing was requested, or it failed.
     result : the step's, of the extended model.
-    amplitudes : of the effects' unknowns, by that model's fit.
+    amplitudes : of the effects' unknowns, by that model's fit; where they are one of several answers of one effect,
+        those of the others, too, each by its own fit.
     biased : without less with each effect, by published parameter.
     failed : why the model could not be extended.
     open : the effects are one of several answers, taken in because the baseline gives no result.
@@ -100,17 +101,22 @@ def _with_open_answer(
     Their intervals hold all answers. A prediction by one of several answers is none, and stays refused.
     """
     setup = strategy.model.setup
-    failed: tuple[Finding, ...] = ()
     if zero := _may_be_zero(judgment, setup, (), None):
         return judgment.unknown(f"{zero} {ZERO}"), Extension()
+    found = Extension()
+    alone = all(len(answer.effects) == 1 for answer in judgment.answers)
     for answer in judgment.answers:
         if extend == "named" and set(answer.effects) & setup.learned:
             continue
         effects = [setup.candidates[e] for e in answer.effects]
         result, failed = publish_with(problem, effects, strategy.relinearized(answer.fitted).values)
-        if result is not None and result.parameters:
-            return judgment, Extension(answer.effects, result, _amplitudes(result, effects), open=True)
-    return judgment, Extension(failed=failed)
+        if result is None or not result.parameters:
+            found = found if found.effects else Extension(failed=failed)
+        elif not found.effects:
+            found = Extension(answer.effects, result, _amplitudes(result, effects), open=True)
+        elif alone:  # from a refused baseline a linear fit reaches no amplitude
+            found = replace(found, amplitudes={**found.amplitudes, **_amplitudes(result, effects)})
+    return judgment, found
 
 
 def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment) -> tuple[str, ...]:
