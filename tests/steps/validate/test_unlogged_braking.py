@@ -50,7 +50,7 @@ def test_blended_braking_without_a_channel_is_found_and_named() -> None:
         assert one.braked[(brake == 0.0) & (channels["speed"] > 5.0)].mean() < 0.1
         assert one.excess == pytest.approx(brake.max() / MASS / RADIUS, rel=0.15)
         (finding,) = one.finding("drive.csv")
-        assert "brakes that are not logged, left out" in finding.what
+        assert "brakes or hills that are not logged, left out" in finding.what
         assert time[0] <= one.spans[0][0] < one.spans[-1][1] <= time[-1]
 
 
@@ -63,3 +63,42 @@ def test_brakes_that_a_channel_shows_are_not_named_again() -> None:
     time, channels, torque, brake = drive(1, blended=True)
     logged = {**channels, "brake_torque": brake}
     assert not unlogged_braking([(time, logged, torque)])[0].spans
+
+
+def rolling_over_hills(grade: float, brake: float) -> Driven:
+    """Driven at constant power, then rolling free over a hill for 25 s, or braked there by an unlogged brake."""
+    rng = np.random.default_rng(6)
+    time = np.arange(0.0, 150.0, STEP)
+    phase = time % 50.0
+    torque = np.where(phase < 25.0, 400.0 * np.clip(phase, 0.0, 1.0), 0.0)
+    hill = np.where(phase >= 27.0, grade * np.sin(np.pi * (phase - 27.0) / 23.0), 0.0)
+    stopped = np.where((phase > 30.0) & (phase < 38.0), brake, 0.0)
+    speed, felt = np.empty(time.size), np.empty(time.size)
+    now = 15.0
+    for k in range(time.size):
+        felt[k] = (torque[k] / RADIUS - 130.0 - 0.36 * now**2) / MASS - stopped[k]
+        now += STEP * (felt[k] - 9.81 * hill[k])
+        speed[k] = now
+    channels = {
+        "speed": speed + 0.02 * rng.standard_normal(time.size),
+        "acceleration": felt + 0.15 + 0.05 * rng.standard_normal(time.size),
+        "brake_torque": np.zeros(time.size),
+    }
+    return time, channels, torque, stopped
+
+
+def test_an_accelerometer_tells_a_hill_from_a_brake() -> None:
+    time, channels, torque, _ = rolling_over_hills(0.03, 0.0)
+    blind = {n: v for n, v in channels.items() if n != "acceleration"}
+    (guess,) = unlogged_braking([(time, blind, torque)])
+    (finding,) = guess.finding("drive.csv")
+    assert "brakes or hills that are not logged" in finding.what
+    assert "and grade" in finding.remedy
+    assert not unlogged_braking([(time, channels, torque)])[0].spans
+
+
+def test_an_accelerometer_feels_a_brake() -> None:
+    time, channels, torque, brake = rolling_over_hills(0.0, 0.5)
+    (one,) = unlogged_braking([(time, channels, torque)])
+    assert one.braked[brake > 0].mean() > 0.9
+    assert "brakes that are not logged" in one.finding("drive.csv")[0].what

@@ -2,7 +2,8 @@
 
 The acceleration while the car is driven is a T + b + c V^2 + d T', fitted by Huber's weights: slopes, gusts and a
 sampling delay scatter about it. Where it is not driven, a driveline that loses a share of the torque slows the car in
-proportion to |T|, always; a friction brake slows it beyond that for some seconds.
+proportion to |T|, always; a friction brake slows it beyond that for some seconds. So does a hill; but an accelerometer,
+where one is logged, feels the brake and not the hill, and must show it, too.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ FADED = 0.4  # of the limit, down to which braking begins and ends
 RAMP = 1.0  # s over which a brake is pressed or released
 MOST_LOST = 0.25  # share of the torque that a driveline may lose between driving and recuperation
 UNBRAKED = 0.1  # share of the recuperation at least that is without friction brakes
+MOSTLY = 0.9  # of the samples in which an accelerometer must hold a number to be asked
 ROUNDS = 10  # of reweighting
 HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
 NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
@@ -42,11 +44,13 @@ class UnloggedBraking:
     ----------
     braked : (n,) samples. spans : first and last time of each stop or slowdown, s.
     excess : m/s^2, the largest deceleration that torque and speed do not explain.
+    felt : by an accelerometer, too.
     """
 
     braked: Mask
     spans: tuple[tuple[float, float], ...]
     excess: float
+    felt: bool = False
 
     def finding(self, log: str) -> tuple[Finding, ...]:
         """What was cut, and how to avoid it; empty where nothing was."""
@@ -54,11 +58,12 @@ class UnloggedBraking:
             return ()
         a, b = max(self.spans, key=lambda s: s[1] - s[0])
         also = f", and {len(self.spans) - 1} more" if len(self.spans) > 1 else ""
+        cause = "brakes" if self.felt else "brakes or hills"
         what = (
             f"the car slows down by up to {self.excess:.2g} m/s^2 more than drive torque and road load explain, "
-            f"from {a:.1f} s to {b:.1f} s{also}: brakes that are not logged, left out"
+            f"from {a:.1f} s to {b:.1f} s{also}: {cause} that are not logged, left out"
         )
-        remedy = "map brake_torque, or keep the friction brakes released"
+        remedy = f"map brake_torque{'' if self.felt else ' and grade'}, or keep the friction brakes released"
         return (Finding(f"{log}, channel 'brake_torque'", what, "", remedy),)
 
 
@@ -70,6 +75,7 @@ class _Excess:
     ----------
     excess, scatter : m/s^2, the second while the car is driven. pulled : m/s^2, deceleration by the drive torque.
     free : the car moves, neither driven nor with a logged brake on. recuperated : of that, where the torque brakes.
+    felt : (n,) m/s^2, excess by the accelerometer; None without one.
     """
 
     excess: Array
@@ -77,6 +83,7 @@ class _Excess:
     pulled: Array
     free: Mask
     recuperated: Mask
+    felt: Array | None
 
 
 def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]]) -> tuple[UnloggedBraking, ...]:
@@ -84,7 +91,8 @@ def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]])
 
     Parameters
     ----------
-    drives : of one car: time (n,) s; channels speed (m/s, may hold NaN) and brake_torque (N m); drive torque (n,) N m.
+    drives : of one car: time (n,) s; channels speed (m/s, may hold NaN), brake_torque (N m) and, where it is logged,
+        acceleration (specific force, m/s^2, may hold NaN); drive torque (n,) N m.
 
     Returns
     -------
@@ -111,7 +119,19 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
         return None
     law, scatter = _robust(columns[driven], rate[driven])
     free = moving & (force <= idle)
-    return _Excess(columns @ law - rate, scatter, np.abs(law[0] * np.minimum(force, 0.0)), free, free & (force < -idle))
+    felt = _felt(time, channels, columns, driven)
+    pulled = np.abs(law[0] * np.minimum(force, 0.0))
+    return _Excess(columns @ law - rate, scatter, pulled, free, free & (force < -idle), felt)
+
+
+def _felt(time: Array, channels: Mapping[str, Array], columns: Array, driven: Mask) -> Array | None:
+    """The excess (n,) by the accelerometer, whose zero the driven samples tell; None without one."""
+    logged = channels.get("acceleration")
+    if logged is None or not np.all(np.isfinite(logged[driven])) or np.isfinite(logged).mean() < MOSTLY:
+        return None
+    there = np.isfinite(logged)
+    force = _mean(time, np.interp(time, time[there], logged[there]))
+    return np.asarray(columns @ _robust(columns[driven], force[driven])[0] - force)
 
 
 def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
@@ -119,12 +139,14 @@ def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
     braked = np.zeros(time.size, dtype=bool)
     if seen is None:
         return UnloggedBraking(braked, (), 0.0)
-    excess = seen.excess - lost * seen.pulled
+    excess = seen.excess if seen.felt is None else np.minimum(seen.excess, seen.felt)
+    excess = excess - lost * seen.pulled
     limit = max(LEAST, BEYOND * seen.scatter)
     spans = _spans(time, seen.free & (excess > FADED * limit), seen.free & (excess > limit))
     for a, b in spans:
         braked |= (time >= a - RAMP) & (time <= b + RAMP)
-    return UnloggedBraking(braked, spans, float(np.max(excess[seen.free & braked], initial=0.0)))
+    largest = float(np.max(excess[seen.free & braked], initial=0.0))
+    return UnloggedBraking(braked, spans, largest, seen.felt is not None)
 
 
 def _robust(columns: Array, y: Array) -> tuple[Array, float]:
