@@ -47,6 +47,21 @@ def test_a_gain_that_changes_by_a_tenth_is_found_where_it_changes(channel: str, 
     assert not list(gain_change_findings(before)), "the remedy clears the message"
 
 
+def truck(loud: float, quiet: float, gain: float = 1.0) -> Log:
+    """Accelerations of a first and a second half (m/s^2), in which the accelerometer's gain changes; 0.03 m/s noise."""
+    rng, time = np.random.default_rng(1), np.arange(0.0, 160.0, 0.1)
+    felt = np.where(time < 80.0, loud, quiet) * np.sin(0.35 * time)
+    speed = 15.0 + np.cumsum(felt) * 0.1 + rng.normal(0.0, 0.03, time.size)
+    read = felt * np.where(time > 80.0, gain, 1.0) + rng.normal(0.0, 0.03, time.size)
+    return Log("truck.csv", time, {"speed": speed, "acceleration": read})
+
+
+def test_a_quiet_half_in_which_the_speed_is_mostly_noise_is_no_change_of_the_accelerometer() -> None:
+    assert gain_changes(truck(0.4, 0.06)) == ()
+    (found,) = gain_changes(truck(1.0, 1.0, 1.2))
+    assert found.factor == pytest.approx(1.2, abs=0.05)
+
+
 def test_slip_that_comes_and_goes_is_no_change() -> None:
     healthy = log()
     slipping = healthy["wheel_speed_fl"] * (1.0 + 0.04 * np.sin(0.3 * T) ** 2)

@@ -157,7 +157,20 @@ def _change(tie: Tie, policy: QualityPolicy) -> GainChange | None:
     t = abs(h - g) / np.sqrt(max(variance * (1.0 / before[best] + 1.0 / after[best]), 1e-300))
     if not g * h > 0.0 or abs(h / g - 1.0) < policy.least_gain_change or t < policy.gain_change_t:
         return None
-    return GainChange(tie.what, float(tie.time[k - 1]), h / g, float(t)) if _abrupt(y, x, k, policy) else None
+    if not _abrupt(y, x, k, policy) or (tie.constant and not _both_ways(y, x, k, h / g)):
+        return None
+    return GainChange(tie.what, float(tie.time[k - 1]), h / g, float(t))
+
+
+def _both_ways(y: Array, x: Array, k: int, factor: float) -> bool:
+    """Whether x over y shows half of the gain's change at least, too.
+
+    Noise of x lowers the gain of y over x, and what y holds beside it (the road's slope in a specific force) raises
+    that of x over y, the more the quieter the drive: the true gain lies between both.
+    """
+    halves = (slice(0, k), slice(k, None))
+    before, after = (float(y[h] @ y[h]) / (float(x[h] @ y[h]) or np.inf) for h in halves)
+    return before * after > 0.0 and bool(np.log(after / before) * np.sign(factor - 1.0) > 0.5 * abs(np.log(factor)))
 
 
 def _abrupt(y: Array, x: Array, k: int, policy: QualityPolicy) -> bool:
