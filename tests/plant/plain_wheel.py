@@ -16,8 +16,13 @@ CAR, LOAD, SHARE = 2210.0, 5490.0, 0.25  # kg; N on the wheel; of the drive forc
 STEP, LENGTH, RATE = 0.002, 40.0, 50.0  # s, s, Hz
 
 
-def write_drives(folder: Path, seed: int, stated_radius: float = 1.0, torque_gain: float = 1.0, runs: int = 3) -> Path:
-    """The logs and their description; ``stated_radius`` and ``torque_gain`` as shares of the true ones."""
+def write_drives(
+    folder: Path, seed: int, stated_radius: float = 1.0, torque_gain: float = 1.0, fading: float = 0.0, runs: int = 3
+) -> Path:
+    """The logs and their description; ``stated_radius`` and ``torque_gain`` as shares of the true ones.
+
+    ``fading``: torque of pads that let go within 8 s, N m when each log begins.
+    """
     rng, listed = np.random.default_rng(seed), []
     for k in range(runs):
         time = np.arange(0.0, LENGTH, STEP)
@@ -31,6 +36,7 @@ def write_drives(folder: Path, seed: int, stated_radius: float = 1.0, torque_gai
         load = LOAD * (1.0 - 0.005 * gained)
         spin = speed / RADIUS * (1.0 + ground / (14.0 * load))
         torque = INERTIA * np.gradient(spin, STEP) + (ground + ROLLING * load) * RADIUS
+        torque += fading * np.exp(-(time - 0.3) / 8.0)
 
         at = np.arange(0.3, LENGTH - 0.3, 1.0 / RATE)
         exact = {

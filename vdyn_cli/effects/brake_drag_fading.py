@@ -20,12 +20,13 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="Every run slows down too fast in its first tens of seconds, in both directions.",
     alike=("extra_drag_area", "drag_area", "tire_warmup"),
     confirm="Do not touch the brakes for a minute before a run, or start coasts from different speeds.",
-    tags={"of_a_car", "test_only", "open_road"},
+    tags={"of_a_car", "test_only", "open_road", "wheel_spin"},
 )
 def brake_drag_fading(brake: Law, s: Signals, q: Signals) -> Number:
     """Pads that still rub after the car was braked, and let go.
 
-    F = Fb exp(-t/T), t since the run's log began, for all wheels together. T is 20 s until the data say otherwise.
+    F = Fb exp(-t/T), t since the run's log began, for all wheels together; of a wheel with its own force sensor it is
+    that wheel's force at the rim. T is 20 s until the data say otherwise.
     """
     rubbing = q.brake_drag_fading * exp(-s.run_time / q.brake_drag_fading_time)
     return brake(s.but(brake_force=s.brake_force + s.share * rubbing))

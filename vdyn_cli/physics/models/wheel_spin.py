@@ -24,7 +24,9 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
     p = e.p
     speed, carried = e.state("wheel_speed", u.wheel_speed), e.state("carried")
     rim = speed * p.wheel_radius
-    rubbing = e(brake, brake_force=0.0, speed=rim, sense=turned(rim), share=1.0) * p.wheel_radius
+    run_time = e.state("run_time")
+    pads = e(brake, brake_force=0.0, speed=rim, sense=turned(rim), share=1.0, run_time=run_time)
+    rubbing = pads * p.wheel_radius
     acceleration = e("acceleration", value=u.acceleration)
     turning = e(
         wheel_spin,
@@ -39,7 +41,7 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
         wheel_inertia=p.wheel_inertia,
     )
     taken = -p.wheel_mass * acceleration * p.wheel_radius / p.wheel_inertia
-    e.integrate(wheel_speed=turning, carried=taken)
+    e.integrate(wheel_speed=turning, carried=taken, run_time=1.0)
     e.sensor(READINGS[0], speed - carried, turning - taken)
     e.sensor(READINGS[1], carried, taken)
     e.sensor(LEVER, p.wheel_radius)
