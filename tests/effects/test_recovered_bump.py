@@ -31,6 +31,9 @@ HIDDEN = (
     Hidden("progressive_spring", 2.0),
     Hidden("tire_damping", 300.0),
     Hidden("tire_enveloping", 0.12),
+    Hidden("bump_height_error", 0.04),
+    Hidden("bump_width_error", -0.05),
+    Hidden("bump_trapezoid", 0.3),
     Hidden("speed_error", 0.03),
     Hidden("clock_offset", 0.012),
 )

@@ -27,12 +27,15 @@ EFFECTS = {
     "tire_enveloping": "m of contact patch over which the tire averages the road",
     "speed_error": "1: the speed channel reads (1 + q) times the speed",
     "clock_offset": "s by which acceleration and pitch rate are read late",
-    "bump_height": "1: the bump is (1 + q) times as high as the tester measured; in no catalogue, for controls",
+    "bump_height_error": "1: the bump is (1 + q) times as high as the tester measured",
+    "bump_width_error": "1: the bump is (1 + q) times as wide as the tester measured",
+    "bump_trapezoid": "1: share of a trapezoid, flat over 0.4 of its width, in the bump's profile",
     "degressive_damping": "s/m: damper force C v (1 - q |v|); in no catalogue, for controls",
 }
 # Sizes at which finite differences are taken.
 SMALL = {"asymmetric_damping": 1e-3, "suspension_friction": 100.0, "progressive_spring": 1e-2, "tire_damping": 1.0}
-SMALL |= {"tire_enveloping": 0.08, "speed_error": 1e-4, "clock_offset": 1e-4, "bump_height": 1e-3}
+SMALL |= {"tire_enveloping": 0.08, "speed_error": 1e-4, "clock_offset": 1e-4, "bump_height_error": 1e-3}
+SMALL |= {"bump_width_error": 1e-3, "bump_trapezoid": 1e-3}
 SMALL |= {"degressive_damping": 1e-3}
 ONE_SIDED = ("suspension_friction", "tire_enveloping")
 PARAMETERS = (
@@ -216,8 +219,13 @@ def _measure(
     if unknown:
         raise ValueError(f"a bump crossing has no effect {sorted(unknown)}")
     known = bump or Bump()
-    higher = known.height * (1.0 + effects.get("bump_height", 0.0))
-    bump = replace(known, patch=effects.get("tire_enveloping", 0.0), height=higher)
+    bump = replace(
+        known,
+        patch=effects.get("tire_enveloping", 0.0),
+        height=known.height * (1.0 + effects.get("bump_height_error", 0.0)),
+        width=known.width * (1.0 + effects.get("bump_width_error", 0.0)),
+        trapezoid=effects.get("bump_trapezoid", 0.0),
+    )
     speed, up, distance = driven.T[:, :, None]
     behind = np.array([0.0, 1.0]) * np.sum(cars.levers, axis=1)[:, None]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,8 @@ class Bump:
     """Height of the road over the distance s past the bump's near edge.
 
     ``shape`` is "haversine" (a full cosine period), "half_sine", or "profile" with ``table`` (2, k) of distance and
-    height, straight between its points. ``patch`` is the length over which the tire averages.
+    height, straight between its points. ``patch`` is the length over which the tire averages. ``trapezoid`` is the
+    share of a trapezoid, flat over its middle 0.4, in a shape without table.
     """
 
     height: float = 0.07
@@ -22,6 +23,7 @@ class Bump:
     shape: str = "haversine"
     table: Array | None = None
     patch: float = 0.0
+    trapezoid: float = 0.0
 
     def level(self, s: Array) -> Array:
         """Road height under the contact point, m."""
@@ -34,6 +36,11 @@ class Bump:
         if self.patch > 0:
             return (self._level(s + self.patch / 2) - self._level(s - self.patch / 2)) / self.patch
         inside = (s > 0) & (s < self.width)
+        if self.trapezoid:
+            ramp = 0.3 * self.width
+            rise = np.where(s < ramp, 1.0, np.where(s > self.width - ramp, -1.0, 0.0)) * self.height / ramp
+            plain = replace(self, trapezoid=0.0).slope(s)
+            return (1.0 - self.trapezoid) * plain + self.trapezoid * np.where(inside, rise, 0.0)
         turn = np.pi * s / self.width
         if self.shape == "haversine":
             return np.where(inside, np.pi * self.height / self.width * np.sin(2 * turn), 0.0)
@@ -49,6 +56,10 @@ class Bump:
         return self.table
 
     def _level(self, s: Array) -> Array:
+        if self.trapezoid:
+            corners = np.array([0.0, 0.3, 0.7, 1.0]) * self.width
+            straight = np.interp(s, corners, [0.0, self.height, self.height, 0.0])
+            return (1.0 - self.trapezoid) * replace(self, trapezoid=0.0)._level(s) + self.trapezoid * straight
         turn = np.pi * np.clip(s, 0.0, self.width) / self.width
         if self.shape == "haversine":
             return self.height * np.sin(turn) ** 2

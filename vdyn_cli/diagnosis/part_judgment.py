@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from vdyn_cli.diagnosis.candidate_models import candidate_model
 from vdyn_cli.diagnosis.held_out_gain import Selection, held_out_gain
 from vdyn_cli.diagnosis.judgment import Judgment
@@ -48,7 +50,8 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     """
     detected = judgment.verdict in ("named", "ambiguous", "unknown")
     # A problem of an installed package need not know of parts.
-    if not detected or not getattr(problem, "parts", ()):
+    parts = getattr(problem, "parts", ())
+    if not detected or not parts or _explained_elsewhere(strategy, judgment, parts):
         return PartJudgment(strategy, judgment)
     finding = part_finding(strategy, problem)
     if finding is None:
@@ -68,6 +71,16 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
         return same
     found = with_learned_law(strategy, judgment, finding, label_of(finding.parts))
     return same if found is None else PartJudgment(found[0], found[1], finding, None, found[2])
+
+
+def _explained_elsewhere(strategy: Strategy, judgment: Judgment, parts: Sequence[Part]) -> bool:
+    """Whether one effect that is none of these parts' explains as much as a part must: then no part can say more."""
+    if judgment.answer is None or judgment.gain is None:
+        return False
+    candidates = strategy.model.setup.candidates
+    if any(p.concerns(candidates[n]) for p in parts for n in judgment.answer.effects if n in candidates):
+        return False
+    return judgment.gain.share >= 1.0 - float(np.sqrt(1.0 - POLICY.part_squares))
 
 
 def label_of(parts: Sequence[Part]) -> str:

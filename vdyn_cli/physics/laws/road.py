@@ -19,7 +19,8 @@ def road(s: Signals) -> Number:
 
     Parameters
     ----------
-    s : position m (x, past the bump's near edge), height m (A), width m (lambda), shape (a function of x / lambda).
+    s : position m (x, past the bump's near edge), height m (A), width m (lambda), shape (a function of x / lambda),
+        length m (from edge to edge, which effects read).
 
     Notes
     -----

@@ -68,16 +68,20 @@ def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
     Assumes small angles, vertical motion independent of the longitudinal one, both wheels of an axle alike.
     Source: doi:10.4271/2017-01-1574, equations (8) to (15).
     """
-    return _model({"haversine": haversine, "half_sine": half_sine}[shape])
+    return _model({"haversine": haversine, "half_sine": half_sine}[shape], 1.0)
 
 
 @cache
 def half_car_on_profile(points: Points) -> Model:
     """The half car on a measured profile, (position, height) in m; ``bump_height`` and ``bump_width`` scale it."""
-    return _model(straight_lines(points))
+    return _model(straight_lines(points), points[-1][0])
 
 
-def _model(shape: Shape) -> Model:
+def _model(shape: Shape, length: float) -> Model:
+    """The half car on a bump of this shape, which is ``length`` times ``bump_width`` long."""
+
+    bump = shape, length
+
     def assemble(e: ModelBuilder, u: Signals) -> None:
         p = e.p
         z, w, pitch, turn = (e.state(name) for name in BODY)
@@ -86,9 +90,9 @@ def _model(shape: Shape) -> Model:
         sprung, to_front = sprung_body(*(getattr(p, name) for name in BODY_OF))
         share = p.cg_to_front / p.wheelbase
         past = x - p.distance_front
-        front = _axle(e, "front", (z + to_front * pitch, w + to_front * turn), (past, speed), shape, 1.0 - share)
+        front = _axle(e, "front", (z + to_front * pitch, w + to_front * turn), (past, speed), bump, 1.0 - share)
         arm = to_front - p.wheelbase
-        rear = _axle(e, "rear", (z + arm * pitch, w + arm * turn), (past - p.wheelbase, speed), shape, share)
+        rear = _axle(e, "rear", (z + arm * pitch, w + arm * turn), (past - p.wheelbase, speed), bump, share)
         heave_acceleration = -(front + rear) / sprung
         pitch_acceleration = -(to_front * front + arm * rear) / p.sprung_pitch_inertia
         e.integrate(heave=w, heave_rate=heave_acceleration, pitch=turn, pitch_rate=pitch_acceleration, position=speed)
@@ -99,10 +103,16 @@ def _model(shape: Shape) -> Model:
 
 
 def _axle(
-    e: ModelBuilder, end: str, body: tuple[Number, Number], crossing: tuple[Number, Number], shape: Shape, share: Number
+    e: ModelBuilder,
+    end: str,
+    body: tuple[Number, Number],
+    crossing: tuple[Number, Number],
+    bump: tuple[Shape, float],
+    share: Number,
 ) -> Number:
     """One axle's motion and load; returns what its springs and dampers pull the body down by, N."""
     past, speed = crossing  # m beyond the start of the bump, m/s
+    shape, length = bump  # length in bump widths
     p, at = e.p, f"_{end}"
     stiffness, damping = getattr(p, f"suspension_stiffness{at}"), getattr(p, f"suspension_damping{at}")
     mass, rigid = getattr(p, f"unsprung_mass{at}"), p.tire_vertical_stiffness
@@ -112,7 +122,8 @@ def _axle(
     v = e.state(f"wheel_rate{at}", follow * body[1])
 
     def level(position: Number) -> Number:
-        return e(road, at, position=position, height=p.bump_height, width=p.bump_width, shape=shape)
+        size = {"height": p.bump_height, "width": p.bump_width, "length": length * p.bump_width}
+        return e(road, at, position=position, shape=shape, **size)
 
     rise = (level(past + SLOPE_STEP) - level(past - SLOPE_STEP)) / (2 * SLOPE_STEP) * speed
     static = p.mass * GRAVITY * share

@@ -21,14 +21,16 @@ SENSORS = {  # span and plausible error of a reading, in its unit
     "pitch_rate": ((-1.0, 1.0), 0.02, "rad/s", "the pitch rate reading"),
 }
 AXLES = ("front", "rear")
+HEIGHT = 0.02  # m, plausible error of a bump's described profile
+AROUND = 0.2  # of a bump's length, by which its edges may lie outside of the described ones
 
 
-def bump_parts(channels: Sequence[str]) -> tuple[Part, ...]:
-    """Dampers, springs and tires of both axles; sensors of ``channels``.
+def bump_parts(channels: Sequence[str], length: float) -> tuple[Part, ...]:
+    """Dampers, springs and tires of both axles; the bump's profile; sensors of ``channels``.
 
     Parameters
     ----------
-    channels : that are fitted.
+    channels : that are fitted. length : of the bump as described, m.
     """
     sensors = (
         Part(name, "", "value", span, size, unit, unit, what, "value", anchored=False, sensor=True)
@@ -36,7 +38,7 @@ def bump_parts(channels: Sequence[str]) -> tuple[Part, ...]:
         if name in channels
     )
     elements = (_damper, _spring, _tire, _tire_damping)
-    return (*(of(axle) for of in elements for axle in AXLES), *sensors)
+    return (*(of(axle) for of in elements for axle in AXLES), _profile(length), *sensors)
 
 
 def drop_parts(axles: Sequence[str]) -> tuple[Part, ...]:
@@ -51,6 +53,8 @@ def coordinate_of(part: Part, fit: BumpFit, solution: Solution) -> Array | None:
     replays = [replay(fit, solution, k) for k in range(len(fit.crossings))]
     if part.coordinate in ("stroke", "stroke_rate"):
         return np.concatenate([getattr(r, part.coordinate)[part.place] for r in replays])
+    if part.coordinate == "position":
+        return np.concatenate([r.position - r.distance - behind for r in replays for behind in (0.0, r.wheelbase)])
     stiffness = solution.values["tire_vertical_stiffness"]
     loads = [r.outputs[f"{part.place}_load"] - r.zeros[f"{part.place}_load"] for r in replays]
     pressed = [(load - np.median(load)) / stiffness for load in loads]
@@ -104,3 +108,9 @@ def _tire_damping(axle: str) -> Part:
         "tire_vertical", axle, "compression_rate", (-RATE, RATE), FORCE, "N", "m/s", what, "rate of deflection",
         law=lambda s: 0.0, arguments=lambda rate, values: {"stiffness": 0.0, "damping": 0.0},
     )  # fmt: skip
+
+
+def _profile(length: float) -> Part:
+    """The height of a bump of this length over the way past its near edge."""
+    span = (-AROUND * length, (1 + AROUND) * length)
+    return Part("road", "", "position", span, HEIGHT, "m", "m", "the height of the bump", "way past its near edge")

@@ -37,11 +37,12 @@ class BumpProblem(SimulatedProblem):
 
     Parameters
     ----------
-    fit : without effects. durations : of the logs, s.
+    fit : without effects. bump_length : m. durations : of the logs, s.
     findings : about the description, the bump's profile and the logs.
     """
 
     fit: BumpFit
+    bump_length: float
     durations: tuple[float, ...]
     findings: tuple[Finding, ...]
 
@@ -66,11 +67,11 @@ class BumpProblem(SimulatedProblem):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """Dampers, springs, tires and sensors, each free over its coordinate."""
-        return bump_parts(self.fit.channels)
+        """Dampers, springs, tires, the bump and sensors, each free over its coordinate."""
+        return bump_parts(self.fit.channels, self.bump_length)
 
     def coordinate(self, part: Part, solution: Solution) -> Array | None:
-        """Strokes, their rates and deflections as the baseline simulates them; readings as measured."""
+        """Strokes, deflections, their rates and the way as the baseline simulates them; readings as measured."""
         return coordinate_of(part, self.fit, solution)
 
     def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> BumpFit:
@@ -127,6 +128,7 @@ def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
     of_logs = (f for log in data.runs for f in log.findings)
     return BumpProblem(
         BumpFit(crossings, model, car, weights),
+        width,
         tuple(log.duration for log in data.runs),
         (*doubtful_car, *data.findings, *doubtful_runs, *of_logs),
     )

@@ -26,6 +26,7 @@ class Replay:
     ----------
     measured, outputs : each channel (n,), SI; outputs include the sensor's zero. zeros : of each channel.
     stroke, stroke_rate : of each axle (n,), m and m/s, extension positive.
+    position : (n,) m along the road since the log's start.
     distance : m, of the bump from the log's start. wheelbase : m. pace : mean speed, m/s.
     """
 
@@ -36,6 +37,7 @@ class Replay:
     zeros: Mapping[str, float]
     stroke: Mapping[str, Array]
     stroke_rate: Mapping[str, Array]
+    position: Array
     distance: float
     wheelbase: float
     pace: float
@@ -69,6 +71,7 @@ def replay(fit: BumpFit, solution: Solution, run: int) -> Replay:
         zeros=zeros,
         stroke={e: s["heave"] + arms[e] * s["pitch"] - s[f"wheel_{e}"] for e in ENDS},
         stroke_rate={e: s["heave_rate"] + arms[e] * s["pitch_rate"] - s[f"wheel_rate_{e}"] for e in ENDS},
+        position=s["position"],
         distance=float(solution.per_run["distance_front"][run]),
         wheelbase=arms["front"] - arms["rear"],
         pace=crossing.pace,

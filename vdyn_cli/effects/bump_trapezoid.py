@@ -1,0 +1,33 @@
+"""A bump whose shape is nearer to a trapezoid than described."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.maths import fmax, fmin
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.quantities.quantity import Quantity
+
+
+@effect(
+    on="road",
+    unknowns=(
+        Quantity("bump_trapezoid", "", "share of a trapezoid in the bump's shape", "m", -0.5, 1.5),
+        Quantity("bump_flat_share", "", "flat share of the trapezoid's width, in its middle", "p", 0, 0.8),
+    ),
+    nominal={"bump_flat_share": 0.4},
+    reference="flat tops of 0.3 to 0.6 of the width: trapezoid bumps of parking lots and test tracks",
+    label="a bump nearer to a trapezoid than described",
+    signature="On the bump the loads stay high for longer than simulated, and bend at the edges of its top.",
+    alike=("bump_width_error", "bump_height_error", "tire_enveloping"),
+    confirm="Measure the bump's profile, and give it as 'profile'.",
+    tags={"bump_crossing", "test_only"},
+)
+def bump_trapezoid(road: Law, s: Signals, q: Signals) -> Number:
+    """A shape between the described one and a trapezoid of the same height and width.
+
+    u = (1 - m) u0 + m A min(1, max(0, min(x, l - x)) / (l (1 - p) / 2)), l the bump's length
+    """
+    ramp = s.length * (1.0 - q.bump_flat_share) / 2
+    trapezoid = s.height * fmin(fmax(fmin(s.position, s.length - s.position), 0.0) / ramp, 1.0)
+    described = road(s)
+    return described + q.bump_trapezoid * (trapezoid - described)
