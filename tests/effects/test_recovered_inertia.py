@@ -28,6 +28,7 @@ KNOWN = given(plant.known(VEHICLE))
 NAMES = ("hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleration", "vehicle_speed")
 HIDDEN = (
     Hidden("brake_drag", 15.0),
+    Hidden("brake_drag_fading", 15.0),
     Hidden("bearing_drag", 0.2),
     Hidden("hub_torque_gain", 0.02),
     Hidden("hub_torque_offset", 15.0),
@@ -39,7 +40,7 @@ HIDDEN = (
 
 def size(hidden: Hidden) -> float:
     """In our unit: brakes that drag are given as the force at the rim."""
-    return hidden.size / VEHICLE.wheel_radius if hidden.plant == "brake_drag" else hidden.size
+    return hidden.size / VEHICLE.wheel_radius if hidden.plant.startswith("brake_drag") else hidden.size
 
 
 @cache

@@ -34,6 +34,7 @@ from tests.plant.write_csv import csv_bytes
 
 EFFECTS = {
     "brake_drag": "N m of rubbing brake behind the torque sensor",
+    "brake_drag_fading": "N m of a brake that lets go within 15 s from the first sample on",
     "bearing_drag": "N m s/rad",
     "hub_torque_gain": "1: the torque channel reads (1 + q) times the torque",
     "hub_torque_offset": "N m on the torque channel",
@@ -45,6 +46,7 @@ EFFECTS = {
 # Sizes at which finite differences are taken.
 SMALL = dict.fromkeys(EFFECTS, 1e-4) | {
     "brake_drag": 1.0,
+    "brake_drag_fading": 1.0,
     "hub_torque_offset": 1.0,
     "wheel_mass": 0.1,
     "drag_bump": 1.0,
@@ -121,6 +123,7 @@ def noise_free(vehicle: Vehicle, drive: Drive, effects: Mapping[str, float] | No
     torque = vehicle.wheel_inertia * np.gradient(turning, FINE, edge_order=2)
     torque += force * radius + vehicle.rolling_resistance * load * radius
     torque += effects.get("brake_drag", 0.0) + effects.get("bearing_drag", 0.0) * turning
+    torque += effects.get("brake_drag_fading", 0.0) * np.exp(-(clock - drive.times[0]) / 15.0)
     torque += effects.get("drag_bump", 0.0) * np.exp(-0.5 * ((turning - 45.0) / 3.0) ** 2)
     torque = torque * (1.0 + effects.get("hub_torque_gain", 0.0)) + effects.get("hub_torque_offset", 0.0)
     signals = (torque, turning, force - heavy * acceleration, load - heavy * GRAVITY, acceleration, speed)
