@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from string import ascii_lowercase
 
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.vocabulary import PARAMETERS
@@ -18,8 +19,8 @@ Symbol = tuple[tuple[str, str], ...]  # base and subscript of each part
 class ParameterRow:
     """One line of a parameter table; ``before`` is empty where no extension moved the value.
 
-    ``spans``: the answers whose values the interval holds beside its own; ``doubtful``: the diagnosis leaves them open,
-    or a part of the residual unexplained.
+    ``spans``: the answers whose values the interval also includes; ``mark`` the letter of the table's note that states
+    them; ``doubtful``: the diagnosis leaves them open, or a part of the residual unexplained.
     """
 
     key: str
@@ -34,6 +35,7 @@ class ParameterRow:
     before: str
     shift: str
     spans: str
+    mark: str
     doubtful: bool
 
 
@@ -44,10 +46,12 @@ def parameter_rows(estimates: Mapping[str, Estimate]) -> tuple[ParameterRow, ...
     ----------
     estimates : by name of the parameter, in SI units.
     """
-    return tuple(_parameter_row(key, estimate) for key, estimate in estimates.items())
+    spans = list(dict.fromkeys(e.spans for e in estimates.values() if e.spans))
+    marks = dict(zip(spans, ascii_lowercase, strict=False))
+    return tuple(_parameter_row(key, e, marks.get(e.spans, "")) for key, e in estimates.items())
 
 
-def _parameter_row(key: str, e: Estimate) -> ParameterRow:
+def _parameter_row(key: str, e: Estimate, mark: str) -> ParameterRow:
     rounded = typography.rounded(e.value, *e.interval95)
     quantity = PARAMETERS.get(key)
     before, shift = _shift(e, rounded)
@@ -64,6 +68,7 @@ def _parameter_row(key: str, e: Estimate) -> ParameterRow:
         before,
         shift,
         ", ".join(_answer(one) for one in e.spans),
+        mark,
         any(one in OPEN for one in e.spans),
     )
 
