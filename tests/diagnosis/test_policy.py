@@ -6,15 +6,20 @@ from dataclasses import fields
 
 import pytest
 
-from vdyn_cli.diagnosis.policy import POLICY, policy_text, shared_level
-from vdyn_cli.io.quality.quality_policy import QUALITY, quality_text
+from vdyn_cli.commands.explain import explanation
+from vdyn_cli.diagnosis.policy import POLICY, shared_level
+from vdyn_cli.io.clock_policy import CLOCKS
+from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.project.check_policy import CHECK
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 @pytest.mark.parametrize(
     ("one", "policy", "text"),
     [
         (one, policy, text)
-        for policy, text in ((POLICY, policy_text()), (QUALITY, quality_text()))
+        for policy in (POLICY, QUALITY, CLOCKS, CHECK, STEP_POLICY)
+        for text in [explanation("policy")]
         for one in fields(policy)
     ],
     ids=lambda f: getattr(f, "name", ""),

@@ -55,10 +55,12 @@ def explanation(topic: str) -> str:
         from vdyn_cli.io.quality.quality_policy import QUALITY, quality_text
         from vdyn_cli.project.check_policy import CHECK
         from vdyn_cli.quantities.threshold import thresholds_text
+        from vdyn_cli.steps.step_policy import STEP_POLICY
 
+        of_steps = f"Steps\n\n{thresholds_text(STEP_POLICY)}"
         check = f"Check of the runs (vdyn check)\n\n{thresholds_text(CHECK)}"
         clocks = f"Clocks of several loggers\n\n{thresholds_text(CLOCKS)}"
-        return f"{policy_text()}\nQuality of the logs\n\n{quality_text(QUALITY)}\n{clocks}\n{check}"
+        return f"{policy_text()}\nQuality of the logs\n\n{quality_text(QUALITY)}\n{clocks}\n{check}\n{of_steps}"
     effects = {e.name: e for e in catalogue()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)

@@ -9,8 +9,9 @@ from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.coastdown.outlying_run import LEVEL, outlying_run
+from vdyn_cli.steps.coastdown.outlying_run import outlying_run
 from vdyn_cli.steps.coastdown.step import STEP
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 EIGHT = coast.DAY.but(runs=8)
 SLOW = pytest.mark.slow  # the same test of other days
@@ -40,7 +41,7 @@ def test_the_level_is_kept_whatever_slope_wind_and_warming_do() -> None:
     heading = np.tile([1.0, -1.0], 5)
     days = [random.normal(size=10) + 30 * heading - 4 * np.arange(10) for _ in range(4000)]
     found = sum(outlying_run(day, heading) is not None for day in days)
-    assert found / 4000 < LEVEL * 1.5
+    assert found / 4000 < STEP_POLICY.outlier_level * 1.5
     assert found > 0
 
 

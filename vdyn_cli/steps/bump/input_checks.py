@@ -14,17 +14,11 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.bump.bump_location import BumpLocation
 from vdyn_cli.steps.bump.crossing import BODY_CHANNELS, LOADS, Crossing
 from vdyn_cli.steps.sign_conventions import wrong_sign
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SAMPLES_ON_BUMP = 8  # while an axle is on the bump: four a flank, fewer do not resolve its shape
 FEWEST_SAMPLES = 50  # of a log: fewer do not hold a crossing at any rate that resolves a bump
-# of the load at rest, and of its noise: a load must change by more; white noise stays below 5 deviations
-VISIBLE, VISIBLE_NOISE = 0.01, 8.0
 FORCES = ((1e3, "kN"), (4.4482216, "lbf"), (GRAVITY, "kgf"))
-# Limits against a typical car's response, far outside what 120 crossings of 30 random cars of the tests show:
-LEAST_CORRELATION = 0.3  # of the loads (shown: 0.90 to 0.99)
-SPEED_RATIO = 1.25  # of logged speed to that from the axles' delay (shown: 0.99 to 1.01)
-LOAD_RATIO = 4.0  # of the loads' changes, or its inverse (shown: 0.94 to 1.04)
-AIRBORNE = 0.25  # of the time on and behind the bump with an axle off the road: such a car lands on its bump stops
 BEHIND = 1.0  # s after the rear axle has met the bump
 KINDS = {
     "vertical_acceleration": ((GRAVITY, "g"), (0.3048, "ft/s^2")),
@@ -87,7 +81,7 @@ def _wrong_load(log: Log, name: str, static: float) -> list[Finding]:
         got = f"{rest:.0f} N, where mass and center of gravity give {static:.0f} N"
         return [Finding(where, "is not the axle's load at rest", got, guess)]
     change = float(np.nanmax(np.abs(load - rest)))
-    if change < max(VISIBLE * static, VISIBLE_NOISE * white_level(load, log.time)):
+    if change < max(STEP_POLICY.bump_visible * static, STEP_POLICY.bump_visible_noise * white_level(load, log.time)):
         got = f"largest change {change:.0f} N of {static:.0f} N"
         remedy = "check the time window; drive over a higher bump, or faster"
         return [Finding(where, "shows no bump", got, remedy)]
@@ -101,7 +95,7 @@ def wrong_location(log: Log, found: BumpLocation, wheelbase: float) -> list[Find
         remedy = "swap the columns of front_load and rear_load"
         return [Finding(f"{log.name}, front_load", what, f"{-found.delay:.3f} s before", remedy)]
     pace = wheelbase / found.delay
-    if not 1 / SPEED_RATIO < found.speed / pace < SPEED_RATIO:
+    if not 1 / STEP_POLICY.bump_speed_ratio < found.speed / pace < STEP_POLICY.bump_speed_ratio:
         what = (
             f"the rear axle meets the bump {found.delay:.3f} s after the front axle, which corresponds to "
             f"{pace:.2f} m/s"
@@ -109,12 +103,12 @@ def wrong_location(log: Log, found: BumpLocation, wheelbase: float) -> list[Find
         ratio = max(found.speed / pace, pace / found.speed)
         hint = "check whether its unit is km/h" if 3.0 < ratio < 4.3 else "check the unit of speed, and the wheelbase"
         return [Finding(f"{log.name}, speed", what, f"{found.speed:.2f} m/s", hint)]
-    if found.correlation < LEAST_CORRELATION:
+    if found.correlation < STEP_POLICY.bump_correlation:
         got = f"correlation {found.correlation:.2f}"
         remedy = "check the bump's size and shape; the log must begin before the front axle meets it"
         return [Finding(log.name, "the loads do not match a car on this bump", got, remedy)]
     gain = np.mean([found.gain[n] for n in LOADS])
-    if not 1 / LOAD_RATIO < gain < LOAD_RATIO:
+    if not 1 / STEP_POLICY.bump_load_ratio < gain < STEP_POLICY.bump_load_ratio:
         what = f"the loads change {gain:.2g} times as much as for a typical car on this bump"
         return [Finding(log.name, what, "", "check height and width of the bump, and the loads' unit")]
     return [f for n in BODY_CHANNELS if n in found.gain for f in _wrong_gain(log, n, found.gain[n])]
@@ -166,7 +160,7 @@ def airborne(crossing: Crossing, static: Mapping[str, float], wheelbase: float) 
     for name in LOADS:
         load = crossing.channels[name][behind]
         share = float(np.mean(load[np.isfinite(load)] < 0.02 * static[name]))
-        if share > AIRBORNE:
+        if share > STEP_POLICY.bump_airborne:
             what = f"excluded: the {name[:-5]} axle is off the road for {100 * share:.0f} % of the crossing"
             return Finding(crossing.run, what, "", "drive slower, or over a lower bump")
     return None

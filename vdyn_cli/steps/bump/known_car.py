@@ -15,10 +15,10 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.crossing import LOADS
 from vdyn_cli.steps.bump.spec import BumpSpec
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 USUAL_LEVER = Given(0.30, 0.08)  # m, height of the center of gravity above the wheel centers: 0.45 to 0.7 less 0.3
 USUAL_INDEX = (0.4, 1.6)  # Is / (Ms lf lr): half and twice that of cars, which lies between 0.7 and 1
-MASS_AGREEMENT = 0.01  # of the mass: the accuracy of a scale and of a summed list of parts
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def _mass(stated: Mapping[str, Given]) -> Given:
     parts = [stated[n] for n in ("sprung_mass", "unsprung_mass_front", "unsprung_mass_rear")]
     total = Given(sum(p.value for p in parts), float(np.hypot.reduce([p.std for p in parts])))
     whole = stated.get("mass")
-    if whole is not None and abs(whole.value - total.value) > MASS_AGREEMENT * whole.value + 3 * whole.std:
+    if whole is not None and abs(whole.value - total.value) > STEP_POLICY.mass_agreement * whole.value + 3 * whole.std:
         got = f"mass {whole.value:.0f} kg, sprung and unsprung together {total.value:.0f} kg"
         raise InputError(Finding("vehicle", "the masses contradict each other", got, "leave out mass or sprung_mass"))
     return total

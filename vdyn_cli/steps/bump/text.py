@@ -20,10 +20,8 @@ from vdyn_cli.steps.bump.half_car_modes import HalfCarMode
 from vdyn_cli.steps.bump.known_car import KnownCar, static_loads
 from vdyn_cli.steps.bump.noise import MISFIT
 from vdyn_cli.steps.bump.replay import ENDS, Replay
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
-VAGUE = 0.1  # of a value: a wider 95 % interval is no use for a simulation of ride
-# Per cent of tire stiffness per per cent of unsprung mass. Without wheel hop it is 1: only their ratio is determined.
-FOLLOWS = 0.5
 TIRE = "tire_vertical_stiffness"
 NO_HOP = (
     "the bump does not excite wheel hop, and without wheel hop only the ratio of tire stiffness to unsprung "
@@ -93,12 +91,12 @@ def warnings(
     found = []
     for name, estimate in estimates.items():
         half = (estimate.interval95[1] - estimate.interval95[0]) / 2
-        if half > VAGUE * abs(estimate.value):
+        if half > STEP_POLICY.vague_interval * abs(estimate.value):
             remedy = NO_HOP if name == TIRE else "cross the bump faster, or use a higher one"
             found.append(f"{name} is poorly determined (+- {100 * (half / abs(estimate.value)):.0f} %): {remedy}")
     exact = [n for n in ("unsprung_mass_front", "unsprung_mass_rear") if n not in known.std]
     follows = sum(sensitivity[n][TIRE] * known.values[n] for n in exact) / estimates[TIRE].value
-    if follows > FOLLOWS:
+    if follows > STEP_POLICY.tire_follows:
         reason = UNCERTAIN_HEIGHT if "bump_height" in known.std else NO_HOP
         found.append(
             f"{TIRE} depends on the unsprung masses, which are given as exact: 1 % of them changes it by "

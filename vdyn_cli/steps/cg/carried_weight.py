@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from vdyn_cli.inference import Rows, white_level
 from vdyn_cli.inference.banded import factored, whitened
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 
 LENGTH = 0.5  # s of a window: half a swing of the body in heave and more, which has 1 to 2 Hz
-FEWEST = 8  # windows of a run
 LONGEST_GAP = 3.0  # usual steps of the clock
 
 
@@ -59,7 +59,7 @@ def carried_weight(log: Log, mass: float) -> CarriedWeight | None:
     whole = np.isfinite(load + speed + push)[samples].all(axis=1)
     whole &= log.time[samples[:, -1]] - log.time[samples[:, 0]] < (length + LONGEST_GAP) * step
     samples = samples[whole]
-    if len(samples) < FEWEST:
+    if len(samples) < STEP_POLICY.carried_windows:
         return None
     means = np.column_stack([np.ones(len(samples)), push[samples].mean(axis=1)])
     adjacent = np.diff(samples[:, 0]) == length

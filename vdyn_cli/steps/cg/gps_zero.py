@@ -9,9 +9,8 @@ import numpy as np
 from vdyn_cli.inference.white_noise import white_level
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
-SMALLEST = 0.02  # m/s^2, which moves the center of gravity by about a millimeter
-CERTAIN = 5.0  # standard deviations of scatter and noise: scatter over as few as two runs has long tails
 FEWEST_SAMPLES = 100  # whose first and last tenths are averaged
 LONGEST_GAP = 5.0  # usual steps of the clock
 DELAY = 0.1  # s, between the channels: a receiver filters the rate over a few of its samples
@@ -32,7 +31,7 @@ def gps_zero(logs: Sequence[Log]) -> list[Finding]:
     zeros = np.array(list(found.values()))
     mean, noise = float(np.average(zeros[:, 0], weights=zeros[:, 1] ** -2)), float(np.sum(zeros[:, 1] ** -2) ** -0.5)
     scatter = float(np.std(zeros[:, 0], ddof=1)) / np.sqrt(len(zeros)) if len(zeros) > 1 else 0.0
-    if abs(mean) < max(SMALLEST, CERTAIN * float(np.hypot(noise, scatter))):
+    if abs(mean) < max(STEP_POLICY.gps_zero_least, STEP_POLICY.gps_zero_std * float(np.hypot(noise, scatter))):
         return []
     what = f"acceleration reads {mean:+.3f} m/s^2 more than the rate of the speed, which biases the center of gravity"
     remedy = "subtract its zero offset, or map the speed's rate; for a sensor in the body write 'accelerometer: body'"

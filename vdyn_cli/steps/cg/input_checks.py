@@ -15,18 +15,14 @@ from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
 from vdyn_cli.steps.cg.load_windows import LOADS, pitch_angle
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 
 SHORTEST = 2.0  # s: a run must hold a squat and a dive, of half a second each, and the way in and out
-GENTLE = 0.5  # m/s^2, standard deviation: less moves loads by 1 % of the weight, as zeros and grades do
 FEWEST_SAMPLES = 10  # of an acceleration that says anything
-# of a weight without stated uncertainty, by which the loads may differ: scales and load cells agree to 1 %. A gain of
-# the loads can be read, and is a candidate effect; the load of a wheel that is not mapped, a quarter, cannot.
-DOUBTED, REFUSED = 0.015, 0.2
 BLOCK = 0.5  # s: half a swing of the body in heave and more, so that means are nearly independent
 WEAK = "acceleration and braking are too weak"
-CERTAIN = 0.3  # correlation that makes a sign certain: by chance, 100 independent samples reach it once in 400
 
 
 def ready_runs(spec: CgSpec, logs: Sequence[Log]) -> tuple[Log, ...]:
@@ -59,7 +55,7 @@ def gentle_doubts(logs: Sequence[Log]) -> tuple[Finding, ...]:
     found = []
     for log in logs:
         spread = float(np.nanstd(log["acceleration"]))
-        if spread < GENTLE:
+        if spread < STEP_POLICY.cg_gentle:
             got, remedy = f"standard deviation {spread:.2g} m/s^2", "accelerate and brake with 3 m/s^2 or more"
             found.append(Finding(f"{log.name}, acceleration", WEAK, got, remedy, doubt=True))
     return tuple(found)
@@ -92,16 +88,16 @@ def weight_contradiction(
     weight, std = vehicle.values["mass"] * GRAVITY, vehicle.std.get("mass", 0.0) * GRAVITY
     carried = float(np.median([value for value, _ in sums]))
     share = carried / weight - 1.0
-    stated = 3 * float(np.hypot(std, load_zero * 2**0.5)) / weight if std > 0 else DOUBTED
+    stated = 3 * float(np.hypot(std, load_zero * 2**0.5)) / weight if std > 0 else STEP_POLICY.weight_doubted
     uncertain = 3 * float(np.median([error for _, error in sums])) / len(sums) ** 0.5 / weight
-    if abs(share) < min(stated, REFUSED) + uncertain:
+    if abs(share) < min(stated, STEP_POLICY.weight_refused) + uncertain:
         return 0.0, ()
     got = f"{carried:.0f} N against {weight:.0f} N"
     remedy = "check the mass, the unit of the loads, and whether the sensors carry the wheels' own weight"
     off = f"{100 * abs(share):.1f} %"
     what = f"the axles carry {off} {'more' if share > 0 else 'less'} than mass x g"
     place = "front_load, rear_load"
-    if abs(share) > REFUSED:
+    if abs(share) > STEP_POLICY.weight_refused:
         raise InputError(Finding(place, what, got, remedy))
     what += f": all loads are scaled by {1 / (1 + share):.3f}"
     answers = f"cg_height and cg_to_rear hold if loads or mass are wrong; pitch_inertia is {off} off if it is the mass"
@@ -153,15 +149,15 @@ def _errors(log: Log) -> list[Finding]:
     if negative:
         return [wrong_sign(log.name, n, "negative axle load: loads must be positive") for n in negative]
     pitch = pitch_angle(log)
-    gains_load = _correlation(acceleration, load) > CERTAIN
-    if gains_load and _correlation(acceleration, pitch) > CERTAIN:
+    gains_load = _correlation(acceleration, load) > STEP_POLICY.sign_correlation
+    if gains_load and _correlation(acceleration, pitch) > STEP_POLICY.sign_correlation:
         what = "the front axle gains load and the nose rises when the car is driven"
         remedy = "swap the columns of front and rear loads, or check the signs of acceleration and pitch"
         return [wrong_sign(log.name, "front_load", what, remedy=remedy)]
     if gains_load:
         what = "the front axle gains load when the car is driven: acceleration must be positive forward"
         return [wrong_sign(log.name, "acceleration", what)]
-    if _correlation(acceleration, pitch) < -CERTAIN:
+    if _correlation(acceleration, pitch) < -STEP_POLICY.sign_correlation:
         what = "the nose goes down when the car is driven: pitch must be positive nose-up (else the inertia is wrong)"
         return [wrong_sign(log.name, "pitch_rate", what)]
     return []

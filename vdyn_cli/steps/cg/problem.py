@@ -30,14 +30,11 @@ from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.effect_estimates import unbounded
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 FREE_MOMENT = 500.0  # N m, plausible size of a free profile: a tenth of the moment of braking at 6 m/s^2
 ROUNDS = 2  # of the fit with all effects, for noise and true channels: they only serve the linearization there
 TOLERANCE = 1e-2  # of one residual's variance that a further step of that fit may still gain
-MISFIT = 1.5  # squares per row of that fit, beyond which something large is left that it does not follow
-# Squares per row up to which noise alone may be left: two standard deviations of 3000 rows. Of three logs with more
-# than the catalogue in them, at 0.99 to 1.03, channels so made moved a curve by 0.02 to 0.13 of its half-interval.
-NOISE_ALONE = 1.05
 HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
@@ -123,7 +120,7 @@ class CgProblem(SimulatedProblem):
         """
         rows = known.rows
         assert isinstance(rows, BalanceRows)
-        if rows.misfit >= NOISE_ALONE:
+        if rows.misfit >= STEP_POLICY.balance_noise:
             return self.regression(effects, unknowns, start)
         fit = self.fit_with(effects, unknowns)
         return fit.regression(rows.place_in(fit), fit.place(self._first, start))
@@ -136,9 +133,9 @@ class CgProblem(SimulatedProblem):
         the fit with all fails, or does not follow the loads, at the best of those with one.
         """
         alone: tuple[Array, float] | None = None
-        if _misfit(self._first) >= MISFIT:
+        if _misfit(self._first) >= STEP_POLICY.balance_misfit:
             alone = self._best_with_one(fit)
-            if alone[1] < NOISE_ALONE:
+            if alone[1] < STEP_POLICY.balance_noise:
                 return alone[0]
         whole = replace(fit, effect_unknowns=unbounded(fit.effect_unknowns))
         at, misfit = fit.place(self._first), np.inf
@@ -148,7 +145,7 @@ class CgProblem(SimulatedProblem):
                 at, misfit = whole.place(solution), _misfit(solution)
         except ResultError:
             at, misfit = fit.place(self._first), np.inf
-        if misfit < MISFIT:
+        if misfit < STEP_POLICY.balance_misfit:
             return at
         alone = alone or self._best_with_one(fit)
         return alone[0] if alone[1] < misfit else at

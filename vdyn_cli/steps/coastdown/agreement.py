@@ -17,10 +17,10 @@ from vdyn_cli.inference import Solution
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadFit
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 
-LEVEL = 0.05  # chance of a disagreement where there is none, over all classes together
 CLASSES = 8  # of speed: a straight line over an eighth of a coast bends by less than the force's own scatter
 FEWEST_SAMPLES = 5  # of a run in a class: a slope of fewer is noise
 
@@ -124,7 +124,7 @@ def disagreement(found: LocalForces | None) -> float:
         return 0.0
     from scipy.special import ndtri
 
-    wider = -float(ndtri(LEVEL / 2 / found.speed.size)) / NORMAL95
+    wider = -float(ndtri(STEP_POLICY.disagreement_level / 2 / found.speed.size)) / NORMAL95
     return float(np.max(np.abs(found.measured - found.fitted) / np.maximum(found.half, 1e-300))) / wider
 
 

@@ -16,24 +16,18 @@ from numpy.typing import NDArray
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.steps.coastdown.late_clutch import shared_start
 from vdyn_cli.steps.coastdown.segments import (
-    LEAST_COVERED,
     Array,
     CoastSegment,
     Mask,
     RejectedSegment,
     groups,
 )
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Spans = Sequence[tuple[float, float]]
 
 INTERVAL = 2.0  # s, over which a deceleration is taken
-EXCESS = 0.15  # m/s^2 beyond the other runs: a brake or a driveline; gusts reach 0.02, sensors 0.03
-EXCESS_FEW = 0.3  # m/s^2, where fewer than three runs of a direction cannot separate slope from brake
-FEWEST_SEPARATE = 3  # runs of a direction, of which most agree on its slope whatever brakes one of them
-GROSS = 3.0  # times that much counts in one interval; otherwise two in succession are needed
 RELEASED = 6.0  # s at the start of a coast in which a clutch may still slip
-ENGAGED = 0.25  # share of the usual deceleration by which a whole run may exceed it, and
-ENGAGED_LEAST = 0.06  # m/s^2, at least
 
 
 @dataclass(frozen=True)
@@ -53,7 +47,7 @@ class _ExcessDeceleration:
     @property
     def outliers(self) -> NDArray[np.int64]:
         """Intervals with an excess beyond the limit in two successive intervals, or far beyond it in one."""
-        beyond, gross = np.abs(self.excess) > self.limit, np.abs(self.excess) > GROSS * self.limit
+        beyond, gross = np.abs(self.excess) > self.limit, np.abs(self.excess) > STEP_POLICY.brake_gross * self.limit
         return np.flatnonzero((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1])
 
     def reason(self, at: int) -> str:
@@ -186,7 +180,8 @@ def _compared(
     found = []
     for segment, (time, speed, value), c, direction in zip(segments, seen, column, directions, strict=True):
         common = level[c] + law[-1] * speed**2
-        limit = EXCESS if counts[direction] >= FEWEST_SEPARATE else EXCESS_FEW
+        separate = counts[direction] >= STEP_POLICY.separating_runs
+        limit = STEP_POLICY.brake_excess if separate else STEP_POLICY.brake_excess_few
         found.append(_ExcessDeceleration(segment, time, speed, value - common, float(np.mean(common)), limit))
     return found
 
@@ -205,7 +200,7 @@ def _levels(fitted: Array, column: NDArray[np.int64], constants: Sequence[Array]
     level = fitted.copy()
     for way in range(fitted.size):
         own = runs[column == way]
-        if 1 < own.size < FEWEST_SEPARATE and fitted.size > 1:
+        if 1 < own.size < STEP_POLICY.separating_runs and fitted.size > 1:
             level[way] = own[np.argmin(np.abs(own - np.median(runs)))]
     return level
 
@@ -233,7 +228,7 @@ def _longer_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment 
     name, time = one.segment.name, one.segment.log.time
     begin, end = float(time[0]), float(time[-1])
     middle = float(np.median(one.excess))
-    if middle > max(ENGAGED_LEAST, ENGAGED * one.usual):
+    if middle > max(STEP_POLICY.engaged_least, STEP_POLICY.engaged_share * one.usual):
         why = (
             f"slows by {middle:.2f} m/s^2 more than the other runs throughout: check for an engaged driveline "
             "or a dragging brake"
@@ -245,7 +240,7 @@ def _longer_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment 
     until, since = float(one.time[at[0]]) - INTERVAL, float(one.time[at[-1] + 1]) + INTERVAL
     parts = ((time < until, until, end), (time > since, begin, since))
     best, lost_from, lost_to = max(parts, key=lambda p: _covered(one.segment, p[0]))
-    if _covered(one.segment, best) >= LEAST_COVERED * window:
+    if _covered(one.segment, best) >= STEP_POLICY.least_covered * window:
         return one.segment.rows(best), RejectedSegment(name, lost_from, lost_to, why)
     return None, RejectedSegment(name, begin, end, why)
 

@@ -25,6 +25,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.felt_road import felt_share
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.coastdown.shared_road import SPECTRA, slope_correlation
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 
@@ -35,8 +36,6 @@ UNKNOWN_HEIGHT = 1e3  # m, prior standard deviation of the elevation at the firs
 OFTEN = 3.0  # changes of an elevation in a node's length, beyond which it flickers: a slope of 15 % in steps of 1 m
 NEGLIGIBLE = 1e-3  # of the largest variance of the grade's error along one direction
 SMALLEST = 1e-3  # m, of a mean elevation: a simulated log has no noise
-# Standard errors by which the felt share must exceed zero: a third of the runs' deceleration would else be noise.
-CERTAIN = 3.0
 
 
 @dataclass(frozen=True)
@@ -132,7 +131,7 @@ def felt_grades(
     runs : the coasts in the logs, with these grades.
     """
     felt = felt_share(runs)
-    if felt is None or felt[0] < CERTAIN * felt[1]:
+    if felt is None or felt[0] < STEP_POLICY.elevation_felt * felt[1]:
         return None
     steepest = max(float(np.std(run.inputs["grade"])) for run in runs)
     what = (

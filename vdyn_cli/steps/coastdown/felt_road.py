@@ -20,14 +20,12 @@ from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.coastdown.road_run import RoadRun
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 
 BIN = 2.0  # s, as the fit averages
 FEWEST_RUNS, FEWEST_BINS = 3, 5
-DOUBT = 3.0  # standard errors from one, the confidence of other doubts about the data
-MATERIAL = 0.2  # of the grade: less is within the rotating mass and the wind's chance
-CLEAR = 0.3  # standard error of b above which runs tell too little
 
 
 def felt_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
@@ -66,11 +64,14 @@ def _rows(run: RoadRun) -> tuple[Array, Array] | None:
 def grade_findings(runs: Sequence[RoadRun], where: str) -> Iterator[Finding]:
     """A doubt where coasting runs contradict their grade."""
     found = felt_share(runs)
-    if found is None or found[1] > CLEAR or abs(found[0] - 1.0) < max(DOUBT * found[1], MATERIAL):
+    if found is None or found[1] > STEP_POLICY.felt_clear:
         return
     share, std = found
+    least = max(STEP_POLICY.felt_doubt * std, STEP_POLICY.felt_material)
+    if abs(share - 1.0) < least:
+        return
     what = f"the runs feel {share:.2f} +- {std:.2f} times the grade that they are given"
-    if abs(share + 1.0) < max(DOUBT * std, MATERIAL):
+    if abs(share + 1.0) < least:
         remedy = "the grade has the opposite sign: check which way the position rises, and 'direction' of the runs"
     else:
         remedy = "check the unit of the grade, and that its positions are those of the channel 'position'"

@@ -16,14 +16,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
 Array = NDArray[np.float64]
 
 START, AFTER, LATER = slice(0, 3), 3, slice(4, 9)  # intervals of 2 s: a clutch that slips, just released, later
-LEAST = 0.05  # m/s^2 in each direction: the slope of 0.5 % that SAE J1263 allows on a test road
-ENDED = 0.25  # of the start's excess that may be left just after: a fade of 10 s leaves 0.38, one of 20 s 0.46
-CUT = 0.1  # of the largest excess, above which an interval is still cut
-FEWEST = 4  # runs
-CHANCE = 1e-3  # of a cut on a day without such a force, by Student's t over the scatter of runs of one direction
 
 
 def shared_start(excess: Sequence[Array], directions: Sequence[str | None]) -> int | None:
@@ -36,7 +33,7 @@ def shared_start(excess: Sequence[Array], directions: Sequence[str | None]) -> i
     from scipy.special import stdtrit
 
     long = [i for i, e in enumerate(excess) if e.size >= LATER.stop]
-    if len(long) < FEWEST or len(long) < len(excess):
+    if len(long) < STEP_POLICY.clutch_runs or len(long) < len(excess):
         return None
     rows = np.array([excess[i][: LATER.stop] for i in long])
     rows = rows - rows[:, LATER].mean(axis=1, keepdims=True)
@@ -51,9 +48,9 @@ def shared_start(excess: Sequence[Array], directions: Sequence[str | None]) -> i
     error = np.sqrt(within * sum(1.0 / len(w) for w in ways)) / len(ways)
     mean = means.mean(axis=0)
     top = int(np.argmax(mean[START]))
-    strong = float(mean[top]) > float(stdtrit(degrees, 1.0 - CHANCE)) * float(error[top])
-    both = float(means[:, top].min()) > LEAST
-    ended = abs(float(mean[AFTER])) < ENDED * float(mean[top])
+    strong = float(mean[top]) > float(stdtrit(degrees, 1.0 - STEP_POLICY.clutch_chance)) * float(error[top])
+    both = float(means[:, top].min()) > STEP_POLICY.clutch_least
+    ended = abs(float(mean[AFTER])) < STEP_POLICY.clutch_ended * float(mean[top])
     if not (strong and both and ended):
         return None
-    return int(np.flatnonzero(mean[START] > CUT * mean[top])[-1])
+    return int(np.flatnonzero(mean[START] > STEP_POLICY.clutch_cut * mean[top])[-1])

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
 Array = NDArray[np.float64]
 
-LEVEL = 0.01  # false alarms per campaign: stricter than the 5 % of the diagnosis, since no second test follows
-FEWEST_DEGREES = 3  # of freedom that the other runs must have left: with two, t would have to exceed 20
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
     """The run with the largest externally studentized residual, if it is significant.
 
     The others predict each run from a mean, the direction and the order (which slope, wind and warming tires change);
-    its distance over the standard error of that prediction is Student's t. The largest of n is tested at ``LEVEL``/n
-    (Bonferroni).
+    its distance over the standard error of that prediction is Student's t. The largest of n is tested at
+    ``outlier_level``/n (Bonferroni).
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
     order = np.arange(n) - (n - 1) / 2
     rows = np.column_stack([np.ones(n), *([heading] if np.ptp(heading) > 0 else []), order])
     left = n - np.linalg.matrix_rank(rows) - 1
-    if left < FEWEST_DEGREES:
+    if left < STEP_POLICY.outlier_degrees:
         return None
     hat = rows @ np.linalg.pinv(rows)
     residual, free = force - hat @ force, 1.0 - np.diag(hat)
@@ -52,4 +52,5 @@ def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
     far = np.abs(residual) / np.sqrt(free) / spread
     worst = int(np.argmax(far))
     p_value = min(1.0, n * 2.0 * float(stdtr(left, -far[worst])))
-    return OutlyingRun(worst, float(residual[worst] / free[worst]), p_value) if p_value < LEVEL else None
+    outlying = p_value < STEP_POLICY.outlier_level
+    return OutlyingRun(worst, float(residual[worst] / free[worst]), p_value) if outlying else None

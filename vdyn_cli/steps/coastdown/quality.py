@@ -24,6 +24,7 @@ from vdyn_cli.steps.coastdown.agreement import (
 from vdyn_cli.steps.coastdown.one_way import one_way
 from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadFit
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 # Largest physical sizes. Gusts: turbulence of 0.3 in the largest mean wind that SAE J1263 and WLTP allow (5 m/s).
 # Speed: receivers and wheel sensors read within 0.1 m/s; held or rounded to 1 km/h they err by 0.3 m/s.
@@ -34,9 +35,6 @@ LIMITS: Mapping[str, tuple[float, str]] = {
     ROUGHNESS: (0.005, "slope of the road"),
 }
 LEAST_OTHERS = 0.05  # of the variance, that is taken as the other runs': the shift is to first order
-# Correlation between the runs of a direction from which they share a force. Without one it scatters about zero by
-# 1/sqrt(pairs x independent stretches), 0.1 for four runs of 60 to 100 s with gusts of 8 s: three times that.
-SHARED = 0.3
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,7 @@ class FitQuality:
         return found
 
     def _road(self) -> list[Finding]:
-        together = {w: (c, f) for w, (c, f) in self.shared.items() if c > SHARED}
+        together = {w: (c, f) for w, (c, f) in self.shared.items() if c > STEP_POLICY.common_residual}
         if not together:
             return []
         correlation, force = max(together.values())

@@ -44,6 +44,7 @@ from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 
@@ -53,8 +54,6 @@ QUOTED = tuple(v / 3.6 for v in (60.0, 40.0, 80.0, 100.0, 20.0))  # m/s; the fir
 TABLE_SPEEDS = tuple(v / 3.6 for v in range(20, 141, 20))  # m/s, of the table of forces
 TABLE_MARGIN = 1.4  # m/s (5 km/h) that a table speed may lie outside the fitted speeds
 NO_GUSTS = {"gust": 0.0, "gust_time": 8.0, "run_wind": 0.0, "run_force": 0.0}  # plain least squares estimates none
-LEAST_ROLLING = 0.003  # a bicycle's and a solar car's tires have 0.002 to 0.004, the best of cars 0.005 (ISO 28580)
-UNLIKELY_ROLLING = 0.03  # twice what a car's tires reach on asphalt: a brake, a driveline or a slope is in it
 STANDARD_DAY = (5.0, 35.0)  # degC, SAE J1263
 NOTABLE_SHIFT = 0.5  # standard deviations of a given value; beyond, the runs contradict it enough to mention
 
@@ -277,10 +276,10 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
         got = f"{answer.test.temperature - 273.15:.1f} degC"
         found.append(Finding("environment", "outside the 5 to 35 degC of SAE J1263", got))
     rolling = answer.main["rolling_resistance"].value
-    if rolling > UNLIKELY_ROLLING:
+    if rolling > STEP_POLICY.most_rolling:
         what = "more than the rolling resistance of tires: it contains a brake, an engaged driveline or a slope"
         found.append(Finding("rolling_resistance", what, f"{rolling:.4f}"))
-    if rolling < LEAST_ROLLING:
+    if rolling < STEP_POLICY.least_rolling:
         what = "less than the rolling resistance of any car's tires"
         remedy = "check the unit of the speed, the mass, and whether the car was driven"
         found.append(Finding("rolling_resistance", what, f"{rolling:.4f}", remedy, doubt=True))

@@ -17,16 +17,13 @@ from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import met_slopes, slope_response
 from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadRows, prior_information, rows_of, weighted_start
 from vdyn_cli.steps.coastdown.shared_road import DEFAULT_SPECTRUM, SPECTRA, possible_turns
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 
 ABOUT = 1.0  # of the log likelihood: a difference as chance makes it for each further parameter (Akaike)
 LEVEL = 1e-3  # share of the roughness that is none
-# Of the log likelihood, from which a road is seen: of 34 flat days one reached 8 by gusts alike by chance, the others 4
-# at most; 14 days with roads of 0.05 to 0.3 % rms had 34 to 2200.
-SHOWN = 10.0
 SCALES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0)  # of the roughness at which spectra are compared
-APART = 10.0  # likelihood ratio, "strong" evidence (Jeffreys), from which the directions do not share one road
 PLACE = 30.0  # m, standard deviation between places at which runs of one direction begin: a tester aims at a mark
 METER = 10.0  # m over which the change of slope is taken: half the distance of the road's knots
 HATS, POWERS = 24, 4  # of a free resistance, a hat every 60 m or more; of a cubic, which a wind over speed resembles
@@ -47,7 +44,7 @@ def located(campaign: Campaign) -> LocatedCampaign:
 
     Where position is not logged, the distance between the starts of both directions is unknown, about that of a run.
     The way back lies on the road of the way out at the likeliest one, unless two roads that have nothing in common are
-    APART times as likely: then the directions keep profiles of their own.
+    ``roads_apart`` times as likely: then the directions keep profiles of their own.
 
     Raises
     ------
@@ -124,7 +121,7 @@ def _with_spectrum(likelihood: _RoadLikelihood, campaign: Campaign, chosen: floa
     tried = [replace(campaign, spectrum=k) for k in range(len(SPECTRA))]
     found = likelihood(tried, SCALES)
     most = found.max(axis=1)
-    if most.max() - chosen - float(likelihood([campaign], (LEVEL,))[0, 0]) < SHOWN:
+    if most.max() - chosen - float(likelihood([campaign], (LEVEL,))[0, 0]) < STEP_POLICY.road_shown:
         return tried[DEFAULT_SPECTRUM], 0.0
     # Of spectra that are about as likely the one with the longest waves: they resemble a resistance most.
     k = max(np.flatnonzero(most >= most.max() - ABOUT).tolist())
@@ -138,7 +135,7 @@ def _turned(likelihood: _RoadLikelihood, campaign: Campaign, scale: float) -> tu
     turned = [replace(campaign, turn=float(turn)) for turn in turns]
     gain = likelihood(turned, at)[:, 0] - likelihood([campaign], at)[0, 0] + expected
     evidence, k = float(np.log(np.sum(np.exp(gain - gain.max()))) + gain.max()), int(np.argmax(gain))
-    if evidence < -np.log(APART):
+    if evidence < -np.log(STEP_POLICY.roads_apart):
         return campaign, scale
     # Evidence of a road is that of all distances together: the likeliest of many fits noise, too.
     return _with_spectrum(likelihood, turned[k], float(gain[k] - expected[k]) - evidence)

@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FEWEST_SAMPLES = 20  # of a segment: fewer show neither the noise of the speed nor ten bins
 FEWEST_LEVELS = 3  # of a table of split times, with two intervals: the fewest that show a force that changes with speed
-MOST_MISSING = 0.2  # of a segment's rows
-LEAST_COVERED = 0.5  # of the speed window
-LEAST_FALL = 1.0  # m/s, of the speed in a coast
 SMOOTH = 1.0  # s, over which the speed is averaged to find where it passes a limit
 MARGIN = 1.0  # s left out where torque comes and goes: a brake may still be on, the driveline winds up
 
@@ -81,7 +79,7 @@ def coast_segment(
     window: tuple[float, float] | None,
     shortest: float,
     split: bool = False,
-    covered_least: float = LEAST_COVERED,
+    covered_least: float = STEP_POLICY.least_covered,
 ) -> CoastSegment | RejectedSegment:
     """The part of a log in which the car coasts through a window of speeds, or why there is none.
 
@@ -98,8 +96,8 @@ def coast_segment(
     smooth = _smoothed(whole)
     upper, lower = window or (float(smooth.max()), float(smooth.min()))
     top, end = _passage(smooth, upper, lower)
-    if window is None and upper - lower < LEAST_FALL:
-        why = f"not a coast-down: the speed falls by less than {LEAST_FALL:g} m/s"
+    if window is None and upper - lower < STEP_POLICY.least_fall:
+        why = f"not a coast-down: the speed falls by less than {STEP_POLICY.least_fall:g} m/s"
         return RejectedSegment(log.name, start, stop, why)
     covered = (min(upper, float(smooth[top])) - max(lower, float(smooth[end]))) / (upper - lower)
     if covered < covered_least:
@@ -112,7 +110,7 @@ def coast_segment(
     if finish - begin < shortest:
         return RejectedSegment(log.name, begin, finish, f"lasts {finish - begin:.1f} s, shorter than {shortest:g} s")
     missing = 1 - (end - top + 1) / max(int(np.sum((log.time >= begin) & (log.time <= finish))), 1)
-    if missing > MOST_MISSING:
+    if missing > STEP_POLICY.most_missing:
         return RejectedSegment(log.name, begin, finish, f"the speed is missing in {100 * missing:.0f} % of the rows")
     part = rows(whole, (whole.time >= begin) & (whole.time <= finish))
     if part.time.size < fewest_rows(split):

@@ -17,7 +17,6 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.braking import braked_before, without_braking, without_late_clutch, without_outliers
 from vdyn_cli.steps.coastdown.segments import (
-    LEAST_COVERED,
     CoastSegment,
     RejectedSegment,
     coast_segment,
@@ -25,6 +24,7 @@ from vdyn_cli.steps.coastdown.segments import (
     rows,
 )
 from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 
@@ -108,7 +108,11 @@ def selected(
 
 
 def _coast(
-    spec: CoastdownSpec, run: int, log: Log, window: tuple[float, float] | None, covered: float = LEAST_COVERED
+    spec: CoastdownSpec,
+    run: int,
+    log: Log,
+    window: tuple[float, float] | None,
+    covered: float = STEP_POLICY.least_covered,
 ) -> CoastSegment | RejectedSegment:
     """The coast of one log through the speed window, of which it must cover a share."""
     table = spec.reading.split_times is not None

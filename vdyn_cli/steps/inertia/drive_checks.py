@@ -10,15 +10,13 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 FEWEST_WINDOWS = 12  # of a run: three seconds
-CERTAIN = 0.3  # correlation beyond which its sign is certain
 WORK_WINDOW = 1.0  # s, over which work and kinetic energy are compared: ten times what clocks may differ by
-CERTAIN_WORK = 5.0  # standard errors of that correlation: with its tails, less than once in 10 000 logs
 ROLLING = 5.0  # rad/s, above which speed over wheel speed means something
 EASY = 0.1  # of the largest torque, below which the tire's slip does not matter
 FEWEST_EASY = 50  # samples
-RADIUS = 0.02  # relative, between rolling and loaded radius
 
 
 def sign_doubts(log: Log) -> list[Finding]:
@@ -38,19 +36,19 @@ def sign_doubts(log: Log) -> list[Finding]:
     about = {name: log[name] - np.nanmean(log[name]) for name in INPUTS}
     with_force = cosine(about["hub_torque"], about["hub_force_x"])
     with_acceleration = cosine(about["hub_torque"], about["acceleration"])
-    if with_force < -CERTAIN:
+    if with_force < -STEP_POLICY.sign_correlation:
         if with_acceleration > 0:
             flip("hub_force_x", "the force falls where the torque rises; it must be positive when the wheel drives")
         else:
             flip("hub_torque", "the torque is negative where the wheel drives the car")
-    elif with_force > CERTAIN and with_acceleration < -CERTAIN:
+    elif with_force > STEP_POLICY.sign_correlation and with_acceleration < -STEP_POLICY.sign_correlation:
         gained = np.gradient(log["wheel_speed"], log.time)
         if cosine(gained - np.nanmean(gained), about["acceleration"]) < 0:
             flip("acceleration", "the car brakes where the wheel gains speed")
         else:
             for channel in ("hub_torque", "hub_force_x"):
                 flip(channel, "torque and force are negative where the wheel drives the car")
-    elif not findings and with_force > CERTAIN and _energy_falls(log):
+    elif not findings and with_force > STEP_POLICY.sign_correlation and _energy_falls(log):
         for channel in ("hub_torque", "hub_force_x"):
             flip(channel, "torque and force do work on the car where its kinetic energy falls")
     return findings
@@ -72,7 +70,7 @@ def _energy_falls(log: Log) -> bool:
     work = np.concatenate([[0.0], np.cumsum(np.diff(time) * (torque[1:] * turn[1:] + torque[:-1] * turn[:-1]) / 2)])
     done, gained = np.diff(work[edges]), np.diff(turn[edges] ** 2)
     alike = cosine(done - done.mean(), gained - gained.mean())
-    return bool(alike * np.sqrt(done.size / max(1.0 - alike**2, 1e-9)) < -CERTAIN_WORK)
+    return bool(alike * np.sqrt(done.size / max(1.0 - alike**2, 1e-9)) < -STEP_POLICY.work_correlation)
 
 
 def too_little(run: DriveWindows) -> list[Finding]:
@@ -99,7 +97,7 @@ def radius_doubts(log: Log, radius: float) -> list[Finding]:
     if np.count_nonzero(easy) < FEWEST_EASY:
         return []
     rolling = float(np.median(speed[easy] / wheel[easy]))
-    if abs(rolling / radius - 1) < RADIUS:
+    if abs(rolling / radius - 1) < STEP_POLICY.radius_agreement:
         return []
     what = "speed over wheel speed is not wheel_radius"
     got = f"{1000 * rolling:.1f} mm against {1000 * radius:.1f} mm"

@@ -18,10 +18,10 @@ from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.inertia import figures, text
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, published_inertia, standard_distance
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 
-DISAGREE = 3.5  # standard deviations between road and pendulum: by chance once in 2 000 tests
 
 
 def inertia_result(
@@ -70,7 +70,7 @@ def _summary(road: RoadInertia | None, pendulum: PendulumInertia | None) -> FitS
     swing = pendulum.swing if pendulum else None
     solutions = [fit.solution for fit in (road, swing) if fit is not None]
     warnings = [w for s in solutions for w in s.warnings]
-    if road and pendulum and abs(standard_distance(road, pendulum)) > DISAGREE:
+    if road and pendulum and abs(standard_distance(road, pendulum)) > STEP_POLICY.inertia_disagreement:
         apart = abs(standard_distance(road, pendulum))
         warnings.append(f"road and pendulum disagree by {apart:.0f} standard deviations: one of them is wrong")
     if road is not None:

@@ -26,9 +26,9 @@ from vdyn_cli.steps.inertia.parts import wheel_parts
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.stand_result import stand_result
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 FREE_TORQUE = 5.0  # N m, plausible size of a free profile: several times the drag of a wheel bearing
-CERTAIN = 0.3  # correlation of torque and acceleration beyond which the torque's sign is certain
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def _sign_doubts(log: Log) -> list[Finding]:
     torque = log["hub_torque"] - np.nanmean(log["hub_torque"])
     there = np.isfinite(torque)
     mean = np.interp(edges[1:] - 0.125, log.time[there], torque[there])
-    if gained.size > 2 and cosine(gained - gained.mean(), mean) < -CERTAIN:
+    if gained.size > 2 and cosine(gained - gained.mean(), mean) < -STEP_POLICY.sign_correlation:
         return [wrong_sign(log.name, "hub_torque", "the wheel slows down where the torque rises")]
     return []
 

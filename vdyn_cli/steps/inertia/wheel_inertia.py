@@ -14,9 +14,9 @@ from vdyn_cli.steps.inverse_variance import weighted_mean
 from vdyn_cli.steps.pendulum.pendulum_fit import FittedSwing
 from vdyn_cli.steps.pendulum.pendulum_inertia import MeasuredPeriod, inertia_budget
 from vdyn_cli.steps.pendulum.pendulum_rig import Rig
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 UNIT = "kg m^2"
-AGREE = 2.0  # standard deviations of the difference: two that agree differ by more in one case of twenty
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,6 @@ def published_inertia(road: RoadInertia | None, pendulum: PendulumInertia | None
     if pendulum is None:
         assert road is not None
         return road.budget
-    if road is None or radius_or_mass_exact(road) or abs(standard_distance(road, pendulum)) > AGREE:
+    if road is None or radius_or_mass_exact(road) or abs(standard_distance(road, pendulum)) > STEP_POLICY.agreeing_std:
         return pendulum.budget
     return weighted_mean({"road": road.budget, "pendulum": pendulum.budget}, UNIT)

@@ -14,6 +14,7 @@ from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve, white_level
 from vdyn_cli.physics.models.pendulum import MODELS
 from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 if TYPE_CHECKING:
     from vdyn_cli.engine.model_builder import Correction
@@ -31,7 +32,6 @@ FRICTION = (
     Unknown("friction", 0.0, -1.0, 1.0, "rad/s^2", prior=(0.0, 0.05), nuisance=True),
 )
 FADED = 0.25  # of the first swing's amplitude; below it the swing shows dry friction rather than the period
-JUMP = 30.0  # gain in effective chi-square, two unknowns anywhere: by chance less than once in 1 000 recordings
 
 
 @dataclass(frozen=True)
@@ -298,7 +298,7 @@ def _jump(whole: Regression, solution: Solution, time: Array) -> int | None:
     jump = np.where(np.arange(t.size) >= inside[best], swing @ change[best], 0.0)
     rest = left - (jump - basis @ (basis.T @ jump))
     chi_square = float(gain[best]) / (float(np.mean(rest**2)) * _samples_per_independent_one(rest))
-    return int(inside[best]) if chi_square > JUMP else None
+    return int(inside[best]) if chi_square > STEP_POLICY.pendulum_jump else None
 
 
 def _from_here_on(products: Array) -> Array:

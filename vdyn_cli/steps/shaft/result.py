@@ -15,8 +15,7 @@ from vdyn_cli.steps.shaft import figures, text
 from vdyn_cli.steps.shaft.sections import shared_modulus_correlation
 from vdyn_cli.steps.shaft.shaft_side import LoggedShaft
 from vdyn_cli.steps.shaft.stiffness_comparison import ComparedStiffness
-
-EXCESS = 1.3  # times the sensors' noise, beyond which the law is doubted: noise levels are known to a tenth
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]) -> Result:
@@ -98,7 +97,7 @@ def _summary(sides: Sequence[ComparedStiffness]) -> FitSummary:
     conditions = sum(run.conditions_per_sample * run.time.size for s in logged for run in s.runs)
     excess = float(np.sqrt(squares / conditions))  # 1 where the sensors' noise explains the residuals
     warnings = [w for s in logged for w in s.solution.warnings]
-    if excess > EXCESS:
+    if excess > STEP_POLICY.shaft_excess:
         what = f"the residuals are {excess:.1f} times the sensors' noise"
         warnings.append(f"{what}: backlash, a joint that stiffens, or a clock offset")
     rms, solution = float(np.sqrt(np.mean(off**2))), logged[0].solution

@@ -15,6 +15,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.shaft.encoder_angles import ANGLES, ratio_of_angles_doubts, with_twist_of_angles
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec, SideName
 from vdyn_cli.steps.sign_conventions import REMEDY, cosine, wrong_sign
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,6 @@ UNREAD_RATE = 30.0  # rad/s, of its rate
 FEWEST_SAMPLES = 200  # a second at 200 Hz: two or three swings of a driveline
 MOST_TWIST = 3.0  # rad: no half-shaft twists so far while a brake holds the wheel
 DEAD = 0.02  # of the other speed, below which one did not measure
-SAME_RATIO = 0.02  # relative, between the ratio of the speeds and gear_ratio
 TURNING = 1.0  # rad/s of the wheel, above which the ratio of the speeds means something
 
 
@@ -141,7 +141,7 @@ def speed_ratio_doubts(log: Log, ratio: float) -> list[Finding]:
     if not turning.any():
         return []
     seen = float(np.median(motor[turning] / wheel[turning]))
-    if abs(seen / ratio - 1) < SAME_RATIO:
+    if abs(seen / ratio - 1) < STEP_POLICY.ratio_agreement:
         return []
     remedy = f"write 'gear_ratio: {seen:.4g}' under settings" if seen > 0 else "add 'sign: -1' to one of the speeds"
     what = "motor_speed over wheel_speed is not the gear ratio"

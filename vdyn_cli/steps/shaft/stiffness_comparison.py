@@ -11,8 +11,8 @@ from vdyn_cli.inference.uncertainty_budget import Budget
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.inverse_variance import weighted_mean
 from vdyn_cli.steps.shaft.shaft_side import UNIT, LoggedShaft, ShaftSide
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
-AGREE = 2.0  # standard deviations of the difference: two that agree differ by more in one case of twenty
 PLAIN = (2_900.0, 8_000.0)  # N m/rad: plain steel half-shafts of 24 to 28 mm, 600 to 900 mm long
 
 
@@ -47,7 +47,7 @@ def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None, drawing_used
     joined, findings = {first: best}, []
     for other, budget in list(methods.items())[1:]:
         apart = (best.value - budget.value) / float(np.hypot(best.std, budget.std) or np.inf)
-        if abs(apart) > AGREE:
+        if abs(apart) > STEP_POLICY.agreeing_std:
             got = f"{best.value:.5g} against {budget.value:.5g} {UNIT}, {abs(apart):.1f} standard deviations"
             what, remedy = _disagreement(best, other, budget)
             findings.append(Finding(f"{side.name}, {first} and {other}", what, got, remedy))

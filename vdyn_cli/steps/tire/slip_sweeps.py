@@ -10,10 +10,10 @@ from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
+from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.tire.spec import TireSettings
 
 FEWEST_SAMPLES = 40  # of a sweep: one bin of binned_sweep
-CERTAIN = 0.3  # correlation that makes a sign certain: that of a curve far beyond its peak is small
 SMALL_SLIP = 0.3  # up to which force and slip have one sign whatever the wheel does next
 
 
@@ -63,7 +63,7 @@ def _doubts(log: Log, used: int) -> list[Finding]:
         return [wrong_sign(log.name, "force_z", what, f"median {np.nanmedian(load):.0f} N")]
     good = np.isfinite(force) & np.isfinite(slip) & (np.abs(slip) < SMALL_SLIP)
     about = (x[good] - np.mean(x[good]) if good.any() else x for x in (force, slip))  # zeros of both channels left out
-    if np.count_nonzero(good) > FEWEST_SAMPLES and cosine(*about) < -CERTAIN:
+    if np.count_nonzero(good) > FEWEST_SAMPLES and cosine(*about) < -STEP_POLICY.sign_correlation:
         what = "Fx is positive at negative slip; it must be positive when the wheel drives the car"
         return [wrong_sign(log.name, "force_x", what)]
     if used < FEWEST_SAMPLES:

@@ -12,6 +12,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.interval_text import with_interval
+from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 
 METHODS = (
@@ -22,7 +23,6 @@ METHODS = (
 )
 
 
-CONTRADICTED = 3.0  # standard deviations of a prior: by chance once in 400 tests
 WITHHELD = "the sweeps determine only the product B C D, the slope at zero slip"
 
 
@@ -41,9 +41,6 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], peak:
     )
 
 
-# Slip beyond which a tire on asphalt has its peak behind it (Pacejka, Tire and Vehicle Dynamics, ch. 4: 0.1 to 0.2).
-BEYOND_PEAK = 0.15
-UNLIKE = 0.04  # of the friction: a force zero of 1 % of full scale is half of that
 
 
 def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
@@ -74,10 +71,10 @@ def peak_by_priors(reach: float, peak: float) -> str:
 def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> list[Finding]:
     """That the largest frictions in driving and braking differ, where one curve is fitted to both."""
     slip, friction = (np.concatenate(x) for x in ([s.slip for s in sweeps], [s.force / s.load for s in sweeps]))
-    if slip.min() > -BEYOND_PEAK or slip.max() < BEYOND_PEAK:
+    if slip.min() > -STEP_POLICY.peak_slip or slip.max() < STEP_POLICY.peak_slip:
         return []
     driving, braking = float(np.quantile(friction, 0.98)), -float(np.quantile(friction, 0.02))
-    if abs(driving - braking) < UNLIKE * max(driving, braking):
+    if abs(driving - braking) < STEP_POLICY.two_peaks * max(driving, braking):
         return []
     what = "the largest friction differs between driving and braking, and one curve is fitted to both"
     remedy = "write 'peaks: two' under settings, or check the zero of the force"
@@ -90,7 +87,7 @@ def prior_notes(priors: Mapping[str, tuple[float, float]], solution: Solution) -
     for name, (mean, std) in priors.items():
         away = (solution.values[name] - mean) / std
         what = f"{mean:g} +- {std:.2g} is a prior of the fit, whose value is {away:+.1f} of its standard deviations off"
-        doubtful = abs(away) > CONTRADICTED
+        doubtful = abs(away) > STEP_POLICY.prior_contradicted
         remedy = "state another value, or a wider standard deviation" if doubtful else ""
         found.append(Finding(name, what, "", remedy, minor=not doubtful, doubt=doubtful))
     return found

@@ -8,6 +8,7 @@ import numpy as np
 
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.prediction_band import PredictionBand
 from vdyn_cli.steps.validate.segments import MOVING, DriveSegment, driving
 from vdyn_cli.steps.validate.simulation import SimulationSetup
@@ -15,9 +16,6 @@ from vdyn_cli.steps.validate.simulation import SimulationSetup
 LONGEST_STEP = 0.002  # s: the vehicle's half-shafts and wheels turn at up to 540 rad/s; 4 % of error in their torque
 SPARSE = 2.0  # s between samples
 UNIT = "check the unit of time: milliseconds?"
-# rms error of the speed over its largest value: a road load known to 10 % and a torque known to 5 % miss half of that
-FOREIGN = 0.12
-FAR_OFF = 3.0  # times the standard deviation of a right model's error: one error in 400 is as large
 
 
 def refuse_coarse(model: str, step: float) -> None:
@@ -66,7 +64,7 @@ def foreign(setup: SimulationSetup) -> tuple[Finding, ...]:
         simulated = setup.first[k].values["speed"]
         measured = s.outputs["speed"]
         miss = float(np.sqrt(np.nanmean((simulated - measured) ** 2))) / max(float(np.nanmax(np.abs(measured))), MOVING)
-        if miss > max(FOREIGN, worst[s.run][0] if s.run in worst else 0.0):
+        if miss > max(STEP_POLICY.foreign_error, worst[s.run][0] if s.run in worst else 0.0):
             worst[s.run] = miss, _foreign(s, miss)
     return tuple(finding for _, finding in worst.values())
 
@@ -81,7 +79,7 @@ def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
     error = np.concatenate([one["speed"].error for one in found])
     allowed = np.concatenate([np.hypot(one["speed"].own, one["speed"].sensor) for one in found])
     there = np.isfinite(error)
-    return bool(np.sqrt(np.mean(error[there] ** 2)) > FAR_OFF * np.sqrt(np.mean(allowed[there] ** 2)))
+    return bool(np.sqrt(np.mean(error[there] ** 2)) > STEP_POLICY.foreign_std * np.sqrt(np.mean(allowed[there] ** 2)))
 
 
 def _foreign(s: DriveSegment, miss: float) -> Finding:

@@ -30,7 +30,6 @@ Array = NDArray[np.float64]
 DRAWS = 400  # Monte Carlo drives of a right model: the 97.5 % limit of a share is then known to a tenth
 POINTS = 240  # samples of a segment at which draws are made
 SEED = 19021202
-CHANCE = 0.05  # that a right model is called wrong, all outputs together
 
 
 @dataclass(frozen=True, eq=False)

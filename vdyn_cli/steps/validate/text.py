@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.jerk import JERK
 from vdyn_cli.steps.validate.prediction_band import BandTest
 from vdyn_cli.steps.validate.prior import FARTHEST, UNFELT
-from vdyn_cli.steps.validate.validation import LARGE_PULL, Validation
+from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds
 
 
@@ -89,7 +90,7 @@ def warnings(v: Validation) -> tuple[str, ...]:
             f"the drives require {words(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
             f"{b.std[i]:.2g} ({after.pull[i]:+.1f} standard deviations of such a change; "
             f"{100 * by_chance:.0f} % of correct "
-            f"models have one beyond {LARGE_PULL:g}): it, or an effect collinear with it, may be wrong"
+            f"models have one beyond {STEP_POLICY.large_pull:g}): it, or an effect collinear with it, may be wrong"
         )
     return tuple(made)
 
@@ -100,7 +101,7 @@ def _by_chance(v: Validation) -> float:
 
     pulls = zip(v.prior.names, v.posterior.pull, strict=True)
     seen = [n for n, pull in pulls if np.isfinite(pull) and n not in UNFELT]
-    return float(1.0 - (1.0 - 2.0 * ndtr(-LARGE_PULL)) ** len(seen))
+    return float(1.0 - (1.0 - 2.0 * ndtr(-STEP_POLICY.large_pull)) ** len(seen))
 
 
 def methods(v: Validation) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.regimes import IDLE, pressed
 
 Array = NDArray[np.float64]
@@ -23,9 +24,6 @@ Mask = NDArray[np.bool_]
 SPAN = 1.0  # s over which accelerations are taken
 SLOWEST = 2.0  # m/s, below which tires creep and a stop is under way
 FEWEST = 100  # driven samples, which tell what the torque does
-LEAST = 0.12  # m/s^2: a light touch of a brake; gusts reach 0.02, and hills move the driven samples as well
-BEYOND = 4.0  # standard deviations of the driven samples
-SHORTEST = 1.0  # s of braking
 FADED = 0.4  # of the limit, down to which braking begins and ends
 RAMP = 1.0  # s over which a brake is pressed or released
 MOST_LOST = 0.25  # share of the torque that a driveline may lose between driving and recuperation
@@ -141,7 +139,7 @@ def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
         return UnloggedBraking(braked, (), 0.0)
     excess = seen.excess if seen.felt is None else np.minimum(seen.excess, seen.felt)
     excess = excess - lost * seen.pulled
-    limit = max(LEAST, BEYOND * seen.scatter)
+    limit = max(STEP_POLICY.brake_least, STEP_POLICY.brake_beyond * seen.scatter)
     spans = _spans(time, seen.free & (excess > FADED * limit), seen.free & (excess > limit))
     for a, b in spans:
         braked |= (time >= a - RAMP) & (time <= b + RAMP)
@@ -168,7 +166,9 @@ def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float],
     spacing = float(np.median(np.diff(time)))
     pairs: Sequence[tuple[int, int]] = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
     return tuple(
-        (float(time[a]), float(time[b - 1])) for a, b in pairs if np.count_nonzero(sure[a:b]) * spacing >= SHORTEST
+        (float(time[a]), float(time[b - 1]))
+        for a, b in pairs
+        if np.count_nonzero(sure[a:b]) * spacing >= STEP_POLICY.brake_shortest
     )
 
 

@@ -9,17 +9,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.open_road import RoadFindings
 from vdyn_cli.steps.validate.posterior import Posterior
-from vdyn_cli.steps.validate.prediction_band import CHANCE, BandTest, PredictionBand
+from vdyn_cli.steps.validate.prediction_band import BandTest, PredictionBand
 from vdyn_cli.steps.validate.prior import UNFELT, ParameterPrior
 from vdyn_cli.steps.validate.segments import DriveSegment
 from vdyn_cli.steps.validate.whitening import WhitenedDrives
 
 Array = NDArray[np.float64]
 
-LARGE_PULL = 2.5  # standard deviations of a parameter's move, beyond which it is reported: 1.2 % of right models
-RARE = 0.01  # p value of one output's time outside its band, below which it is named
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,13 +83,13 @@ class Validation:
     @property
     def outside(self) -> list[str]:
         """Outputs outside their band for significantly long; none where all together are within chance."""
-        if self.chance >= CHANCE:
+        if self.chance >= STEP_POLICY.band_chance:
             return []
-        found = [n for n, v in self.tests.items() if v.chance <= RARE]
+        found = [n for n, v in self.tests.items() if v.chance <= STEP_POLICY.output_chance]
         return found or [min(self.tests, key=lambda n: self.tests[n].chance)]
 
     @property
     def contradicted(self) -> list[str]:
         """Parameters that the drives contradict, the worst first, except those without effect on a straight drive."""
         names, pull = self.prior.names, np.abs(np.nan_to_num(self.posterior.pull))
-        return [names[i] for i in np.argsort(-pull) if pull[i] > LARGE_PULL and names[i] not in UNFELT]
+        return [names[i] for i in np.argsort(-pull) if pull[i] > STEP_POLICY.large_pull and names[i] not in UNFELT]
