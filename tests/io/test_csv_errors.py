@@ -143,11 +143,18 @@ def test_lines_are_right_in_later_blocks(tmp_path: Path, monkeypatch: pytest.Mon
     assert "steps back in 1 row (line 33)" in refused(tmp_path, changed(33, "0.05,1,ok"))
 
 
-def test_a_clock_of_times_of_day_is_answered_with_the_remedy(tmp_path: Path) -> None:
+def test_a_time_of_day_in_another_unit_than_s_is_refused(tmp_path: Path) -> None:
     content = "t;v [m/s];a\n" + "".join(f"12:30:{i:02d}.5;{i};{i}\n" for i in range(20))
-    message = refused(tmp_path, content)
-    assert "channel 'time', column 't': 20 cells" in message
-    assert "export it as seconds instead of a time of day" in message
+    message = refused(tmp_path, content, {**COLUMNS, "time": Column("t", "ms", "s")})
+    assert "column 't', which holds times of day" in message
+
+
+def test_a_date_that_no_calendar_has_is_text(tmp_path: Path) -> None:
+    days = [*range(1, 20), 30, 31, *range(20, 29)]
+    rows = [f"2024-02-{day:02d} 12:30:00,{i},{i}\n" for i, day in enumerate(days)]
+    message = refused(tmp_path, "t,v [m/s],a\n" + "".join(rows))
+    assert "2 cells" in message
+    assert "2024-02-30 12:30:00" in message
 
 
 def test_text_in_several_columns_is_reported_together(tmp_path: Path) -> None:

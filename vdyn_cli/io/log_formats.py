@@ -16,12 +16,13 @@ from vdyn_cli.io.parquet_reader import READER as PARQUET
 from vdyn_cli.io.plugins import plugins
 from vdyn_cli.io.quality.log_checks import checked
 from vdyn_cli.io.reader import Column, Reader, ReadOptions
+from vdyn_cli.io.vbo_reader import READER as VBO
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.input_file import open_regular
 from vdyn_cli.quantities.log import Log
 
 GROUP = "vdyn.readers"
-BUILT_IN: tuple[Reader, ...] = (MDF, PARQUET, MAT, LVM)  # beside CSV, which takes what no other reader matches
+BUILT_IN: tuple[Reader, ...] = (MDF, PARQUET, MAT, LVM, VBO)  # beside CSV, which takes what no other reader matches
 
 
 def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:

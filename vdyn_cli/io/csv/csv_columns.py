@@ -73,6 +73,9 @@ def _stray_quote(layout: Layout, wanted: str) -> str:
 def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: str) -> list[Finding]:
     """Contradictions between the unit of the description and those that the file states."""
     header = layout.header[at]
+    if at in layout.instants:
+        place = f"{name}, column '{header}', which holds times of day"
+        return [contradiction(place, channel, column, "s")] if contradicts("s", column) else []
     bracket = BRACKET.search(header)
     findings = []
     # Round brackets often hold a place or a sensor, "(L)", "(GPS)": only a unit of the same kind counts there.
@@ -84,5 +87,10 @@ def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: 
 
 
 def unit_in_header(layout: Layout, at: int) -> str:
-    """The unit that the file states for a column, in its units row or in brackets; empty where it states none."""
+    """The unit that the file states for a column, in its units row or in brackets; empty where it states none.
+
+    Times of day are s.
+    """
+    if at in layout.instants:
+        return "s"
     return stated_unit(layout.header[at], layout.units[at] if layout.units else "")

@@ -11,11 +11,13 @@ from typing import Literal
 from vdyn_cli.io.csv.csv_cells import decimal_mark, is_number, is_written, tidy
 from vdyn_cli.io.file_units import is_unit, unit_text
 from vdyn_cli.io.reader import ReadOptions
+from vdyn_cli.io.written_times import is_instant
 from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED, Finding, InputError
 
 # Bytes and lines to look at: the first is enough where the columns wanted are there, the last is for files of thousands
 # of columns.
 _HEADS = ((1 << 15, 250), (1 << 16, 1000), (1 << 20, 1000))
+_MOST_HEADS = 5  # rows of text above the numbers among which the header is searched
 _SHOWN = 200  # rows that show the decimal mark
 _DELIMITERS = (";", "\t", ",", "|", " ")
 _LONGEST_RECORD = 8  # lines of a row; beyond, a stray quote, such as that of 5" wheels, has swallowed lines
@@ -24,7 +26,10 @@ _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "s
 
 @dataclass(frozen=True)
 class Layout:
-    """What `find_layout` found; ``decimal`` is empty where the head of the file holds whole numbers only."""
+    """What `find_layout` found; ``decimal`` is empty where the head of the file holds whole numbers only.
+
+    ``instants``: positions of the columns that hold times of day, with or without their date.
+    """
 
     delimiter: str
     decimal: str
@@ -33,6 +38,7 @@ class Layout:
     units: tuple[str, ...]  # as long as the header, or empty where there is no units row
     first_line: int  # of the numbers, counted from 1
     offset: int  # byte at which the numbers begin
+    instants: frozenset[int] = frozenset()
     findings: tuple[Finding, ...] = ()
 
 
@@ -151,7 +157,7 @@ def _table(
     clock = header.index(wanted[0]) if wanted and wanted[0] in header and options.split_times is None else None
     below = range(at + 1, len(records))
     start = next((i for i in below if _is_numbers(records[i].fields, clock)), None)
-    if start is None:  # the clock may be a time of day, which deserves a message of its own
+    if start is None:  # the clock may be text, which deserves a message of its own
         start = next((i for i in below if _is_numbers(records[i].fields, None)), None)
     if start is None or len(header) < 2:
         return None
@@ -167,7 +173,7 @@ def _table(
 
 def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[str]:
     """The cells as column names; none in a row that begins with a number, which saves decoding the data."""
-    if not fields or is_number(fields[0]):
+    if not fields or is_number(fields[0]) or is_instant(fields[0]):
         return []
     names = [_decoded(f, encoding) for f in fields]
     if names[0] not in wanted and len(names[0]) > 1:
@@ -180,20 +186,24 @@ def _decoded(cell: str, encoding: str) -> str:
 
 
 def _likely_header(records: list[_Record], cells: list[list[str]], wanted: Sequence[str]) -> int | None:
-    """The text row above the first numbers that resembles the wanted names most."""
+    """The text row above the first numbers that resembles the wanted names most, or else names most columns."""
     first = next((i for i, r in enumerate(records) if len(r.fields) > 1 and _is_numbers(r.fields, None)), None)
     if first is None:
         return None
-    width, rows = len(records[first].fields), []
-    for i in range(first - 1, max(first - 6, -1), -1):
-        if not cells[i] or abs(len(cells[i]) - width) > 1:
+    width = len(records[first].fields)
+    rows: list[int] = []
+    for i in range(first - 1, -1, -1):
+        if not any(map(is_written, records[i].fields)):
+            continue  # loggers leave lines empty between header, units and numbers
+        if not cells[i] or abs(len(cells[i]) - width) > 1 or len(rows) == _MOST_HEADS:
             break
         rows.append(i)
-    best = max(rows, key=lambda i: sum(_resemblance(w, cells[i]) for w in wanted), default=None)
-    names = [i for i in rows if not _holds_units(cells[i])]
-    if best is None or not names or not _holds_units(cells[best]):
-        return best
-    return max(names, key=lambda i: sum(_resemblance(w, cells[i]) for w in wanted))
+    names = [i for i in rows if not _holds_units(cells[i])] or rows
+
+    def likeness(i: int) -> tuple[float, int]:
+        return sum(_resemblance(w, cells[i]) for w in wanted), len({cell for cell in cells[i] if is_written(cell)})
+
+    return max(names, key=likeness, default=None)
 
 
 def _resemblance(name: str, cells: Sequence[str]) -> float:
@@ -203,13 +213,24 @@ def _resemblance(name: str, cells: Sequence[str]) -> float:
 
 def _is_numbers(fields: Sequence[str], clock: int | None) -> bool:
     if clock is not None:
-        return clock < len(fields) and is_number(fields[clock])
+        return clock < len(fields) and _is_value(fields[clock])
     return _share_of_numbers(fields) > 0.5
 
 
 def _share_of_numbers(fields: Sequence[str]) -> float:
     written = [f for f in fields if is_written(f)]
-    return sum(map(is_number, written)) / len(written) if written else 0.0
+    return sum(map(_is_value, written)) / len(written) if written else 0.0
+
+
+def _is_value(cell: str) -> bool:
+    return is_number(cell) or is_instant(cell)
+
+
+def _instants(table: _Table) -> frozenset[int]:
+    """The columns in which most of the first cells are times of day."""
+    first = [record.fields for record in table.numbers[:30]]
+    columns = range(len(table.header))
+    return frozenset(i for i in columns if 2 * sum(i < len(f) and is_instant(f[i]) for f in first) > len(first))
 
 
 def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: str) -> Layout:
@@ -223,6 +244,7 @@ def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: s
         units,
         first,
         sum(lengths[: first - 1]),
+        _instants(table),
         findings,
     )
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.csv.csv_cells import LONGEST, NOT_WRITTEN, is_written, number_of
 from vdyn_cli.io.csv.csv_layout import Layout
+from vdyn_cli.io.written_times import since_first, written_seconds
 from vdyn_cli.quantities.errors import Finding, InputError
 
 Array = NDArray[np.float64]
@@ -52,7 +53,8 @@ class Numbers:
 
     Parameters
     ----------
-    columns : (n,) for each position asked for, NaN where nothing is written or the cell is no number.
+    columns : (n,) for each position asked for, NaN where nothing is written or the cell is no number; s since the
+        first for a column of times of day.
     bad : cells that are no numbers, in file order; reading stops after `MOST_BAD` of them.
     lines : the file's line of each row.
     grouped : how many numbers had thousands separators.
@@ -130,7 +132,7 @@ def read_numbers(
         lines.append(line)
         if len(bad) > MOST_BAD:
             break
-    columns = {p: g.values for p, g in growing.items()}
+    columns = {p: since_first(g.values) if p in layout.instants else g.values for p, g in growing.items()}
     where = Lines(tuple(rows), tuple(lines))
     unfinished = _unfinished(last, layout)
     return Numbers(columns, tuple(bad), where, grouped, infinite, multiline, unfinished, len(bad) <= MOST_BAD)
@@ -162,21 +164,28 @@ def _parse(
 ) -> tuple[dict[int, Array], list[BadCell], int]:
     """One block as numbers, its bad cells, and how many numbers had thousands separators."""
     extra = len(layout.header)  # a field beyond the last column: rows that are too long must not pass
+    times = [p for p in positions if p in layout.instants]
+    numbers = [p for p in positions if p not in layout.instants]
+    columns: dict[int, Array] = {}
+    bad: list[BadCell] = []
+    grouped = 0
+    written = _frame(text, layout, times, np.object_, where) if times else {}
+    for position, cells in written.items():
+        columns[position] = written_seconds(cells)
+        unread = np.flatnonzero(np.isnan(columns[position]))
+        bad += [BadCell(int(i), position, _shown(cells[i], encoding)) for i in unread if _holds(cells[i])]
     try:
-        frame = _frame(text, layout, [*positions, extra], np.float64, where)
+        frame = _frame(text, layout, [*numbers, extra], np.float64, where)
         if np.isnan(frame[extra]).all():
-            return {p: frame[p] for p in positions}, [], 0
+            return columns | {p: frame[p] for p in numbers}, bad, 0
     except ValueError:
         pass
-    cells = _frame(text, layout, [*positions, extra], np.object_, where)
-    columns, bad, grouped = {}, [], 0
-    for position in positions:
-        columns[position], wrong, n = _converted(cells[position], layout.decimal or ".")
-        bad += [BadCell(i, position, _shown(cells[position][i], encoding)) for i in wrong]
+    found = _frame(text, layout, [*numbers, extra], np.object_, where)
+    for position in numbers:
+        columns[position], wrong, n = _converted(found[position], layout.decimal or ".")
+        bad += [BadCell(i, position, _shown(found[position][i], encoding)) for i in wrong]
         grouped += n
-    bad += [
-        BadCell(i, -1, _shown(c, encoding)) for i, c in enumerate(cells[extra]) if isinstance(c, str) and is_written(c)
-    ]
+    bad += [BadCell(i, -1, _shown(c, encoding)) for i, c in enumerate(found[extra]) if _holds(c)]
     return columns, sorted(bad, key=lambda c: (c.row, c.column)), grouped
 
 
@@ -206,6 +215,11 @@ def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T]
         what = "a quote that opens at this line is not closed"
         raise InputError(Finding(where, what, remedy='remove the stray " or close it')) from None
     return {p: frame[p].to_numpy()[1:] for p in positions}
+
+
+def _holds(cell: object) -> bool:
+    """Whether a cell of text is written."""
+    return isinstance(cell, str) and is_written(cell)
 
 
 def _shown(cell: object, encoding: str) -> str:

@@ -1,0 +1,113 @@
+"""What the loggers of test drivers export: the same coast in each of their text formats."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vdyn_cli.io.channel_survey import survey
+from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.reader import Column
+from vdyn_cli.io.written_times import is_instant, since_first, written_seconds
+from vdyn_cli.quantities.errors import InputError
+
+N = 600
+TIME = np.arange(N) / 20.0
+SPEED = np.round(70.0 - 0.8 * TIME, 2)  # km/h
+MIDNIGHT = datetime(2026, 5, 1, 23, 59, 50)
+
+
+def rows(line: str) -> str:
+    """A line for each sample; fields: t, v, the moments d and u."""
+    moments = [MIDNIGHT + timedelta(seconds=float(t)) for t in TIME]
+    return "".join(line.format(t=t, v=v, m=v / 3.6, d=d, u=1.62e9 + t) + "\n" for t, v, d in zip(TIME, SPEED, moments, strict=True))
+
+
+MOTEC = (
+    '"Format","MoTeC CSV File",,,"Workbook",""\n"Venue","Oval",,,"Worksheet",""\n'
+    '"Log Date","12/05/2026",,,"Origin Time","0.000","s"\n"Sample Rate","20.000","Hz",,"End Time","30.0","s"\n"Beacon Markers",""\n\n\n'
+    '"Time","Distance","Ground Speed"\n"s","m","km/h"\n\n' + rows('"{t:.3f}","{t:.1f}","{v:.2f}"')
+)
+RACECHRONO = (
+    "This file is created by a lap timer\nFormat,3\nTrack name,Oval\nNote,\n\n"
+    "timestamp,lap_number,elapsed_time,satellites,speed,combined_acc,bearing,altitude\n"
+    "unix time,,s,sats,m/s,G,deg,m\n,,,100: gps,100: gps,calc,100: gps,100: gps\n"
+    + rows("{u:.3f},,{t:.3f},12,{m:.6f},0.02,91,300.1")
+)
+DATED = "Device Time, Speed (OBD)(km/h),G(x)\n" + rows("{d:%d-%b-%Y %H:%M:%S.%f}, {v:.2f}, 0.01")
+ISO = "Timestamp;v\n;km/h\n" + rows("{d:%Y-%m-%dT%H:%M:%S.%f}Z;{v:.2f}")
+OF_DAY = "Time;v [km/h]\n" + rows("{d:%H:%M:%S.%f};{v:.2f}").replace(".", ",")
+VBO = (
+    "File created on 01/05/2026 at 23:59:50\r\n\r\n[header]\r\nsatellites\r\ntime\r\nlatitude\r\nlongitude\r\n"
+    "velocity kmh\r\nheading\r\nheight\r\nFront_Load\r\nBrake\r\n\r\n[channel units]\r\nkN\r\n\r\n\r\n[comments]\r\n"
+    "Log Rate (Hz) : 20.00\r\n\r\n[column names]\r\nsats time lat long velocity heading height Front_Load Brake\r\n\r\n"
+    "[data]\r\n"
+    + rows("008 {d:%H%M%S.%f} +03119.09973 +00058.49277 {v:07.3f} 091.20 +00300.40 7.12E+00 0")
+)
+EXPORTS = {
+    "motec.csv": (MOTEC, "Time", "Ground Speed", "km/h"),
+    "racechrono.csv": (RACECHRONO, "elapsed_time", "speed", "m/s"),
+    "dated.csv": (DATED, "Device Time", "Speed (OBD)(km/h)", "km/h"),
+    "iso.csv": (ISO, "Timestamp", "v", "km/h"),
+    "of_day.csv": (OF_DAY, "Time", "v [km/h]", "km/h"),
+    "vbox.vbo": (VBO, "time", "velocity", "km/h"),
+}
+
+
+@pytest.mark.parametrize("name", EXPORTS)
+def test_an_export_gives_the_coast(tmp_path: Path, name: str) -> None:
+    content, clock, speed, unit = EXPORTS[name]
+    path = tmp_path / name
+    path.write_text(content, encoding="utf-8", newline="")
+    log = read_log(path, {"time": Column(clock, "s", "s"), "speed": Column(speed, unit, "m/s")})
+    assert log.time == pytest.approx(TIME, abs=1e-4)
+    assert log["speed"] == pytest.approx(SPEED / 3.6, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", EXPORTS)
+def test_the_channels_of_an_export_are_listed_with_their_units(tmp_path: Path, name: str) -> None:
+    content, _, speed, unit = EXPORTS[name]
+    path = tmp_path / name
+    path.write_text(content, encoding="utf-8", newline="")
+    listed = {f.info.name: f for f in survey(path)}
+    assert listed[speed].info.unit == unit
+    assert listed[speed].info.rate == pytest.approx(20.0, rel=1e-3)
+
+
+def test_positions_of_a_vbo_are_degrees_to_the_north_and_east(tmp_path: Path) -> None:
+    path = tmp_path / "vbox.vbo"
+    path.write_text(VBO, encoding="utf-8", newline="")
+    listed = {f.info.name: f for f in survey(path)}
+    assert (listed["lat"].lowest, listed["long"].lowest) == pytest.approx((51.98500, -0.97488), abs=1e-5)
+    assert (listed["Front_Load"].info.unit, listed["Brake"].info.unit) == ("kN", "")
+
+
+def test_a_vbo_without_data_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "vbox.vbo"
+    path.write_text(VBO[: VBO.index("[data]")], encoding="utf-8", newline="")
+    with pytest.raises(InputError, match=r"no section \[data\]"):
+        survey(path)
+
+
+@pytest.mark.parametrize(
+    "cell", ["10:23:11", "10:23:11,5", "2026-05-01T10:23:11.123456Z", "1.5.2026 10:23:11", "01-May-2026 10:23:11.023",
+             "2026/05/01 10:23:11+02:00", "5/1/2026 10:23:11 PM"]
+)  # fmt: skip
+def test_a_time_of_day_is_told_from_a_number(cell: str) -> None:
+    assert is_instant(cell)
+    assert written_seconds(np.array([cell], dtype=object))[0] % 86400 == pytest.approx(
+        (22 if "PM" in cell else 10) * 3600 + 23 * 60 + 11, abs=0.6
+    )
+
+
+@pytest.mark.parametrize("cell", ["1.5", "12:30", "1e5", "", "Time", "10:23", "1:2:3", "x 10:23:11"])
+def test_other_cells_are_no_time_of_day(cell: str) -> None:
+    assert not is_instant(cell)
+
+
+def test_a_clock_passes_midnight_twice() -> None:
+    seconds = np.array([86399.0, np.nan, 1.0, 86399.5, 0.5])
+    assert since_first(seconds) == pytest.approx([0.0, np.nan, 2.0, 86400.5, 86401.5], nan_ok=True)

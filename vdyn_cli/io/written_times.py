@@ -1,0 +1,73 @@
+"""Times of day, with or without a date, as loggers write them in text, and the seconds that they count."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_LONGEST = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
+_DAY = 86400.0  # s
+_ZONE = r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
+_INSTANT = re.compile(
+    r"(?:(\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3,9}[- ]\d{2,4})[ T]+)?"
+    r"(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*([AaPp][Mm])?" + _ZONE
+)
+
+
+def is_instant(cell: str) -> bool:
+    """Whether a cell is a time of day, ``10:23:11.5``, with or without a date before it."""
+    return ":" in cell[:_LONGEST] and len(cell) <= _LONGEST and _INSTANT.fullmatch(cell.strip()) is not None
+
+
+def written_seconds(cells: NDArray[np.object_]) -> Array:
+    """Seconds that cells of text count: since the begin of their day, or since 1970 where they state a date.
+
+    Parameters
+    ----------
+    cells : (n,) text, or anything else where nothing is written.
+
+    Returns
+    -------
+    (n,) s, NaN where a cell is no such time. Zones are not applied: a log has one.
+    """
+    import pandas as pd
+
+    parts = pd.Series(cells, dtype=object).str.strip().str.extract(f"^{_INSTANT.pattern}$")
+    hours, minutes = (pd.to_numeric(parts[i], errors="coerce").to_numpy(float) for i in (1, 2))
+    seconds = pd.to_numeric(parts[3].str.replace(",", "."), errors="coerce").to_numpy(float)
+    half = parts[4].str.lower()
+    hours = np.where(half.notna(), hours % 12 + 12 * (half == "pm"), hours)
+    counted: Array = _days(parts[0]) * _DAY + 3600.0 * hours + 60.0 * minutes + seconds
+    return counted
+
+
+def _days(dates: object) -> Array:
+    """Days since 1970 of dates, 0 where there is none, NaN where there is no such day."""
+    import pandas as pd
+
+    series = pd.Series(dates, dtype=object)
+    days = {}
+    for date in series.dropna().unique():  # few: one a day
+        try:
+            day = pd.to_datetime(date, dayfirst=not date[:4].isdigit())
+        except ValueError:
+            days[date] = np.nan
+        else:
+            days[date] = float(day.value // (10**9 * 86400))
+    return series.map(days).where(series.notna(), 0.0).to_numpy(float)
+
+
+def since_first(seconds: Array) -> Array:
+    """Times (n,) in s from the first of them; one that falls by more than half a day has passed midnight."""
+    written = np.flatnonzero(np.isfinite(seconds))
+    if not written.size:
+        return seconds
+    at = seconds[written]
+    nights = np.cumsum(np.diff(at, prepend=at[0]) < -_DAY / 2)
+    counted = np.full(seconds.shape, np.nan)
+    counted[written] = at + _DAY * nights - at[0]
+    return counted
