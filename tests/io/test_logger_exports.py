@@ -22,13 +22,14 @@ MIDNIGHT = datetime(2026, 5, 1, 23, 59, 50)
 
 def rows(line: str) -> str:
     """A line for each sample; fields: t, v, the moments d and u."""
-    moments = [MIDNIGHT + timedelta(seconds=float(t)) for t in TIME]
-    return "".join(line.format(t=t, v=v, m=v / 3.6, d=d, u=1.62e9 + t) + "\n" for t, v, d in zip(TIME, SPEED, moments, strict=True))
+    samples = zip(TIME, SPEED, [MIDNIGHT + timedelta(seconds=float(t)) for t in TIME], strict=True)
+    return "".join(line.format(t=t, v=v, m=v / 3.6, d=d, u=1.62e9 + t) + "\n" for t, v, d in samples)
 
 
 MOTEC = (
     '"Format","MoTeC CSV File",,,"Workbook",""\n"Venue","Oval",,,"Worksheet",""\n'
-    '"Log Date","12/05/2026",,,"Origin Time","0.000","s"\n"Sample Rate","20.000","Hz",,"End Time","30.0","s"\n"Beacon Markers",""\n\n\n'
+    '"Log Date","12/05/2026",,,"Origin Time","0.000","s"\n'
+    '"Sample Rate","20.000","Hz",,"End Time","30.0","s"\n"Beacon Markers",""\n\n\n'
     '"Time","Distance","Ground Speed"\n"s","m","km/h"\n\n' + rows('"{t:.3f}","{t:.1f}","{v:.2f}"')
 )
 RACECHRONO = (
