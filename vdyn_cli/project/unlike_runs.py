@@ -18,10 +18,15 @@ FACTORS |= {1 / 2.236936: "m/s among mph", 2.236936: "mph among m/s"}
 ALIKE = 1.15  # largest over smallest speed of the siblings: then they are driven alike, and a factor shows
 NEAR = 0.04  # relative distance from a factor: factors are 1.6 and more from each other
 FEWEST = 3  # siblings
+# Channels that measure the same motion by another sensor.
+WITNESSES = ("wheel_speed", "wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr", "position")
 
 
 def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
-    """A finding for each run whose speeds are those of its siblings times the factor between two units."""
+    """A finding for each run whose speeds are those of its siblings times the factor between two units.
+
+    A run that was driven slower has the siblings' ratio of the speed to what else measured it: that is no other unit.
+    """
     for channel in SPEEDS:
         high = {k: float(np.nanquantile(np.abs(log[channel]), 0.98)) for k, log in enumerate(logs) if channel in log}
         for k, value in high.items():
@@ -30,10 +35,31 @@ def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
                 continue
             ratio = value / float(np.median(others))
             near = next((w for f, w in FACTORS.items() if abs(ratio / f - 1.0) <= NEAR), None)
-            if near is not None:
+            if near is not None and not _other_witness(logs, k, channel, ratio):
                 what = f"the speed is {ratio:.3g} times that of the other runs, as of a file in {near}"
                 remedy = "export this run in the unit of the others, or describe it in a file of its own"
                 yield Finding(f"{logs[k].name}, channel '{channel}'", what, "", remedy)
+
+
+def _other_witness(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:
+    """Whether another channel of the same motion is that of the siblings times the same ratio: wheel speed, distance."""
+    for other in WITNESSES:
+        found = [_mean(log, other) / _mean(log, channel) if other in log and channel in log else 0.0 for log in logs]
+        siblings = [v for j, v in enumerate(found) if j != k and np.isfinite(v) and v > 0.0]
+        if siblings and np.isfinite(found[k]) and found[k] > 0.0:
+            return abs(np.log(found[k] / np.median(siblings))) < 0.5 * abs(np.log(ratio))
+    return False
+
+
+def _mean(log: Log, channel: str) -> float:
+    """The mean speed that a channel tells, in its own scale; of a position, distance over time."""
+    values, time = log[channel], log.time
+    good = np.isfinite(values)
+    if good.sum() < 2:
+        return 0.0
+    if channel == "position":
+        return float(abs(np.diff(values[good][[0, -1]])[0]) / np.diff(time[good][[0, -1]])[0])
+    return float(np.mean(np.abs(values[good])))
 
 
 def with_run_signs(findings: Sequence[Finding], logs: Sequence[Log]) -> tuple[Finding, ...]:
