@@ -33,3 +33,16 @@ def test_a_negative_inertia_is_published_with_what_mends_it(fault: dict[str, flo
     for name in re.findall(r"gain of (-[\d.]+)|radius of (-[\d.]+)", diagnosis.sentence):
         assert float(max(name)) == pytest.approx(-5.0 if "torque_gain" in fault else -2.9, abs=0.6)  # %, 3 std
     assert not result.parameters.extensions  # one of several answers does not travel with the vehicle
+
+
+@pytest.mark.slow  # a diagnosis of 3 s
+def test_a_baseline_that_the_data_exclude_is_neither_value_nor_interval(tmp_path: Path) -> None:
+    """A torque that reads 4 % high makes the inertia three times too large, and nothing refuses that by itself."""
+    path = write_drives(tmp_path, 21, torque_gain=1.04)
+    assert execute("inertia", path, level=None).result.parameters["wheel_inertia"].value > 2 * INERTIA
+    result = execute("inertia", path).result
+    found = result.parameters["wheel_inertia"]
+    assert {"hub_torque_gain", "wheel_radius"} <= set(result.diagnosis.ambiguous[0])
+    assert found.interval95[0] < INERTIA < found.interval95[1] < 1.6 * INERTIA
+    assert found.baseline > 2 * INERTIA
+    assert not result.parameters.extensions

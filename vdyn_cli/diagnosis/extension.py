@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes, with_meaning
+from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import shapes_of, started_at, unknowns_of
 from vdyn_cli.diagnosis.full_model import NO_VALUES
 from vdyn_cli.diagnosis.judgment import Judgment, with_fewer_effects, without_answer
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.errors import Finding
@@ -32,7 +34,7 @@ class Extension:
         those of the others, too, each by its own fit.
     biased : without less with each effect, by published parameter.
     failed : why the model could not be extended.
-    open : the effects are one of several answers, taken in because the baseline gives no result.
+    open : the effects are one of several answers, taken in because the baseline gives no result or is excluded.
     """
 
     effects: tuple[str, ...] = ()
@@ -50,7 +52,8 @@ def extended(
 
     An answer of several effects that the exact model does not confirm gives way to one of them that nearly suffices.
     Where the baseline gives no result, an answer with which the exact model gives none either gives way to the other
-    effects that suffice, and of several answers the first that gives a result is taken in.
+    effects that suffice. Where it gives none or is excluded, of several answers the first that gives a result is taken
+    in.
 
     Parameters
     ----------
@@ -76,8 +79,8 @@ def _extended(
     strategy: Strategy, judgment: Judgment, extend: str | list[str], problem: Problem, base: Result
 ) -> tuple[Judgment, Extension]:
     setup = strategy.model.setup
-    if base.refused and judgment.verdict == "ambiguous" and isinstance(extend, str) and extend != "never":
-        return _with_open_answer(strategy, judgment, extend, problem)
+    if extend in ("named", "learned") and _without_baseline(strategy, judgment, base):
+        return _with_open_answer(strategy, judgment, extend == "learned", problem)
     wanted = _wanted(extend, setup, judgment)
     start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
     result, failed = publish_with(problem, [setup.candidates[e] for e in wanted], start)
@@ -94,9 +97,9 @@ def _extended(
 
 
 def _with_open_answer(
-    strategy: Strategy, judgment: Judgment, extend: str, problem: Problem
+    strategy: Strategy, judgment: Judgment, learned: bool, problem: Problem
 ) -> tuple[Judgment, Extension]:
-    """The model extended by the first of several answers with which it gives parameters: there are none without them.
+    """The model extended by the first of several answers with which it gives parameters: those without are excluded.
 
     Their intervals hold all answers. A prediction by one of several answers is none, and stays refused.
     """
@@ -106,7 +109,7 @@ def _with_open_answer(
     found = Extension()
     alone = all(len(answer.effects) == 1 for answer in judgment.answers)
     for answer in judgment.answers:
-        if extend == "named" and set(answer.effects) & setup.learned:
+        if not learned and set(answer.effects) & setup.learned:
             continue
         effects = [setup.candidates[e] for e in answer.effects]
         result, failed = publish_with(problem, effects, strategy.relinearized(answer.fitted).values)
@@ -117,6 +120,24 @@ def _with_open_answer(
         elif alone:  # from a refused baseline a linear fit reaches no amplitude
             found = replace(found, amplitudes={**found.amplitudes, **_amplitudes(result, effects)})
     return judgment, found
+
+
+def _without_baseline(strategy: Strategy, judgment: Judgment, base: Result) -> bool:
+    """Whether one of several answers stands in for the baseline: that has no parameters, or the data exclude it.
+
+    They do where each answer is one effect, far from zero. Neither the value nor the interval holds the baseline then.
+    """
+    if judgment.verdict != "ambiguous" or not (base.refused or base.parameters):
+        return False
+    if base.refused or any(len(answer.effects) > 1 for answer in judgment.answers):
+        return bool(base.refused)
+    return all(_far_from_zero(strategy, answer) for answer in judgment.answers)
+
+
+def _far_from_zero(strategy: Strategy, answer: CandidateModel) -> bool:
+    near = replace(answer, fitted=strategy.relinearized(answer.fitted))
+    found = fitted_amplitudes(near, strategy.model.setup).values()
+    return any(abs(e.value) > POLICY.excluding_amplitude * e.std > 0 for e in found)
 
 
 def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment) -> tuple[str, ...]:

@@ -28,13 +28,13 @@ def with_open_answers(
 ) -> Result:
     """The result whose intervals know the verdict.
 
-    ``adequate``: they are those of the mixture of the baseline with answers of one effect. ``named``: of the mixture
-    with answers of one effect more; where a significant remainder is left, with the bias by that, and they hold the
-    probable answers of one effect more. ``ambiguous``: they
-    hold the values of all answers, and of the baseline where it gives a result. ``unknown``: those of the baseline and
-    of what comes closest, each with the bias by what it leaves unexplained. An answer that is not in the model, as a
-    learned law unless the description requests it, is held beside the baseline. How much of a law that the catalogue
-    does not have the baseline's parameters took in is unknown: theirs have the bias by all that they leave unexplained.
+    ``adequate``: they are those of the mixture of the baseline with answers of one effect. ``named``: of the
+    mixture with answers of one effect more; where a significant remainder is left, with the bias by that, and they
+    hold the probable answers of one effect more. ``ambiguous``: they hold the values of all answers, and of the
+    baseline where that gives a result and is not excluded. ``unknown``: those of the baseline and of what comes
+    closest, each with the bias by what it leaves unexplained. An answer that is not in the model, as a learned law
+    unless the description requests it, is held beside the baseline. How much of a law that the catalogue does not
+    have the baseline's parameters took in is unknown: theirs have the bias by all that they leave unexplained.
     """
     result = extension.result or base
     if not result.parameters or judgment.verdict == "not_testable":
@@ -47,7 +47,8 @@ def with_open_answers(
     answer, note = judgment.answer, HOLD_ALL
     if judgment.verdict == "ambiguous":
         found, others = _published(strategy, judgment.answers, problem, result)
-        found = [Answer(BASELINE, base.parameters), *found]
+        if not extension.open:
+            found = [Answer(BASELINE, base.parameters), *found]
     elif judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
         closest = [c for c in (answer or judgment.closest,) if c is not None]
         learned = answer is not None and bool(set(answer.effects) & strategy.model.setup.learned)
@@ -63,7 +64,7 @@ def with_open_answers(
         found = [Answer(_label(answer), result.parameters, _biases(strategy, near, result, problem)), *more]
         note = HOLD_REMAINDER
     if others:
-        result = problem.spanning(result, others if base.refused else (base, *others))
+        result = problem.spanning(result, others if base.refused or extension.open else (base, *others))
     return with_wider_intervals(result, widened(result.parameters, found), note)
 
 

@@ -217,6 +217,11 @@ class Policy:
         "What is left is a law's error of unknown size over the eight knots of a free profile. The likelihood ratio is "
         "then (larger / smaller)^8, and 1.75^8 = 88 = exp(3^2 / 2): three standard errors, as needed_t.",
     )  # fmt: skip
+    excluding_amplitude: float = _threshold(
+        6.0, "standard errors", "of the amplitude of each of several answers, from which the baseline is excluded",
+        "Twelve blocks, the fewest, leave 11 degrees of freedom: Student's t exceeds 6 in 1e-4, and by the strongest "
+        "of 30 candidates in 0.3 %, as chance exceeds needed_t once.",
+    )  # fmt: skip
     open_probability: float = _threshold(
         0.05, "probability", "of one further effect beside a named one, above which the intervals hold that answer too",
         "What a 95 % interval leaves out: an answer that is likelier than that may not lie outside.",

@@ -42,12 +42,12 @@ def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
 
 
 def _other_witness(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:
-    """Whether another channel of the same motion is that of the siblings times the same ratio: wheel speed, distance."""
+    """Whether another channel of the same motion is that of the siblings times the same ratio."""
     for other in WITNESSES:
         found = [_mean(log, other) / _mean(log, channel) if other in log and channel in log else 0.0 for log in logs]
         siblings = [v for j, v in enumerate(found) if j != k and np.isfinite(v) and v > 0.0]
         if siblings and np.isfinite(found[k]) and found[k] > 0.0:
-            return abs(np.log(found[k] / np.median(siblings))) < 0.5 * abs(np.log(ratio))
+            return bool(abs(np.log(found[k] / np.median(siblings))) < 0.5 * abs(np.log(ratio)))
     return False
 
 
