@@ -112,3 +112,19 @@ def test_logs_of_other_steps_are_checked(step: str, tmp_path: Path) -> None:
     document = checked(ROOT / "configs" / f"{step}.yaml", tmp_path, 0)
     assert {r["verdict"] for r in document["runs"]} == {"keep"}
     assert document["coasts"] is None
+
+
+def test_a_sign_that_the_step_refuses_is_said_at_the_track(tmp_path: Path) -> None:
+    time = np.arange(400) / 50.0
+    slip = 0.15 * np.sin(time)
+    columns = zip(time, slip, 900.0 * np.tanh(20.0 * slip), -990.0 - 9.0 * np.cos(time), strict=True)
+    rows = [",".join(f"{x:.4f}" for x in row) for row in columns]
+    (tmp_path / "sweep.csv").write_text("\n".join(["t,s,Fx,Fz", *rows]))
+    path = tmp_path / "tire.yaml"
+    path.write_text(
+        "test: tire\nchannels:\n  time: {column: t, unit: s}\n  slip: {column: s, unit: '1'}\n"
+        "  force_x: {column: Fx, unit: N}\n  force_z: {column: Fz, unit: N}\nruns:\n  - {log: sweep.csv}\n"
+    )
+    document = checked(path, tmp_path / "out", 0)
+    assert "vdyn tire refuses it: Fz is negative" in document["runs"][0]["why"][0]
+    assert document["findings"][0]["remedy"] == "add 'sign: -1' to its channel"

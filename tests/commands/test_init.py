@@ -194,3 +194,23 @@ def test_a_german_abbreviation_of_speed_is_known(tmp_path: Path) -> None:
     (tmp_path / "lauf.csv").write_text("Zeit [ms];GPS-Geschw. [mph]\n" + rows)
     _, description = draft("coastdown", tmp_path / "lauf.csv")
     assert columns(description["channels"])["speed"] == ("GPS-Geschw. [mph]", "mph")
+
+
+def sweep(folder: Path) -> Path:
+    """A slip sweep as a flat-track machine writes it: a clock named ET, loads negative, units with hyphens."""
+    time = np.arange(600) / 50.0
+    slip = 0.15 * np.sin(time)
+    force = 1000.0 * np.tanh(20.0 * slip)
+    load = -1000.0 - 5.0 * np.cos(time)
+    rows = [f"{t:.2f}\t40.2\t{s:.4f}\t{f:.1f}\t{z:.2f}\t2" for t, s, f, z in zip(time, slip, force, load, strict=True)]
+    path = folder / "sweep.dat"
+    head = ["Made by a machine\tRim=7", "ET\tV\tSR\tFX\tFZ\tMX", "sec\tkph\tnone\tN\tN\tN-m"]
+    path.write_text("\n".join([*head, *rows]) + "\n")
+    return path
+
+
+def test_a_machine_s_sweep_is_mapped_with_its_sign(tmp_path: Path) -> None:
+    drawn, data = draft("tire", sweep(tmp_path))
+    assert data["channels"]["time"] == {"column": "ET", "unit": "sec"}
+    assert data["channels"]["force_z"] == {"column": "FZ", "unit": "N", "sign": -1}
+    assert "a load is positive here" in drawn.text

@@ -134,3 +134,21 @@ def test_listed_units_need_no_unit_library():
 )
 def test_a_digit_behind_a_name_is_its_power(written: str, si: str, factor: float) -> None:
     assert to_si(1.0, written, si) == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(
+    ("written", "si", "factor"),
+    [
+        ("N-m", "N m", 1.0), ("N.m", "N m", 1.0), ("NM", "N m", 1.0), ("kg-m^2", "kg m^2", 1.0),
+        ("ft-lb", "N m", 1.3558179483314004), ("lb-ft", "N m", 1.3558179483314004), ("lb", "N", 4.4482216152605),
+        ("lb", "kg", 0.45359237), ("KN", "N", 1e3), ("RPM", "rad/s", np.pi / 30), ("r/min", "rad/s", np.pi / 30),
+        ("KM/H", "m/s", 1 / 3.6), ("kmh", "m/s", 1 / 3.6), ("MPH", "m/s", 0.44704), ("SEC", "s", 1.0),
+    ],
+)  # fmt: skip
+def test_units_as_loggers_write_them(written: str, si: str, factor: float) -> None:
+    assert to_si(1.0, written, si) == pytest.approx(factor, rel=1e-12)
+
+
+def test_capitals_are_no_nanometers() -> None:
+    with pytest.raises(UnitError, match="nautical mile"):
+        to_si(1.0, "NM", "m")

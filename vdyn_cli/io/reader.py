@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 _CLOCK = re.compile(
     r"((elapsed|log|sample)[ _]?time|time|timestamps?|zeit|x_value|t(?=_m?s\b|[^\w]|$))(?![a-z])", re.IGNORECASE
 )
+_TIME_UNITS = frozenset(["s", "sec", "secs", "second", "seconds", "ms", "msec", "us", "usec", "min"])
 
 
 @dataclass(frozen=True)
@@ -129,9 +130,14 @@ def channel_info(
     return ChannelInfo(name, unit, rate, span, group, source)
 
 
-def is_clock(name: str) -> bool:
-    """Whether a channel's name in a file is that of a clock: it begins with a word such as time, t or Zeit."""
-    return _CLOCK.match(name) is not None
+def is_clock(name: str, unit: str = "") -> bool:
+    """Whether a channel of a file may be its clock: it begins with a word such as time, t or Zeit, or counts seconds.
+
+    Parameters
+    ----------
+    unit : that the file states for it; empty where only the name is to tell.
+    """
+    return _CLOCK.match(name) is not None or unit.lower() in _TIME_UNITS
 
 
 def rises(time: Array) -> bool:

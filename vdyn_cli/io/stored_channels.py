@@ -144,7 +144,8 @@ def recorded(file: StoredFile) -> Iterator[Recorded]:
 
 def _rising_clock(file: StoredFile, members: Sequence[StoredChannel]) -> tuple[StoredChannel | None, Array | None]:
     """The clock of a table and its times in s: the master, or else the first column that is called so and rises."""
-    named = [c for c in members if c.master] or [c for c in members if is_clock(c.name)]
+    timed = [c for c in members if is_clock(c.name, stated_unit(c.name, c.unit))]
+    named = [c for c in members if c.master] or sorted(timed, key=lambda c: not is_clock(c.name))
     named += [c for c in file.listed if is_clock(c.name) and c not in members and _same_rows(c, members[0])]
     for clock in named:
         time = file.columns([clock])[0]

@@ -75,7 +75,7 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "wheel_speed_fr": (("wheel speed fr",), ""),
     "wheel_speed_rl": (("wheel speed rl",), ""),
     "wheel_speed_rr": (("wheel speed rr",), ""),
-    "slip": (("slip",), "angle"),
+    "slip": (("slip", "sr"), "angle"),
     "shaft_torque": (("shaft torque",), "left right"),
     "shaft_torque_left": (("shaft torque left",), ""),
     "shaft_torque_right": (("shaft torque right",), ""),
@@ -98,11 +98,13 @@ class ChannelGuess:
     facts : the column; None where none, or several, could be it.
     unit : in which the column is read; ``?`` where the file does not tell.
     why : what the choice rests on, or why there is none.
+    sign : -1 where the file's values have the opposite sign of what the channel can be.
     """
 
     facts: ChannelFacts | None
     unit: str
     why: str
+    sign: int = 1
 
 
 def guess_channels(
@@ -178,7 +180,10 @@ def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file
             if len(best) == 1:
                 one, unit, how = best[0]
                 by = "name and file name" if context else "name"
-                return ChannelGuess(one, unit, f"by its {by}; {how}; {_range(one, unit)}")
+                why = f"by its {by}; {how}; {_range(one, unit)}"
+                if channel.endswith(("_load", "force_z")) and one.highest <= 0.0:
+                    return ChannelGuess(one, unit, f"{why}: a load is positive here", sign=-1)
+                return ChannelGuess(one, unit, why)
             rivals = " and ".join(f"'{_label(f)}'" for f, _, _ in best[:4])
             return ChannelGuess(None, "", f"not decided between {rivals}")
     return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or "no column has such a name")

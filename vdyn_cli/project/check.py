@@ -15,7 +15,7 @@ from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.redundancy import judged_together, tied_pairs
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision
 from vdyn_cli.quantities.cut_ledger import LedgerRow
-from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, merge_similar
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, merge_similar
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
 from vdyn_cli.quantities.result_schema import ClockEntry, FindingEntry
 from vdyn_cli.steps import Step, load_step, names
@@ -50,8 +50,8 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     inputs = gather(step_of(path), path, known_files)
     if not inputs.unsplit:
         raise InputError(Finding(str(path), "the description has no runs: there is no log to check"))
-    found = _track_check(inputs)
-    runs = [_checked(inputs, k, found) for k in range(len(inputs.unsplit))]
+    found, refused = _track_check(inputs), _refused(inputs)
+    runs = [_checked(inputs, k, found, refused) for k in range(len(inputs.unsplit))]
     tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
     redundancy, contradictions = judged_together(tied)
     document = CheckDocument(
@@ -69,7 +69,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         findings=[
             FindingEntry(**asdict(f))
             for f in merge_similar(
-                [*contradictions, *inputs.findings, *(f for one in inputs.unsplit for f in one.log.findings)]
+                [*refused, *contradictions, *inputs.findings, *(f for one in inputs.unsplit for f in one.log.findings)]
             )
         ],
     )
@@ -95,6 +95,18 @@ def _track_check(inputs: Inputs) -> TrackCheck:
     return inputs.step.track_check(inputs.spec, whole, inputs.data, inputs.known, run_of_parts(inputs))
 
 
+def _refused(inputs: Inputs) -> tuple[Finding, ...]:
+    """What the step finds wrong with its runs before any estimate, such as the sign of a channel."""
+    logs = tuple(one.log.name for one in inputs.unsplit)
+    try:
+        inputs.step.prepare(inputs.spec, inputs.data, inputs.known)
+    except (InputError, ResultError) as error:
+        return tuple(finding for finding in error.findings if finding.where.startswith(logs))
+    except ArithmeticError:  # of an estimate that the preparation makes
+        return ()
+    return ()
+
+
 def run_of_parts(inputs: Inputs) -> tuple[int, ...]:
     """The index of the run of each log, which long cuts have split: its parts share their ledger."""
     found: list[int] = []
@@ -104,7 +116,7 @@ def run_of_parts(inputs: Inputs) -> tuple[int, ...]:
     return tuple(found)
 
 
-def _checked(inputs: Inputs, index: int, track: TrackCheck) -> CheckedRun:
+def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: Sequence[Finding]) -> CheckedRun:
     """One run: whether it must be repeated, and why."""
     one, needed = inputs.unsplit[index], _needed(inputs.step)
     span = track.evaluated.get(index, (float(one.log.time[0]), float(one.log.time[-1])))
@@ -119,7 +131,8 @@ def _checked(inputs: Inputs, index: int, track: TrackCheck) -> CheckedRun:
         for f in _flags(one)
         if f.test == "saturated" and f.channel in needed
     ]
-    notes = [f"cut: {_flag_text(f)}" for f in cuts]
+    notes = [f"vdyn {inputs.step.name} refuses it: {_text(f)}" for f in refused if f.where.startswith(one.log.name)]
+    notes += [f"cut: {_flag_text(f)}" for f in cuts]
     notes += [_text(f) for f in one.log.findings if f.doubt and not f.fault]
     notes += [_flag_text(f) for f in _flags(one) if f.test in ("missing", "clock_gap")]
     return CheckedRun(

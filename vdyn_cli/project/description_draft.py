@@ -240,9 +240,10 @@ def _line(channel: str, guess: ChannelGuess, log: _Guessed) -> list[str]:
     info = guess.facts.info
     several = bool(info.group) and guess.facts.repeated > 1 and channel != "time"
     group = f", group: {_quoted(info.group)}" if several else ""
+    sign = "" if guess.sign > 0 else f", sign: {guess.sign}"
     plain = guess.unit.replace("/", "").replace(" ", "").isalpha()
     unit = guess.unit if plain else _quoted(guess.unit)
-    line = f"  {channel}: {{column: {_quoted(guess.facts.column)}, unit: {unit}{group}}}"
+    line = f"  {channel}: {{column: {_quoted(guess.facts.column)}, unit: {unit}{group}{sign}}}"
     comment = f"# {guess.why}"
     return [f"{line}  {comment}"] if len(line) + len(comment) < _LONGEST else [f"  {comment}", line]
 

@@ -51,7 +51,12 @@ _SPELLINGS = (
 )
 
 LONGEST = 100  # characters of a quantity: a number of full precision, its deviation, and a unit have some 90
-_BY_KIND = {("g", "m/s^2"): "g_0"} | {(u, "rad/s"): "rpm" for u in ("1/min", "min^-1", "min-1", "u/min", "rev/min")}
+_BY_KIND = {
+    **{("g", "m/s^2"): "g_0", ("lb", "N"): "lbf", ("lbs", "N"): "lbf", ("kn", "N"): "kN", ("nm", "N m"): "N*m"},
+    **{(u, "m/s"): "km/h" for u in ("kmh", "kmph", "km/hr")},
+    **{(u, "rad/s"): "rpm" for u in ("1/min", "min^-1", "min-1", "u/min", "rev/min", "r/min")},
+    **{(u, "N m"): "lbf*ft" for u in ("lb-ft", "ft-lb", "lb ft", "ft lb", "lbft", "ftlb")},
+}
 
 
 @cache
@@ -72,11 +77,14 @@ def _scale(unit: str, si_unit: str) -> tuple[float, float]:
 
 def _read_scale(unit: str, si_unit: str) -> tuple[float, float]:
     """As ``_scale``, by the unit library."""
-    # An accelerometer's "g" is standard gravity, not the gram; a rotating shaft's "1/min" counts revolutions.
+    # An accelerometer's "g" is standard gravity, not the gram; a rotating shaft's "1/min" counts revolutions; a force
+    # in "lb" is in pounds of force.
     text = _BY_KIND.get((unit[: unit_grammar.LONGEST].strip().lower(), si_unit), unit)
+    text = unit_grammar.written_products(text)
     if wrong := unit_grammar.why_no_unit(text):
         raise UnitError(f"'{unit[:40]}' {wrong}")
-    spellings = dict.fromkeys((text, unit_grammar.written_powers(text)))  # "kgm2" is known whole, "m/s2" is not
+    # "kgm2" is known whole, "m/s2" is not; loggers write RPM, KM/H and MPH, which without capitals are units.
+    spellings = dict.fromkeys((text, unit_grammar.written_powers(text), unit_grammar.written_powers(text).lower()))
     for last, spelling in enumerate(spellings, 1 - len(spellings)):
         try:
             factor, offset = _by_library(spelling, si_unit)

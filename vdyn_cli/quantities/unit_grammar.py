@@ -19,7 +19,7 @@ _TOKEN = re.compile(
 # Units of this name are not one size: what a user who writes it means, and what to write.
 AMBIGUOUS = {
     name: "t or kg for the metric ton of 1000 kg, short_ton for the US ton of 907 kg" for name in ("ton", "tons", "TON")
-}
+} | {"NM": "nmi for the nautical mile, N m for a torque"}
 
 
 def plain_powers(text: str) -> str:
@@ -32,6 +32,11 @@ def plain_powers(text: str) -> str:
 def written_powers(text: str) -> str:
     """The text with digits behind a name as powers: ``m/s2`` as ``m/s**2``, ``kg/m3`` as ``kg/m**3``."""
     return re.sub(r"(?<=[A-Za-z)])([2-4])(?=$|[\s*/·)])", r"**\1", text)
+
+
+def written_products(text: str) -> str:
+    """The text with hyphens and dots between letters as products: ``N-m`` and ``N.m`` as ``N*m``."""
+    return re.sub(r"(?<=[^\W\d])[-.](?=[^\W\d])", "*", text)
 
 
 def why_no_unit(text: str) -> str:

@@ -51,8 +51,9 @@ class CsvReader:
         """Every named column with its samples; text, and what stands below the data, counts as not written."""
         layout, numbers, text = _whole_table(path)
         names = {i: cell for i, cell in enumerate(layout.header) if cell}
-        named = [i for i, cell in names.items() if (is_clock(cell) or i in layout.instants) and i not in text]
-        clocks = [i for i in named if rises(numbers.columns[i])]
+        timed = [i for i, cell in names.items() if i not in text and is_clock(cell, unit_in_header(layout, i))]
+        named_first = sorted(timed, key=lambda i: not is_clock(names[i]))
+        clocks = [i for i in named_first if rises(numbers.columns[i])]
         time = _seconds(numbers.columns[clocks[0]], unit_in_header(layout, clocks[0])) if clocks else None
         for i, name in names.items():
             values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
