@@ -221,7 +221,7 @@ def _clocks() -> Iterator[Case]:
 def _surroundings() -> Iterator[Case]:
     group = "streams, names, settings of others"
     area = "VDYN area area.yaml -o"
-    yield Case(group, "stdout full", nothing, f"{area} - > /dev/full", 2, "stdout: can't be written")
+    yield Case(group, "stdout full", nothing, f"{area} - > /dev/full", 2, "stdout: cannot be written")
     yield Case(group, "stdout closed", nothing, f"{area} - >&-", 2, "stdout")
     yield Case(group, "stdout full, listing", nothing, "VDYN list > /dev/full", 2, "stdout")
     yield Case(group, "reader of stdout has ended", nothing, "VDYN explain policy | true", 0)
@@ -244,7 +244,7 @@ def _surroundings() -> Iterator[Case]:
                lambda f: shutil.copy(f / "configs/area.yaml", f / "configs" / latin) and None,
                ["area", latin, "-o", "../out"], 0)  # fmt: skip
     yield Case(group, "header with escape sequences", with_quotes(0), step("cg"), 2, after=_no_escape)
-    yield Case(group, "output folder is a file", replaced("out", b"x"), step("area"), 2, "can't be written")
+    yield Case(group, "output folder is a file", replaced("out", b"x"), step("area"), 2, "cannot be written")
 
 
 def _same_page(folder: Path) -> None:

@@ -141,6 +141,6 @@ class Campaign:
             regression=lambda effects, extra, **begun: self.regression(extra),
             effects=causes,
             profiles=tuple(profiles),
-            one_way="all runs went the same way" if self.one_way else "",
+            one_way="all runs have the same direction" if self.one_way else "",
             **more,
         )

@@ -181,7 +181,7 @@ def test_too_few_runs_are_never_given_a_name() -> None:
 def test_runs_all_one_way_are_never_given_a_name() -> None:
     case, verdict = judged(Campaign(8, hidden={"wind": 5.0}, one_way=True))
     assert verdict.verdict == "not_testable"
-    assert "all runs went the same way" in told(case, verdict)
+    assert "all runs have the same direction" in told(case, verdict)
     (test,) = next_tests(open_strategy(case), verdict)
     assert "out and back" in test.manoeuvre
     assert test.runs == 8

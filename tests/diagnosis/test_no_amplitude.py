@@ -57,7 +57,9 @@ def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
     assert (asked.verdict, asked.extended) == ("unknown", ("slope",))
 
 
-@pytest.mark.parametrize(("twins", "who"), [(True, "it, like what it is confounded with,"), (False, "the amplitude")])
+@pytest.mark.parametrize(
+    ("twins", "who"), [(True, "the amplitude of each confounded effect"), (False, "the amplitude")]
+)
 def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyPatch, twins: bool, who: str) -> None:
     size(monkeypatch, unsure_sizes)
     offer(monkeypatch, SLOPE, WIND, *([cause("wind_twin")] if twins else []))

@@ -108,7 +108,7 @@ def test_what_can_not_be_printed_is_refused():
         c_program(trace(static))
     with pytest.raises(ValueError, match="did you mean 'speed'"):
         c_program(trace(ROAD_LOAD), start=("sped",))
-    with pytest.raises(ValueError, match="can't be a name in C"):
+    with pytest.raises(ValueError, match="cannot be a name in C"):
         c_program(trace(ROAD_LOAD), name="car", start=("speed",)) and c_program(trace(_keyword()), name="car")
 
 

@@ -28,7 +28,7 @@ while True:
 
 def test_an_unwritable_place_is_an_input_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
-    with pytest.raises(InputError, match="can't be written"):
+    with pytest.raises(InputError, match="cannot be written"):
         write_whole(tmp_path / "file" / "below.json", "x")
 
 

@@ -121,8 +121,8 @@ def _clock_unit(facts: ChannelFacts) -> str:
         return "no unit: s by its rate"
     if len(units) == 1:
         rate = facts.info.rate / to_si(1.0, units[0], "s")
-        return f"no unit: {units[0]} by its rate, so {rate:.4g} Hz; rates and times here are as of s"
-    return f"no unit: {' or '.join(units) or 'none known'} by its rate; rates and times here are as of s"
+        return f"no unit: {units[0]} by its rate, so {rate:.4g} Hz; rates and times of this table assume s"
+    return f"no unit: {' or '.join(units) or 'none known'} by its rate; rates and times of this table assume s"
 
 
 def _summary(path: Path, facts: Sequence[ChannelFacts]) -> list[str]:

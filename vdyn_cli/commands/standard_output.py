@@ -24,4 +24,4 @@ def write_out(text: str) -> None:
         raise
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
-        raise InputError(Finding("stdout", f"can't be written: {why}", remedy="write into a folder with -o")) from None
+        raise InputError(Finding("stdout", f"cannot be written: {why}", remedy="write into a folder with -o")) from None

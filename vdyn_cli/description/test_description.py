@@ -171,11 +171,11 @@ ChannelSource = Annotated[Annotated[Channel, Tag(LOGGED)] | Annotated[KnownChann
 class Reading(Strict):
     """How a log file is written, where guessing is not wanted; ``clock: drop`` drops rows that step back."""
 
-    delimiter: str | None = Field(None, description="character between columns; detected when left out")
-    decimal: Literal[".", ","] | None = Field(None, description="decimal separator; detected when left out")
-    encoding: str | None = Field(None, description="text encoding, such as latin-1; detected when left out")
+    delimiter: str | None = Field(None, description="character between columns; detected if not given")
+    decimal: Literal[".", ","] | None = Field(None, description="decimal separator; detected if not given")
+    encoding: str | None = Field(None, description="text encoding, such as latin-1; detected if not given")
     header_row: Annotated[int, Field(ge=1)] | None = Field(
-        None, description="line of the header, counted from 1; detected when left out"
+        None, description="line of the header, counted from 1; detected if not given"
     )
     clock: Literal["strict", "drop"] = Field(
         "strict", description="strict: a time that steps back is an error; drop: its rows are dropped and reported"
@@ -232,8 +232,8 @@ class Run(Strict):
     temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = Field(
         None, description="air temperature during this run where it differs from the environment's, K"
     )
-    from_time: Annotated[Given, Si("s")] | None = Field(None, description="use samples from this time of the log on, s")
-    to_time: Annotated[Given, Si("s")] | None = Field(None, description="use samples up to this time of the log, s")
+    from_time: Annotated[Given, Si("s")] | None = Field(None, description="samples from this time on are used, s")
+    to_time: Annotated[Given, Si("s")] | None = Field(None, description="samples up to this time are used, s")
     cuts: Literal["automatic", "none"] | list[Segment] = Field(
         "automatic",
         description="samples to leave out. automatic: those that fail a quality test; none; or a list of segments, "

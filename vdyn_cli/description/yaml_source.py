@@ -84,7 +84,7 @@ def _read_text(path: Path) -> tuple[str, str]:
     except OSError as error:
         if error.errno == errno.EFBIG:
             raise InputError(Finding(str(path), "is too large for a test description", str(error.strerror))) from None
-        raise InputError(Finding(str(path), f"can't be read: {error.strerror}")) from None
+        raise InputError(Finding(str(path), f"cannot be read: {error.strerror}")) from None
     except UnicodeDecodeError:
         raise InputError(Finding(str(path), "is not UTF-8 text", remedy="save the file as UTF-8")) from None
 

@@ -49,7 +49,7 @@ class DiagnosisSetup:
     effects : the candidates that model and data can take.
     lacking : the others of the catalogue that a channel would make testable, by name, and that channel.
     profiles : free profiles, each over one coordinate (speed, time, position ...).
-    one_way : why effects that turn with the heading are confounded with others, as when all runs went the same way.
+    one_way : why effects that turn with the heading are confounded with others, such as runs of one direction.
     run : what a run is called (a coast, a drive, a crossing).
     fewest_runs : below which nothing is diagnosed.
     too_short : why runs so short cannot discriminate between effects.
@@ -226,7 +226,7 @@ def _one_way(directions: Sequence[str | None]) -> str:
         return ""
     if None in ways:
         return "no run states its direction" if ways == {None} else "some runs do not state their direction"
-    return "all runs went the same way"
+    return "all runs have the same direction"
 
 
 def _refuse_others(

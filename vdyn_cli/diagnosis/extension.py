@@ -188,7 +188,7 @@ def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[st
             len(a.effects) == 1 and _holding_zero(fitted_amplitudes(a, setup), setup, a.effects, confirmed)
             for a in judgment.answers
         )
-        return "it, like what it is confounded with," if all(each) else ""
+        return "the amplitude of each confounded effect" if all(each) else ""
     named = judgment.answer.effects
     if result is not None and set(effects) == set(named):
         return _holding_zero(_amplitudes(result, [setup.candidates[e] for e in named]), setup, named, confirmed)

@@ -23,7 +23,8 @@ class Policy:
     )  # fmt: skip
     within_run_share: float = _threshold(
         0.4, "share of the level", "spent on effects that vary within runs",
-        "Bonferroni over three families of tests, 0.02/0.02/0.01 of 0.05: the two families of named effects equally.",
+        "Bonferroni over three families of tests, 0.02/0.02/0.01 of 0.05: the two families of named effects have equal "
+        "shares.",
     )  # fmt: skip
     between_run_share: float = _threshold(
         0.4, "share of the level", "spent on effects that vary between runs only",
@@ -127,7 +128,7 @@ class Policy:
     )  # fmt: skip
     probe_floor: float = _threshold(
         0.1, "of the smallest probe", "lower bound of a fit started at a probe",
-        "Below, such a fit returns to zero, which the start at zero covers; the probes stand for what is above.",
+        "Below, such a fit returns to zero, and the start at zero covers that; the probes cover larger amplitudes.",
     )  # fmt: skip
     shape_start: float = _threshold(
         0.1, "share of the plausible range", "amplitude with which fits of another shape are started",
@@ -233,8 +234,8 @@ class Policy:
     )  # fmt: skip
     unexplained_share: float = _threshold(
         0.3, "share of the prediction's standard deviation", "by which what no effect explains must change predictions",
-        "Errors add in squares: 0.3 widens the total error of a prediction by 5 %. What has no name cannot be "
-        "corrected, so that a tenth (matters_share), which a correction is worth, would only be an alarm.",
+        "Errors add in squares: 0.3 widens the total error of a prediction by 5 %. An unknown effect cannot "
+        "be corrected: with a tenth (matters_share) as the limit it would be reported without a remedy.",
     )  # fmt: skip
     single_evidence: float = _threshold(
         1.5, "standard errors", "of evidence that a candidate needs to be tried alone",
@@ -324,7 +325,7 @@ class Policy:
     )  # fmt: skip
     law_squares: float = _threshold(
         0.5, "share of the squares that the part explains", "that such a law must explain in the data as well",
-        "A law that follows the drawn curve may miss where the car spends its time, as friction about rest does; one "
+        "A law can follow the curve and still fail where most of the samples are, such as friction near rest. A law "
         "that leaves more than half of the misfit is not the cause.",
     )  # fmt: skip
     formula_share: float = _threshold(

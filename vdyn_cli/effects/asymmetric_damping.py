@@ -17,7 +17,8 @@ CORNER = 2e-3  # m/s, over which the two slopes meet; far below the stroke rates
     label="dampers that differ in rebound and compression",
     signature="The load residual over stroke rate is a V with its corner at zero.",
     alike=("progressive_spring", "suspension_friction"),
-    confirm="Cross the bump slowly and fast: the V keeps its slope over the stroke's rate, a spring's bend does not.",
+    confirm="Cross the bump slowly and fast: the slopes of force over stroke rate stay the "
+    "same; with a progressive spring they change.",
     tags={"bump_crossing"},
 )
 def asymmetric_damping(damper: Law, s: Signals, q: Signals) -> Number:

@@ -28,7 +28,7 @@ SOFT = 0.1  # N m
     tags={"driving", "shaft_twist"},
 )
 def backlash(shaft: Law, s: Signals, q: Signals) -> Number:
-    """Free play: within it nothing touches, beyond it the shaft feels the twist less the play; flanks never pull.
+    """Free play: within it nothing touches; beyond it the shaft's twist is the total minus the play; flanks never pull.
 
     T = k d + c d', d = phi beyond +-b, 0 within; T = 0 where damping would draw the flanks together. The corners are
     round over 2e-5 rad; the derivative at zero says little about any play worth finding, so sizes are tried.

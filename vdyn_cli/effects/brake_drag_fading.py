@@ -26,7 +26,7 @@ def brake_drag_fading(brake: Law, s: Signals, q: Signals) -> Number:
     """Pads that still rub after the car was braked, and let go.
 
     F = Fb exp(-t/T), t since the run's log began, for all wheels together; of a wheel with its own force sensor it is
-    that wheel's force at the rim. T is 20 s until the data say otherwise.
+    that wheel's force at the rim. T is 20 s where the data do not determine it.
     """
     rubbing = q.brake_drag_fading * exp(-s.run_time / q.brake_drag_fading_time)
     return brake(s.but(brake_force=s.brake_force + s.share * rubbing))

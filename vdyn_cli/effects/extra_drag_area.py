@@ -21,6 +21,6 @@ from vdyn_cli.quantities.quantity import Quantity
 def extra_drag_area(air: Law, s: Signals, q: Signals) -> Number:
     """More drag area than the baseline knows: measuring equipment on the outside, an open window, a roof rack.
 
-    F = 1/2 rho (Cd A + dCdA) (v + w) |v + w|. The same as Cd A wherever that is estimated too.
+    F = 1/2 rho (Cd A + dCdA) (v + w) |v + w|. Collinear with Cd A where that is estimated.
     """
     return air(s.but(drag_area=s.drag_area + q.extra_drag_area))

@@ -19,7 +19,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"test_only", "driving"},
 )
 def felt_slope(grade: Law, s: Signals, q: Signals) -> Number:
-    """A road that rises and falls where the simulation has it flat, as an accelerometer in the car felt it.
+    """Hills that an accelerometer in the car measured, and that the simulation does not have.
 
     i = i_known + q i_felt, i_felt = (f - zero - V') / g - i_known, with f the specific force and V' the rate of the
     measured speed. The torque has no part in it: a share of one says that what was felt is what the car climbed.

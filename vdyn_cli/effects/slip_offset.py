@@ -18,7 +18,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"sensor", "slip_sweep"},
 )
 def slip_offset(slip: Law, s: Signals, q: Signals) -> Number:
-    """A slip computed with a wrong radius, or with one speed that reads a share too much.
+    """A slip computed with a wrong radius, or from a speed sensor with a wrong gain.
 
     s = (1 + s_read) (1 - s0) - 1: s0 without slip, none at a locked wheel.
     """

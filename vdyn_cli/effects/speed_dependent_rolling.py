@@ -18,7 +18,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"open_road"},
 )
 def speed_dependent_rolling(rolling: Law, s: Signals, q: Signals) -> Number:
-    """Tires whose rolling resistance rises with speed, where the baseline has it constant.
+    """Rolling resistance that increases with speed; in the baseline it is constant.
 
     Rr = (frr + (frr1 + q) V) Fz
     """

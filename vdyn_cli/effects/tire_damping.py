@@ -19,7 +19,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"bump_crossing"},
 )
 def tire_damping(tire_vertical: Law, s: Signals, q: Signals) -> Number:
-    """Tires that resist being pressed in, beside their spring.
+    """Tires that resist the rate of their deflection, in addition to their stiffness.
 
     Fz = max(0, F0 + Kt (u - z) + Ct (u' - z')). A call that stands for a part of the axle's tires takes its share.
     """

@@ -22,6 +22,6 @@ from vdyn_cli.quantities.quantity import Quantity
 def torque_offset(drive_torque: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel with a wrong zero.
 
-    It reads T + T0, so that the car feels the reading less T0; both half-shafts' sensors alike where there are two.
+    The sensor reads T + T0: the torque on the car is the reading minus T0. Two half-shaft sensors have the same T0.
     """
     return drive_torque(s.but(value=s.value - q.torque_offset))

@@ -112,7 +112,7 @@ def _identifiers(names: Iterable[str]) -> list[str]:
     made = [re.sub(r"\W", "_", name) for name in names]
     for name in made:
         if name in _KEYWORDS.split() or not re.fullmatch(r"[A-Za-z_]\w*", name) or made.count(name) > 1:
-            raise ValueError(f"{name!r} can't be a name in C")
+            raise ValueError(f"{name!r} cannot be a name in C")
     return made
 
 

@@ -38,7 +38,7 @@ _OWN = (
     Q("rolling_bend", "", "-1 to 1, direction of the rolling resistance"),
     Q("brake_bend", "", "-1 to 1, direction of the friction in the brake"),
     Q("twist", "rad", "twist of the half-shaft"),
-    Q("carrier_speed", "rad/s", "angular speed of the differential's carrier, less the motor's turning with the body"),
+    Q("carrier_speed", "rad/s", "angular speed of the differential's carrier minus that of the motor's housing"),
     Q("side_gear_speed", "rad/s", "half the difference of the side gears' speeds, left less right"),
 )
 OWN = {quantity.name: quantity for quantity in _OWN}

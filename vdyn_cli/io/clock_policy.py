@@ -21,7 +21,8 @@ class ClockPolicy:
     )  # fmt: skip
     rival: float = threshold(
         1.2, "of the misfit", "up to which another delay, beyond a clear loss of the match, is as good as the best",
-        "Repeated manoeuvres leave misfits within some per cent of each other; one time's is several times the best's.",
+        "Repeated manoeuvres leave misfits within some per cent of each other; without repetition all other delays "
+        "have a misfit several times that of the best.",
     )  # fmt: skip
     lost: float = threshold(
         4.0, "of the misfit", "from which the match counts as lost between two such delays",
@@ -37,8 +38,8 @@ class ClockPolicy:
         "rate in the file.",
     )  # fmt: skip
     pairs_apart: float = threshold(
-        4.0, "standard errors", "by which the delays of two tied pairs must differ to be a doubt",
-        "Standard errors of 13 degrees of freedom: 4 is a chance of 0.1 % for each pair.",
+        4.0, "standard errors", "by which the delays of two tied pairs must differ to be reported",
+        "Student's t with 13 degrees of freedom exceeds 4 by chance in 0.15 % (two-sided), for each pair.",
     )  # fmt: skip
 
 

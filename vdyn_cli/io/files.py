@@ -20,7 +20,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
 
     Raises
     ------
-    InputError : the folder can't be made or written.
+    InputError : the folder cannot be made or written.
     """
     write_together({path: content})
 
@@ -33,7 +33,7 @@ def write_together(files: Mapping[Path, str | bytes]) -> None:
 
     Raises
     ------
-    InputError : a folder can't be made or written.
+    InputError : a folder cannot be made or written.
     """
     staged: dict[Path, Path] = {}
     path = next(iter(files))
@@ -47,7 +47,7 @@ def write_together(files: Mapping[Path, str | bytes]) -> None:
             del staged[path]
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
-        finding = Finding(str(path), f"can't be written: {why}", remedy="choose another folder with -o")
+        finding = Finding(str(path), f"cannot be written: {why}", remedy="choose another folder with -o")
         raise InputError(finding) from None
     finally:
         for temporary in staged.values():
@@ -83,7 +83,7 @@ def sha256(path: Path) -> str:
 
     Raises
     ------
-    InputError : the file can't be read.
+    InputError : the file cannot be read.
     """
     digest = hashlib.sha256()
     try:
@@ -91,7 +91,7 @@ def sha256(path: Path) -> str:
             while piece := file.read(1 << 20):
                 digest.update(piece)
     except OSError as error:
-        raise InputError(Finding(str(path), f"can't be read: {error.strerror}")) from None
+        raise InputError(Finding(str(path), f"cannot be read: {error.strerror}")) from None
     return digest.hexdigest()
 
 

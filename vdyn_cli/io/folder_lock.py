@@ -72,7 +72,7 @@ def _opened(folder: Path) -> Iterator[int]:
         number = -1 if sys.platform == "win32" else os.open(folder, os.O_RDONLY)
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
-        finding = Finding(str(folder), f"can't be written: {why}", remedy="choose another folder with -o")
+        finding = Finding(str(folder), f"cannot be written: {why}", remedy="choose another folder with -o")
         raise InputError(finding) from None
     try:
         yield number

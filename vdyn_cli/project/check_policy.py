@@ -34,8 +34,8 @@ class CheckPolicy:
     )  # fmt: skip
     rolling_slip: float = threshold(
         0.015, "share of the speed", "by which a wheel's speed times its radius may differ from the car's",
-        "Tires with a slip stiffness of 15 loads slip by 1.3 % at a drive of 0.2 times the load, which runs are mostly "
-        "below. A radius's own standard deviation is added.",
+        "Tires with a slip stiffness of 15 loads slip by 1.3 % at a drive force of 0.2 times the load; most runs stay "
+        "below it. A radius's own standard deviation is added.",
     )  # fmt: skip
     agreeing: float = threshold(
         2.0, "standard errors", "by which a gain and a radius may be off more than a tire slips",

@@ -171,7 +171,9 @@ def _loggers(step: Step, logs: Sequence[_Guessed], names: Sequence[str]) -> tupl
         if "speed" not in found:
             tied = ties(useful[0][0].columns(), found)
             how = (
-                f"its clock is aligned by {tied[0]}" if tied else "and no channel here tells its clock: map one of both"
+                f"its clock is aligned by {tied[0]}"
+                if tied
+                else "and no mapped channel relates its clock to the first one: map two channels that measure the same"
             )
             own.append(f"  # another logger of the run, not a run: it has no speed of its own; {how}")
             undecided += [] if tied else [f"channel to align {log.path.name} on"]
@@ -183,7 +185,7 @@ def _loggers(step: Step, logs: Sequence[_Guessed], names: Sequence[str]) -> tupl
     for log in logs:
         if log.path not in [one.path for one, _ in useful]:
             reasons = [f"{c}: {g.why}" for c, g in log.guesses.items() if g.facts is None and "'" in g.why]
-            lines.append(f"# left out: {log.path.name}, " + ("; ".join(reasons) or "no column is one of this step's"))
+            lines.append(f"# left out: {log.path.name}, " + ("; ".join(reasons) or "no column fits this step"))
     lines += ["runs:", f"  - logs: [{', '.join(_quoted(name) for _, name in useful)}]"]
     return lines, mapped, undecided
 

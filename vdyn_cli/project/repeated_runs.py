@@ -44,7 +44,7 @@ def repeated_runs(logs: Sequence[Log], places: Sequence[str]) -> Iterator[Findin
             continue
         other, share = (firsts[k], 1.0) if k in firsts else shares[k]
         what = "holds the same samples as" if share == 1.0 else f"has {100 * share:.0f} % of its samples in common with"
-        remedy = "list each recording once: a copy is no evidence of its own"
+        remedy = "list each recording once: a copy is not independent evidence"
         yield Finding(places[k], f"{log.name} {what} {logs[other].name}", f"first at {places[other]}", remedy)
 
 

@@ -102,7 +102,7 @@ class CoastBalance(Entry):
     speeds: tuple[float, float] | None = Field(description="speeds that all usable runs pass, km/h: from, to")
     trend: float | None = Field(description="change of the mean deceleration from the first to the last run, a share")
     trend_half: float | None = Field(description="half of the 95 % interval of the trend")
-    difference: float | None = Field(description="mean deceleration out less that back, m/s^2")
+    difference: float | None = Field(description="mean deceleration out minus that back, m/s^2")
     difference_half: float | None = Field(description="half of its 95 % interval, m/s^2")
     scatter: float | None = Field(
         description="standard deviation of runs of one direction about the trend, over the mean deceleration"

@@ -113,7 +113,7 @@ def _bytes(path: Path) -> bytes:
     try:
         return read_regular(path, MOST_BYTES)
     except OSError as error:
-        raise InputError(Finding(str(path), f"can't be read: {error.strerror}")) from None
+        raise InputError(Finding(str(path), f"cannot be read: {error.strerror}")) from None
 
 
 def _mapping(document: Mapping[str, Any], key: str, path: Path, problems: list[Finding]) -> Mapping[str, Any]:

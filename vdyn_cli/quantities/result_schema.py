@@ -125,7 +125,7 @@ class LedgerEntry(Entry):
         description="automatic: cut by the test; requested: cut by the description; kept: not cut, by the description"
     )
     changes: dict[str, float] | Literal["not evaluated"] = Field(
-        description="parameter: its value with this cut less that without it, in its SI unit, both without extensions"
+        description="parameter: its value with this cut minus that without it, in its SI unit, both without extensions"
     )
 
 

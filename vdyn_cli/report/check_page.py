@@ -86,7 +86,7 @@ def _flags(document: CheckDocument) -> TextTable:
         for f in document.flags
     )
     columns = ("run", "channel", "test", "decision", "from (s)", "to (s)", "segments", "of the run", "why")
-    caption = "One row a channel and test; from, to and why are those of the longest segment."
+    caption = "One row for each channel and test; 'from', 'to' and 'why' describe the longest segment."
     numeric = (False, False, False, False, True, True, True, True, False)
     return TextTable("Flags", caption, columns, rows, numeric)
 

@@ -45,7 +45,7 @@ def cut_table(ledger: Sequence[LedgerRow], estimates: dict[str, Estimate]) -> Te
     lines = [line for rows in groups.values() for line in _lines(rows, estimates)]
     caption = (
         "Cut samples are missing samples for the estimate. Before and after: samples of the channel with a value. "
-        "Changes: the baseline's value with the cut less that without it, in standard deviations of the published one."
+        "Changes: the baseline's value with the cut minus that without it, in standard deviations of the published one."
     )
     return TextTable("Ledger of cuts", caption, _COLUMNS, tuple(lines), _NUMERIC)
 

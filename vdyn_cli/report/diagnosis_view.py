@@ -163,7 +163,7 @@ def _extended(source: Diagnosis) -> str:
         if why or not causes:
             return f"{_capitalized(why)}." if why else ""
         if source.learned is not None:
-            return "The model was not extended by the learned law; 'extend: learned' under diagnose takes it in."
+            return "The model was not extended by the learned law; write 'extend: learned' under diagnose to add it."
         return "The model was not extended, as the description requests (extend: never)."
     labels = {n: typography.prose(causes[n].label) if n in causes else effect_labels.label(n) for n in source.extended}
     text = f"The parameters above are those of the model with {effect_labels.joined(list(labels.values()))} in it."

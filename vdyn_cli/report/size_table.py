@@ -28,10 +28,10 @@ def sizes(source: Diagnosis) -> TextTable | None:
     if not rows:
         return None
     caption = (
-        "Change of the output: rms over all runs, with the effect less without it, beside the noise floor; at: the"
-        " change at the start of the run in which it is largest, at its largest, and at the end. Share of rms: (error"
-        " before − after) / (error before − noise floor), by rms. A finding below a tenth of the noise floor and of"
-        " every parameter's half interval, or below what the description states under 'matters', is a note."
+        "Change of the output: with the effect minus without it, rms over all runs, with the noise floor for"
+        " comparison. At: of the run in which it is largest, at the start, at its maximum and at the end. Share of rms:"
+        " (error before − after) / (error before − noise floor), by rms. A finding below a tenth of the noise floor and"
+        " of every parameter's half interval, or below what the description states under 'matters', is a note."
     )
     columns = ("finding", "change of the output", "at", "shift of parameters, std", "share of rms")
     return TextTable("Size of the finding", caption, columns, tuple(rows), (False, False, False, False, True))

@@ -95,7 +95,7 @@ class StepPolicy:
     )  # fmt: skip
     road_shown: float = threshold(
         10.0, "log likelihood", "by which a common road must explain the runs better than none",
-        "Of 34 flat days one reached 8 by gusts that were alike by chance, the others 4 at most; 14 days with roads "
+        "Of 34 flat days one reached 8 because gusts were similar by chance, the others 4 at most; 14 days with roads "
         "of 0.05 to 0.3 % rms had 34 to 2200.",
     )  # fmt: skip
     roads_apart: float = threshold(
@@ -197,7 +197,7 @@ class StepPolicy:
     )  # fmt: skip
     vague_interval: float = threshold(
         0.1, "share of the value", "half a 95 % interval above which a value is called uncertain",
-        "A wider one is no use for a simulation of ride.",
+        "With a wider one a simulation of ride is not useful.",
     )  # fmt: skip
     tire_follows: float = threshold(
         0.5, "per cent per per cent", "of tire stiffness by unsprung mass, above which only their ratio is determined",
@@ -240,7 +240,7 @@ class StepPolicy:
     )  # fmt: skip
     two_peaks: float = threshold(
         0.04, "share of the friction", "by which the peaks in driving and braking must differ to be noted",
-        "Twice what a force zero of 1 % of full scale makes.",
+        "Twice the effect of a force zero of 1 % of full scale.",
     )  # fmt: skip
     # Validation -------------------------------------------------------------------------------------------------------
     band_chance: float = threshold(
@@ -273,7 +273,7 @@ class StepPolicy:
     )  # fmt: skip
     brake_shortest: float = threshold(
         1.0, "s", "that it must last",
-        "Accelerations are taken over 1 s: what is shorter is one value.",
+        "Accelerations are means over 1 s: a shorter event is a single value.",
     )  # fmt: skip
 
 

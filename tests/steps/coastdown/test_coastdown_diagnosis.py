@@ -125,7 +125,7 @@ def test_a_drag_that_no_effect_describes_is_learned_as_a_law_of_the_resistance(t
     assert told["verdict"] == "named"
     assert [c["effect"] for c in told["causes"]] == ["learned_road_load"]
     assert told["part"]["element"] == told["learned"]["element"] == "road_load"
-    assert told["extended"] == []  # only 'extend: learned' takes it in
+    assert told["extended"] == []  # only 'extend: learned' adds it
     assert told["where"]
     assert told["next_test"]
 

@@ -253,7 +253,7 @@ def test_torque_and_speed_of_different_drives_are_refused_as_clocks_apart(root: 
     mixed = [[str(root / "sample_logs" / f"drive_{k}.csv") for k in pair] for pair in ((1, 3), (2, 3))]
     data["runs"] = [{"logs": logs, "direction": way} for logs, way in zip(mixed, ("out", "back"), strict=True)]
     path.write_text(yaml.safe_dump(data))
-    with pytest.raises(RefusedResultError, match="does not drive this speed") as caught:
+    with pytest.raises(RefusedResultError, match="does not produce this speed") as caught:
         execute("validate", path, (known_file(tmp_path, true_parameters()),))
     assert all("belong to one drive and one clock" in f.remedy for f in caught.value.findings)
     document = caught.value.record.document

@@ -21,12 +21,12 @@ class QualityPolicy:
         "Four equal values in a row happen in every coarse channel; what so few samples hold moves no estimate.",
     )  # fmt: skip
     shortest_time: float = threshold(
-        0.05, "s", "below which a frozen or straight segment of one channel is no fault",
+        0.05, "s", "below which a frozen or straight segment of one channel is not a fault",
         "A tenth of the half second in which a car moves by what a test could show; at 1 kHz, noise of a few counts "
         "rests for some samples now and then.",
     )  # fmt: skip
     longer_varying: float = threshold(
-        1.6, "", "times the longest ordinary rest of a channel, which a frozen segment must last at least",
+        1.6, "", "times the longest ordinary rest of a channel, that a frozen segment must last at least",
         "Rests have no exact distribution: the Markov chain of the test assumes one. Real speeds and accelerations "
         "at 10 Hz rest for 5 samples at the most, and a second is 10.",
     )  # fmt: skip
@@ -81,7 +81,7 @@ class QualityPolicy:
         "The value and each end of the chord are rounded by half a quantum at the most.",
     )  # fmt: skip
     standing_speed: float = threshold(
-        0.5, "m/s", "below which the car counts as standing: channels that rest then are no fault",
+        0.5, "m/s", "below which the car counts as standing: a constant channel is then not a fault",
         "Wheel speed sensors give no pulses below some 2 km/h.",
     )  # fmt: skip
     joined_gap: float = threshold(
@@ -137,11 +137,11 @@ class QualityPolicy:
         "Ten samples at 20 Hz, and longer than the delays between sensors and the swinging of body and tires.",
     )  # fmt: skip
     fewest_tie_windows: int = threshold(
-        16, "windows", "of a tie, from which a change of its gain is looked for",
+        16, "windows", "of two tied channels, from which a change of the gain between them is tested",
         "Eight seconds: five windows on either side determine a gain and its scatter.",
     )  # fmt: skip
     least_tie_share: float = threshold(
-        0.1, "share of the squares", "of a tie's input that must lie before and after the change",
+        0.1, "share of the squares", "of the first tied channel that must lie before and after the change",
         "With less, the gain of that side rests on one or two windows.",
     )  # fmt: skip
     rolling_speed: float = threshold(
@@ -178,7 +178,7 @@ class QualityPolicy:
         "gains only widen the intervals, which then cover.",
     )  # fmt: skip
     shortest_distance: float = threshold(
-        20.0, "m", "driven in a run, below which the position tells nothing of the speed's gain",
+        20.0, "m", "driven in a run, below which the position does not determine the speed's gain",
         "A receiver's position is within about 1 m: 5 % of such a run.",
     )  # fmt: skip
     position_noise: float = threshold(

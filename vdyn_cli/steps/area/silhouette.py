@@ -87,7 +87,7 @@ def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: M
     step = car - wall
     contrast = float(np.median(np.abs(step))) / max(noise, 1e-4)
     if contrast < LEAST_CONTRAST:
-        raise ValueError("car and background are too alike")
+        raise ValueError("the gray levels of car and background are too similar")
     share = np.clip((gray - wall) / np.where(np.abs(step) > 1e-3, step, 1e-3), 0.0, 1.0)
     zone = ~core & ~around
     cover = np.where(core, 1.0, np.where(zone, share, 0.0))

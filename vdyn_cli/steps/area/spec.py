@@ -15,10 +15,10 @@ class ReferenceBox(Strict):
 
     width: Annotated[Given, Si("m", 0.05, 20)] = Field(description="true width, m")
     height: Annotated[Given, Si("m", 0.05, 20)] = Field(description="true height, m")
-    left: float | None = Field(None, description="left edge, pixels; the picture's where left out")
-    top: float | None = Field(None, description="upper edge, pixels; the picture's where left out")
-    right: float | None = Field(None, description="right edge, pixels; the picture's where left out")
-    bottom: float | None = Field(None, description="lower edge, pixels; the picture's where left out")
+    left: float | None = Field(None, description="left edge, pixels. Default: the edge of the picture")
+    top: float | None = Field(None, description="upper edge, pixels. Default: the edge of the picture")
+    right: float | None = Field(None, description="right edge, pixels. Default: the edge of the picture")
+    bottom: float | None = Field(None, description="lower edge, pixels. Default: the edge of the picture")
 
 
 class AreaSettings(Strict):

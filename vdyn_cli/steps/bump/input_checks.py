@@ -75,9 +75,7 @@ def _wrong_load(log: Log, name: str, static: float) -> list[Finding]:
                 "_right_load)"
             )
         if abs(ratio) < 0.05 and not likely:
-            guess = (
-                "loads must include the weight: do not zero the sensor with the car on it; or the axle is off the road"
-            )
+            guess = "loads must include the weight: zero the sensor without the car on it, and check the axle's contact"
         got = f"{rest:.0f} N, where mass and center of gravity give {static:.0f} N"
         return [Finding(where, "is not the axle's load at rest", got, guess)]
     change = float(np.nanmax(np.abs(load - rest)))

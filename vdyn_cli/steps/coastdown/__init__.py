@@ -12,7 +12,7 @@ and rolling resistance that differ from run to run, and of the sensor. The sizes
 from the runs. ``noise: white`` is plain least squares instead, as in the paper.
 
 Where an accelerometer (specific force f = V' + g sin(grade)) is mapped, M f + mr V' = F - Fd - Rr holds without the
-slope. On a track the specific force is fitted beside the speed, with its zero unknown. On an open road
+slope. On a track the specific force is fitted together with the speed, and its zero is unknown. On an open road
 (``windows: powered``: parts with drive above zero, without braking) it is fitted alone; its zero comes from the
 energy of each whole log, with an elevation channel or the assumption that the mean
 slope of all roads is zero. Mass scales

@@ -87,7 +87,7 @@ def stand_result(
         METHODS,
         comparisons,
         (_residual_over_speed(balance, comparisons),),
-        (budget.table("stand_budget", "The uncertainty of the inertia", UNIT, "Slope: how the inertia moves."),),
+        (budget.table("stand_budget", "The uncertainty of the inertia", UNIT, "Slope: change per unit of the input."),),
         tuple(dict.fromkeys((*findings, *_what_turns(settings), *_assumed_gain(settings)))),
         amplitudes=effect_amplitudes(solution, unknowns),
     )

@@ -99,7 +99,7 @@ def tables(road: RoadInertia | None, pendulum: PendulumInertia | None) -> tuple[
         caption = "Inputs without a standard deviation are assumed exact, although they have errors."
         found += [road.budget.table("road_budget", "The road's uncertainty", UNIT, caption), _leverage_table(road)]
     if pendulum is not None:
-        caption = "Slope: how the inertia moves when the input grows by one unit."
+        caption = "Slope: change of the inertia per unit of the input."
         found.append(pendulum.budget.table("pendulum_budget", "The pendulum's uncertainty", UNIT, caption))
     return tuple(found)
 

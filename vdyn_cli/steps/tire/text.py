@@ -34,11 +34,8 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], peak:
         return f"The tire's slope at zero slip is {at_zero}; the sweeps do not determine its peak."
     friction, brake = with_interval(estimates["tire_D"]), estimates.get("tire_D_brake")
     if brake is not None:
-        friction = f"{friction} in driving and {with_interval(brake)} in braking, in driving"
-    return (
-        f"The tire's peak friction is {friction} at {100 * peak:.1f} % of slip, and its slope at zero "
-        f"slip is {at_zero}."
-    )
+        friction = f"{with_interval(brake)} in braking and, in driving, {friction}"
+    return f"The tire's peak friction is {friction} at {100 * peak:.1f} % of slip; its slope at zero slip is {at_zero}."
 
 
 

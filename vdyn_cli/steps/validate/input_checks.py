@@ -83,7 +83,7 @@ def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
 
 
 def _foreign(s: DriveSegment, miss: float) -> Finding:
-    what = f"does not drive this speed: the simulation misses it by {100 * miss:.0f} % of its largest value"
+    what = f"does not produce this speed: the simulation misses it by {100 * miss:.0f} % of its largest value"
     remedy = (
         "check that torque and speed belong to one drive and one clock, then check unit, gear_ratio, "
         "brake_torque and grade"

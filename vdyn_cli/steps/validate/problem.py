@@ -286,7 +286,7 @@ def dropped_effects(problem: ValidateProblem) -> tuple[Finding, ...]:
     found = []
     for name in (n for n in problem.known.extensions if n not in taken):
         why = "its law is not in this model" if name in known else "no such effect is installed"
-        remedy = "nothing, if the test does not show it" if name in known else "install the package that has it"
+        remedy = "ignore it if this test does not depend on it" if name in known else "install the package that has it"
         found.append(Finding(f"extensions.{name}", f"the simulation is without this effect: {why}", "", remedy))
     return tuple(found)
 
