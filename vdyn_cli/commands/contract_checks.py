@@ -269,7 +269,12 @@ def nothing_at_zero(effect: Effect, model: Model) -> Iterator[str]:
 
 
 def finite_derivatives(effect: Effect, model: Model) -> Iterator[str]:
-    """Whether derivatives at zero are finite, and not all zero for an effect that states no probes."""
+    """What is wrong with the derivatives at zero: each must be finite, and one nonzero unless the effect states probes.
+
+    Parameters
+    ----------
+    model : of a step that selects the effect; simulated over a short drive.
+    """
     graph = trace(model, (effect,))
     jacobian = graph.field.jacobian()
     columns = [graph.constants.index(name) for name in (*model.parameters, *effect.unknowns)]

@@ -47,6 +47,10 @@ def simplest(
 
     A profile must beat the laws that leave little by more than its further unknowns explain by chance; else those are
     the answers.
+
+    Parameters
+    ----------
+    answers : sufficient candidate models. tried : all that were fitted, from which laws that leave little are taken.
     """
 
     def unknowns(one: CandidateModel) -> int:

@@ -27,5 +27,5 @@ def soft_abs(x: Any, width: float) -> Any:
 
 
 def dead_zone(x: Any, gap: Any, width: float) -> Any:
-    """x less +-gap around zero, smooth over ``width``; exactly x where the gap is zero, slope never negative."""
+    """x minus +-gap around zero, smooth over ``width``; exactly x where the gap is zero, slope never negative."""
     return x + (sqrt((x - gap) ** 2 + width**2) - sqrt((x + gap) ** 2 + width**2)) / 2

@@ -25,7 +25,6 @@ def profile(name: str, on: str, signal: str, span: tuple[float, float], size: fl
     on, signal : the law, and the signal that it is called with.
     span : of the signal, first and last knot.
     size : plausible size of the coefficients, in ``unit``.
-    knots : number of coefficients.
 
     Returns
     -------

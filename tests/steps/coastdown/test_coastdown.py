@@ -238,6 +238,7 @@ def test_a_problem_answers_the_same_whatever_was_requested_before() -> None:
     assert problem.duration == max(float(np.ptp(log.time)) for log in logs_of(runs))
 
 
+@pytest.mark.slow
 def test_a_speed_that_was_joined_by_straight_lines_counts_as_often_as_it_was_measured() -> None:
     runs = coast.campaign(REFERENCE, 12)
     logs = [_evenly(log) for log in logs_of(runs)]
@@ -427,7 +428,7 @@ def test_a_constant_speed_is_no_coast() -> None:
     assert "not a coast-down" in message(lambda: estimate(spec_of(runs), logs, known(REFERENCE)), ResultError)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     st.integers(0, 2**31),
     st.sampled_from(["gap", "noise", "jump", "frozen", "short", "rising", "nan", "huge"]),

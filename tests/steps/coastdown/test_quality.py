@@ -42,6 +42,7 @@ def test_intervals_hold_local_forces_that_disagree() -> None:
     assert disagreement(off) > 1.0
 
 
+@pytest.mark.slow
 def test_runs_share_no_force_on_a_level_road_and_one_on_an_undulating_road() -> None:
     level = estimated(messy_day.drive(13, SHORT), position=False)
     assert all(abs(s["correlation"]) < 0.3 for s in level.extra["quality"]["shared_force"])

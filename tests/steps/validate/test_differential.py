@@ -71,6 +71,7 @@ def test_two_motors_have_no_differential_to_lock(root: Path, tmp_path: Path) -> 
         _ = problem.model
 
 
+@pytest.mark.slow
 def test_torques_of_two_motors_drive_the_car_without_the_gear_ratio(root: Path, tmp_path: Path) -> None:
     """Half of what the planetary output's torque is at the wheels, on each side."""
     found = inputs(root, tmp_path, true_parameters())

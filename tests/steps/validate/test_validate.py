@@ -242,6 +242,7 @@ def test_of_torque_and_speed_of_different_length_the_common_time_is_used(root: P
     assert all(c.time[-1] <= 30.0 for c in result.comparisons if c.run.startswith("drive_1"))
 
 
+@pytest.mark.slow
 def test_torque_and_speed_of_different_drives_are_refused_as_clocks_apart(root: Path, tmp_path: Path) -> None:
     """Two loggers whose files are of different drives over one course: at best a delay comes close."""
     path = described(root, tmp_path, model="road_load")

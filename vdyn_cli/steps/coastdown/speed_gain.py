@@ -26,7 +26,12 @@ POWERS = {"rolling_resistance": 1.0, "drag_area": -1.0}  # of g, by which an est
 
 
 def contradicted_gain(segments: Sequence[CoastSegment]) -> CommonGain | None:
-    """The common gain of the runs' positions over the integrals of their speeds; None where they do not contradict."""
+    """The common gain of the runs' positions over the integrals of their speeds; None where they do not contradict.
+
+    Parameters
+    ----------
+    segments : of the runs; those with ``position`` (m) are compared with their ``speed`` (m/s).
+    """
     by_run: dict[int, list[float]] = {}
     for one in segments:
         if "position" in one.log and np.ptp(one.part) == 0:
