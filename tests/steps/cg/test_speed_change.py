@@ -47,7 +47,8 @@ def test_a_speed_with_gaps_is_not_compared() -> None:
     assert speed_change(Log("a.csv", TIME, {"acceleration": PUSH})) is None
 
 
-@pytest.mark.parametrize("tilt", [pytest.param(0.0, marks=pytest.mark.slow), TILT])
+@pytest.mark.slow
+@pytest.mark.parametrize("tilt", [0.0, TILT])
 def test_a_tilt_of_a_sensor_in_the_body_is_found_beside_a_speed(tilt: float) -> None:
     vehicle = random_vehicle(6)
     data = []
