@@ -7,12 +7,17 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from tests.known_failures import KNOWN_FAILURES
 
 ROOT = Path(__file__).resolve().parent.parent
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# A busy machine makes no example wrong.
+settings.register_profile("without deadline", deadline=None)
+settings.load_profile("without deadline")
 
 
 # The files that take longest start first, so that the parallel processes end together.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -17,8 +17,14 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
-def _nodes(path: Path) -> Iterator[ast.AST]:
-    yield from ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
+def _nodes(path: Path) -> tuple[ast.AST, ...]:
+    return tuple(ast.walk(_tree(path)))
 
 
 def _has_reason(lines: list[str], node: Function) -> bool:
@@ -27,31 +33,37 @@ def _has_reason(lines: list[str], node: Function) -> bool:
     return first > 1 and lines[first - 2].lstrip().startswith("#")
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_functions_and_classes_stay_small(path: Path) -> None:
+def test_functions_and_classes_stay_small() -> None:
+    assert [wrong for path in MODULES for wrong in _too_large(path)] == []
+
+
+def _too_large(path: Path) -> list[str]:
     lines, wrong = path.read_text(encoding="utf-8").splitlines(), []
     for node in _nodes(path):
         if isinstance(node, Function):
             length = (node.end_lineno or node.lineno) - node.lineno + 1
             if length > LONGEST_FUNCTION:
-                wrong.append(f"{node.name} has {length} lines")
+                wrong.append(f"{path}: {node.name} has {length} lines")
             every = [a.arg for a in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
             many = [a for a in every if a not in ("self", "cls")]
             if len(many) > MOST_PARAMETERS and not _has_reason(lines, node):
-                wrong.append(f"{node.name} has {len(many)} parameters and no comment above says why")
+                wrong.append(f"{path}: {node.name} has {len(many)} parameters and no comment above says why")
         elif isinstance(node, ast.ClassDef):
             methods = [n for n in node.body if isinstance(n, Function)]
             if len(methods) > MOST_METHODS:
-                wrong.append(f"class {node.name} has {len(methods)} methods")
-    assert not wrong
+                wrong.append(f"{path}: class {node.name} has {len(methods)} methods")
+    return wrong
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_public_functions_have_a_docstring(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+def test_public_functions_have_a_docstring() -> None:
+    assert {path: names for path in MODULES if (names := _undocumented(path))} == {}
+
+
+def _undocumented(path: Path) -> list[str]:
+    tree = _tree(path)
     public = [n for n in tree.body if isinstance(n, ast.ClassDef) and not n.name.startswith("_")]
     functions = [n for body in (tree.body, *(c.body for c in public)) for n in body if isinstance(n, Function)]
-    assert [n.name for n in functions if not n.name.startswith("_") and ast.get_docstring(n) is None] == []
+    return [n.name for n in functions if not n.name.startswith("_") and ast.get_docstring(n) is None]
 
 
 def test_no_two_classes_have_one_name() -> None:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 PACKAGE = Path(__file__).resolve().parent.parent / "vdyn_cli"
 
@@ -49,39 +48,44 @@ def _room(path: Path) -> str:
     return path.relative_to(PACKAGE).with_suffix("").parts[0]
 
 
-def _imported(path: Path) -> Iterator[str]:
+@cache
+def _imported(path: Path) -> tuple[str, ...]:
+    found: list[str] = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found += (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            found += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    return tuple(found)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_imports_run_one_way(path: Path) -> None:
-    room = _room(path)
-    if room == "__init__":
-        return
-    assert room in RANK, f"{path.name} lives in no room of the architecture"
-    targets = {name.split(".")[1] for name in _imported(path) if name.startswith("vdyn_cli.")}
-    wrong = {t for t in targets if t in RANK and RANK[t] > RANK[room]}
-    assert not wrong, f"{room} must not import {wrong}"
+def _wrong(paths: list[Path], forbidden: Callable[[Path, str], bool]) -> list[str]:
+    return [f"{p.relative_to(PACKAGE)} imports {n}" for p in paths for n in _imported(p) if forbidden(p, n)]
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_heavy_libraries_have_one_door(path: Path) -> None:
-    room = _room(path)
-    for name in _imported(path):
-        doors = DOORS.get(name.split(".")[0])
-        assert doors is None or room in doors, f"{room} imports {name}"
+def test_every_module_lives_in_a_room() -> None:
+    assert {_room(path) for path in MODULES} <= {*RANK, "__init__"}
 
 
-@pytest.mark.parametrize("path", sorted(PACKAGE.glob("steps/*/*.py")), ids=lambda p: f"{p.parent.name}/{p.name}")
-def test_steps_do_not_import_each_other(path: Path) -> None:
-    others = {p.parent.name for p in PACKAGE.glob("steps/*/step.py")} - {path.parent.name}
-    wrong = [n for n in _imported(path) if n.startswith("vdyn_cli.steps.") and n.split(".")[2] in others]
-    assert not wrong, f"{path.parent.name}/{path.name} imports {wrong}"
+def test_imports_run_one_way() -> None:
+    def upward(path: Path, name: str) -> bool:
+        target = name.split(".")[1] if name.startswith("vdyn_cli.") else ""
+        return target in RANK and _room(path) in RANK and RANK[target] > RANK[_room(path)]
+
+    assert _wrong(MODULES, upward) == []
+
+
+def test_heavy_libraries_have_one_door() -> None:
+    assert _wrong(MODULES, lambda path, name: _room(path) not in DOORS.get(name.split(".")[0], {_room(path)})) == []
+
+
+def test_steps_do_not_import_each_other() -> None:
+    steps = {p.parent.name for p in PACKAGE.glob("steps/*/step.py")}
+
+    def another(path: Path, name: str) -> bool:
+        return name.startswith("vdyn_cli.steps.") and name.split(".")[2] in steps - {path.parent.name}
+
+    assert _wrong(sorted(PACKAGE.glob("steps/*/*.py")), another) == []
 
 
 def test_effects_do_not_import_each_other() -> None:

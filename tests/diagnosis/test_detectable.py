@@ -12,7 +12,7 @@ CATALOGUE = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
 
 def test_the_stated_amplitude_is_detected_about_nine_times_in_ten() -> None:
     found = []
-    for seed in range(300, 340):
+    for seed in range(300, 320):
         setup = Campaign(seed).setup(*CATALOGUE, level=0.05)
         strategy = open_strategy(setup)
         base = strategy.fitted(())
@@ -24,4 +24,4 @@ def test_the_stated_amplitude_is_detected_about_nine_times_in_ten() -> None:
         base = strategy.fitted(())
         assert base is not None
         found.append(detect(strategy, base).p_value <= 0.05)
-    assert 30 <= sum(found) <= 40  # of 40 with a chance of 0.9: 30 or fewer have a probability of 0.5 %
+    assert sum(found) >= 14  # of 20 with a chance of 0.9: 13 or fewer have a probability of 0.2 %
