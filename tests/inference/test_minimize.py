@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 from vdyn_cli.inference import Regression, Rows, Unknown, solve
 from vdyn_cli.inference.minimize import minimize
 from vdyn_cli.inference.qr_factors import qr_factor
-from vdyn_cli.inference.regression import evaluate
+from vdyn_cli.inference.regression import Objective
 
 
 def random_problem(seed: int, priors: bool = True) -> tuple[Regression, np.ndarray, np.ndarray]:
@@ -61,7 +61,7 @@ def test_bounds_end_where_a_bounded_solver_ends(seed: int) -> None:
     near = free + np.abs(free) * rng.uniform(-0.8, 0.8, free.size)
     lower, upper = near - np.abs(free), near + np.abs(free) * rng.uniform(0.05, 1.0, free.size)
     wanted = lsq_linear(matrix, target, (lower, upper), method="bvls", tol=1e-14)
-    found = minimize(lambda x: evaluate(regression, x), near, lower, upper, 200)
+    found = minimize(Objective(regression), near, lower, upper, 200)
     assert found.converged
     assert found.point.cost == pytest.approx(wanted.cost, rel=1e-9)
     at_bound = (found.point.x <= lower) | (found.point.x >= upper)
@@ -73,7 +73,7 @@ def test_rosenbrock() -> None:
         return Rows(np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]]), np.array([[-20 * x[0], 10.0], [-1.0, 0.0]]))
 
     regression = Regression((Unknown("x", -1.2), Unknown("y", 1.0)), ("only",), rows)
-    found = minimize(lambda x: evaluate(regression, x), regression.start(), *regression.bounds(), 200)
+    found = minimize(Objective(regression), regression.start(), *regression.bounds(), 200)
     assert found.converged
     assert found.point.x == pytest.approx([1.0, 1.0])
 
@@ -104,7 +104,7 @@ def test_at_an_edge_the_fit_ends_where_no_step_keeps_what_it_promises(left: floa
         )
 
     regression = Regression((Unknown("x", 1.0),), ("only",), rows)
-    found = minimize(lambda x: evaluate(regression, x), regression.start(), *regression.bounds(), 100)
+    found = minimize(Objective(regression), regression.start(), *regression.bounds(), 100)
     assert found.converged is arrives
     assert found.point.x == pytest.approx([0.0], abs=1e-9)
 

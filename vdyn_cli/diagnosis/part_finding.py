@@ -106,23 +106,28 @@ def part_finding(strategy: Strategy, problem: SimulatedProblem) -> PartFinding |
 def _strongest(search: PartSearch) -> FittedParts | None:
     """The fit with the strongest evidence among all places, alone and together, of the most likely elements.
 
-    Elements are compared by their linearization; one whose evidence comes near the strongest is refitted as well. An
-    error of a sensor has to exceed those of the elements clearly.
+    Elements are compared by their linearization; one whose evidence comes near the strongest is refitted as well,
+    unless the fits before it leave nothing by which it could exceed them. An error of a sensor has to exceed those of
+    the elements clearly.
     """
     linear = _by_coordinate(search)
     top = max(linear.values(), default=0.0)
-    near = [key for key, gain in linear.items() if gain >= POLICY.part_near * top][: POLICY.most_elements]
+    near = [key for key, gain in linear.items() if gain >= POLICY.part_near * top]
+    near = sorted(near, key=lambda key: -linear[key])[: POLICY.most_elements]
     fits: list[FittedParts] = []
-    for some, found in search.gains:
-        key = (some[0].group, some[0].coordinate)
-        if key in near and found.gain >= POLICY.place_near * linear[key]:
-            whole = next((f for f in fits if set(some) < set(f.parts)), None)
-            fitted = search.refitted(some, by=found, near=whole)
-            fits += [fitted] if fitted is not None else []
 
     def gain(one: FittedParts) -> float:
         return one.gain - (POLICY.part_gain if one.parts[0].sensor else 0.0)
 
+    for key in near:
+        best = max(fits, key=gain, default=None)
+        if best is not None and search.most_gain - gain(best) < _margin(gain(best)):
+            break
+        for some, found in search.gains:
+            if (some[0].group, some[0].coordinate) == key and found.gain >= POLICY.place_near * linear[key]:
+                whole = next((f for f in fits if set(some) < set(f.parts)), None)
+                fitted = search.refitted(some, by=found, near=whole)
+                fits += [fitted] if fitted is not None else []
     return max(fits, key=gain, default=None)
 
 

@@ -83,6 +83,11 @@ class PartSearch:
         """Variance of a whitened row that is noise, as far as a fit tells."""
         return min(self.floor, solution_floor(fitted.solution))
 
+    @property
+    def most_gain(self) -> float:
+        """The log evidence over the baseline of a fit that leaves nothing but noise."""
+        return (self.start.cost - 0.5 * self.floor * len(self.start.residuals)) / self.floor
+
     def explained(self, fitted: FittedParts) -> float:
         """Reduction of the sum of squares by a fit, beyond what its free coefficients would explain by chance."""
         return 2 * self.start.cost - fitted.squares - self.noise(fitted) * fitted.freedom
@@ -139,17 +144,18 @@ class PartSearch:
         known = self.strategy.fitted(effects) if effects else None
         begin = next((f.solution for f in (known, near) if f is not None), self.start)
         values = known.values if known is not None else begin.values
+        held = {
+            u.name: 0.0 if u.name not in _nominal(candidates) else u.start
+            for u in self.regression.shared
+            if u.name not in free
+        }
+        # What is held starts where it is held: only then can the simulation leave it out.
         unknowns = tuple(
             replace(u, start=values.get(u.name, 0.0), prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf)
             if u.name in priors
-            else replace(u, start=float(np.clip(values.get(u.name, u.start), u.lower, u.upper)))
+            else replace(u, start=held.get(u.name, float(np.clip(values.get(u.name, u.start), u.lower, u.upper))))
             for u in self.regression.unknowns
         )  # fmt: skip
-        held = {
-            u.name: 0.0 if u.name not in _nominal(candidates) else u.start
-            for u in unknowns
-            if u.name not in free and not u.per_run
-        }
         full = replace(self.regression, unknowns=unknowns)
         try:
             solution = solve(

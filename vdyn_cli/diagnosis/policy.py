@@ -298,8 +298,8 @@ class Policy:
         "Evidence of hundreds of standard errors is not exact to 2 %: the laws and the linearization are not.",
     )  # fmt: skip
     place_near: float = _threshold(
-        0.2, "share of the strongest evidence", "from which one place of such an element is refitted as well",
-        "Of two equal places each explains about half; a place with less than a fifth cannot be the whole fault.",
+        0.7, "share of the strongest evidence", "from which one place of such an element is refitted as well",
+        "As part_near: of two equal places each explains about half, and one that is the whole fault nearly all.",
     )  # fmt: skip
     most_elements: int = _threshold(
         2, "elements", "that are refitted",

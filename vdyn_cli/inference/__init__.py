@@ -13,7 +13,7 @@ from vdyn_cli.inference.minimize import Minimum, minimize
 from vdyn_cli.inference.normal_system import Solved
 from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.refusals import refusals
-from vdyn_cli.inference.regression import Loss, Point, Regression, Rows, Unknown, evaluate
+from vdyn_cli.inference.regression import Loss, Objective, Regression, Rows, Unknown
 from vdyn_cli.inference.solution import Downweighted, Solution, Unit
 from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN, exceeds_noise, white_level, whiten
 from vdyn_cli.quantities.errors import Finding, ResultError
@@ -132,11 +132,8 @@ def _minimize(regression: Regression, loss: Loss, most_iterations: int, toleranc
     lower, upper = regression.bounds()
 
     def run(start: Array, loss: Loss, scale: float) -> Minimum:
-        def at(x: Array) -> Point | None:
-            return evaluate(regression, x, loss, scale)
-
         try:
-            return minimize(at, start, lower, upper, most_iterations, tolerance)
+            return minimize(Objective(regression, loss, scale), start, lower, upper, most_iterations, tolerance)
         except ArithmeticError as error:
             raise ResultError(
                 Finding(

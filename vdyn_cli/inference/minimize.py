@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.qr_factors import Array, reduce
-from vdyn_cli.inference.regression import Point
+from vdyn_cli.inference.regression import Objective, Point
 
 NEGLIGIBLE = 1e-16  # of the cost: a step that promises less has arrived
 HARMLESS = 1e-4  # of one residual's variance: a stalled step that promises less moves nothing that matters
 KINKED = 2.0  # of one residual's variance, two standard errors: what a kink may promise and not keep
 BLIND = 1e-3  # of an unknown's sensitivity left after one step
+SUFFICIENT = 1e-4  # of the predicted reduction of the cost that a step must achieve
 IDLE = 3  # steps in a row that gained less than the tolerance: a further one that fails ends the fit
 PARTS = (1.0, 0.3, 0.1, 0.03)
 LEAST_DAMPING = 1e-13
@@ -42,7 +42,7 @@ class Minimum:
 
 
 def minimize(
-    evaluate: Callable[[Array], Point | None],
+    evaluate: Objective,
     start: Array,
     lower: Array,
     upper: Array,
@@ -53,7 +53,7 @@ def minimize(
 
     Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that are not at a bound, D the largest column
     norms so far; an unknown that would leave its range stops at the bound. mu falls where the linearization predicts
-    well and rises where it does not.
+    well and rises where it does not. A step is linearized only where the cost falls.
 
     Parameters
     ----------
@@ -83,10 +83,10 @@ def minimize(
             return Minimum(point, active, True, promise, full, iteration)
         while True:
             step = _step_within(point, active, scale, damping, lower, upper)
-            trial = evaluate(_snapped(point.x + step, lower, upper))
-            predicted = point.system.reduction(step)
+            x, predicted = _snapped(point.x + step, lower, upper), point.system.reduction(step)
+            trial = evaluate(x) if _falls(evaluate, x, point.cost - SUFFICIENT * predicted) else None
             gain = (point.cost - trial.cost) / predicted if trial is not None and predicted > 0 else -1.0
-            if trial is not None and gain > 1e-4 and not _blinded(point, trial):
+            if trial is not None and gain > SUFFICIENT and not _blinded(point, trial):
                 break
             damping, growth = damping * growth, growth * 2
             if damping > MOST_DAMPING or idle > IDLE or not np.any(point.x + step != point.x):
@@ -103,10 +103,14 @@ def minimize(
     return Minimum(point, _active(point, lower, upper), False, promise, full, most_iterations)
 
 
-def _kept(evaluate: Callable[[Array], Point | None], point: Point, step: Array, lower: Array, upper: Array) -> float:
+def _falls(evaluate: Objective, x: Array, below: float) -> bool:
+    """Whether the cost at x may be below a limit; without a cheap cost only the linearization tells."""
+    return not evaluate.cheap or evaluate.cost(x) < below
+
+
+def _kept(evaluate: Objective, point: Point, step: Array, lower: Array, upper: Array) -> float:
     """The most by which a step, or a part of it, lowers the cost."""
-    tried = [evaluate(np.clip(point.x + part * step, lower, upper)) for part in PARTS]
-    return max((point.cost - t.cost for t in tried if t is not None), default=0.0)
+    return max(point.cost - evaluate.cost(np.clip(point.x + part * step, lower, upper)) for part in PARTS)
 
 
 def _snapped(x: Array, lower: Array, upper: Array) -> Array:

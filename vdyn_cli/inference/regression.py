@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +71,15 @@ class Rows:
     folded: NDArray[np.int64] | None = None
     plain_root: Array | None = None
     apart: bool = False
+
+
+@runtime_checkable
+class Residuals(Protocol):
+    """Rows of which the residuals can be had without their derivatives, for less."""
+
+    def residual(self, run: int, theta: Array) -> Array:
+        """The residuals (n,) of the rows of one run."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -220,6 +229,48 @@ def _evaluate(regression: Regression, x: Array, loss: Loss, scale: float) -> Poi
     return Point(
         x, cost, BorderedSystem(np.array(runs), common, m), squares, float(np.mean(every)), len(every) + folded
     )
+
+
+@dataclass(frozen=True)
+class Objective:
+    """The cost of a regression, and its linearization, as functions of all unknowns.
+
+    Parameters
+    ----------
+    scale : residual of an inlier, in the units of the noise.
+    """
+
+    regression: Regression
+    loss: Loss = "none"
+    scale: float = 1.0
+
+    def __call__(self, x: Array) -> Point | None:
+        """See ``evaluate``."""
+        return evaluate(self.regression, x, self.loss, self.scale)
+
+    def cost(self, x: Array) -> float:
+        """The cost at x, infinite where the model cannot be computed; from residuals alone where these cost less."""
+        rows = self.regression.rows
+        if not isinstance(rows, Residuals):
+            point = self(x)
+            return np.inf if point is None else point.cost
+        s = len(self.regression.shared)
+        total = 0.5 * float(np.sum(prior_rows(self.regression.shared, x[:s])[:, -1] ** 2))
+        with np.errstate(over="ignore", invalid="ignore"):
+            for run in range(len(self.regression.runs)):
+                local = self.regression.local(x, run)
+                try:
+                    residual = rows.residual(run, local)
+                except ArithmeticError:
+                    return np.inf
+                own = prior_rows(self.regression.own, local[s:])[:, -1]
+                total += float(np.sum(losses(residual, self.loss, self.scale))) + 0.5 * float(np.sum(own**2))
+        return total if np.isfinite(total) else np.inf
+
+    @property
+    def cheap(self) -> bool:
+        """Whether the cost alone costs less than the linearization."""
+        return isinstance(self.regression.rows, Residuals)
 
 
 def matrix_of(rows: Rows, n_shared: int, loss: Loss = "none", scale: float = 1.0) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.qr_factors import Array
-from vdyn_cli.inference.regression import Regression, Rows
+from vdyn_cli.inference.regression import Regression, Residuals, Rows
 from vdyn_cli.inference.solution import Solution
 
 
@@ -31,14 +31,28 @@ class _Held:
     free: NDArray[np.int64]
     at: Array
 
-    def __call__(self, run: int, theta: Array) -> Rows:
-        s = len(self.full.shared)
+    def local(self, theta: Array) -> Array:
+        """The local unknowns of the full regression."""
         local = np.concatenate([self.at, theta[self.free.size :]])
         local[self.free] = theta[: self.free.size]
-        rows = self.full.rows(run, local)
+        return local
+
+    def __call__(self, run: int, theta: Array) -> Rows:
+        s = len(self.full.shared)
+        rows = self.full.rows(run, self.local(theta))
         columns = np.concatenate([self.free, np.arange(s, rows.jacobian.shape[1])])
         plain = None if rows.plain is None else (rows.plain[0], rows.plain[1][:, columns])
         return replace(rows, jacobian=np.ascontiguousarray(rows.jacobian[:, columns]), plain=plain)
+
+
+@dataclass(frozen=True)
+class _HeldResiduals(_Held):
+    """The same of rows whose residuals cost less alone."""
+
+    def residual(self, run: int, theta: Array) -> Array:
+        """See Residuals."""
+        assert isinstance(self.full.rows, Residuals)
+        return self.full.rows.residual(run, self.local(theta))
 
 
 def restricted(full: Regression, held: Mapping[str, float], starts: Solution | None = None) -> Regression:
@@ -57,7 +71,8 @@ def restricted(full: Regression, held: Mapping[str, float], starts: Solution | N
     if starts is not None:
         kept = [replace(u, start=float(np.clip(starts.values.get(u.name, u.start), u.lower, u.upper))) for u in kept]
         run_starts |= dict(starts.per_run)
-    rows: Callable[[int, Array], Rows] = _Held(full, free, at)
+    held_rows = _HeldResiduals if isinstance(full.rows, Residuals) else _Held
+    rows: Callable[[int, Array], Rows] = held_rows(full, free, at)
     if isinstance(full.rows, Narrowing):
         others = {u.name: float(v) for u, v in zip(shared, at, strict=True) if u.name in held}
         rows = full.rows.narrowed([u.name for u in kept], others) or rows

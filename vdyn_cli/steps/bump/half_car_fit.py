@@ -122,7 +122,7 @@ class BumpFit:
         own = dict(at.per_run) if at else {}
         own.setdefault("distance_front", np.array([c.distance for c in self.crossings]))
         runs = tuple(c.run for c in self.crossings)
-        return Regression((*shared, *self.own), runs, self.rows, own, narrow=lambda names: self.only(names).rows)
+        return Regression((*shared, *self.own), runs, BumpRows(self), own, lambda names: BumpRows(self.only(names)))
 
     def solve(self) -> tuple[BumpFit, Solution]:
         """Fit; what the simulation leaves then weights the channels that it cannot follow to their noise.
@@ -148,10 +148,10 @@ class BumpFit:
         first = (self, solve(self.regression(), tolerance=TOLERANCE))
         return until_settled(reweight, first, REWEIGHTINGS, MISFIT).state
 
-    def simulate(self, run: int, theta: Array, *, states: bool = False) -> Simulated:
+    def simulate(self, run: int, theta: Array, *, sensitivities: bool = True, states: bool = False) -> Simulated:
         """One run at its local unknowns ``theta`` (k,): shared, then its own."""
-        scale = self.scales[run]
-        return self.simulator(self.crossings[run].drive, theta[: scale.size] * scale, states=states)
+        scale, drive = self.scales[run], self.crossings[run].drive
+        return self.simulator(drive, theta[: scale.size] * scale, sensitivities=sensitivities, states=states)
 
     def rows(self, run: int, theta: Array) -> Rows:
         """Whitened residuals of one run: channel after channel, samples without a reading left out."""
@@ -170,6 +170,18 @@ class BumpFit:
             times.append(crossing.time[good])
         return Rows(np.concatenate(residuals), np.concatenate(jacobians), time=np.concatenate(times))
 
+    def residual(self, run: int, theta: Array) -> Array:
+        """The whitened residuals of one run, as in ``rows``."""
+        crossing, scale = self.crossings[run], self.scales[run]
+        outputs = self.simulate(run, theta, sensitivities=False).outputs
+        residuals = []
+        for zero, name in enumerate(self.channels, start=scale.size):
+            measured = crossing.channels[name]
+            good = np.isfinite(measured)
+            weight = 1.0 / self.weights.deviation(crossing, name)
+            residuals.append((outputs[name][good] + theta[zero] - measured[good]) * weight)
+        return np.concatenate(residuals)
+
     def local(self, solution: Solution, run: int) -> Array:
         """The run's local unknowns (k,) at a solution."""
         shared = [solution.values[u.name] for u in self.shared]
@@ -184,3 +196,18 @@ class BumpFit:
         at = {**self.known.values, **values}
         _, to_front = sprung_body(*(at[n] for n in BODY_OF))
         return {"front": to_front, "rear": to_front - at["wheelbase"]}
+
+
+@dataclass(frozen=True)
+class BumpRows:
+    """The rows of a fit, of which the residuals cost less without derivatives."""
+
+    fit: BumpFit
+
+    def __call__(self, run: int, theta: Array) -> Rows:
+        """See ``BumpFit.rows``."""
+        return self.fit.rows(run, theta)
+
+    def residual(self, run: int, theta: Array) -> Array:
+        """See ``BumpFit.residual``."""
+        return self.fit.residual(run, theta)
