@@ -53,6 +53,27 @@ CAR: Mapping[str, tuple[float, float]] = {
 BRAKE_DRAG = {"effect": "brake_drag", "unknowns": {"brake_drag": {"value": 38.0, "std": 3.0, "unit": "N"}}}
 HEADWIND = {"effect": "headwind", "unknowns": {"headwind": {"value": 2.9, "std": 0.1, "unit": "m/s"}}}
 SPEED_SCALE = {"effect": "speed_scale", "unknowns": {"speed_scale": {"value": 0.01, "std": 0.001, "unit": ""}}}
+LEARNED = "learned_road_load"  # drag that has a hump at 5 m/s, as a coast-down would leave it
+LEARNED_LAW: Mapping[str, Any] = {
+    "element": "driveline",
+    "label": "the learned law of the resistance to motion",
+    "tags": [],
+    "curves": [
+        {
+            "place": "",
+            "coordinate": "speed",
+            "coordinate_unit": "m/s",
+            "unit": "N",
+            "factor": "",
+            "span": [0.0, 40.0],
+            "scale": 0.0,
+            "anchored": False,
+            "form": "bump",
+            "unknowns": [f"{LEARNED}_size", f"{LEARNED}_center", f"{LEARNED}_width"],
+        }
+    ],
+}
+LEARNED_SIZES = {f"{LEARNED}_size": 90.0, f"{LEARNED}_center": 5.0, f"{LEARNED}_width": 2.0}
 
 
 def document(
@@ -60,8 +81,12 @@ def document(
     verdict: str = "named",
     without: Sequence[str] = (),
     extensions: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+    laws: Mapping[str, Any] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """The JSON document, with the causes that a diagnosis named and those that the model was extended by."""
+    """The JSON document, with the causes that a diagnosis named and those that the model was extended by.
+
+    ``laws``: definitions of learned laws among the extensions.
+    """
     parameters = {
         name: {
             "value": value,
@@ -87,6 +112,7 @@ def document(
         "title": "a car that nobody has",
         "parameters": parameters,
         "extensions": lasting,
+        **({"laws": dict(laws)} if laws else {}),
         "diagnosis": diagnosis,
     }
 

@@ -9,7 +9,17 @@ import numpy as np
 import pytest
 
 from tests.engine.c_host import Compiled, build
-from tests.export.cases import BRAKE_DRAG, HEADWIND, SPEED_SCALE, given, simulated, stop_and_go
+from tests.export.cases import (
+    BRAKE_DRAG,
+    HEADWIND,
+    LEARNED,
+    LEARNED_LAW,
+    LEARNED_SIZES,
+    SPEED_SCALE,
+    given,
+    simulated,
+    stop_and_go,
+)
 from vdyn_cli.effects import catalogue
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.export import ExportOptions, make
@@ -101,6 +111,18 @@ def test_extensions_that_an_earlier_step_left_are_in_the_model(tmp_path):
     )
     assert car.values["brake_drag"] == 21.0
     assert "included brake_drag: brake_drag = 21 N" in car.notes
+
+
+def test_a_learned_law_is_in_the_c_model_with_the_bits_of_python(tmp_path):
+    plain = exported_vehicle(given(tmp_path), "front")
+    learned = given(tmp_path, extensions={LEARNED: LEARNED_SIZES}, laws={LEARNED: LEARNED_LAW}, verdict="adequate")
+    car = exported_vehicle(learned, "front")
+    assert [one.effect for one in car.accepted] == [LEARNED], car.notes
+    compiled = Compiled(car.program("car", "a car"), tmp_path)
+    time, inputs = stop_and_go(5.0)
+    got = compiled.simulate(time, inputs, compiled.defaults(), (0.0,))
+    np.testing.assert_array_equal(got["speed"], simulated(car, time, inputs, 0.0)["speed"])
+    assert got["speed"][-1] < simulated(plain, time, inputs, 0.0)["speed"][-1] - 0.01
 
 
 def test_every_cause_that_lasts_can_be_exported(tmp_path):

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from tests.engine.c_host import build, compiler
-from tests.export.cases import BRAKE_DRAG, given, simulated, stop_and_go
+from tests.export.cases import BRAKE_DRAG, LEARNED, LEARNED_LAW, LEARNED_SIZES, given, simulated, stop_and_go
 from vdyn_cli.export import ExportOptions, fmu, make
 from vdyn_cli.export.exported_vehicle import exported_vehicle
 from vdyn_cli.export.fmu_description import exponents
@@ -89,6 +89,17 @@ def test_fmpy_runs_it_as_python_does(tmp_path, speed, torque, brakes):
     np.testing.assert_allclose(got["time"], time, rtol=0, atol=1e-9)
     car = exported_vehicle(given(tmp_path, causes=[BRAKE_DRAG]), "front")
     agree(got, simulated(car, time, inputs, speed, substeps=4))
+
+
+def test_a_learned_law_drives_the_unit_as_it_does_python(tmp_path):
+    learned = {"extensions": {LEARNED: LEARNED_SIZES}, "laws": {LEARNED: LEARNED_LAW}, "verdict": "adequate"}
+    path = runnable(tmp_path, **learned)
+    step = 0.004  # s between communications: four steps of the model
+    time, inputs = stop_and_go(3.0, step)
+    inputs = {name: np.zeros(time.size) for name in inputs} | {"drive_torque": 260.0}
+    start = {"start_speed": 3.0, "drive_torque": 260.0}
+    got = fmpy.simulate_fmu(str(path), stop_time=3.0, step_size=step, output_interval=step, start_values=start)
+    agree(got, simulated(exported_vehicle(given(tmp_path, **learned), "front"), time, inputs, 3.0, substeps=4))
 
 
 def test_inputs_that_go_straight_drive_it_as_python_does(tmp_path):

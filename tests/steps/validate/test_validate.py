@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
+from tests.export.cases import LEARNED, LEARNED_LAW, LEARNED_SIZES
 from tests.steps.validate.validate_cases import described, inputs, known_file, prepared, true_parameters
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
@@ -18,6 +19,7 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.quantities.errors import InputError, ResultError
+from vdyn_cli.quantities.law_definition import LawDefinition
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
@@ -180,6 +182,20 @@ def test_what_earlier_steps_found_beside_the_parameters_is_simulated_and_not_sou
     candidates = setup_of(with_drag).candidates
     assert "extra_drag_area" not in candidates
     assert "headwind" in candidates
+
+
+@pytest.mark.parametrize("model", ["road_load", pytest.param("vehicle", marks=pytest.mark.slow)])
+def test_a_law_that_an_earlier_step_learned_is_simulated(root: Path, tmp_path: Path, model: str) -> None:
+    found = inputs(root, tmp_path, true_parameters(), (1,), model=model)
+    law = LawDefinition.model_validate(LEARNED_LAW)
+    sizes = {n: Estimate(v, 0.05 * v, (0.9 * v, 1.1 * v), "", "", "coastdown") for n, v in LEARNED_SIZES.items()}
+    extended = replace(found.known, extensions={LEARNED: sizes}, laws={LEARNED: law})
+    plain = prepared(found).baseline
+    problem = prepared(replace(found, known=extended))
+    assert [e.name for e in problem.carried] == [LEARNED]
+    assert not dropped_effects(problem)
+    without, with_it = (t.first[0].values["speed"] for t in (plain, problem.baseline))
+    assert np.max(without - with_it) > 0.05
 
 
 def test_an_effect_of_an_earlier_step_that_the_model_cannot_take_is_reported(root: Path, tmp_path: Path) -> None:
