@@ -17,12 +17,13 @@ def effect(name: str) -> Effect:
 
 
 def unknowns(effects: Sequence[Effect]) -> tuple[Unknown, ...]:
-    """Every unknown of the effects, from where a search would begin."""
+    """Every unknown of the effects, from where a search would begin; shapes with a prior, as in a diagnosis."""
     found = []
     for one in effects:
         for k, (name, q) in enumerate(one.unknowns.items()):
             start = one.probes[0] if one.probes and k == 0 else one.nominal.get(name, 0.0)
-            found.append(Unknown(name, start, 1.5 * q.lower, 1.5 * q.upper, q.unit))
+            prior = (one.nominal[name], 0.25 * (q.upper - q.lower)) if name in one.nominal else None
+            found.append(Unknown(name, start, 1.5 * q.lower, 1.5 * q.upper, q.unit, prior))
     return tuple(found)
 
 

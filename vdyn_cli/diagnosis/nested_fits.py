@@ -11,6 +11,9 @@ from vdyn_cli.inference import Regression, Solution, solve
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.errors import ResultError
 
+MOST_ITERATIONS = 200
+PROFILE_ITERATIONS = 25  # of a free profile: one that then still creeps along a kink does not suffice
+
 
 @dataclass
 class NestedFits:
@@ -68,12 +71,13 @@ class NestedFits:
         free = self.model.held(effects)
         nominal = free | {u.name: u.start for u in full.shared if u.name in shapes}
         failed: list[ResultError] = []
+        most = PROFILE_ITERATIONS if effects and set(effects) <= set(self.model.setup.families) else MOST_ITERATIONS
         for held in (free, nominal) if shapes else (free,):
             regression = restricted(full, held, before.solution if before else None)
             found = []
             for start in (regression, *self.starts(regression, others, held is free)):
                 try:
-                    found.append(solve(start, tolerance=LEAST_STEP, unconverged=not effects))
+                    found.append(solve(start, tolerance=LEAST_STEP, most_iterations=most, unconverged=not effects))
                 except ResultError as error:
                     failed.append(error)
             if found:

@@ -35,7 +35,9 @@ class LawWithin:
 
     @property
     def follows(self) -> bool:
-        """Whether the law is the curve's, as nearly as laws of elements are known."""
+        """Whether the law is the curve's, as nearly as laws of elements are known, or leaves next to nothing."""
+        if self.share_of_rms >= 1.0 - POLICY.negligible_rest:
+            return True
         if np.isfinite(self.share_of_curve):
             least = 1.0 - float(np.sqrt(1.0 - POLICY.law_squares))
             return self.share_of_curve >= POLICY.law_share and self.share_of_rms >= least

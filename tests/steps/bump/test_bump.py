@@ -249,7 +249,7 @@ def test_an_effect_can_be_added_and_is_found() -> None:
     plain = STEP.estimate(SPEC, data, known())
     assert plain.fit.rms > 5 * plain.fit.noise_floor
     assert any("times the sensor's noise" in w for w in plain.fit.warnings)
-    (name,) = asymmetric_damping.unknowns
+    name, _ = asymmetric_damping.unknowns
     regression = prepare(SPEC, data, known()).regression((asymmetric_damping,), (Unknown(name, 0.0, -0.9, 0.9),))
     solution = solve(regression, tolerance=1e-3)
     assert solution.values[name] == pytest.approx(0.3, abs=2e-3)

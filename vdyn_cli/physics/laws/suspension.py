@@ -38,3 +38,13 @@ def damper(s: Signals) -> Number:
     Source: doi:10.4271/2017-01-1574, equations (8)-(11).
     """
     return s.damping * s.stroke_rate
+
+
+def of_axle(s: Signals, balance: Number) -> Number:
+    """The factor of one axle where front and rear differ: 1 + b in front, 1 - b at the rear, b the balance.
+
+    Parameters
+    ----------
+    s : place, the call's ("_front", "_rl"). balance : (front - rear)/(front + rear).
+    """
+    return 1.0 - balance if s.place.startswith("_r") else 1.0 + balance

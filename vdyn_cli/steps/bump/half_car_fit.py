@@ -170,18 +170,6 @@ class BumpFit:
             times.append(crossing.time[good])
         return Rows(np.concatenate(residuals), np.concatenate(jacobians), time=np.concatenate(times))
 
-    def residual(self, run: int, theta: Array) -> Array:
-        """The whitened residuals of one run, as in ``rows``."""
-        crossing, scale = self.crossings[run], self.scales[run]
-        outputs = self.simulate(run, theta, sensitivities=False).outputs
-        residuals = []
-        for zero, name in enumerate(self.channels, start=scale.size):
-            measured = crossing.channels[name]
-            good = np.isfinite(measured)
-            weight = 1.0 / self.weights.deviation(crossing, name)
-            residuals.append((outputs[name][good] + theta[zero] - measured[good]) * weight)
-        return np.concatenate(residuals)
-
     def local(self, solution: Solution, run: int) -> Array:
         """The run's local unknowns (k,) at a solution."""
         shared = [solution.values[u.name] for u in self.shared]
@@ -209,5 +197,13 @@ class BumpRows:
         return self.fit.rows(run, theta)
 
     def residual(self, run: int, theta: Array) -> Array:
-        """See ``BumpFit.residual``."""
-        return self.fit.residual(run, theta)
+        """The whitened residuals of one run, as in ``BumpFit.rows``."""
+        fit, crossing, scale = self.fit, self.fit.crossings[run], self.fit.scales[run]
+        outputs = fit.simulate(run, theta, sensitivities=False).outputs
+        residuals = []
+        for zero, name in enumerate(fit.channels, start=scale.size):
+            measured = crossing.channels[name]
+            good = np.isfinite(measured)
+            weight = 1.0 / fit.weights.deviation(crossing, name)
+            residuals.append((outputs[name][good] + theta[zero] - measured[good]) * weight)
+        return np.concatenate(residuals)
