@@ -15,12 +15,12 @@ EFFECTS = {e.name: e for e in catalogue()}
 
 def test_only_amplitudes_of_cars_are_enlarged() -> None:
     brake = EFFECTS["brake_drag_fading"]
-    truck = enlarged(brake, 4.0)
+    truck = enlarged(brake, {"of_a_car": 4.0})
     assert truck.unknowns["brake_drag_fading"].upper == 4.0 * brake.unknowns["brake_drag_fading"].upper
     assert truck.unknowns["brake_drag_fading_time"] == brake.unknowns["brake_drag_fading_time"]
-    assert enlarged(EFFECTS["driveline_viscous"], 4.0).possible["driveline_viscous"][1] == 20.0
-    assert enlarged(EFFECTS["headwind"], 4.0) is EFFECTS["headwind"]
-    assert enlarged(brake, 1.0) is brake
+    assert enlarged(EFFECTS["driveline_viscous"], {"of_a_car": 4.0}).possible["driveline_viscous"][1] == 20.0
+    assert enlarged(EFFECTS["headwind"], {"of_a_car": 4.0}) is EFFECTS["headwind"]
+    assert enlarged(brake, {"of_a_car": 1.0}) is brake
 
 
 @pytest.mark.slow  # a diagnosis of 4 s

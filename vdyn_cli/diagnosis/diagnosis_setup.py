@@ -194,15 +194,17 @@ def _applicable(prepared: PreparedStep) -> tuple[tuple[Effect, ...], tuple[Effec
     assert diagnosable is not None
     every = applicable(prepared.simulated.model, candidates(prepared.step.situations))
     carried = tuple(e for e in every if diagnosable.carries and e.name in prepared.known.extensions)
-    factor = _size_factor(prepared.known)
-    return tuple(enlarged(e, factor) for e in every if e not in carried), carried
+    factors = _size_factors(prepared.known)
+    return tuple(enlarged(e, factors) for e in every if e not in carried), carried
 
 
-def _size_factor(known: Parameters) -> float:
-    """By how much the vehicle, or its wheel, is heavier than any car."""
+def _size_factors(known: Parameters) -> Mapping[str, float]:
+    """By how much the vehicle, or its wheel, is heavier than any car, and by how much it is lighter, by tag."""
     if "mass" in known:
-        return max(1.0, known["mass"].value / POLICY.heaviest_car)
-    return max(1.0, known["wheel_mass"].value / POLICY.heaviest_wheel) if "wheel_mass" in known else 1.0
+        mass = known["mass"].value
+        return {"of_a_car": max(1.0, mass / POLICY.heaviest_car), "over_weight": max(1.0, POLICY.common_car / mass)}
+    heavier = known["wheel_mass"].value / POLICY.heaviest_wheel if "wheel_mass" in known else 1.0
+    return {"of_a_car": max(1.0, heavier)}
 
 
 def _lacking(prepared: PreparedStep) -> dict[str, str]:

@@ -107,6 +107,11 @@ class Policy:
         40.0, "kg", "above which they grow with the mass of the wheel, where that of the vehicle is not known",
         "Wheels of cars with what turns with them have 15 to 40 kg.",
     )  # fmt: skip
+    common_car: float = _threshold(
+        1500.0, "kg", "below which ranges of forces over the weight grow as the mass falls",
+        "Linear terms of certified road loads, up to 6 N s/m, are those of cars of 1.5 t; seals, bearings and gears of "
+        "a race car of 600 kg take as much, so that its coefficient may be 2.5 times as large.",
+    )  # fmt: skip
     catalogue_prior: float = _threshold(
         0.5, "share of the plausible range", "standard deviation of the prior while all candidates are fitted at once",
         "Two standard deviations reach the edge of the plausible range. Only the noise estimate uses it.",

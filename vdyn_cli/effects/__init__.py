@@ -35,6 +35,7 @@ PROPERTIES: Mapping[str, str] = MappingProxyType(
         "daily": "has another value on another day",
         "beside_drawing": "shows only against a drawing of the part",
         "of_a_car": "its range is that of cars: that of a heavier vehicle is larger in proportion to its mass",
+        "over_weight": "its range is a force of cars over their weight: that of a lighter vehicle is larger in turn",
     }
 )
 # The tests in which an effect is a candidate; a step states those that its test is (Step.situations).
@@ -130,9 +131,15 @@ class Effect:
         return self.tags - PROPERTIES.keys()
 
 
-def enlarged(effect: Effect, factor: float) -> Effect:
-    """The effect with the ranges of its amplitudes multiplied, where they are those of a car (tag ``of_a_car``)."""
-    if "of_a_car" not in effect.tags or factor == 1.0:
+def enlarged(effect: Effect, factors: Mapping[str, float]) -> Effect:
+    """The effect with the ranges of its amplitudes multiplied, where they are those of a car.
+
+    Parameters
+    ----------
+    factors : by tag, ``of_a_car`` or ``over_weight``; 1 where the vehicle is one of these cars.
+    """
+    factor = max((factors[tag] for tag in effect.tags if tag in factors), default=1.0)
+    if factor == 1.0:
         return effect
     larger = {
         name: one if name in effect.nominal else replace(one, lower=factor * one.lower, upper=factor * one.upper)

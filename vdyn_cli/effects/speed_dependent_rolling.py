@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     signature="The resistance residual is proportional to speed, equally in both directions.",
     alike=("drag_area", "extra_drag_area", "rolling_resistance"),
     confirm="Coast down over a wider range of speed: from the highest speed allowed to walking speed.",
-    tags={"open_road"},
+    tags={"open_road", "over_weight"},
 )
 def speed_dependent_rolling(rolling: Law, s: Signals, q: Signals) -> Number:
     """Rolling resistance that increases with speed; in the baseline it is constant.
