@@ -29,7 +29,7 @@ for arguments in json.loads(sys.argv[1]):
             code = ended.code or 0
     print(json.dumps([code, out.getvalue(), error.getvalue()]))
 """
-HEAVY = "numpy pandas scipy casadi llvmlite pint pydantic jinja2 yaml spin_down"
+HEAVY = "numpy pandas scipy matplotlib casadi llvmlite pint pydantic jinja2 yaml spin_down"
 
 Said = tuple[int, str, str]
 

@@ -1,1 +1,1 @@
-"""From a Result to one self-contained HTML page; the only room that knows jinja2 and SVG."""
+"""From a Result to one self-contained HTML page; the only room that knows matplotlib and jinja2."""

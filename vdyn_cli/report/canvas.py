@@ -1,15 +1,27 @@
-"""The sheet on which figures are drawn, in page pixels: colors, ticks, legends, texts."""
+"""The sheet on which figures are drawn, in page pixels, and its compact SVG. The door to matplotlib."""
 
 from __future__ import annotations
 
+import contextlib
+import io
+import logging
 import math
-from collections.abc import Sequence
+import os
+import re
+import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from html import escape
 from itertools import pairwise
-from typing import Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.report import typography
-from vdyn_cli.report.svg_sheet import Axes, Fill, PlotArea, Sheet, Stroke, text_element
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Sheet
 
 # The palette of Okabe and Ito, which color-blind readers can discriminate; line styles do it in black and white.
 INK, GRAY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
@@ -21,7 +33,29 @@ GRID, HELD_OUT, CLOUD = "#e3e3e3", "#fdf3c8", "#8d8d8d"
 FONT = 13.0  # px; the page's figures are drawn at their natural size on a laptop
 _CHARACTER = 0.5 * FONT  # mean advance of the page's sans serif
 
-_STEPS = (0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 2.5, 5.0, 10.0, 20.0)  # of ticks, in powers of ten
+_STYLE: Any = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "vdyn",
+    "svg.image_inline": True,
+    "text.parse_math": False,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.2,  # px
+    "path.snap": False,
+    "font.size": FONT,
+    "font.family": ["DejaVu Sans"],
+    "axes.unicode_minus": True,
+    "image.composite_image": False,
+}
+
+
+@dataclass(frozen=True)
+class PlotArea:
+    """The place of axes on the sheet, px from its upper left corner."""
+
+    left: float
+    top: float
+    width: float
+    height: float
 
 
 @dataclass(frozen=True)
@@ -31,35 +65,77 @@ class LegendEntry:
     label: str
     color: str
     look: Literal["line", "points", "patch"] = "line"
-    dashes: tuple[float, ...] = ()
+    dashes: str | tuple[float, tuple[float, ...]] = "-"
     width: float = 1.8
     alpha: float = 1.0
 
-    @property
-    def stroke(self) -> Stroke:
-        """How its line is drawn."""
-        return Stroke(self.color, self.width, self.dashes)
 
-    @property
-    def fill(self) -> Fill:
-        """How its shape is filled."""
-        return Fill(self.color, self.alpha)
+@contextlib.contextmanager
+def style() -> Iterator[None]:
+    """The drawing settings as a context, so that the user's own matplotlib settings have no influence.
+
+    A page opens it once for all its figures: to set all of matplotlib's settings takes as long as to draw a figure.
+    """
+    matplotlib = _matplotlib()
+    if _is_style(matplotlib):
+        yield
+        return
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_STYLE)
+        yield
+
+
+def _is_style(matplotlib: Any) -> bool:
+    """Whether matplotlib's settings are these already."""
+    wanted = {**matplotlib.rcParamsDefault, **_STYLE}
+    return all(matplotlib.rcParams[name] == value for name, value in wanted.items() if name != "backend")
+
+
+def _matplotlib() -> Any:
+    """The library, imported where no ``matplotlibrc`` lies: it reads one from the working directory."""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of its cache, not of the report
+    os.environ["MATPLOTLIBRC"] = os.devnull
+    try:
+        with contextlib.chdir(Path(__file__).parent):
+            import matplotlib
+    except OSError as error:
+        remedy = "set MPLCONFIGDIR to a folder that can be written"
+        raise InputError(Finding("matplotlib", "has no folder for its cache", str(error)[:80], remedy)) from None
+    return matplotlib
+
+
+def every_stroke() -> Any:
+    """A context in which lines keep all their points: a dot is a stroke of no length and would be simplified away."""
+    return _matplotlib().rc_context({"path.simplify": False})
+
+
+def sheet(width: float, height: float) -> Sheet:
+    """An empty sheet of width by height, px."""
+    from matplotlib.figure import Figure as Sheet
+
+    return Sheet(figsize=(width / 72, height / 72), dpi=72, facecolor="none")
 
 
 def add_axes(page: Sheet, area: PlotArea) -> Axes:
     """Axes with a thin left and bottom line and no ticks yet."""
-    return page.add(Axes(area, INK, FONT))
+    width, height = page.get_size_inches() * 72
+    place = (area.left / width, 1 - (area.top + area.height) / height, area.width / width, area.height / height)
+    axes = page.add_axes(place, facecolor="none")
+    for side, spine in axes.spines.items():
+        spine.set_visible(side in ("left", "bottom"))
+        spine.set(color=INK, linewidth=0.8)
+    axes.tick_params(length=4, width=0.8, color=INK, labelcolor=INK, labelsize=FONT, pad=4)
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.set_axisbelow(True)
+    return axes
 
 
-def text_at(page: Sheet, x: float, y: float, text: str, size: float = FONT, **settings: Any) -> None:
-    """Text with its baseline at px (x, y) from the sheet's upper left corner.
-
-    Parameters
-    ----------
-    settings : ``color``, and ``anchor``: start, middle or end.
-    """
-    color, anchor = settings.get("color", INK), settings.get("anchor", "start")
-    page.text(text_element((x, y), typography.clean(text), size, color, anchor))
+def text_at(page: Sheet, x: float, y: float, text: str, size: float = FONT, color: str = INK, **settings: Any) -> None:
+    """Text with its baseline at px (x, y) from the sheet's upper left corner."""
+    width, height = page.get_size_inches() * 72
+    page.text(x / width, 1 - y / height, typography.clean(text), size=size, color=color, va="baseline", **settings)
 
 
 def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[list[float], list[str]]:
@@ -69,27 +145,15 @@ def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[li
     ----------
     low, high : limits in data units. room : length of the axis, px. apart : px.
     """
-    places = _round_numbers(low, high, max(int(room // apart), 1))
+    from matplotlib.ticker import MaxNLocator
+
+    number = max(int(room // apart), 1)
+    locator = MaxNLocator(nbins=number, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2)
+    slack = 1e-9 * (high - low)
+    places = [float(v) for v in locator.tick_values(low, high) if low - slack <= v <= high + slack]
     step = min((b - a for a, b in pairwise(places)), default=abs(high - low) or 1.0)
     grouped = max(abs(low), abs(high)) >= 10_000
     return places, [tick_text(v, step, grouped) for v in places]
-
-
-def _round_numbers(low: float, high: float, number: int) -> list[float]:
-    """Multiples of the smallest step that makes at most ``number`` intervals; of a smaller one for at least two."""
-    span = high - low
-    if not span > 0:
-        return [low]
-    scale = 10.0 ** math.floor(math.log10(span / number))
-    slack = 1e-9 * span
-    large = next(i for i, step in enumerate(_STEPS) if step * scale >= span / number * (1 - 1e-12))
-    places: list[float] = []
-    for step in (s * scale for s in reversed(_STEPS[: large + 1])):
-        first, last = math.ceil((low - slack) / step), math.floor((high + slack) / step)
-        places = [k * step for k in range(first, last + 1)]
-        if len(places) >= 2:
-            break
-    return places
 
 
 def tick_text(value: float, step: float, grouped: bool = False) -> str:
@@ -115,9 +179,11 @@ def scale_axis(axes: Axes, which: Literal["x", "y"], room: float, apart: float, 
     ----------
     room : length of the axis, px. apart : least distance of two ticks, px. grid : whether to draw grid lines.
     """
-    low, high = sorted(axes.x_limits if which == "x" else axes.y_limits)
+    low, high = sorted(axes.get_xlim() if which == "x" else axes.get_ylim())
     places, texts = ticks(low, high, room, apart)
-    axes.scale("bottom" if which == "x" else "left", places, texts, GRID if grid else "")
+    (axes.set_xticks if which == "x" else axes.set_yticks)(places, texts)
+    if grid:
+        axes.grid(axis=which, color=GRID, linewidth=0.8)
 
 
 def legend_rows(keys: Sequence[LegendEntry], width: float) -> list[list[tuple[float, LegendEntry]]]:
@@ -150,18 +216,33 @@ def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, LegendEntry]]]
     ----------
     rows : from ``legend_rows``. left, top : upper left corner of the legend, px.
     """
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Rectangle
+
+    height = page.get_size_inches()[1] * 72
     for number, row in enumerate(rows):
-        middle = top + 20 * number + 10
+        middle = height - (top + 20 * number + 10)
         for at, key in row:
             x = left + at
             if key.look == "patch":
-                mark, look = f"M{x:g} {middle - 5:g}h26v10h-26z", key.fill.attributes
+                page.add_artist(
+                    Rectangle((x, middle - 5), 26, 10, color=key.color, alpha=key.alpha, lw=0, transform=None)
+                )
             elif key.look == "points":
-                mark, look = f"M{x + 13:g} {middle:g}h0", Stroke(key.color, 6.0, dots=True).attributes
+                page.add_artist(Line2D([x + 13], [middle], marker="o", ms=6, color=key.color, lw=0, transform=None))
             else:
-                mark, look = f"M{x:g} {middle:g}h26", Stroke(key.color, key.width, key.dashes, key.alpha).attributes
-            page.text(f'<path d="{mark}" {look}/>')
-            text_at(page, x + 33, middle + 4.5, key.label)
+                page.add_artist(
+                    Line2D(
+                        [x, x + 26],
+                        [middle, middle],
+                        color=key.color,
+                        lw=key.width,
+                        ls=key.dashes,
+                        alpha=key.alpha,
+                        transform=None,
+                    )
+                )
+            text_at(page, x + 33, top + 20 * number + 14.5, key.label)
 
 
 def label_room(text: str, size: float = FONT) -> float:
@@ -169,11 +250,61 @@ def label_room(text: str, size: float = FONT) -> float:
     return len(text) * _CHARACTER * size / FONT
 
 
+_TAG = re.compile(r"<[^>]+>")
+_TENTHS = re.compile(r"(?<=\.\d)\d+")
+_WHOLE = re.compile(r"\.0(?!\d)")
+_DOT = re.compile(r"M(-?[\d.]+ -?[\d.]+)L\1(?=[M\"])")
+_PLACES = re.compile(r' (?:d|x|y)="[^"]*"')
+_FONT = re.compile(r" font-family: [^;\"]*;?|;\s*(?=\")")
+_UPRIGHT = re.compile(r' transform="rotate\(-0 [^"]*\)"')
+_HEAD = re.compile(r"<svg[^>]*viewBox=\"([^\"]*)\"[^>]*>")
+_DROPPED = re.compile(r"\s*<metadata>.*?</metadata>|\s*<defs>\s*<style.*?</style>\s*</defs>|<!--.*?-->", re.DOTALL)
+
+
 def to_svg(page: Sheet, label: str, name: str) -> str:
-    """The sheet as an SVG element for a page; the same sheet gives the same text.
+    """The sheet as an SVG element for a page: no prolog, no metadata, ids that start with ``name``, short numbers.
 
     Parameters
     ----------
     label : text for screen readers. name : prefix of the ids, unique on the page.
     """
-    return page.svg(typography.clean(label), name)
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    stream = io.StringIO()
+    backend: Any = FigureCanvasSVG(page)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # glyphs that matplotlib's own font lacks; the reader's browser has them
+        backend.print_svg(stream, metadata={"Date": None, "Creator": None})
+    text = stream.getvalue()
+    text = _DROPPED.sub("", text[text.index("<svg") :])
+    prefix = re.sub(r"[^A-Za-z0-9]+", "-", name)
+    text = _TAG.sub(lambda tag: _lean(tag[0], prefix), text)
+    text = re.sub(r">\s+<", "><", text).strip().replace("<g/>", "").replace("<g></g>", "")
+    width, height = page.get_size_inches() * 72
+    head = (
+        f'<svg class="plot" viewBox="0 0 {width:.0f} {height:.0f}" style="max-width:{width:.0f}px" role="img" '
+        f'aria-label="{escape(typography.clean(label))}">'
+    )
+    return _HEAD.sub(lambda _: head, text, count=1)
+
+
+def _lean(tag: str, prefix: str) -> str:
+    """One tag without what only an editor needs; text between tags never passes here."""
+    if tag.startswith(("<svg", "</")):
+        return tag
+    tag = re.sub(r' id="[^"]*"', "", tag, count=1) if tag.startswith("<g ") else tag.replace(' id="', f' id="{prefix}-')
+    tag = tag.replace("xlink:href", "href")
+    tag = tag.replace('href="#', f'href="#{prefix}-').replace("url(#", f"url(#{prefix}-")
+    if tag.startswith("<image"):
+        return tag
+    tag = _FONT.sub("", tag)
+    if "rotate(-0 " in tag:
+        tag = _UPRIGHT.sub("", tag)
+    return _PLACES.sub(_rounded, tag)
+
+
+def _rounded(attribute: re.Match[str]) -> str:
+    """Places to a tenth of a px, path commands without needless spaces, a dot as a stroke of no length."""
+    text = _WHOLE.sub("", _TENTHS.sub("", attribute[0]))
+    text = text.replace("\n", "").replace("M ", "M").replace(" L", "L").replace("L ", "L").replace(" M", "M")
+    return _DOT.sub(r"M\1h0", text)

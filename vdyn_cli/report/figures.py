@@ -9,10 +9,10 @@ import numpy as np
 
 from vdyn_cli.quantities.result import Figure, Series
 from vdyn_cli.report import canvas, decimation, typography
-from vdyn_cli.report.canvas import LegendEntry
-from vdyn_cli.report.svg_sheet import Axes, PlotArea, Sheet, Stroke
+from vdyn_cli.report.canvas import LegendEntry, PlotArea
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ _ROLES: dict[str, tuple[str, ...]] = {
     "muted": (canvas.PALE, canvas.GRAY),
     "reference": (canvas.GREEN, canvas.PURPLE, canvas.ORANGE),
 }
-_DASHES: tuple[tuple[float, ...], ...] = ((), (6, 2), (2, 2), (7, 2, 1.5, 2))
+_DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = ("-", (0, (6, 2)), (0, (2, 2)), (0, (7, 2, 1.5, 2)))
 
 
 def figure_svg(figure: Figure, name: str = "") -> str:
@@ -47,32 +47,27 @@ def figure_svg(figure: Figure, name: str = "") -> str:
     rows = canvas.legend_rows(keys, WIDTH - _LEFT) if len(keys) > 1 else []
     top = 34.0 + 20.0 * len(rows)
     area = PlotArea(_LEFT, top, WIDTH - _LEFT - _RIGHT, _plot_height(figure))
-    page = Sheet(WIDTH, top + area.height + _BOTTOM)
-    canvas.draw_legend(page, rows, 4, 0)
-    picture = None if figure.image is None else _picture(figure.image)
-    axes = canvas.add_axes(page, area if picture is None else _fitted(area, picture))
-    limits = _limits(figure)
-    if limits is None and picture is None:
-        canvas.text_at(page, area.left + 12, area.top + 24, "No data.", color=canvas.GRAY)
-    else:
-        _frame(axes, figure, limits, area)
-        if picture is not None:
-            axes.picture(picture)
-        for series, key in zip(figure.series, looks, strict=True):
-            _draw(axes, series, key, area)
-        canvas.scale_axis(axes, "x", area.width, 70)
-        canvas.scale_axis(axes, "y", area.height, 42, grid=picture is None)
-    canvas.text_at(page, 4, top - 12, typography.prose(figure.y_label))
-    canvas.text_at(page, WIDTH - _RIGHT, top + area.height + 40, typography.prose(figure.x_label), anchor="end")
-    return canvas.to_svg(page, figure.title, name or figure.key)
-
-
-def _fitted(area: PlotArea, picture: NDArray[np.uint8]) -> PlotArea:
-    """The largest place in the middle of an area in which the picture's points are square."""
-    rows, columns = picture.shape[:2]
-    point = min(area.width / columns, area.height / rows)
-    width, height = point * columns, point * rows
-    return PlotArea(area.left + 0.5 * (area.width - width), area.top + 0.5 * (area.height - height), width, height)
+    with canvas.style():
+        page = canvas.sheet(WIDTH, top + area.height + _BOTTOM)
+        canvas.draw_legend(page, rows, 4, 0)
+        axes = canvas.add_axes(page, area)
+        picture = None if figure.image is None else _picture(figure.image)
+        limits = _limits(figure)
+        if limits is None and picture is None:
+            canvas.text_at(page, area.left + 12, area.top + 24, "No data.", color=canvas.GRAY)
+        else:
+            _frame(axes, figure, limits, area)
+            if picture is not None and figure.image is not None:
+                rows_px, columns_px = figure.image.shape[:2]
+                extent = (-0.5, columns_px - 0.5, rows_px - 0.5, -0.5)
+                axes.imshow(picture, extent=extent, aspect="equal", interpolation="none", zorder=0)
+            for series, key in zip(figure.series, looks, strict=True):
+                _draw(axes, series, key, area)
+            canvas.scale_axis(axes, "x", area.width, 70)
+            canvas.scale_axis(axes, "y", area.height, 42, grid=picture is None)
+        canvas.text_at(page, 4, top - 12, typography.prose(figure.y_label))
+        canvas.text_at(page, WIDTH - _RIGHT, top + area.height + 40, typography.prose(figure.x_label), ha="right")
+        return canvas.to_svg(page, figure.title, name or figure.key)
 
 
 def _plot_height(figure: Figure) -> float:
@@ -143,12 +138,12 @@ def _frame(axes: Axes, figure: Figure, limits: tuple[float, float, float, float]
     """Set the limits of the axes with a margin around the data."""
     if figure.image is not None:
         rows, columns = figure.image.shape[:2]
-        axes.set_limits((-0.5, columns - 0.5), (rows - 0.5, -0.5))
+        axes.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
     elif limits is not None:
         x0, x1, y0, y1 = limits
         bars = any(one.kind == "bars" for one in figure.series)
-        y = (0.0, 1.06 * y1) if bars and y0 >= 0 < y1 else padded(y0, y1, 0.06)
-        axes.set_limits(padded(x0, x1, 0.02), y)
+        axes.set_xlim(*padded(x0, x1, 0.02))
+        axes.set_ylim(*((0.0, 1.06 * y1) if bars and y0 >= 0 < y1 else padded(y0, y1, 0.06)))
         if figure.equal_axes:
             _equalize(axes, area)
 
@@ -167,11 +162,11 @@ def padded(low: float, high: float, share: float) -> tuple[float, float]:
 
 def _equalize(axes: Axes, area: PlotArea) -> None:
     """Widen the narrower range until a unit is as long in x as in y."""
-    (x0, x1), (y0, y1) = axes.x_limits, axes.y_limits
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     per_px = max((x1 - x0) / area.width, (y1 - y0) / area.height)
-    wide, tall = 0.5 * per_px * area.width, 0.5 * per_px * area.height
-    x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
-    axes.set_limits((x - wide, x + wide), (y - tall, y + tall))
+    for low, high, room, put in ((x0, x1, area.width, axes.set_xlim), (y0, y1, area.height, axes.set_ylim)):
+        middle, half = 0.5 * (low + high), 0.5 * per_px * room
+        put(middle - half, middle + half)
 
 
 def _draw(axes: Axes, series: Series, key: LegendEntry, area: PlotArea) -> None:
@@ -184,16 +179,14 @@ def _draw(axes: Axes, series: Series, key: LegendEntry, area: PlotArea) -> None:
     if series.kind == "band":
         _band(axes, x, y, decimation.finite(series.y2 if series.y2 is not None else np.zeros(n)), key, order)
     elif series.kind == "bars":
-        known, half = np.isfinite(x) & np.isfinite(y), 0.5 * _bar_width(x)
-        axes.rectangles((x[known] - half, x[known] + half), (np.zeros(x[known].size), y[known]), key.fill, order)
+        axes.bar(x, y, width=_bar_width(x), color=key.color, alpha=key.alpha, linewidth=0, zorder=order)
     elif series.kind == "points":
         dots(axes, x, y, key.color, area, order)
     elif series.kind == "step":
-        edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
-        axes.line(np.repeat(edges, 2)[1:-1], np.repeat(y, 2), key.stroke, order)
+        axes.step(x, y, where="mid", color=key.color, lw=key.width, ls=key.dashes, zorder=order)
     else:
         a, b = decimation.envelope(*decimation.connected(x, y), int(area.width))
-        axes.line(a, b, key.stroke, order)
+        axes.plot(a, b, color=key.color, lw=key.width, ls=key.dashes, zorder=order, solid_joinstyle="round")
     if series.error is not None:
         error = np.broadcast_to(decimation.finite(series.error)[:n], (n,)) if np.size(series.error) in (1, n) else None
         if error is not None:
@@ -205,7 +198,8 @@ def _band(axes: Axes, x: Array, y: Array, y2: Array, key: LegendEntry, order: fl
     x, y, y2 = x[:n], y[:n], y2[:n]
     stride = -(-n // 1500)
     x, y, y2 = x[::stride], y[::stride], y2[::stride]
-    axes.band(x, y, y2, key.fill, order)
+    known = np.isfinite(x) & np.isfinite(y) & np.isfinite(y2)
+    axes.fill_between(x, y, y2, where=known.tolist(), color=key.color, alpha=key.alpha, linewidth=0, zorder=order)
 
 
 def dots(axes: Axes, x: Array, y: Array, color: str, area: PlotArea, order: float) -> None:
@@ -213,7 +207,7 @@ def dots(axes: Axes, x: Array, y: Array, color: str, area: PlotArea, order: floa
 
     Parameters
     ----------
-    x, y : (n,) in data units. area : place of the axes, px. order : what has a higher one lies above.
+    x, y : (n,) in data units. area : place of the axes, px. order : drawing order of matplotlib (zorder).
     """
     # A dense cloud is paler, so that a curve through it stays visible.
     if color == canvas.INK and np.count_nonzero(np.isfinite(x) & np.isfinite(y)) > 300:
@@ -221,7 +215,11 @@ def dots(axes: Axes, x: Array, y: Array, color: str, area: PlotArea, order: floa
     chosen = decimation.cloud(x, y, (int(area.width / 1.5), int(area.height / 1.5)), _DOTS)
     count = chosen.size
     size = 7.0 if count <= 60 else 5.0 if count <= 300 else 3.4 if count <= 1000 else 2.4
-    axes.line(x[chosen], y[chosen], Stroke(color, size, dots=True), order)
+    gap = np.full(count, np.nan)
+    xs = np.stack([x[chosen], x[chosen], gap], axis=1).ravel()
+    ys = np.stack([y[chosen], y[chosen], gap], axis=1).ravel()
+    with canvas.every_stroke():
+        axes.plot(xs, ys, color=color, lw=size, solid_capstyle="round", zorder=order)
 
 
 def _error_bars(axes: Axes, x: Array, y: Array, error: Array, color: str, order: float) -> None:
@@ -230,7 +228,7 @@ def _error_bars(axes: Axes, x: Array, y: Array, error: Array, color: str, order:
     gap = np.full(x.size, np.nan)
     xs = np.stack([x, x, gap], axis=1).ravel()
     ys = np.stack([y - error, y + error, gap], axis=1).ravel()
-    axes.line(xs, ys, Stroke(color, 1.2), order - 0.01)
+    axes.plot(xs, ys, color=color, lw=1.2, zorder=order - 0.01)
 
 
 def _bar_width(x: Array) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.cuts import CutLog
 from vdyn_cli.quantities.cut_ledger import LedgerRow
@@ -17,14 +16,16 @@ from vdyn_cli.report.canvas import (
     PURPLE,
     VERMILLION,
     LegendEntry,
+    PlotArea,
     add_axes,
     draw_legend,
     legend_rows,
     scale_axis,
+    sheet,
+    style,
     text_at,
     to_svg,
 )
-from vdyn_cli.report.svg_sheet import Fill, PlotArea, Sheet, Stroke
 
 MOST = 12  # runs in one figure, so that a printed page holds it
 _WIDTH, _LEFT, _TRACE, _LANE, _TICKS = 1150.0, 190.0, 64.0, 14.0, 34.0  # px
@@ -72,43 +73,44 @@ def _figure(runs: Sequence[CutLog], first: int) -> str:
     heights = [_TRACE + _LANE * len(each) + _TICKS for each in found]
     rows = legend_rows(_KEYS, _WIDTH - _LEFT)
     top = 20.0 * len(rows) + 10.0
-    page = Sheet(_WIDTH, top + sum(heights))
-    draw_legend(page, rows, _LEFT, 0.0)
-    for one, each, height in zip(runs, found, heights, strict=True):
-        _draw_run(page, one, each, top)
-        top += height
-    return to_svg(page, "Flags of the runs over time", f"flags-{first}")
+    with style():
+        page = sheet(_WIDTH, top + sum(heights))
+        draw_legend(page, rows, _LEFT, 0.0)
+        for one, each, height in zip(runs, found, heights, strict=True):
+            _draw_run(page, one, each, top)
+            top += height
+        return to_svg(page, "Flags of the runs over time", f"flags-{first}")
 
 
-def _draw_run(page: Sheet, one: CutLog, found: Lanes, top: float) -> None:
+def _draw_run(page: object, one: CutLog, found: Lanes, top: float) -> None:
+    from matplotlib.figure import Figure as Sheet
+
+    assert isinstance(page, Sheet)
     name, time = main_channel(one), one.whole.time
     height = _TRACE + _LANE * len(found) - 6.0
     axes = add_axes(page, PlotArea(_LEFT, top, _WIDTH - _LEFT - 12.0, height))
     start, stop = float(time[0]), float(time[-1])
+    axes.set_xlim(start, max(stop, start + 1e-9))
     values = one.whole[name] if name else np.full(time.size, np.nan)
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
     span = (high - low) or abs(high) or 1.0
     lane = span * _LANE / (_TRACE - 6.0)
-    axes.set_limits((start, max(stop, start + 1e-9)), (low - lane * len(found), high + 0.04 * span))
+    axes.set_ylim(low - lane * len(found), high + 0.04 * span)
     least = (stop - start) * 1.5 / (_WIDTH - _LEFT)  # s, so that a spike is seen
     for k, (channel, segments) in enumerate(found.items()):
         bottom = low - lane * (k + 0.85)
         for a, b, kind in segments:
             wide = max(b - a, least)
-            axes.rectangles(_sides(a, a + wide), _sides(bottom, bottom + 0.7 * lane), Fill(_COLORS[kind]), 1.0)
+            axes.broken_barh([(a, wide)], (bottom, 0.7 * lane), color=_COLORS[kind], linewidth=0)
             if channel in (name, EVERY):
-                axes.rectangles(_sides(a, a + wide), _sides(*axes.y_limits), Fill(_COLORS[kind], 0.25), 1.0)
+                axes.axvspan(a, a + wide, color=_COLORS[kind], alpha=0.25, linewidth=0)
         shown = "all channels" if channel == EVERY else typography.name(channel)
         place = top + height - _LANE * (len(found) - k) + 11.0
         text_at(page, 0.0, place, typography.shortened(shown, _NAME), size=11.0)
     x, y = decimation.envelope(time, values, int(_WIDTH - _LEFT))
-    axes.line(x, y, Stroke(INK, 1.0), 2.0)
+    axes.plot(x, y, color=INK, linewidth=1.0)
     scale_axis(axes, "x", _WIDTH - _LEFT, 90.0)
     text_at(page, 0.0, top + 14.0, typography.shortened(typography.run_name(one.log.name), _NAME))
     limits = f"{typography.name(name)} {typography.significant(low, 3)} to {typography.significant(high, 3)}"
     text_at(page, 0.0, top + 32.0, typography.shortened(limits, 30), size=11.0)
-
-
-def _sides(low: float, high: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    return np.array([low]), np.array([high])
