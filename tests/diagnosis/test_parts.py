@@ -94,3 +94,14 @@ def test_dry_friction_of_another_shape_is_found_in_its_damper(tmp_path: Path, ax
     if len(axles) == 2:
         assert document["diagnosis"]["verdict"] == "named"
         assert [c["effect"] for c in document["diagnosis"]["causes"]] == ["suspension_friction"]
+
+
+@pytest.mark.slow  # half a minute of diagnosis
+@pytest.mark.thorough
+def test_asymmetric_dampers_are_named_where_front_and_rear_differ(tmp_path: Path) -> None:
+    """The same 600 N s/m more in rebound at both axles, whose dampers differ by two thirds."""
+    law = other_laws.asymmetry(600.0)
+    hidden = other_laws.Hidden({("damper", axle): law for axle in ("front", "rear")})
+    diagnosis = execute("bump", crossings(random_vehicle(34), 34, hidden, tmp_path)).document["diagnosis"]
+    assert (diagnosis["verdict"], diagnosis["part"]["element"]) == ("named", "damper")
+    assert [c["effect"] for c in diagnosis["causes"]] == ["asymmetric_damping"]

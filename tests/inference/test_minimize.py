@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
@@ -51,6 +54,52 @@ def test_linear_problems_of_any_shape(seed: int) -> None:
     assert solution.classical_covariance == pytest.approx(inverse[:s, :s], rel=1e-5)
     std = np.sqrt(np.diag(inverse))[s:]
     assert np.array([solution.per_run_std[u.name] for u in regression.own]).T.ravel() == pytest.approx(std, rel=1e-5)
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Rows that count how often their derivatives are asked for, and give their residuals alone."""
+
+    rows: Callable[[int, np.ndarray], Rows]
+    linearized: list[int]
+
+    def __call__(self, run: int, theta: np.ndarray) -> Rows:
+        self.linearized.append(run)
+        return self.rows(run, theta)
+
+    def residual(self, run: int, theta: np.ndarray) -> np.ndarray:
+        return self.rows(run, theta).residual
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_cost_by_residuals_alone_is_that_of_the_linearization(seed: int) -> None:
+    regression, _, _ = random_problem(seed)
+    cheap = replace(regression, rows=Counted(regression.rows, []))
+    x = np.random.default_rng(seed).standard_normal(regression.start().size)
+    point = Objective(regression)(x)
+    assert point is not None
+    assert Objective(cheap).cost(x) == pytest.approx(point.cost, rel=1e-12)
+    assert Objective(regression).cost(x) == point.cost
+
+
+def test_steps_that_fail_are_not_linearized() -> None:
+    """Powell's badly scaled kind: from far off, many damped steps fail before one holds."""
+
+    def rows(run: int, theta: np.ndarray) -> Rows:
+        a, b = theta
+        residual = np.array([a - 1.0, 30.0 * (b - a**3), 0.01 * b])
+        return Rows(residual, np.array([[1.0, 0.0], [-90.0 * a**2, 30.0], [0.0, 0.01]]))
+
+    unknowns = (Unknown("a", -2.0), Unknown("b", 5.0))
+    counts = []
+    for with_residuals in (False, True):
+        counted = Counted(rows, [])
+        plain: Callable[[int, np.ndarray], Rows] = counted if with_residuals else lambda k, x, c=counted: c(k, x)
+        regression = Regression(unknowns, ("run",), plain)
+        found = minimize(Objective(regression), regression.start(), *regression.bounds(), 200, 1e-9)
+        assert found.point.x == pytest.approx([1.0, 1.0], abs=1e-3)
+        counts.append(len(counted.linearized))
+    assert counts[1] < counts[0]
 
 
 @pytest.mark.parametrize("seed", range(25))
