@@ -142,6 +142,7 @@ def test_derivatives_are_finite_at_zero_and_not_all_zero(number):
     assert not any(wrong.values()), wrong
 
 
+@pytest.mark.slow
 @IN_EACH_MODEL
 def test_whole_trajectories_are_bit_identical_at_zero(number):
     """With fixed steps they are: no state of an effect can change the steps of the model's."""

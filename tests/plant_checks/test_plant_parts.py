@@ -17,6 +17,8 @@ from tests.plant.information import Information, from_constraints, from_means, p
 from tests.plant.obstacle import Bump
 from tests.plant.vehicle import AIR_DENSITY, GRAVITY, REFERENCE, random_vehicle
 
+pytestmark = pytest.mark.slow  # 12 s that check the plant, not the program
+
 FRONT, REAR, ACCEL, PITCH = "Front Load [N]", "Rear Load [N]", "Vertical Accel [m/s^2]", "Pitch Rate [deg/s]"
 CROSSINGS = bump.runs(seed=1, count=1, duration=2.8)
 

@@ -121,16 +121,6 @@ def test_same_result_same_bytes(coastdown: str) -> None:
     assert len(coastdown) < 1_000_000
 
 
-def test_same_bytes_from_another_process(coastdown: str, tmp_path: Path) -> None:
-    program = (
-        "import sys; from tests.report import examples; from vdyn_cli.report import html; r = examples.coastdown();"
-        " sys.stdout.buffer.write(html.render(examples.record(r)).page.encode())"
-    )
-    root = Path(__file__).resolve().parents[2]
-    done = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, check=True)
-    assert done.stdout == coastdown.encode()
-
-
 def test_page_stands_alone(coastdown: str) -> None:
     outline = Outline(coastdown)
     assert len(outline.ids()) == len(set(outline.ids()))
