@@ -225,8 +225,8 @@ class Policy:
     )  # fmt: skip
     excluding_amplitude: float = _threshold(
         6.0, "standard errors", "of the amplitude of each of several answers, from which the baseline is excluded",
-        "Twelve blocks, the fewest, leave 11 degrees of freedom: Student's t exceeds 6 in 1e-4, and by the strongest "
-        "of 30 candidates in 0.3 %, as chance exceeds needed_t once.",
+        "Twelve blocks, the fewest, leave 11 degrees of freedom: Student's t exceeds 6 in 1e-4, and the strongest of "
+        "30 candidates does in 0.3 %, which is the probability of needed_t.",
     )  # fmt: skip
     open_probability: float = _threshold(
         0.05, "probability", "of one further effect beside a named one, above which the intervals hold that answer too",

@@ -86,7 +86,7 @@ class QualityPolicy:
     )  # fmt: skip
     joined_gap: float = threshold(
         0.1, "share of the shorter", "of two faulty segments, up to which the gap between them is faulty too",
-        "A filled gap holds single true values, at which its line bends.",
+        "A gap that was filled with lines can contain single true values, at which the line bends.",
     )  # fmt: skip
     spike_ratio: float = threshold(
         12.0, "", "times the local median of single-sample deviations, least size of a spike",

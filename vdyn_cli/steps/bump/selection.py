@@ -80,7 +80,7 @@ def _wrong_distances(name: str, stated: Distances, wheelbase: float) -> list[Fin
         return []
     got = f"{apart:.2f} m, wheelbase {wheelbase:.2f} m"
     remedy = "measure both from the place where the log begins to the bump's near edge, each for its axle"
-    return [Finding(name, "distance_rear less distance_front is not the wheelbase", got, remedy)]
+    return [Finding(name, "distance_rear minus distance_front is not the wheelbase", got, remedy)]
 
 
 def _without_gravity(log: Log) -> tuple[Log, list[Finding]]:
