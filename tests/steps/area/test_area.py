@@ -136,10 +136,10 @@ def test_a_mask_of_another_size_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("grey", "says"),
     [
-        (np.full((200, 200), 128, dtype=np.uint8), "on one side of the threshold|too small|too alike"),
+        (np.full((200, 200), 128, dtype=np.uint8), "on one side of the threshold|too small|too similar"),
         (
             np.random.default_rng(0).integers(0, 256, (200, 200)).astype(np.uint8),
-            "too small|too alike|on one side of the threshold",
+            "too small|too similar|on one side of the threshold",
         ),
     ],
 )
