@@ -289,7 +289,7 @@ WRONG = {
     "upside-down load": (scaled("front_load", -1), "negative axle load", "sign: -1"),
     "load in kN": (scaled("rear_load", 1e-3), "not the axle's load at rest", "kN"),
     "one wheel's load": (scaled("front_load", 0.5), "not the axle's load at rest", "load of one wheel"),
-    "load without weight": (scaled("front_load", 1, -VEHICLE.front_load), "load at rest", "zero the sensor without the car on it"),
+    "load without weight": (scaled("front_load", 1, -VEHICLE.front_load), "load at rest", "zero the sensor without"),
     "axles swapped": (swapped, "rear axle meets the bump before", "swap"),
     "acceleration down": (scaled("vertical_acceleration", -1), "opposite sign to the loads", "sign: -1"),
     "acceleration in g": (scaled("vertical_acceleration", 1 / GRAVITY), "times that of a typical car", "unit g"),
