@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.channel_quality import saturated_spans
+from vdyn_cli.io.quality.command_rests import contradicted_rests, drive_tie, off_source_grid
 from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
 from vdyn_cli.io.quality.regular_stretches import (
     LINE,
@@ -131,7 +132,7 @@ def flags(log: Log, policy: QualityPolicy = QUALITY) -> LogFlags:
     for fault in together:
         taken[fault.first : fault.stop] = True
     for channel in sampled:
-        alone = list(_alone(channel, taken, policy))
+        alone = list(_alone(channel, taken, log, policy))
         found += alone or _stepped(channel, taken)
         found += _saturated(channel, taken)
     evaluated = {s.name for s in sampled}
@@ -194,7 +195,7 @@ def _lasting(found: Spans, time: Array, policy: QualityPolicy) -> Spans:
     return [(a, b) for a, b in found if time[b - 1] - time[a] >= policy.shortest_time]
 
 
-def _alone(channel: _Sampled, taken: Mask, policy: QualityPolicy) -> Iterator[Fault]:
+def _alone(channel: _Sampled, taken: Mask, log: Log, policy: QualityPolicy) -> Iterator[Fault]:
     """The faults of one channel outside of those of all channels."""
     rows, values, unit = channel.rows, channel.values, _unit(channel.name)
     free = ~taken[rows]
@@ -210,10 +211,38 @@ def _alone(channel: _Sampled, taken: Mask, policy: QualityPolicy) -> Iterator[Fa
     if not channel.rests and np.ptp(values) > 0.0:
         for a, b, test, why in _regular(channel, marked, policy):
             yield fault(a, b, test, why)
+    if not (channel.rests or channel.varies):
+        for a, b, test, why in _contradicted(channel, marked, log, policy):
+            yield fault(a, b, test, why)
     for i in spikes(values, channel.resolution, policy):
         if not marked[max(i - 1, 0) : i + 2].any():
             size = values[i] - 0.5 * (values[i - 1] + values[i + 1])
             yield fault(int(i), int(i) + 1, "spike", f"leaves its neighbors by {size:.3g} {unit} for one sample")
+
+
+def _contradicted(
+    channel: _Sampled, marked: Mask, log: Log, policy: QualityPolicy
+) -> Iterator[tuple[int, int, str, str]]:
+    """Rests of a command that the car's motion, its own jumps or the steps of its source contradict."""
+    time, values = channel.time, channel.values
+    rests = [
+        (a - 1, b)
+        for a, b in spans(channel.equal & channel.moving & ~marked)
+        if b - a + 1 >= policy.shortest_stretch and time[b - 1] - time[a - 1] >= policy.shortest_time
+    ]
+    off = off_source_grid(values, rests, policy)
+    if off is not None:
+        between = channel.equal & off & ~marked
+        for a, b in _lasting(improbable(between, channel.moving & ~marked, policy.longer_varying, policy), time, policy):
+            what = f"is constant at {values[a]:.5g} {_unit(channel.name)} for {time[b - 1] - time[a]:.3g} s"
+            yield a, b, "frozen", f"{what}, between the steps at which it rests otherwise"
+    if channel.name in ("drive_torque", "motor_current", "drive_force") and rests:
+        force, speed = (
+            log[n][channel.rows] if n in log else np.full(values.size, np.nan) for n in ("acceleration", "speed")
+        )
+        tie = drive_tie(time, values, force, speed, channel.moving & ~marked, policy)
+        free = [(a, b) for a, b in rests if not marked[a:b].any()]
+        yield from contradicted_rests(values, free, tie, policy)
 
 
 def _clock_gaps(log: Log) -> Iterator[Fault]:

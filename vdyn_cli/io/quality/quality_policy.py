@@ -98,6 +98,43 @@ class QualityPolicy:
         "Road shocks and switching make single large samples of every size; the largest of 18 healthy trips is "
         "1.7 times the next. tests/bench/log_faults.md measures what is missed.",
     )  # fmt: skip
+    rest_window: float = threshold(
+        1.0, "s", "over which a car's specific force is compared with the drive torque while that rests",
+        "Longer than the delays of sensors and the swinging of body and drive; the shortest stretch of a fault that "
+        "moves an estimate.",
+    )  # fmt: skip
+    least_drive_tie: float = threshold(
+        0.8, "share of the variance", "of a specific force that the drive torque must explain to be compared with it",
+        "An electric car with one gear reaches 0.93 to 0.97; gears, or a second driven axle, leave less than half.",
+    )  # fmt: skip
+    rest_t: float = threshold(
+        4.0, "standard deviations", "of such means while the torque drives, by which a rest must miss the motion",
+        "While a torque rests the scatter is half as large (no lag between the two counts); a log has some ten to a "
+        "hundred rests.",
+    )  # fmt: skip
+    rest_apart: float = threshold(
+        1.8, "times the largest other", "misfit, or jump at both ends, that a contradicted rest must show",
+        "A grade that a GPS acceleration does not feel, or a torque that steps, shows in all rests of a log.",
+    )  # fmt: skip
+    fewest_judged_rests: int = threshold(
+        10, "rests", "of a log, above which their own misfits say how large an ordinary one is",
+        "The largest of ten ordinary ones lies near the 90 % quantile; with fewer, the 99.9 % quantile of the misfit "
+        "while the torque drives counts.",
+    )  # fmt: skip
+    least_rest_edge: float = threshold(
+        0.25, "times the 99 % quantile of steps", "by which a torque must jump to zero and from it, to be lost there",
+        "A motor's torque goes to zero and leaves it smoothly, for the driveline's sake: in 498 rests of 15 trips one "
+        "of the two jumps is below 0.15 such quantiles.",
+    )  # fmt: skip
+    between_steps: float = threshold(
+        0.3, "share of the samples", "of a moving command between the steps at which it rests, from which rests "
+        "between these steps are the logger's",
+        "A coarse command that was resampled is between its steps in half of its samples or more.",
+    )  # fmt: skip
+    most_off_steps: float = threshold(
+        0.05, "share of the rests", "that may lie between these steps",
+        "Otherwise the steps are not those of the source.",
+    )  # fmt: skip
     quiet_level: float = threshold(
         0.5, "times the median level", "of single-sample deviations, counted at least where the channel is quiet",
         "A channel that rests has no noise of its own against which a small step could be judged.",

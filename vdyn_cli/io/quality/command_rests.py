@@ -1,0 +1,178 @@
+"""Rests of a command that the motion of the car, or the command's other rests, contradict.
+
+A drive torque may rest for any time, at zero while the car rolls or at a limit of the motor. A logger that loses it
+writes zero or the last value, too; but the car goes on as the true torque drives it, and the torque jumps where it is
+lost and found again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.quality.quality_policy import QualityPolicy
+from vdyn_cli.io.quality.regular_stretches import quantum
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_ROUNDS = 3  # of the fit, without the samples that the last one left out
+_OUTLIER = 3.0 * 1.4826  # median absolute residuals
+_FEWEST_REPEATED = 5  # values at which a command rested more than once, which show the grid of its source
+_WITHIN = 1e-3  # of a grid's step: rounding of the file
+
+
+@dataclass(frozen=True, eq=False)
+class DriveTie:
+    """A specific force that follows a torque, a = k T + c0 + c2 v^2 + e, with the torque as logged.
+
+    Parameters
+    ----------
+    residual : (n,), e, m/s^2. gain : k, m/s^2 per unit of the command. scatter : of means of e over ``width`` samples
+        while the torque drives. tail : the 99.9 % quantile of their sizes.
+    """
+
+    residual: Array
+    gain: float
+    scatter: float
+    tail: float
+    width: int
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A stretch of equal values: first sample, the one after its last, and the jumps into it and out of it."""
+
+    first: int
+    stop: int
+    value: float
+    entered: float
+    left: float
+
+    @property
+    def edge(self) -> float:
+        """The smaller of the two jumps: 0 at an end of the log."""
+        return min(abs(self.entered), abs(self.left))
+
+
+def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Mask, policy: QualityPolicy) -> DriveTie:
+    """The tie of a torque and a specific force, fitted while the torque drives; its scatter is infinite without one.
+
+    Friction brakes are not logged, so that only samples with a torque above idle count. A gearbox or an axle that
+    shares the drive leaves a tie that explains too little, and none is returned.
+
+    Parameters
+    ----------
+    time, values, force, speed : (n,), SI, NaN where not known. judged : (n,), where the car moves and nothing failed.
+    """
+    width = max(round(policy.rest_window / float(np.median(np.diff(time)))), 1)
+    none = DriveTie(np.zeros(values.size), 0.0, np.inf, np.inf, width)
+    drives = judged & np.isfinite(force + speed) & (values > policy.idle_share * float(np.abs(values).max()))
+    if np.count_nonzero(drives) < 20 * width:
+        return none
+    design = np.column_stack([values, np.ones(values.size), speed**2])
+    used = drives
+    for _ in range(_ROUNDS):
+        found = np.linalg.lstsq(design[used], force[used], rcond=None)[0]
+        residual = force - design @ found
+        used = drives & (np.abs(residual) < _OUTLIER * float(np.median(np.abs(residual[drives]))))
+    left, all_ = float(np.var(residual[used])), float(np.var(force[used]))
+    if found[0] <= 0.0 or left > (1.0 - policy.least_drive_tie) * all_:
+        return none
+    means = np.abs(_sliding(residual, width)[_sliding(drives.astype(float), width) > 0.999])
+    if means.size < 20 * width:
+        return none
+    return DriveTie(
+        residual, float(found[0]), 1.4826 * float(np.median(means)), float(np.quantile(means, 0.999)), width
+    )
+
+
+def contradicted_rests(
+    values: Array, rests: list[tuple[int, int]], tie: DriveTie, policy: QualityPolicy
+) -> Iterator[tuple[int, int, str, str]]:
+    """The rests (first, stop, test, why) of a command that the car's motion or their own jumps contradict.
+
+    A rest at idle or below tells of brakes that nobody logged, so that only a car that is faster than the torque
+    contradicts it; above idle, either does. A rest at zero between two jumps is a lost signal unless the car follows.
+
+    Parameters
+    ----------
+    values : (n,), the command. rests : its spans of equal values while the car moves.
+    """
+    idle = policy.idle_share * float(np.abs(values).max())
+    steps = np.abs(np.diff(values))
+    usual = float(np.quantile(steps[steps > 0.0], 0.99)) if np.any(steps) else 0.0
+    found = [_rest(values, a, b) for a, b in rests]
+    excess = np.array([_excess(r, tie, idle) for r in found])
+    edges = np.array([r.edge for r in found])
+    for k, rest in enumerate(found):
+        most = policy.rest_apart * _others(excess, k)
+        enough = len(found) > policy.fewest_judged_rests
+        limit = max(policy.rest_t * tie.scatter, most if enough else tie.tail)
+        if excess[k] > limit:
+            torque = excess[k] / tie.gain
+            why = f"is constant at {rest.value:.5g} N m while the car accelerates as by {torque:.3g} N m more or less"
+            yield rest.first, rest.stop, "dropout" if rest.value == 0.0 else "frozen", why
+        elif (
+            rest.value == 0.0
+            and edges[k] > max(policy.rest_apart * _others(edges, k), policy.least_rest_edge * usual)
+            and not _followed(rest, tie, policy)
+        ):
+            why = f"jumps to 0 N m by {rest.entered:.3g} N m and from it by {rest.left:.3g} N m"
+            yield rest.first, rest.stop, "dropout", why
+
+
+def off_source_grid(values: Array, rests: list[tuple[int, int]], policy: QualityPolicy) -> Mask | None:
+    """(n,): where a command is between the steps of its source; None where its rests show no such steps.
+
+    A logger that resamples a coarse command interpolates between its steps. The command then rests on its steps only,
+    and a rest elsewhere is the logger's.
+    """
+    where, count = np.unique([values[a] for a, _ in rests], return_counts=True)
+    repeated = where[count > 1]
+    if repeated.size < _FEWEST_REPEATED:
+        return None
+    step = quantum(repeated)
+    place = values / step
+    off = np.abs(place - np.round(place)) > max(_WITHIN, 1e-7 * float(np.abs(place).max()))
+    resting = [bool(off[a]) for a, _ in rests]
+    moving = np.concatenate([[False], np.diff(values) != 0.0])
+    between = float(np.mean(off[moving])) if moving.any() else 0.0
+    if between < policy.between_steps or np.mean(resting) > policy.most_off_steps:
+        return None
+    return off
+
+
+def _rest(values: Array, a: int, b: int) -> Rest:
+    entered = float(values[a] - values[a - 1]) if a > 0 else 0.0
+    left = float(values[b] - values[b - 1]) if b < values.size else 0.0
+    return Rest(a, b, float(values[a]), entered, left)
+
+
+def _excess(rest: Rest, tie: DriveTie, idle: float) -> float:
+    """The largest mean of the residual within a rest that brakes do not explain, m/s^2."""
+    inside = tie.residual[rest.first : rest.stop]
+    inside = inside[np.isfinite(inside)]
+    if inside.size < tie.width // 2 or inside.size == 0:
+        return 0.0
+    means = _sliding(inside, tie.width) if inside.size > tie.width else np.array([inside.mean()])
+    whole = means[tie.width // 2 : -(tie.width // 2) or None] if inside.size > 2 * tie.width else means[[means.size // 2]]
+    return float(np.abs(whole).max() if rest.value > idle else max(whole.max(), 0.0))
+
+
+def _others(sizes: Array, k: int) -> float:
+    return float(np.delete(sizes, k).max(initial=0.0))
+
+
+def _followed(rest: Rest, tie: DriveTie, policy: QualityPolicy) -> bool:
+    """Whether the car accelerates as the torque within the rest says, rather than as before and after it."""
+    inside = tie.residual[rest.first : rest.stop]
+    missing = tie.gain * rest.edge
+    return missing > policy.rest_t * tie.scatter and abs(float(np.nanmean(inside))) < 0.5 * missing
+
+
+def _sliding(values: Array, width: int) -> Array:
+    return np.asarray(np.convolve(values, np.full(width, 1.0 / width), "same"))
