@@ -53,6 +53,11 @@ class Rest:
     left: float
 
     @property
+    def jumps(self) -> tuple[tuple[int, float], tuple[int, float]]:
+        """Each jump with its first sample after it."""
+        return (self.first, self.entered), (self.stop, self.left)
+
+    @property
     def edge(self) -> float:
         """The smaller of the two jumps: 0 at an end of the log."""
         return min(abs(self.entered), abs(self.left))
@@ -123,6 +128,10 @@ def contradicted_rests(
         ):
             why = f"jumps to 0 N m by {rest.entered:.3g} N m and from it by {rest.left:.3g} N m"
             yield rest.first, rest.stop, "dropout", why
+        elif any(abs(jump) > usual and _missed(at, jump, tie, policy) for at, jump in rest.jumps):
+            jump = max(rest.entered, rest.left, key=abs)
+            why = f"is constant at {rest.value:.5g} N m and jumps by {jump:.3g} N m, which the car does not feel"
+            yield rest.first, rest.stop, "dropout" if rest.value == 0.0 else "frozen", why
 
 
 def off_source_grid(values: Array, rests: list[tuple[int, int]], policy: QualityPolicy) -> Mask | None:
@@ -161,6 +170,16 @@ def _excess(rest: Rest, tie: DriveTie, idle: float) -> float:
     means = _sliding(inside, tie.width) if inside.size > tie.width else np.array([inside.mean()])
     whole = means[tie.width // 2 : -(tie.width // 2) or None] if inside.size > 2 * tie.width else means[[means.size // 2]]
     return float(np.abs(whole).max() if rest.value > idle else max(whole.max(), 0.0))
+
+
+def _missed(at: int, jump: float, tie: DriveTie, policy: QualityPolicy) -> bool:
+    """Whether the residual jumps at a sample against a jump of the torque, as the car does not feel it."""
+    n = max(tie.width // 2, 1)
+    before, after = tie.residual[max(at - n, 0) : at], tie.residual[at : at + n]
+    if not (np.isfinite(before).any() and np.isfinite(after).any()):
+        return False
+    felt = float(np.nanmean(after) - np.nanmean(before)) / (-tie.gain * jump)
+    return tie.gain * abs(jump) > policy.rest_t * tie.scatter and felt > 0.5
 
 
 def _others(sizes: Array, k: int) -> float:
