@@ -72,8 +72,19 @@ class _Sampled:
 
     @cached_property
     def bending(self) -> Continuation:
-        """How often a straight line goes on."""
-        return Continuation.of(bent_little(self.values, QUALITY.flat_step * self.resolution / 2.0), self.moving)
+        """How often a straight line goes on; a command's rests are no lines."""
+        little = bent_little(self.values, QUALITY.flat_step * self.resolution / 2.0)
+        return Continuation.of(little if self.varies or self.rests else little & ~self.equal, self.moving)
+
+    @cached_property
+    def still(self) -> Mask:
+        """Where it rests, rather than creeps by single quanta in one direction as a rounded line does."""
+        still = self.equal.copy()
+        for a, b in spans(self.equal):
+            if 1 < a and b < self.values.size:
+                entered, left = self.values[a - 1] - self.values[a - 2], self.values[b] - self.values[b - 1]
+                still[a:b] = entered * left <= 0.0 or max(abs(entered), abs(left)) > 1.5 * self.resolution
+        return still
 
     @cached_property
     def _flickers(self) -> NDArray[np.intp]:
@@ -291,7 +302,7 @@ def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator
             what = f"is constant at {values[a]:.5g} {_unit(channel.name)} for {time[b - 1] - time[a]:.3g} s"
             yield a, b, "frozen", what
     # A line that rests is a frozen channel, or none.
-    lines = (channel.straight if channel.varies else channel.straight & ~channel.equal) & ~marked
+    lines = (channel.straight if channel.varies else channel.straight & ~channel.still) & ~marked
     found = joined(
         improbable(lines, moving & ~marked, policy.longer_line, policy, LINE, [channel.bending]), policy.joined_gap
     )
