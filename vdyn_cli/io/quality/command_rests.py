@@ -32,7 +32,7 @@ class DriveTie:
     Parameters
     ----------
     residual : (n,), e, m/s^2. gain : k, m/s^2 per unit of the command. scatter : of means of e over ``width`` samples
-        while the torque drives. tail : the 99.9 % quantile of their sizes.
+        while the torque drives. tail : the 99.9 % quantile of their sizes; both of the half of the drive in which the torque changes least.
     """
 
     residual: Array
@@ -87,9 +87,12 @@ def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Ma
     left, all_ = float(np.var(residual[used])), float(np.var(force[used]))
     if found[0] <= 0.0 or left > (1.0 - policy.least_drive_tie) * all_:
         return none
-    means = np.abs(_sliding(residual, width)[_sliding(drives.astype(float), width) > 0.999])
-    if means.size < 20 * width:
+    whole = _sliding(drives.astype(float), width) > 0.999
+    if np.count_nonzero(whole) < 20 * width:
         return none
+    change = _sliding(np.abs(np.diff(values, append=values[-1])), width)
+    steady = whole & (change <= float(np.median(change[whole])))
+    means = np.abs(_sliding(np.nan_to_num(residual), width)[steady])
     return DriveTie(
         residual, float(found[0]), 1.4826 * float(np.median(means)), float(np.quantile(means, 0.999)), width
     )
@@ -194,4 +197,7 @@ def _followed(rest: Rest, tie: DriveTie, policy: QualityPolicy) -> bool:
 
 
 def _sliding(values: Array, width: int) -> Array:
-    return np.asarray(np.convolve(values, np.full(width, 1.0 / width), "same"))
+    """(n,): means of ``width`` values about each, those beyond the ends being zero."""
+    padded = np.concatenate([np.zeros(width // 2 + 1), values, np.zeros((width - 1) // 2)])
+    total = np.cumsum(padded)
+    return np.asarray((total[width:] - total[:-width]) / width)
