@@ -14,6 +14,7 @@ from vdyn_cli.project.cut_changes import with_changes
 from vdyn_cli.project.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
+from vdyn_cli.project.simulated_gains import simulated_gain_findings
 from vdyn_cli.project.unlike_runs import with_run_signs
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.result import Result
@@ -82,6 +83,7 @@ def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result,
         refuse_unknown(prepared)
     found = published(problem)
     result = found.refused(step.name) if isinstance(found, Failure) else found
+    result = replace(result, findings=(*result.findings, *simulated_gain_findings(result.comparisons)))
     if level is None:
         return result, result
     doubts = tuple(f for f in inputs.findings if f.doubt)

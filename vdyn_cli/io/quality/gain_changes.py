@@ -54,7 +54,7 @@ def gain_changes(log: Log, policy: QualityPolicy = QUALITY) -> tuple[GainChange,
     ----------
     log : channels in SI, NaN where a sample is missing or cut.
     """
-    found = (_change(tie, policy) for tie in _ties(log, policy))
+    found = (changed_gain(tie, policy) for tie in _ties(log, policy))
     return tuple(one for one in found if one is not None)
 
 
@@ -132,14 +132,36 @@ def _finite(tie: Tie) -> Tie:
     return Tie(tie.what, tie.time[good], tie.y[good], tie.x[good], tie.constant)
 
 
-def _change(tie: Tie, policy: QualityPolicy) -> GainChange | None:
-    """The most likely change of the gain of a tie, where it is certain and large enough."""
-    n = tie.x.size
-    least = max(policy.fewest_tie_windows // 3, 3)
-    if n < policy.fewest_tie_windows or not np.any(tie.x):
-        return None
+def changed_gain(tie: Tie, policy: QualityPolicy = QUALITY) -> GainChange | None:
+    """The most likely change of the gain of a tie, where it is certain, abrupt and large enough."""
     y = tie.y - tie.y.mean() if tie.constant else tie.y
     x = tie.x - tie.x.mean() if tie.constant else tie.x
+    found = likely_change(y, x, policy)
+    if found is None:
+        return None
+    k, g, h, t, _ = found
+    if not g * h > 0.0 or abs(h / g - 1.0) < policy.least_gain_change or t < policy.gain_change_t:
+        return None
+    abrupt = stepped_share(y, x, k, drifting(x)) < policy.abrupt_share
+    if not abrupt or (tie.constant and not _both_ways(y, x, k, h / g)):
+        return None
+    return GainChange(tie.what, float(tie.time[k - 1]), h / g, t)
+
+
+def likely_change(y: Array, x: Array, policy: QualityPolicy) -> tuple[int, float, float, float, float] | None:
+    """The cut k at which y = g x before and y = h x after leave the least squares: (k, g, h, t, share).
+
+    t is the difference of both in standard errors, with the residual's correlation at one lag; ``share`` is what is
+    left of the squares about one gain. None where no cut leaves enough of x on both sides.
+
+    Parameters
+    ----------
+    y, x : (n,).
+    """
+    n = x.size
+    least = max(policy.fewest_tie_windows // 3, 3)
+    if n < policy.fewest_tie_windows or not np.any(x):
+        return None
     xx, xy, yy = (np.cumsum(v) for v in (x * x, x * y, y * y))
     at = np.arange(least, n - least + 1)
     before, after = xx[at - 1], xx[-1] - xx[at - 1]
@@ -152,14 +174,11 @@ def _change(tie: Tie, policy: QualityPolicy) -> GainChange | None:
     best = int(np.argmin(left))
     k, g, h = int(at[best]), float(first[best]), float(second[best])
     residual = y - np.where(np.arange(n) < k, g, h) * x
-    lag = float(np.clip(residual[1:] @ residual[:-1] / max(residual @ residual, 1e-300), 0.0, 0.9))
-    variance = float(residual @ residual) / max(n - 3, 1) * (1.0 + lag) / (1.0 - lag)
+    squares = float(residual @ residual)
+    lag = float(np.clip(residual[1:] @ residual[:-1] / max(squares, 1e-300), 0.0, 0.9))
+    variance = squares / max(n - 3, 1) * (1.0 + lag) / (1.0 - lag)
     t = abs(h - g) / np.sqrt(max(variance * (1.0 / before[best] + 1.0 / after[best]), 1e-300))
-    if not g * h > 0.0 or abs(h / g - 1.0) < policy.least_gain_change or t < policy.gain_change_t:
-        return None
-    if not _abrupt(y, x, k, policy) or (tie.constant and not _both_ways(y, x, k, h / g)):
-        return None
-    return GainChange(tie.what, float(tie.time[k - 1]), h / g, float(t))
+    return k, g, h, float(t), squares / max(float(yy[-1] - xy[-1] ** 2 / xx[-1]), 1e-300)
 
 
 def _both_ways(y: Array, x: Array, k: int, factor: float) -> bool:
@@ -173,14 +192,16 @@ def _both_ways(y: Array, x: Array, k: int, factor: float) -> bool:
     return before * after > 0.0 and bool(np.log(after / before) * np.sign(factor - 1.0) > 0.5 * abs(np.log(factor)))
 
 
-def _abrupt(y: Array, x: Array, k: int, policy: QualityPolicy) -> bool:
-    """Whether a step of the gain leaves much less than a gain that drifts evenly, or one that comes and goes."""
-    n = x.size
+def drifting(x: Array) -> Array:
+    """(n, 4): a gain of x (n,) that drifts evenly, or comes and goes, as a cubic in time."""
+    return np.asarray((np.arange(x.size) / x.size)[:, None] ** np.arange(4) * x[:, None])
+
+
+def stepped_share(y: Array, x: Array, k: int, rival: Array) -> float:
+    """The squares that a step of the gain at k leaves, as a share of what a rival design (n, m) leaves."""
 
     def squares(design: Array) -> float:
         residual = y - design @ np.linalg.lstsq(design, y, rcond=None)[0]
         return float(residual @ residual)
 
-    place = (np.arange(n) / n)[:, None] ** np.arange(4)
-    stepped = squares(np.column_stack([x, x * (np.arange(n) >= k)]))
-    return stepped < policy.abrupt_share * squares(place * x[:, None])
+    return squares(np.column_stack([x, x * (np.arange(x.size) >= k)])) / max(squares(rival), 1e-300)

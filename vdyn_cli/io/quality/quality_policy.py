@@ -204,6 +204,20 @@ class QualityPolicy:
         0.95, "share of the squares", "that a step of the gain may leave, of what a drift (a cubic in time) leaves",
         "Slip, bends and clocks change a ratio gradually; a sensor's range or plug at once.",
     )  # fmt: skip
+    simulated_share: float = threshold(
+        0.5, "share of the squares", "of a channel less its simulation, that a change of its gain may leave",
+        "A gain that changes by a tenth is far above the noise of any sensor, so that it explains most of what a fit "
+        "between both gains leaves.",
+    )  # fmt: skip
+    simulated_abrupt_share: float = threshold(
+        0.75, "share of the squares", "that it may leave, of what a gain leaves that drifts (a cubic in time) or, in a "
+        "single run, differs with the sign or size of the channel",
+        "A model that lacks an effect leaves misfits of every shape; an integrated speed follows a drift better.",
+    )  # fmt: skip
+    fewest_like_runs: int = threshold(
+        3, "runs", "of a test, from which a change of the gain in one of them is compared with the others",
+        "What a model lacks shows in all runs alike. A third of them may be faulty.",
+    )  # fmt: skip
     largest_gain_error: float = threshold(
         0.005, "share", "by which the integral of the speed and the position may differ in all runs of a test",
         "GPS and optical speeds have gains within 0.2 % and surveyed distances are better; a speed rounded down to "

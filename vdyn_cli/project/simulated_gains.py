@@ -1,0 +1,62 @@
+"""Gains that change in mid-run, seen in a channel against the simulation of the fitted model.
+
+The model of a step ties channels that no law ties alone: a shaft's torque to its twist, a tire's force to slip and
+load. The two parts of such a run disagree by a factor, and the fit lies between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from vdyn_cli.io.quality.gain_changes import GainChange, drifting, likely_change, stepped_share
+from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.result import Comparison
+
+
+def simulated_gain_findings(comparisons: Sequence[Comparison], policy: QualityPolicy = QUALITY) -> Iterator[Finding]:
+    """A fault for each run in which the gain of a channel against its simulation changes, as in no other run.
+
+    A model that lacks an effect misses its logs, too; but it misses all runs alike, and seldom by a factor that changes
+    at one instant. What a single run shows must not be a gain that differs with the sign of the channel or its size.
+
+    Parameters
+    ----------
+    comparisons : measured and simulated, of every run; those over time are tested.
+    """
+    by_channel: dict[str, list[Comparison]] = {}
+    for one in comparisons:
+        if one.x_label.startswith("time"):
+            by_channel.setdefault(one.channel, []).append(one)
+    for channel, runs in by_channel.items():
+        alone = len(runs) < policy.fewest_like_runs
+        found = [(one.run, change) for one in runs if (change := _changed(one, alone, policy)) is not None]
+        if len(found) > max(len(runs) // policy.fewest_like_runs, 1):
+            continue  # the model, or the test, and no sensor
+        for run, change in found:
+            what = (
+                f"{channel} against its simulation: the ratio changes by {100 * (change.factor - 1.0):+.1f} % at "
+                f"{change.at:.1f} s: the gain of a sensor changed"
+            )
+            remedy = f"cut the run with from_time or to_time: {change.at:.1f} s, or remove it"
+            yield Finding(run, what, "", remedy, fault=True, doubt=True)
+
+
+def _changed(one: Comparison, alone: bool, policy: QualityPolicy) -> GainChange | None:
+    good = np.isfinite(one.measured) & np.isfinite(one.simulated)
+    if one.used is not None:
+        good &= one.used
+    time, y, x = one.x[good], one.measured[good], one.simulated[good]
+    found = likely_change(y, x, policy)
+    if found is None:
+        return None
+    k, g, h, t, share = found
+    large = g * h > 0.0 and abs(h / g - 1.0) >= policy.least_gain_change and t >= policy.gain_change_t
+    if not large or share > policy.simulated_share:
+        return None
+    rival = np.column_stack([x, x * (x > 0.0), x * np.abs(x)]) if alone else x[:, None]
+    if max(stepped_share(y, x, k, d) for d in (drifting(x), rival)) > policy.simulated_abrupt_share:
+        return None
+    return GainChange(one.channel, float(time[k - 1]), h / g, t)
