@@ -148,7 +148,7 @@ class QualityPolicy:
         "One in 200: at 10 Hz, one in 20 s. A channel that spikes more often needs a repair, not a cut.",
     )  # fmt: skip
     spike_return: float = threshold(
-        0.5, "share of the spike", "by which its two neighbors may differ",
+        0.5, "share of the spike", "by which its two neighbors may differ, or half of it beside the slope about them",
         "A single wrong sample leaves the signal where it was; a step or a steep flank does not.",
     )  # fmt: skip
     dropout_jump: float = threshold(

@@ -42,6 +42,9 @@ def spikes(values: Array, resolution: float, policy: QualityPolicy) -> Rows:
     if order.size <= tail + most:
         return np.empty(0, dtype=np.intp)
     back = np.abs(values[2:] - values[:-2])
+    trend = np.zeros(n - 2)
+    trend[1:-1] = 0.5 * (values[4:] - values[:-4])  # a steady slope moves the neighbors apart, too
+    back = np.minimum(back, 2.0 * np.abs(values[2:] - values[:-2] - trend))
     size = ratio[order]
     for k in range(most, 0, -1):  # the k largest are spikes where they stand apart from all others
         excess = float(np.mean(size[k : k + tail]) - size[k + tail])
