@@ -105,11 +105,14 @@ def contradicted_rests(
 
     A rest at idle or below tells of brakes that nobody logged, so that only a car that is faster than the torque
     contradicts it; above idle, either does. A rest at zero between two jumps is a lost signal unless the car follows.
+    Without a tie nothing is judged: a test bench may step its torque.
 
     Parameters
     ----------
     values : (n,), the command. rests : its spans of equal values while the car moves.
     """
+    if not np.isfinite(tie.scatter):
+        return
     idle = policy.idle_share * float(np.abs(values).max())
     steps = np.abs(np.diff(values))
     usual = float(np.quantile(steps[steps > 0.0], 0.99)) if np.any(steps) else 0.0

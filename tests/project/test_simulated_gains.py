@@ -1,0 +1,46 @@
+"""A gain that changes in mid-run is found against the simulation, and what a model lacks is no change of a gain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vdyn_cli.project.simulated_gains import simulated_gain_findings
+from vdyn_cli.quantities.result import Comparison
+
+N = 600
+T = 0.02 * np.arange(N)
+
+
+def run(name: str, gain: float = 1.0, bend: float = 0.0, seed: int = 0) -> Comparison:
+    """A channel measured with a gain that changes at 6 s, and a law that bends where it is negative."""
+    rng = np.random.default_rng(seed)
+    true = 1000.0 * np.sin(np.pi * T / 6.0)  # positive to 6 s, negative from there
+    measured = true * np.where(T > 6.0, gain, 1.0) + bend * np.minimum(true, 0.0) + rng.normal(0.0, 10.0, N)
+    factor = float(measured @ true / (true @ true))
+    return Comparison(name, "force_x", "N", T, "time in s", measured, factor * true)
+
+
+def test_healthy_runs_have_no_change() -> None:
+    assert not list(simulated_gain_findings([run(f"run_{k}.csv", seed=k) for k in range(5)]))
+
+
+@pytest.mark.parametrize("gain", [0.9, 1.1])
+def test_a_gain_that_changes_in_one_run_of_several_is_found_where_it_changes(gain: float) -> None:
+    (found,) = simulated_gain_findings([run(f"run_{k}.csv", gain if k == 3 else 1.0, seed=k) for k in range(5)])
+    assert found.where == "run_3.csv"
+    assert found.fault and found.doubt
+    assert float(found.what.split(" at ")[1].split()[0]) == pytest.approx(6.0, abs=0.5)
+    assert float(found.what.split("by ")[1].split(" %")[0]) == pytest.approx(100.0 * (gain - 1.0), abs=1.0)
+
+
+def test_a_law_that_differs_with_the_sign_in_every_run_is_no_sensor() -> None:
+    assert not list(simulated_gain_findings([run(f"run_{k}.csv", bend=0.1, seed=k) for k in range(5)]))
+
+
+def test_a_single_run_tells_no_sensor_from_a_law_that_differs_with_the_sign() -> None:
+    assert not list(simulated_gain_findings([run("run.csv", 1.1)]))
+    one = run("run.csv")
+    there_and_back = 1000.0 * np.sin(np.pi * T / 1.5)
+    measured = there_and_back * np.where(T > 6.0, 1.1, 1.0)
+    assert list(simulated_gain_findings([Comparison(**{**vars(one), "measured": measured, "simulated": there_and_back})]))
