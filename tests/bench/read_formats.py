@@ -1,6 +1,7 @@
-"""Memory and time of reading large MDF 4, Parquet and CSV logs: ``python -m tests.bench.read_formats [MB] [-o FILE.md]``.
+"""Memory and time of reading large MDF 4, Parquet and CSV logs.
 
-Writes a measurement of 200 channels at mixed rates (1 kHz, 100 Hz, 10 Hz), plain and compressed, a Parquet table of
+``python -m tests.bench.read_formats [MB] [-o FILE.md]`` writes a measurement of 200 channels at mixed
+rates (1 kHz, 100 Hz, 10 Hz), plain and compressed, a Parquet table of
 40 columns, and a CSV of 10 columns. Their channels are read in fresh processes: by ``read_log``, with all its checks,
 and by the library alone (``MDF.select``, ``read_table``, ``pandas.read_csv(engine="pyarrow")``). Memory is the peak
 above that of the process before reading, as a multiple of the log that is returned; times are processor time, all

@@ -31,8 +31,9 @@ class DriveTie:
 
     Parameters
     ----------
-    residual : (n,), e, m/s^2. gain : k, m/s^2 per unit of the command. scatter : of means of e over ``width`` samples
-        while the torque drives. tail : the 99.9 % quantile of their sizes; both of the half of the drive in which the torque changes least.
+    residual : (n,), e, m/s^2. gain : k, m/s^2 per unit of the command.
+    scatter, tail : standard deviation and 99.9 % quantile of the size of means of e over ``width`` samples, of the half
+        of the drive in which the torque changes least; infinite without a tie.
     """
 
     residual: Array
@@ -173,9 +174,9 @@ def _excess(rest: Rest, tie: DriveTie, idle: float) -> float:
     inside = inside[np.isfinite(inside)]
     if inside.size < tie.width // 2 or inside.size == 0:
         return 0.0
-    means = _sliding(inside, tie.width) if inside.size > tie.width else np.array([inside.mean()])
-    whole = means[tie.width // 2 : -(tie.width // 2) or None] if inside.size > 2 * tie.width else means[[means.size // 2]]
-    return float(np.abs(whole).max() if rest.value > idle else max(whole.max(), 0.0))
+    width = min(tie.width, inside.size)
+    means = _sliding(inside, width)[width // 2 : inside.size - width + width // 2 + 1]
+    return float(np.abs(means).max() if rest.value > idle else max(means.max(), 0.0))
 
 
 def _missed(at: int, jump: float, tie: DriveTie, policy: QualityPolicy) -> bool:

@@ -81,7 +81,7 @@ class _Sampled:
         """Where it rests, rather than creeps by single quanta in one direction as a rounded line does."""
         still = self.equal.copy()
         for a, b in spans(self.equal):
-            if 1 < a and b < self.values.size:
+            if a > 1 and b < self.values.size:
                 entered, left = self.values[a - 1] - self.values[a - 2], self.values[b] - self.values[b - 1]
                 still[a:b] = entered * left <= 0.0 or max(abs(entered), abs(left)) > 1.5 * self.resolution
         return still
@@ -244,7 +244,8 @@ def _contradicted(
     off = off_source_grid(values, rests, policy)
     if off is not None:
         between = channel.equal & off & ~marked
-        for a, b in _lasting(improbable(between, channel.moving & ~marked, policy.longer_varying, policy), time, policy):
+        found = improbable(between, channel.moving & ~marked, policy.longer_varying, policy)
+        for a, b in _lasting(found, time, policy):
             what = f"is constant at {values[a]:.5g} {_unit(channel.name)} for {time[b - 1] - time[a]:.3g} s"
             yield a, b, "frozen", f"{what}, between the steps at which it rests otherwise"
     if channel.name in ("drive_torque", "motor_current", "drive_force") and rests:
