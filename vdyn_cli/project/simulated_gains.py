@@ -32,10 +32,11 @@ def simulated_gain_findings(comparisons: Sequence[Comparison], policy: QualityPo
             by_channel.setdefault(one.channel, []).append(one)
     for channel, runs in by_channel.items():
         alone = len(runs) < policy.fewest_like_runs
-        found = [(one.run, change) for one in runs if (change := _changed(one, alone, policy)) is not None]
-        if len(found) > max(len(runs) // policy.fewest_like_runs, 1):
-            continue  # the model, or the test, and no sensor
-        for run, change in found:
+        changes = [_likely(one, alone, policy) for one in runs]
+        usual = 0.0 if alone else float(np.median([abs(np.log(c.factor)) if c else 0.0 for c, _ in changes]))
+        for run, (change, certain) in zip((one.run for one in runs), changes, strict=True):
+            if change is None or not certain or abs(np.log(change.factor)) < policy.unlike_runs * usual:
+                continue  # of the model, or the test, and of no sensor
             what = (
                 f"{channel} against its simulation: the ratio changes by {100 * (change.factor - 1.0):+.1f} % at "
                 f"{change.at:.1f} s: the gain of a sensor changed"
@@ -44,19 +45,20 @@ def simulated_gain_findings(comparisons: Sequence[Comparison], policy: QualityPo
             yield Finding(run, what, "", remedy, fault=True, doubt=True)
 
 
-def _changed(one: Comparison, alone: bool, policy: QualityPolicy) -> GainChange | None:
+def _likely(one: Comparison, alone: bool, policy: QualityPolicy) -> tuple[GainChange | None, bool]:
+    """The most likely change of a run's gain, and whether it is certain, large and abrupt."""
     good = np.isfinite(one.measured) & np.isfinite(one.simulated)
     if one.used is not None:
         good &= one.used
     time, y, x = one.x[good], one.measured[good], one.simulated[good]
     found = likely_change(y, x, policy)
-    if found is None:
-        return None
+    if found is None or found[1] * found[2] <= 0.0:
+        return None, False
     k, g, h, t, share = found
-    large = g * h > 0.0 and abs(h / g - 1.0) >= policy.least_gain_change and t >= policy.gain_change_t
+    change = GainChange(one.channel, float(time[k - 1]), h / g, t)
+    large = abs(h / g - 1.0) >= policy.least_gain_change and t >= policy.gain_change_t
     if not large or share > policy.simulated_share:
-        return None
+        return change, False
     rival = np.column_stack([x, x * (x > 0.0), x * np.abs(x)]) if alone else x[:, None]
-    if max(stepped_share(y, x, k, d) for d in (drifting(x), rival)) > policy.simulated_abrupt_share:
-        return None
-    return GainChange(one.channel, float(time[k - 1]), h / g, t)
+    left = max(stepped_share(y, x, k, d) for d in (drifting(x), rival))
+    return change, left <= policy.simulated_abrupt_share

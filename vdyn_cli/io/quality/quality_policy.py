@@ -216,7 +216,12 @@ class QualityPolicy:
     )  # fmt: skip
     fewest_like_runs: int = threshold(
         3, "runs", "of a test, from which a change of the gain in one of them is compared with the others",
-        "What a model lacks shows in all runs alike. A third of them may be faulty.",
+        "What a model lacks shows in all runs alike; two do not tell which of them is the usual one.",
+    )  # fmt: skip
+    unlike_runs: float = threshold(
+        4.0, "times the median of all runs", "that the change of one run's gain must be",
+        "Changes by 1 to 2 % are found in healthy sweeps whose curve a faulty one pulls; a tire that grips less in "
+        "braking changes all of them by as much.",
     )  # fmt: skip
     largest_gain_error: float = threshold(
         0.005, "share", "by which the integral of the speed and the position may differ in all runs of a test",
