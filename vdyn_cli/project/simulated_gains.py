@@ -59,6 +59,8 @@ def _likely(one: Comparison, alone: bool, policy: QualityPolicy) -> tuple[GainCh
     large = abs(h / g - 1.0) >= policy.least_gain_change and t >= policy.gain_change_t
     if not large or share > policy.simulated_share:
         return change, False
-    rival = np.column_stack([x, x * (x > 0.0), x * np.abs(x)]) if alone else x[:, None]
-    left = max(stepped_share(y, x, k, d) for d in (drifting(x), rival))
-    return change, left <= policy.simulated_abrupt_share
+    drift = stepped_share(y, x, k, drifting(x))
+    if not alone:
+        return change, drift <= policy.abrupt_share
+    law = np.column_stack([x, x * (x > 0.0), x * np.abs(x)])
+    return change, max(drift, stepped_share(y, x, k, law)) <= policy.lone_abrupt_share

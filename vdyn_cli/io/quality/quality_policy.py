@@ -209,10 +209,10 @@ class QualityPolicy:
         "A gain that changes by a tenth is far above the noise of any sensor, so that it explains most of what a fit "
         "between both gains leaves.",
     )  # fmt: skip
-    simulated_abrupt_share: float = threshold(
-        0.75, "share of the squares", "that it may leave, of what a gain leaves that drifts (a cubic in time) or, in a "
-        "single run, differs with the sign or size of the channel",
-        "A model that lacks an effect leaves misfits of every shape; an integrated speed follows a drift better.",
+    lone_abrupt_share: float = threshold(
+        0.75, "share of the squares", "that it may leave in a single run, of what a gain leaves that drifts (a cubic "
+        "in time) or differs with the sign or size of the channel",
+        "No other run tells a sensor from what a model lacks, which leaves misfits of every shape.",
     )  # fmt: skip
     fewest_like_runs: int = threshold(
         3, "runs", "of a test, from which a change of the gain in one of them is compared with the others",
