@@ -58,7 +58,7 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
         return PartJudgment(strategy, judgment)
     same = PartJudgment(strategy, judgment, finding, _named_law(judgment, finding))
     more = judgment.verdict == "unknown" or _surpassed(judgment, finding)
-    if not finding.explains or not (more or _beside_a_law(judgment, finding)):
+    if not finding.explains or not (more or _beside_a_law(strategy, judgment, finding)):
         return same
     for law in finding.laws:
         if law.follows and (named := _with_law(strategy, judgment, law)) is not None:
@@ -109,9 +109,13 @@ def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
     return True
 
 
-def _beside_a_law(judgment: Judgment, finding: PartFinding) -> bool:
-    """Whether each answer is a law of the part and a further effect: that one only mends the shape of the law."""
-    laws = {law.effect for law in finding.laws if law.follows}
+def _beside_a_law(strategy: Strategy, judgment: Judgment, finding: PartFinding) -> bool:
+    """Whether each answer is a law of the part and a further effect: that one only mends the shape of the law.
+
+    A profile, such as that of a road, has every shape: what is needed beside it is another cause.
+    """
+    model = strategy.model
+    laws = {w.effect for w in finding.laws if w.follows and len(model.amplitudes(w.effect)) <= POLICY.simple_unknowns}
     answers = judgment.answers
     return bool(answers) and all(len(a.effects) > 1 and laws & set(a.effects) for a in answers)
 
