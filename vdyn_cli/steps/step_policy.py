@@ -81,6 +81,10 @@ class StepPolicy:
         "Student's t over the scatter of runs of one direction. A cut removes data, so that it must be rarer than a "
         "finding.",
     )  # fmt: skip
+    filter_share: float = threshold(
+        0.3, "", "from one, of the share of a filter's transient that a lag at the start of all runs may have",
+        "A filter's is one; of 19 days without one the nearest had 0.45, a drive that lasted into the coast.",
+    )  # fmt: skip
     outlier_level: float = threshold(
         0.01, "probability", "of naming an outlying run on a day without one",
         "Stricter than the 5 % of the diagnosis, since no second test follows.",

@@ -16,6 +16,7 @@ from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.braking import braked_before, without_braking, without_late_clutch, without_outliers
+from vdyn_cli.steps.coastdown.filtered_start import without_filtered_start
 from vdyn_cli.steps.coastdown.segments import (
     CoastSegment,
     RejectedSegment,
@@ -98,7 +99,7 @@ def selected(
         segments, braked = _without_braked_runs(spec, logs, segments, known)
         rejected += braked
     if segments and settings.windows != "powered":
-        segments, braked = _unbraked(spec, segments, drive, known, window)
+        segments, braked = _unbraked(spec, logs, segments, drive, known, window)
         rejected += braked
     if not segments:
         remedy = "check speed_window (with unit, such as [70 km/h, 25 km/h]), minimum_length and the channel map"
@@ -222,6 +223,7 @@ def _without_braked_runs(
 
 def _unbraked(
     spec: CoastdownSpec,
+    logs: Sequence[Log],
     segments: list[CoastSegment],
     drive: DriveSignal,
     known: Mapping[str, Given],
@@ -238,10 +240,12 @@ def _unbraked(
     every = [s.log["speed"] for s in segments]
     upper, lower = window or (max(float(v.max()) for v in every), min(float(v.min()) for v in every))
     kept = [[(k.start.value, k.stop.value) for k in spec.runs[s.run].keep] for s in segments]
+    segments, filtered = without_filtered_start(segments, [logs[s.run] for s in segments], kept)
+    pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
     segments, late = without_late_clutch(segments, pushed, directions, kept)
     pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
     segments, braked = without_braking(segments, pushed, directions, upper - lower)
-    return segments, [*late, *braked]
+    return segments, [*filtered, *late, *braked]
 
 
 def _known_force(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> Array:

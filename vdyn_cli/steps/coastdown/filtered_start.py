@@ -1,0 +1,113 @@
+"""The lag of a filtered speed at the start of all coasts, which is cut from all.
+
+A receiver that filters its speed with a time constant T shows a coast that begins at constant speed with a deceleration
+that sets in late. With a the car's own::
+
+    V(t) = V0 - a (t - T) - a T exp(-t/T) + curvature t^2
+
+After some T it is a delay, which changes no force; before, the car seems to slow less, and fitted together the drag
+area is up to 1.5 half-widths too small for T = 0.5 s. T and the size of the exponential are found from the first
+seconds of each run; a filter has the size a T in every run, a clutch the other sign, a gust or a road no such shape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, rows
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
+Array = NDArray[np.float64]
+
+LAGS = tuple(float(t) for t in np.geomspace(0.2, 1.6, 13))  # s, that are tried: shorter ones move no estimate
+LENGTH = 4.5  # s of a run's start that is fitted: a parabola describes the coast, which a gust hardly changes
+BEFORE = 1.0  # s before a coast, within which its log begins with it: the span over which the speed is smoothed
+SETTLED = 4.0  # T, that are cut: 2 % of the transient are left
+FEWEST_ROWS = 12  # of such a start, which has four unknowns
+
+
+def filter_lag(logs: Sequence[Log]) -> float | None:
+    """The time constant T, s, of the filter that all runs show at their start; None where they do not.
+
+    Parameters
+    ----------
+    logs : the coasts, each from its start.
+    """
+    from scipy.special import stdtrit
+
+    if len(logs) < STEP_POLICY.clutch_runs:
+        return None
+    best: tuple[float, float, Array] | None = None
+    for lag in LAGS:
+        fits = [_exponential(log, lag) for log in logs]
+        shares = np.array([f[0] for f in fits if f is not None])
+        if shares.size < len(logs):
+            continue
+        misfit = float(np.mean([f[1] for f in fits if f is not None]))
+        if best is None or misfit < best[0]:
+            best = misfit, lag, shares
+    if best is None:
+        return None
+    shares = best[2]
+    mean, error = float(shares.mean()), float(shares.std(ddof=1)) / float(np.sqrt(shares.size))
+    shown = mean > float(stdtrit(shares.size - 1, 1.0 - STEP_POLICY.clutch_chance)) * error
+    return best[1] if shown and abs(mean - 1.0) < STEP_POLICY.filter_share else None
+
+
+def without_filtered_start(
+    segments: Sequence[CoastSegment], logs: Sequence[Log], kept: Sequence[Sequence[tuple[float, float]]]
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Coasts without the first seconds in which a filtered speed lags, and what was cut.
+
+    Parameters
+    ----------
+    logs : of each segment's run, whole. kept : spans (s, s) of it that must not be cut.
+    """
+    starts = [_from_start(one.log, log) for one, log in zip(segments, logs, strict=True)]
+    lag = filter_lag(starts)
+    if lag is None:
+        return list(segments), []
+    found: list[CoastSegment] = []
+    rejected: list[RejectedSegment] = []
+    for one, start, spans in zip(segments, starts, kept, strict=True):
+        begin = float(one.log.time[0])
+        until = float(start.time[0]) + SETTLED * lag
+        if any(first <= begin + lag and until - lag <= stop for first, stop in spans):
+            found.append(one)
+            continue
+        why = (
+            f"the speed of all runs follows the start of the coast with a lag of {lag:.2g} s: filtered by the "
+            f"receiver? To use it, add 'keep: [{{channel: speed, from: {begin:.6g} s, to: {until:.6g} s}}]' to the run"
+        )
+        found.append(one.rows(one.log.time > until))
+        rejected.append(RejectedSegment(one.name, begin, until, why))
+    return found, rejected
+
+
+def _from_start(coast: Log, whole: Log) -> Log:
+    """The coast with the rows of its log before it, where the log begins with the coast.
+
+    A coast begins at the largest smoothed speed, half a second after the first row of a log that was cut there.
+    """
+    begin, end = float(coast.time[0]), float(coast.time[-1])
+    here = np.isfinite(whole["speed"]) & (whole.time <= end)
+    return rows(whole, here) if begin - float(whole.time[0]) < BEFORE else coast
+
+
+def _exponential(log: Log, lag: float) -> tuple[float, float] | None:
+    """Size of the exponential as a share of a T, and the mean square that is left; None where rows are too few."""
+    time = log.time - log.time[0]
+    inside = time <= LENGTH
+    if int(inside.sum()) < FEWEST_ROWS or float(np.diff(time[inside]).max()) > lag:
+        return None
+    t, speed = time[inside], log["speed"][inside]
+    design = np.column_stack([np.ones_like(t), t, t**2, np.exp(-t / lag)])
+    found = np.linalg.lstsq(design, speed, rcond=None)[0]
+    slowing = -float(found[1])
+    if slowing <= 0.0:
+        return None
+    return -float(found[3]) / (slowing * lag), float(np.mean((speed - design @ found) ** 2))
