@@ -109,3 +109,22 @@ def test_percent_stands_apart_from_its_number() -> None:
         if isinstance(part, ast.Constant) and str(part.value).endswith("%")
     ]
     assert not wrong
+
+
+@pytest.mark.parametrize("room", ["steps", "diagnosis", "effects"])
+def test_numbers_that_judge_have_a_reason_beside_them(room: str) -> None:
+    """Those that change a verdict stand in a policy; of the others a comment says what they are."""
+    wrong = []
+    for path in sorted((PACKAGE / room).rglob("*.py")):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        for node in _tree(path).body:
+            if isinstance(node, ast.Assign) and _is_number(node.value) and not lines[node.lineno - 2].startswith("#"):
+                wrong += [f"{path.relative_to(PACKAGE)}:{node.lineno}"] if "#" not in lines[node.lineno - 1] else []
+    assert wrong == []
+
+
+def _is_number(value: ast.expr) -> bool:
+    if isinstance(value, ast.Tuple):
+        return all(_is_number(v) for v in value.elts)
+    plain = value.operand if isinstance(value, ast.UnaryOp) else value
+    return isinstance(plain, ast.Constant) and type(plain.value) in (int, float)

@@ -11,7 +11,7 @@ from vdyn_cli.inference import Regression, Solution, solve
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.errors import ResultError
 
-MOST_ITERATIONS = 200
+MOST_ITERATIONS = 200  # of a fit: it ends where it converges, and this bounds its cost
 PROFILE_ITERATIONS = 25  # of a free profile: one that then still creeps along a kink does not suffice
 
 

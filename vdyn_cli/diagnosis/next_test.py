@@ -17,7 +17,7 @@ from vdyn_cli.quantities.diagnosis import NextTest
 
 # These choose what is shown, no verdict.
 MOST_RUNS = 200  # of the same kind; beyond, another manoeuvre is needed
-SHOWN = 4
+SHOWN = 4  # manoeuvres in the report
 HELPFUL = 1.0  # standard error: a separation below is within chance
 AT_TYPICAL = ", at half of the plausible range"
 TURNING = "turns_with_heading"  # tag of effects that only runs both ways can separate

@@ -11,7 +11,7 @@ from vdyn_cli.quantities.result import Comparison, Result
 
 # These choose what is shown, no verdict.
 SEGMENTS = 12  # of each run
-SHOWN = 6
+SHOWN = 6  # segments in the report
 LEAST_NOISE = 0.3  # of the channel's median noise over runs, for a run that repeats values is no more exact
 SIGNIFICANT = 3.0  # standard errors of a segment's mean
 

@@ -9,7 +9,7 @@ from vdyn_cli.quantities.quantity import Quantity
 
 KNOTS = 36  # over the road: dips and crests of a twentieth of it and longer are followed
 SLOPES = tuple(f"grade_{k}" for k in range(1, KNOTS + 1))
-STEEP = 0.03
+STEEP = 0.03  # slope that public roads seldom exceed for long
 
 
 def _slope(name: str, knot: int) -> Quantity:

@@ -11,7 +11,7 @@ from vdyn_cli.engine.maths import fabs, fmax, fmin
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
 
-KNOTS = 8
+KNOTS = 8  # shapes of a quarter of the span and longer are followed
 
 
 def profile(name: str, on: str, signal: str, span: tuple[float, float], size: float, unit: str) -> Effect:

@@ -18,7 +18,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SAMPLES_ON_BUMP = 8  # while an axle is on the bump: four a flank, fewer do not resolve its shape
 FEWEST_SAMPLES = 50  # of a log: fewer do not hold a crossing at any rate that resolves a bump
-FORCES = ((1e3, "kN"), (4.4482216, "lbf"), (GRAVITY, "kgf"))
+FORCES = ((1e3, "kN"), (4.4482216, "lbf"), (GRAVITY, "kgf"))  # N of each unit
 BEHIND = 1.0  # s after the rear axle has met the bump
 KINDS = {
     "vertical_acceleration": ((GRAVITY, "g"), (0.3048, "ft/s^2")),

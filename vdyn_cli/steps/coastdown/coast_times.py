@@ -25,7 +25,7 @@ from vdyn_cli.steps.coastdown.segments import CoastSegment
 Array = NDArray[np.float64]
 
 R83_PAIRS, WLTP_PAIRS = 4, 3  # fewest pairs
-R83_LIMIT, WLTP_LIMIT = 0.02, 0.03
+R83_LIMIT, WLTP_LIMIT = 0.02, 0.03  # statistical accuracy p of the mean time
 HALF_STEP = 5 / 3.6  # m/s to either side of a reference speed
 REFERENCE_STEP = 10 / 3.6  # m/s between reference speeds
 SMOOTH = 0.5  # s, over which the speed is averaged before it is interpolated

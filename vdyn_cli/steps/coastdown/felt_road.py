@@ -25,7 +25,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 Array = NDArray[np.float64]
 
 BIN = 2.0  # s, as the fit averages
-FEWEST_RUNS, FEWEST_BINS = 3, 5
+FEWEST_RUNS, FEWEST_BINS = 3, 5  # two runs have no scatter, and a run fits three unknowns
 
 
 def felt_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:

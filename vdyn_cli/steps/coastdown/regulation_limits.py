@@ -11,11 +11,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.quantities.check_schema import Outcome, RegulationLimit, TimeAccuracy
+from vdyn_cli.quantities.constants import ZERO_CELSIUS
 from vdyn_cli.steps.coastdown.coast_times import R83_LIMIT, R83_PAIRS, WLTP_LIMIT, WLTP_PAIRS
 from vdyn_cli.steps.coastdown.spec import WIND_LIMIT
 
 J1263, J2263, R83, WLTP = "SAE J1263", "SAE J2263", "UN R83", "WLTP (UN GTR 15)"
-ZERO = 273.15  # K
 REFERENCE_DENSITY = 100_000.0 / (287.05 * 293.2)  # kg/m^3, dry air of 100 kPa and 293.2 K: UN R83
 
 
@@ -48,7 +48,7 @@ def _row(regulation: str, clause: str, limit: str, found: str, met: bool | None)
 
 
 def _temperature(day: TestDay) -> Iterator[RegulationLimit]:
-    celsius = [t - ZERO for t in day.temperatures]
+    celsius = [t - ZERO_CELSIUS for t in day.temperatures]
     found = "no temperature: give environment.temperature"
     if celsius:
         found = f"{min(celsius):.1f} degC" + (f" to {max(celsius):.1f} degC" if max(celsius) > min(celsius) else "")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Unknown
-from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.quantities.constants import NORMAL95, ZERO_CELSIUS
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -272,8 +272,8 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
     if answer.test is None:
         remedy = "add 'environment: {temperature: ..., pressure: ...}'"
         found.append(Finding("environment", "the road load is not corrected: the temperature is unknown", "", remedy))
-    elif not STANDARD_DAY[0] <= answer.test.temperature - 273.15 <= STANDARD_DAY[1]:
-        got = f"{answer.test.temperature - 273.15:.1f} degC"
+    elif not STANDARD_DAY[0] <= answer.test.temperature - ZERO_CELSIUS <= STANDARD_DAY[1]:
+        got = f"{answer.test.temperature - ZERO_CELSIUS:.1f} degC"
         found.append(Finding("environment", "outside the 5 to 35 degC of SAE J1263", got))
     rolling = answer.main["rolling_resistance"].value
     if rolling > STEP_POLICY.most_rolling:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vdyn_cli.quantities.constants import ZERO_CELSIUS
 from vdyn_cli.quantities.number_text import number
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
@@ -77,8 +78,8 @@ def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference
     )
     if test is not None:
         found += (
-            f" The correction takes the rolling part from {test.temperature - 273.15:.1f} to "
-            f"{reference.temperature - 273.15:.1f} degC with {law} and the air part from "
+            f" The correction takes the rolling part from {test.temperature - ZERO_CELSIUS:.1f} to "
+            f"{reference.temperature - ZERO_CELSIUS:.1f} degC with {law} and the air part from "
             f"{test.air_density:.4f} to {reference.air_density:.4f} kg/m^3."
         )
     return found.strip()

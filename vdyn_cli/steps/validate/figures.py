@@ -16,7 +16,7 @@ from vdyn_cli.steps.validate.validation import Validation
 
 DRAWN = ("speed", "wheel_speed_fl", "wheel_speed_rl", "shaft_torque_left", "shaft_torque_right", "acceleration", "jerk")
 MOST_DRAWN = 40  # segments whose traces are kept for the report
-ROADS_DRAWN = 4
+ROADS_DRAWN = 4  # roads in the figure
 
 
 def comparisons(v: Validation) -> tuple[Comparison, ...]:

@@ -31,7 +31,7 @@ TORQUES = ("shaft_torque_left", "shaft_torque_right")
 WIDTH = 0.5  # s of a bin of the common error: a sixteenth of the usual gust
 ROUGH = 2.0  # s of a bin where the slope comes from the accelerometer, which resolves it no finer
 RESTING = 0.1  # m/s
-MOST_BINS = 300
+MOST_BINS = 300  # of a drive: the covariance stays small
 FINEST = 0.008  # s between rows: a logger that is faster is averaged
 LEAST = {"speed": 1e-3, "acceleration": 1e-3, **dict.fromkeys(WHEELS, 1e-3), **dict.fromkeys(TORQUES, 0.05)}
 

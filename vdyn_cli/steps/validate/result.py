@@ -12,7 +12,7 @@ from vdyn_cli.physics.models.vehicle import Driven
 from vdyn_cli.physics.models.vehicle_axle import Differential
 from vdyn_cli.physics.models.vehicle_defaults import SIDE_GEAR_INERTIA
 from vdyn_cli.physics.models.vibration_modes import modes
-from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
+from vdyn_cli.quantities.constants import GRAVITY, NORMAL95, ZERO_CELSIUS
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
@@ -27,7 +27,6 @@ from vdyn_cli.steps.validate.window_ends import WindowEnds, window_ends
 
 CRUISE = 50 / 3.6  # m/s
 PEDAL = 0.15  # of the weight, as drive force: a firm press of the pedal
-KELVIN = 273.15
 SHARES_WRITTEN = 8  # parameters in the document, for each output
 
 
@@ -188,8 +187,8 @@ def _road_document(found: RoadFindings) -> dict[str, Any]:
     if (s := found.seasons) is not None:
         made["seasons"] = {
             "speed_kmh": SEASON_KMH,
-            "cold": {**_entry(s.in_cold), "temperature_degC": s.cold - KELVIN},
-            "warm": {**_entry(s.in_warm), "temperature_degC": s.warm - KELVIN},
+            "cold": {**_entry(s.in_cold), "temperature_degC": s.cold - ZERO_CELSIUS},
+            "warm": {**_entry(s.in_warm), "temperature_degC": s.warm - ZERO_CELSIUS},
             "more": _entry(s.more),
             "unit": "N",
         }

@@ -17,7 +17,7 @@ from vdyn_cli.steps.validate.segments import OUTPUTS, DriveSegment
 Array = NDArray[np.float64]
 
 GAINS = ("speed", "shaft_torque", "acceleration")
-FARTHEST_GAIN = 0.5
+FARTHEST_GAIN = 0.5  # from a gain of one: bounds of the fit
 FARTHEST_ZERO = 50.0  # standard deviations
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.physics.models.vibration_modes import Mode
-from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.quantities.constants import NORMAL95, ZERO_CELSIUS
 from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
@@ -22,7 +22,6 @@ Array = NDArray[np.float64]
 Row = tuple[str, ...]
 
 NAMED = 4  # parameters named for each output
-KELVIN = 273.15
 
 
 def output_table(v: Validation) -> Table:
@@ -247,7 +246,7 @@ def _holding(found: RoadFindings) -> Table:
     forces = [(f"{v:.0f}", f) for v, f in found.holding.items()]
     s = found.seasons
     if s is not None:
-        cold, warm = s.cold - KELVIN, s.warm - KELVIN
+        cold, warm = s.cold - ZERO_CELSIUS, s.warm - ZERO_CELSIUS
         forces += [(f"60 at {warm:.0f} degC", s.in_warm), (f"60 at {cold:.0f} degC", s.in_cold)]
         forces.append(("60: increase by cold", s.more))
     rows = [
