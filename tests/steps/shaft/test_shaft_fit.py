@@ -24,6 +24,7 @@ from vdyn_cli.steps.shaft.sections import (
 )
 from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
+from vdyn_cli.steps.shaft.shaft_side import ShaftSide
 from vdyn_cli.steps.shaft.spec import SectionSpec
 
 G = 79.3e9
@@ -165,3 +166,16 @@ def test_an_effect_on_the_shaft_can_be_added_and_is_found() -> None:
 
 def test_solid_is_no_bore() -> None:
     assert SectionSpec(outer_diameter=Given(0.03), length=Given(0.1)).inner_diameter.value == 0.0
+
+
+@pytest.mark.parametrize("noise", [0.0, 3.0])
+def test_the_noise_of_an_unread_rate_holds_what_the_torque_leaves_in_it(noise: float) -> None:
+    """Torque noise over damping is in the adjusted rate where none was read: neighbors alternate freely."""
+    vehicle = random_vehicle(911)
+    true, known = log(vehicle, 911), log(vehicle, 911, ("shaft_torque", "twist"))
+    more = np.random.default_rng(911).normal(0.0, noise, known.time.size) if noise else 0.0
+    known = known.with_channels(shaft_torque=known["shaft_torque"] + more)
+    side = ShaftSide("left", (ShaftReadings.of(known, 1.0),), (), None, None, 0.0)
+    (stated,) = side.rate_noise
+    (rate,) = side.logged((), ()).rate
+    assert stated == pytest.approx(np.std(rate - true["motor_speed"] + true["wheel_speed"]), rel=0.35)

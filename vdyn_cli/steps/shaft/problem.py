@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
@@ -80,14 +81,14 @@ class ShaftProblem(SimulatedProblem):
         found = shaft_parts([side.name for side in logged], twist, rate)
         return found if self._resolves_rate else found[:1]
 
-    @property
+    @cached_property
     def _resolves_rate(self) -> bool:
         """Whether the noise of the rate is well within one knot of a free law over it.
 
         Readings that are noisier choose their knot by their noise: a free law then follows it, and seems to be there.
         """
         knot = 2 * TWIST_RATE / (KNOTS - 1)
-        return all(RESOLVED * run.rate_noise < knot for side in self.sides for run in side.runs)
+        return all(RESOLVED * noise < knot for side in self.sides if side.runs for noise in side.rate_noise)
 
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES

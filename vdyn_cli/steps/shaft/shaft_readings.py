@@ -73,12 +73,6 @@ class ShaftReadings:
         """How many of the two conditions on each sample can be violated: not that of a channel that was not read."""
         return 2 - (self.noise[1] == UNREAD_TWIST) - (self.noise[2] == UNREAD_RATE)
 
-    @property
-    def rate_noise(self) -> float:
-        """Standard deviation of the adjusted rate, rad/s: read, or the change of the twist over a sample."""
-        step = float(np.median(np.diff(self.time)))
-        return min(self.noise[2], 2**0.5 * self.noise[1] / step)
-
     def drive(self, twist: Array, rate: Array) -> Drive:
         """The shaft's inputs at the run's times: twist (rad) and its rate (rad/s), (n,) each."""
         return Drive(self.time, {"twist": twist, "twist_rate": rate})

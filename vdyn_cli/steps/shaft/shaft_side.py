@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
-from vdyn_cli.inference import Regression, Solution, Unknown, standing
+from vdyn_cli.inference import Regression, Solution, Unknown, standing, white_level
 from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.quantity import Given
@@ -71,6 +71,22 @@ class ShaftSide:
     def linear(self) -> Solution:
         """The fit to the logs without effects."""
         return linear_solution(self.runs)
+
+    @cached_property
+    def rate_noise(self) -> tuple[float, ...]:
+        """Standard deviation of the adjusted rate of each run, rad/s.
+
+        Where no rate was read, neighbors' rates of opposite signs leave the twist as it is: the torque's noise over the
+        damping is in the rate then, several times the noise of the twist's change over a sample.
+
+        Raises
+        ------
+        ResultError : the fit without effects stands nowhere.
+        """
+        fit = self._fit((), ())
+        place = fit.place(standing(lambda: self.linear))
+        rates = (fit.adjusted(k, fit.regression.local(place, k))[1] for k in range(len(self.runs)))
+        return tuple(white_level(rate, run.time) for run, rate in zip(self.runs, rates, strict=True))
 
     def drawn_bar(self, effects: Sequence[Effect]) -> tuple[float, float] | None:
         """Prior of the bar's stiffness, N m/rad, from the drawing, where an effect in series with it is in the law."""
