@@ -1,4 +1,4 @@
-"""Machine code from LLVM IR through llvmlite: no compiler on the machine, nothing on disk. The one door to llvmlite."""
+"""Machine code from LLVM IR through llvmlite, without a compiler on the machine. The one door to llvmlite."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir import print_kernel
 from vdyn_cli.engine.kernel import Array, Seeds
+from vdyn_cli.engine.object_cache import kept
 
 # Measured on models of 2 to 49 states: the code generator's first level gains a factor of two with tangents over level
 # 0, higher levels nothing. Passes over the text gain nothing with tangents (CasADi has shared what can be shared); on
@@ -64,17 +65,37 @@ def compiled(text: str, abreast: bool = False) -> tuple[Callable[..., None], obj
     ``abreast`` looks for like operations on numbers that can be done at once; the results are the same to the bit.
     """
     llvm = _llvm()
-    module = llvm.parse_assembly(text)
-    module.verify()
-    machine = llvm.Target.from_default_triple().create_target_machine(
-        opt=_LEVEL, cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten()
-    )
-    if abreast:
-        tuning = llvm.create_pipeline_tuning_options(speed_level=1)
-        tuning.slp_vectorization = True
-        passes = llvm.create_pass_builder(machine, tuning)
-        passes.getModulePassManager().run(module, passes)
-    engine = llvm.create_mcjit_compiler(module, machine)
-    engine.finalize_object()
+    cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+    def engine(module: Any, **cache: Callable[..., object]) -> Any:
+        """An engine that has compiled a module, or been given the code of one."""
+        machine = llvm.Target.from_default_triple().create_target_machine(opt=_LEVEL, cpu=cpu, features=features)
+        if abreast and "notify_func" in cache:
+            tuning = llvm.create_pipeline_tuning_options(speed_level=1)
+            tuning.slp_vectorization = True
+            passes = llvm.create_pass_builder(machine, tuning)
+            passes.getModulePassManager().run(module, passes)
+        made = llvm.create_mcjit_compiler(module, machine)
+        made.set_object_cache(**cache)
+        made.finalize_object()
+        return made
+
+    def object_code() -> bytes:
+        module = llvm.parse_assembly(text)
+        module.verify()
+        found: list[bytes] = []
+        engine(module, notify_func=lambda _, code: found.append(bytes(code)))
+        return found[0]
+
+    # In place of a function that does nothing the engine is given the code; it is run as read, whether kept or new.
+    code = kept((text, str(abreast), *_made_with(llvm), str(_LEVEL), cpu, features), object_code)
+    owner = engine(llvm.parse_assembly("define void @run() {\nret void\n}"), getbuffer_func=lambda _: code)
     signature = ctypes.CFUNCTYPE(None, ctypes.c_int64, *[ctypes.c_void_p] * 7)
-    return signature(engine.get_function_address("run")), engine
+    return signature(owner.get_function_address("run")), owner
+
+
+def _made_with(llvm: Any) -> tuple[str, ...]:
+    """The versions of what compiles, and the kind of machine."""
+    from llvmlite import __version__
+
+    return __version__, ".".join(map(str, llvm.llvm_version_info)), llvm.get_default_triple()

@@ -1,0 +1,93 @@
+"""Compiled machine code kept between processes, in a folder of the user.
+
+A file holds the object code of one text, made by one version of LLVM for one processor: its name is the sha256 of all
+of these, and its first bytes are the sha256 of the rest. A file that is missing, cut off, altered, or that others could
+have written is not read, and a folder that cannot be written is not used: the text is compiled instead.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from threading import get_ident
+
+VARIABLE = "VDYN_CACHE"  # the folder; empty for none
+MOST = 400  # files; the ones used least recently are removed beyond that
+DIGEST = 32  # bytes of a sha256
+
+
+def folder() -> Path | None:
+    """Where object code is kept; None where the user wants none, or has no home."""
+    named = os.environ.get(VARIABLE)
+    if named is not None:
+        return Path(named) if named else None
+    base = os.environ.get("XDG_CACHE_HOME")
+    try:
+        return Path(base) / "vdyn" if base and Path(base).is_absolute() else Path.home() / ".cache" / "vdyn"
+    except RuntimeError:
+        return None
+
+
+def kept(parts: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
+    """The object code of these parts, from the folder, or made and put there.
+
+    Parameters
+    ----------
+    parts : everything that the code depends on. make : compiles it.
+    """
+    key = hashlib.sha256("\0".join(parts).encode("utf-8")).hexdigest()
+    there = folder()
+    path = None if there is None else there / f"{key}.o"
+    code = None if path is None else _read(path)
+    if code is None:
+        code = make()
+        if path is not None:
+            with suppress(OSError):
+                _write(path, code)
+    return code
+
+
+def _read(path: Path) -> bytes | None:
+    """The code of a file that only this user can have written, and that is whole; else None."""
+    try:
+        if not (_own(path.parent) and _own(path)):
+            return None
+        content = path.read_bytes()
+        if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
+            return None
+        with suppress(OSError):
+            os.utime(path)
+        return content[DIGEST:]
+    except OSError:
+        return None
+
+
+def _own(path: Path) -> bool:
+    """Whether a file or folder is this user's, and nobody else can write it."""
+    if not hasattr(os, "getuid"):
+        return True
+    found = path.lstat()
+    others = found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return found.st_uid == os.getuid() and not others and not stat.S_ISLNK(found.st_mode)
+
+
+def _write(path: Path, code: bytes) -> None:
+    """Write whole or not at all, and remove what was not used for longest."""
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if not _own(path.parent):
+        return
+    partial = path.with_name(f"{path.name}.{os.getpid()}.{get_ident()}.part")
+    try:
+        descriptor = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(hashlib.sha256(code).digest() + code)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+    files = sorted(path.parent.glob("*.o"), key=lambda f: f.stat().st_mtime)
+    for old in files[: max(len(files) - MOST, 0)]:
+        old.unlink(missing_ok=True)
