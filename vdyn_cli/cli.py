@@ -104,14 +104,19 @@ def pipeline(
     keep_going: Annotated[
         bool, typer.Option("--keep-going/--stop", help="After a failure, run the steps that do not depend on it.")
     ] = True,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Number of steps to run in parallel.")] = 1,
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", min=1, help="Number of steps to run in parallel; as many as processors if not given."),
+    ] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Run all steps of a test day in the order of their dependencies and write the parameter set."""
     from vdyn_cli.commands.run_pipeline import run_pipeline
 
-    code = run_pipeline(description, output, keep_going=keep_going, jobs=jobs, tell=_teller(quiet, verbose))
+    code = run_pipeline(
+        description, output, keep_going=keep_going, jobs=jobs or os.cpu_count() or 1, tell=_teller(quiet, verbose)
+    )
     raise typer.Exit(code)
 
 

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from importlib import import_module
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
@@ -17,6 +18,8 @@ from vdyn_cli.project.pipeline import StepOutcome, Task
 from vdyn_cli.quantities.errors import Finding
 
 WATCH = 0.3  # s between two looks whether the pipeline still runs
+# Loaded before the processes are made, which would otherwise each load them: 0.5 s a process.
+SHARED = ("pandas", "scipy.optimize", "scipy.stats", "jinja2", "llvmlite.binding")
 Attempt = Callable[[Task, Mapping[str, StepOutcome]], StepOutcome]
 
 
@@ -31,6 +34,8 @@ def side_by_side(tasks: Sequence[Task], jobs: int, attempt: Attempt) -> Iterator
     outcomes: dict[str, StepOutcome] = {}
     waiting = list(tasks)
     running: dict[Any, tuple[Task, BaseProcess, float]] = {}  # by the connection that the process writes to
+    if multiprocessing.get_start_method() == "fork":
+        _load_shared()
     try:
         while waiting or running:
             for task in [t for t in waiting if all(name in outcomes for name in t.after)][: jobs - len(running)]:
@@ -50,6 +55,12 @@ def side_by_side(tasks: Sequence[Task], jobs: int, attempt: Attempt) -> Iterator
         for _, process, _ in running.values():
             process.kill()
             process.join()
+
+
+def _load_shared() -> None:
+    for name in SHARED:
+        with suppress(ImportError, OSError):  # what is missing, the step that needs it says
+            import_module(name)
 
 
 def _received(receiver: Any, task: Task, process: BaseProcess) -> StepOutcome:
