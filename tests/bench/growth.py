@@ -3,7 +3,9 @@
 Every row is the whole command, reading and report included, in a process of its own. Seconds are the processor's;
 memory is the largest that the process held. Coast-downs have a hidden headwind; drives, of the full vehicle, are 45 s
 long at 200 Hz with a hidden driveline drag, and their time is also given as a ratio to one simulation of the same
-drives with the final parameters, without sensitivities. ``--most N`` leaves out campaigns of more than N rows.
+drives with the final parameters, without sensitivities. Commands on the sample day are given by processor and clock,
+without kept machine code and with it. ``--most N`` leaves out campaigns of more than N rows; ``--day`` writes the
+sample day's table alone, to the console.
 """
 
 from __future__ import annotations
@@ -11,11 +13,12 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -39,31 +42,47 @@ RATES = ((10.0, 8), (100.0, 8), (1000.0, 8), (1000.0, 70))  # Hz, coasts
 RUNS = (8, 25, 100, 300, 1000)
 DRIVES = (2, 6)
 RATE, LENGTH = 200.0, 45.0  # Hz and s of a drive
+CONFIGS = Path(__file__).parents[2] / "configs"
+DAY_HEAD = "| command | processor s | clock s | wanted, clock s |\n|---|---|---|---|"
+WANTED_DAY = 10.0  # s
 HEAD = "| {} | rows | without diagnosis s | with s | GB | answer |\n|---|---|---|---|---|---|"
 MEASURE = """
-import resource, subprocess, sys
+import resource, subprocess, sys, time
+begun = time.perf_counter()
 code = subprocess.run(sys.argv[1:], capture_output=True).returncode
+clock = time.perf_counter() - begun
 used = resource.getrusage(resource.RUSAGE_CHILDREN)
-print(code, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e6)
+print(code, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e6, clock)
 """
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Processor seconds and peak memory, GB, of one command."""
+    """Processor seconds, peak memory, GB, and seconds by the clock of one command."""
 
     seconds: float
     memory: float
+    clock: float
 
 
 def cost(step: str, description: Path, folder: Path, *options: str) -> Cost:
     """The cost of ``vdyn STEP``, whatever its verdict."""
-    command = [sys.executable, "-m", "vdyn_cli", step, str(description), "-q", "-o", str(folder), *options]
-    done = subprocess.run([sys.executable, "-c", MEASURE, *command], capture_output=True, text=True, check=True)
-    code, seconds, memory = done.stdout.split()
+    return command_cost(step, str(description), "-q", "-o", str(folder), *options)
+
+
+def command_cost(*arguments: str) -> Cost:
+    """The cost of ``vdyn`` with these arguments.
+
+    Raises
+    ------
+    RuntimeError : the input was wrong, or a bug.
+    """
+    command = [sys.executable, "-c", MEASURE, sys.executable, "-m", "vdyn_cli", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    code, seconds, memory, clock = done.stdout.split()
     if int(code) > 1:
-        raise RuntimeError(f"{step} {description} ended with exit code {code}")
-    return Cost(float(seconds), float(memory))
+        raise RuntimeError(f"vdyn {' '.join(arguments)} ended with exit code {code}")
+    return Cost(float(seconds), float(memory), float(clock))
 
 
 def coasts(folder: Path, rate: float, runs: int) -> Path:
@@ -92,10 +111,10 @@ def _cut(one: Pedals) -> Pedals:
     return replace(one, knots=knots, **pressed)
 
 
-def one_simulation(description: Path) -> float:
+def one_simulation(description: Path, known: Sequence[Path] = ()) -> float:
     """Processor seconds of simulating all drives once, without sensitivities."""
     step = load_step("validate")
-    inputs = gather(step, description)
+    inputs = gather(step, description, known)
     problem = step.prepare(inputs.spec, inputs.data, inputs.known)
     assert isinstance(problem, ValidateProblem)
     setup, seconds = problem.baseline, []
@@ -106,8 +125,13 @@ def one_simulation(description: Path) -> float:
     return min(seconds)
 
 
-def row(label: str, step: str, description: Path, folder: Path) -> str:
-    """One row of a table."""
+def row(label: str, step: str, description: Path, folder: Path, simulated: float = float("nan")) -> str:
+    """One row of a table.
+
+    Parameters
+    ----------
+    simulated : processor seconds of one simulation of the same logs, to which the time with diagnosis is compared.
+    """
     plain = cost(step, description, folder / "plain", "--no-diagnose")
     whole = cost(step, description, folder / "whole")
     rows = sum(len(p.read_bytes().splitlines()) - 1 for p in description.parent.glob("*.csv"))
@@ -115,8 +139,32 @@ def row(label: str, step: str, description: Path, folder: Path) -> str:
     causes = ", ".join(c["effect"] for c in found["causes"])
     return (
         f"| {label} | {rows} | {plain.seconds:.1f} | {whole.seconds:.1f} | {max(plain.memory, whole.memory):.2f} "
-        f"| {found['verdict']} {causes} |"
+        f"| {found['verdict']} {causes}"
+        + (f", {whole.seconds / simulated:.0f} times one simulation |" if simulated > 0 else " |")
     )
+
+
+def sample_day(folder: Path) -> list[str]:
+    """The table of commands on the sample day, each twice: the first compiles its machine code."""
+    out = folder / "day"
+    lines = ["Sample day: whole commands.", "", DAY_HEAD]
+    with patch.dict(os.environ, {"VDYN_CACHE": str(folder / "kept")}):
+        for number, label in enumerate(("machine code compiled", "machine code kept")):
+            if number:
+                shutil.rmtree(out)  # else results would be reused
+            one = command_cost("pipeline", str(CONFIGS / "pipeline.yaml"), "-q", "-o", str(out))
+            lines.append(f"| pipeline, {label} | {one.seconds:.1f} | {one.clock:.1f} | {WANTED_DAY:g} |")
+        known = ("--known", str(out / "parameters.json"))
+        one = cost("validate", CONFIGS / "validate.yaml", folder / "validate", *known)
+        lines.append(f"| validate, machine code kept | {one.seconds:.1f} | {one.clock:.1f} | |")
+    simulated = one_simulation(CONFIGS / "validate.yaml", (out / "parameters.json",))
+    ratio = one.seconds / simulated
+    return [
+        *lines,
+        "",
+        f"One simulation of the sample drives: {simulated:.2f} s; validate takes {ratio:.0f} times that.",
+        "",
+    ]
 
 
 def page(most: int) -> str:
@@ -129,6 +177,7 @@ def page(most: int) -> str:
     ]
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
+        lines += sample_day(folder)
         lines += ["Rows: coasts of about 150 s.", "", HEAD.format("rate")]
         for rate, count in RATES:
             if count * 150 * rate <= most:
@@ -143,8 +192,9 @@ def page(most: int) -> str:
         for count in DRIVES:
             for label, hidden in (("nothing hidden", {}), ("150 N of driveline drag", {"driveline_drag": 150.0})):
                 path = drives(folder / f"drives{count}{len(hidden)}", count, hidden)
-                lines.append(row(f"{count}, {label}", "validate", path, path.parent / "out"))
-            lines += ["", f"One simulation of the {count} drives: {one_simulation(path):.2f} s.", ""]
+                simulated = one_simulation(path)
+                lines.append(row(f"{count}, {label}", "validate", path, path.parent / "out", simulated))
+            lines += ["", f"One simulation of the {count} drives: {simulated:.2f} s.", ""]
             lines += [HEAD.format("drives")] if count != DRIVES[-1] else []
     return "\n".join([*lines, ""])
 
@@ -152,6 +202,12 @@ def page(most: int) -> str:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--most", type=int, default=20_000_000, help="rows of the largest campaign")
-    text = page(parser.parse_args().most)
+    parser.add_argument("--day", action="store_true", help="the sample day alone, to the console")
+    options = parser.parse_args()
+    if options.day:
+        with tempfile.TemporaryDirectory() as temporary:
+            print("\n".join(sample_day(Path(temporary))))
+        sys.exit()
+    text = page(options.most)
     PAGE.write_text(text, encoding="utf-8")
     print(text)
