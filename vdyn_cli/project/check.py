@@ -59,7 +59,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         step=inputs.step.name,
         title=inputs.spec.title,
         good=all(r.verdict == "keep" for r in runs),
-        sentence=_sentence(runs),
+        sentence=_sentence(runs, found),
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=redundancy,
@@ -76,8 +76,15 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     return document, inputs
 
 
-def _sentence(runs: Sequence[CheckedRun]) -> str:
-    """The answer: which runs to repeat, or which of those to keep have notes."""
+def _sentence(runs: Sequence[CheckedRun], track: TrackCheck) -> str:
+    """The answer: which runs to repeat, or which of those to keep have notes, and what the campaign lacks."""
+    coasts = track.coasts
+    if coasts is not None and not coasts.out and not coasts.back:
+        return f"{_of_runs(runs)} No run states its direction."
+    return _of_runs(runs)
+
+
+def _of_runs(runs: Sequence[CheckedRun]) -> str:
     bad = [r.run for r in runs if r.verdict == "repeat"]
     noted = [r.run for r in runs if r.why]
     number = f"{len(runs)} {'run' if len(runs) == 1 else 'runs'}"
@@ -132,6 +139,9 @@ def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: Sequence[Fi
         if f.test == "saturated" and f.channel in needed
     ]
     notes = [f"vdyn {inputs.step.name} refuses it: {_text(f)}" for f in refused if f.where.startswith(one.log.name)]
+    if span[1] - span[0] < CHECK.least_evaluated * one.log.duration:
+        evaluated = f"only {span[0]:.0f} to {span[1]:.0f} s of {one.log.duration:.0f} s"
+        notes.append(f"{evaluated} would be evaluated: if the log is of another drive, leave it out")
     notes += [f"cut: {_flag_text(f)}" for f in cuts]
     notes += [_text(f) for f in one.log.findings if f.doubt and not f.fault]
     notes += [_flag_text(f) for f in _flags(one) if f.test in ("missing", "clock_gap")]

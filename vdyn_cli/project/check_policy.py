@@ -16,6 +16,10 @@ class CheckPolicy:
         "A coast-down whose speed is missing in more than a fifth of its rows is rejected by its step, too: interval "
         "and speed range then are those of another run.",
     )  # fmt: skip
+    least_evaluated: float = threshold(
+        0.5, "share of a log's duration", "that the step evaluates, below which the run has a note",
+        "A log of a test is mostly the test: what is evaluated of a drive to the track is a small part of it.",
+    )  # fmt: skip
     shortest_hole: float = threshold(
         1.0, "s", "without a value of a channel, which is shown as missing",
         "Shorter holes are those of a slow logger; a car moves by what a step evaluates within a second.",

@@ -134,6 +134,7 @@ def _drives(
     body += lines
     if parts.get("RUN") and not parts["RUN"].startswith("side"):
         body.append(f"  # not decided by the logs, for each run: {parts['RUN']}")
+        undecided.append(f"{parts['RUN'].split(':')[0]} of each run")
     body += parts.get("SETTINGS", "").splitlines()
     return body, tuple(dict.fromkeys(mapped)), tuple(undecided)
 

@@ -44,9 +44,11 @@ def direction_findings(
 ) -> tuple[Finding, ...]:
     """Runs in one direction only, runs against their logged position, and an elevation that is not used."""
     found = []
-    if not ({"out", "back"} <= {runs[s.run].direction for s in segments} or use == "alone"):
+    ways = {runs[s.run].direction for s in segments}
+    if not ({"out", "back"} <= ways or use == "alone"):
+        fact = "no run states its direction" if ways == {None} else "the runs are not stated to go both ways"
         what = (
-            "all runs have the same direction: a slope or a steady wind is collinear with rolling resistance; "
+            f"{fact}: a slope or a steady wind is collinear with rolling resistance; "
             f"the intervals hold a slope of {100 * SLOPE:g} % and a wind of {WIND:g} m/s, where they are not measured"
         )
         remedy = "drive as many runs back as out, and write 'direction: out' or 'back' to each run"

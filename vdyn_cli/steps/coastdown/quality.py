@@ -125,11 +125,10 @@ class FitQuality:
                 # The run's own deviation widens the interval: what the others leave of it is the measure.
                 others = 1.0 - (shift / self.fit.solution.std[name]) ** 2
                 if abs(shift) > 0.5 * (high - low) * np.sqrt(max(others, LEAST_OTHERS)):
-                    what = f"without this run {name} would be {number(abs(shift), 0.1 * abs(shift))} "
-                    what += f"{'higher' if shift > 0 else 'lower'}, more than the 95 % interval of the others"
-                    found.append(
-                        Finding(run, what, remedy="inspect this run; remove it if it is disturbed", doubt=True)
-                    )
+                    what = f"without this run {name} is {number(abs(shift), 0.1 * abs(shift))} "
+                    what += f"{'higher' if shift > 0 else 'lower'}: more than runs that agree shift it"
+                    remedy = "look for traffic, a brake or a gust in it; leave the run out only for such a reason"
+                    found.append(Finding(run, what, remedy=remedy, doubt=True))
         return found
 
     def table(self) -> Table:

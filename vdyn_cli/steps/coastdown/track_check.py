@@ -267,6 +267,8 @@ def _both_ways(found: Array, heading: Array) -> float:
 def _sentences(b: CoastBalance) -> list[str]:
     """Balance, order, warm-up and wind in words."""
     said = [f"usable runs: {b.out} out, {b.back} back; pairs: {b.pairs}"]
+    if not b.out and not b.back:
+        said = ["no run states its direction: a wind or a slope looks like resistance; add 'direction: out' or 'back'"]
     if b.out != b.back:
         less = "out" if b.out < b.back else "back"
         said[0] += f"; drive {abs(b.out - b.back)} more {less}"
