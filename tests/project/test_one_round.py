@@ -42,7 +42,7 @@ def test_wrong_keys_missing_logs_units_columns_and_numbers_come_in_one_round(tmp
         vehicle={"air_density": 1.2},
         channels={
             "time": {"column": "t", "unit": "s"},
-            "speed": {"column": "w", "unit": "kmh"},
+            "speed": {"column": "w", "unit": "kmx"},
             "foo": {"constant": 1},
         },
         runs=[{"log": "a.csv", "direction": "outt"}, {"log": "b.csv"}],
@@ -54,7 +54,7 @@ def test_wrong_keys_missing_logs_units_columns_and_numbers_come_in_one_round(tmp
         "'settings.terms'",
         "'settings.minimum_length' 'kg' is not a unit of the same kind as s",
         "unknown channel 'foo'",
-        "'kmh' is not a unit",
+        "'kmx' is not a unit",
         "a.csv has no such column (got 'w')",
         "b.csv: no such file",
     ):

@@ -44,4 +44,4 @@ def test_where_all_runs_of_one_direction_are_left_out_nothing_is_called_adequate
     """Down 6 % the car speeds up: what is left goes one way, whatever the description says."""
     result = execute("coastdown", write_day(tmp_path, HEAVY_EV, 0.060, 6, pairs=4)).result
     assert result.diagnosis.verdict == "not_testable"
-    assert "same way" in result.diagnosis.sentence
+    assert "same direction" in result.diagnosis.sentence

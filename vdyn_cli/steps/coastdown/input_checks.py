@@ -46,7 +46,8 @@ def direction_findings(
     found = []
     ways = {runs[s.run].direction for s in segments}
     if not ({"out", "back"} <= ways or use == "alone"):
-        fact = "no run states its direction" if ways == {None} else "the runs are not stated to go both ways"
+        unstated = "no run states its direction" if ways == {None} else "some runs do not state their direction"
+        fact = unstated if None in ways else "all runs have the same direction"
         what = (
             f"{fact}: a slope or a steady wind is collinear with rolling resistance; "
             f"the intervals hold a slope of {100 * SLOPE:g} % and a wind of {WIND:g} m/s, where they are not measured"
