@@ -1,10 +1,12 @@
-"""Front and rear dampers may differ; with a balance of zero the law is plain."""
+"""Front and rear struts may differ, and friction may turn over a rate; with shapes at zero the laws are plain."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from vdyn_cli.effects.asymmetric_damping import asymmetric_damping
+from vdyn_cli.effects.suspension_friction import bristle
 from vdyn_cli.engine.model_builder import Signals
 from vdyn_cli.physics.laws.suspension import damper
 
@@ -16,3 +18,22 @@ def test_the_balance_raises_the_front_and_lowers_the_rear(place: str, factor: fl
     shifted = Signals(damping_asymmetry=0.2, damping_asymmetry_balance=0.4)
     assert float(asymmetric_damping.law(damper, s, plain)) == pytest.approx(600.0)
     assert float(asymmetric_damping.law(damper, s, shifted)) == pytest.approx(500.0 + factor * 100.0)
+
+
+def at_rest(rate: float, turning: float) -> float:
+    """The friction's sense after a long time at a stroke rate."""
+    z = 0.0
+    for _ in range(4000):
+        s = Signals(stroke_rate=rate, bristle=z, suspension_friction_rate=turning)
+        z += 2e-4 * float(bristle(s))
+    return z
+
+
+@pytest.mark.parametrize("rate", [0.001, 0.0025, 0.005, 0.01, 0.05, -0.005])
+def test_friction_that_turns_over_a_rate_is_nearly_a_tanh(rate: float) -> None:
+    assert at_rest(rate, 0.005) == pytest.approx(np.tanh(rate / 0.005), abs=0.08)
+
+
+@pytest.mark.parametrize("rate", [0.001, -0.05])
+def test_friction_without_a_turning_rate_slips_fully(rate: float) -> None:
+    assert at_rest(rate, 0.0) == pytest.approx(np.sign(rate), abs=0.02)

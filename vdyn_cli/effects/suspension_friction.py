@@ -10,24 +10,31 @@ from vdyn_cli.quantities.quantity import Quantity
 STICK = 2e-4  # m, of stroke until a strut slips
 FASTEST = 2.5e-3  # s, within which friction turns in the fastest strokes
 STILL = 1e-4  # m/s, below which a strut is at rest
+DRY = 1e-5  # m/s, to which a turning rate of zero is rounded: a strut at rest then creeps for 20 s
 
 
 def bristle(s: Signals) -> Number:
     """Rate of the friction's sense z, from -1 to 1: it follows the stroke, and slips once it is fully bent.
 
-    z' = (v - |v| z^5) / sqrt(STICK^2 + (FASTEST v)^2)
+    z' = (v - |v| z^5 - w z) / sqrt(STICK^2 + (FASTEST v)^2)
 
     The fifth power makes it a spring that slips rather than a soft bend. Its rate is limited: with steps of 1 ms the
-    integration stays stable.
+    integration stays stable. With a turning rate w, friction is not held at rest, and z is about tanh(v / w).
     Source: after Dahl, A Solid Friction Model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968.
     """
-    slipping = s.stroke_rate - soft_abs(s.stroke_rate, STILL) * s.bristle**5
+    w = s.suspension_friction_rate
+    creeping = 0.5 * (w + sqrt(w * w + DRY**2)) * s.bristle
+    slipping = s.stroke_rate - soft_abs(s.stroke_rate, STILL) * s.bristle**5 - creeping
     return slipping / sqrt(STICK**2 + (FASTEST * s.stroke_rate) ** 2)
 
 
 @effect(
     on="damper",
-    unknowns=(Quantity("suspension_friction", "N", "dry friction in the struts of an axle", "Fc", -20, 600),),
+    unknowns=(
+        Quantity("suspension_friction", "N", "dry friction in the struts of an axle", "Fc", -20, 600),
+        Quantity("suspension_friction_rate", "m/s", "stroke rate within which the friction turns", "w", -0.005, 0.02),
+    ),
+    nominal={"suspension_friction_rate": 0.0},
     reference="Dahl 1968; 50 to 200 N a wheel: Reimpell, Stoll, Betzler, The Automotive Chassis, 2nd ed. 2001, 5.4",
     states={"bristle": bristle},
     probes=(400.0,),  # friction that holds the body where it stops is found from above; from zero only below 100 N
@@ -41,7 +48,7 @@ def bristle(s: Signals) -> Number:
 def suspension_friction(damper: Law, s: Signals, q: Signals) -> Number:
     """Dry friction of struts, bushings and seals, the same force at every stroke rate, against the motion.
 
-    F = C v + Fc z, z from -1 to 1 following the stroke over some tenths of a millimeter. A call that stands for a part
-    of the axle takes its share.
+    F = C v + Fc z, z from -1 to 1 following the stroke over some tenths of a millimeter, or its rate over w. A call
+    that stands for a part of the axle takes its share.
     """
     return damper(s) + s.share * q.suspension_friction * s.bristle
