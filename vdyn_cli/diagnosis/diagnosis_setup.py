@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, isfinite
@@ -194,15 +194,19 @@ def _applicable(prepared: PreparedStep) -> tuple[tuple[Effect, ...], tuple[Effec
     assert diagnosable is not None
     every = applicable(prepared.simulated.model, candidates(prepared.step.situations))
     carried = tuple(e for e in every if diagnosable.carries and e.name in prepared.known.extensions)
-    factors = _size_factors(prepared.known)
+    factors = _size_factors(prepared.known, prepared.step.situations)
     return tuple(enlarged(e, factors) for e in every if e not in carried), carried
 
 
-def _size_factors(known: Parameters) -> Mapping[str, float]:
-    """By how much the vehicle, or its wheel, is heavier than any car, and by how much it is lighter, by tag."""
+def _size_factors(known: Parameters, situations: Collection[str]) -> Mapping[str, float]:
+    """By how much the vehicle, or its wheel, is heavier than any car, and by how much it is lighter, by tag.
+
+    A lighter one only where it coasts: its driveline is then part of what resists, and no candidate of its own.
+    """
     if "mass" in known:
         mass = known["mass"].value
-        return {"of_a_car": max(1.0, mass / POLICY.heaviest_car), "over_weight": max(1.0, POLICY.common_car / mass)}
+        lighter = POLICY.common_car / mass if "coasting" in situations else 1.0
+        return {"of_a_car": max(1.0, mass / POLICY.heaviest_car), "over_weight": max(1.0, lighter)}
     heavier = known["wheel_mass"].value / POLICY.heaviest_wheel if "wheel_mass" in known else 1.0
     return {"of_a_car": max(1.0, heavier)}
 
