@@ -67,7 +67,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _own(path: Path) -> bool:
-    """Whether a file or folder is this user's, and nobody else can write it."""
+    """Whether a file or folder belongs to this user, and only this user can write it."""
     if not hasattr(os, "getuid"):
         return True
     found = path.lstat()

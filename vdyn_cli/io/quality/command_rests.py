@@ -104,8 +104,8 @@ def contradicted_rests(
 ) -> Iterator[tuple[int, int, str, str]]:
     """The rests (first, stop, test, why) of a command that the car's motion or their own jumps contradict.
 
-    A rest at idle or below tells of brakes that nobody logged, so that only a car that is faster than the torque
-    contradicts it; above idle, either does. A rest at zero between two jumps is a lost signal unless the car follows.
+    During a rest at idle or below the car may brake, which is not logged: only a car that is faster than the torque
+    contradicts such a rest; above idle, a slower one does, too. A rest at zero between two jumps is a lost signal unless the car follows.
     Without a tie nothing is judged: a test bench may step its torque.
 
     Parameters
