@@ -105,7 +105,8 @@ def contradicted_rests(
     """The rests (first, stop, test, why) of a command that the car's motion or their own jumps contradict.
 
     During a rest at idle or below the car may brake, which is not logged: only a car that is faster than the torque
-    contradicts such a rest; above idle, a slower one does, too. A rest at zero between two jumps is a lost signal unless the car follows.
+    contradicts such a rest; above idle, a slower one does, too. A rest at zero between two jumps is a lost signal
+    unless the car follows.
     Without a tie nothing is judged: a test bench may step its torque.
 
     Parameters
