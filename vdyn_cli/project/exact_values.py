@@ -9,10 +9,13 @@ SCALES = ("mass", "rotating_mass")  # every force of a step is in proportion to 
 
 
 def exact_values(inputs: Inputs) -> tuple[Finding, ...]:
-    """A note on masses that a step needs and that are stated as exact, so that its intervals lack their error."""
+    """A note on a mass that a step needs and that is stated as exact, so that its intervals lack the error.
+
+    A rotating mass alone is a few per cent of it, and is named only beside the mass.
+    """
     known, needed = inputs.known, {*inputs.step.needs, *(inputs.step.reads or ())}
     exact = [n for n in SCALES if n in needed and n in known.estimates and known[n].std == 0 and known[n].value != 0]
-    if not exact:
+    if "mass" not in exact:
         return ()
     value = known[exact[0]]
     what = f"{' and '.join(exact)} {'is' if len(exact) == 1 else 'are'} taken as exact: the intervals lack their error"

@@ -1,0 +1,19 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+from vdyn_cli.project.exact_values import exact_values
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.steps import load_step
+
+
+def test_a_mass_without_its_uncertainty_is_noted_with_a_remedy_that_clears_it(root: Path, tmp_path: Path) -> None:
+    text = (root / "configs" / "coastdown.yaml").read_text(encoding="utf-8")
+    text = text.replace("../sample_logs", str(root / "sample_logs"))
+    for mass, noted in (("1588 kg", True), ("1588 +- 3 kg", False)):
+        path = tmp_path / "coast.yaml"
+        vehicle = f"vehicle: {{mass: {mass}, rotating_mass: 60 kg, frontal_area: 2.19 m^2}}"
+        path.write_text(text.replace("vehicle: vehicle.yaml", vehicle), encoding="utf-8")
+        found = exact_values(gather(load_step("coastdown"), path))
+        assert bool(found) is noted
+        assert all("mass and rotating_mass are taken as exact" in f.what and "+- 3 kg" in f.remedy for f in found)
