@@ -184,6 +184,21 @@ def check(
     raise typer.Exit(run_check(test, tuple(known or ()), "-" if as_json else output, _say_out(quiet)))
 
 
+@app.command()
+def compare(
+    old: Annotated[Path, typer.Argument(metavar="OLD.json", help="Result or parameters.json.", show_default=False)],
+    new: Annotated[Path, typer.Argument(metavar="NEW.json", help="The later one.", show_default=False)],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Compare two results: which parameters moved beyond both uncertainties; exit code 1 if one did."""
+    from vdyn_cli.commands.run_compare import run_compare
+    from vdyn_cli.commands.standard_output import write_out
+
+    text, code = run_compare(old, new, as_json)
+    write_out(text)
+    raise typer.Exit(code)
+
+
 def _say_out(quiet: bool) -> Callable[[str], None]:
     """The function that prints text to stdout unless quiet."""
     return lambda text: None if quiet else typer.echo(visible(text, but="\n"))
@@ -209,7 +224,9 @@ def explain(
 
 @app.command()
 def schema(
-    step: Annotated[str, typer.Argument(metavar="STEP|pipeline|result|parameters|channels|check", show_default=False)],
+    step: Annotated[
+        str, typer.Argument(metavar="STEP|pipeline|result|parameters|channels|check|comparison", show_default=False)
+    ],
 ) -> None:
     """Print the JSON schema of a step's YAML (for completion in editors), of a result or of parameters.json."""
     from vdyn_cli.commands.schema import json_schema

@@ -9,10 +9,16 @@ from vdyn_cli.commands.explain import closest_topic
 from vdyn_cli.description.test_description import described
 from vdyn_cli.project.pipeline import PipelineSpec
 from vdyn_cli.quantities.check_schema import CheckDocument
-from vdyn_cli.quantities.result_schema import ChannelsDocument, ParametersDocument, ResultDocument, document_schema
+from vdyn_cli.quantities.result_schema import (
+    ChannelsDocument,
+    ComparisonDocument,
+    ParametersDocument,
+    ResultDocument,
+    document_schema,
+)
 from vdyn_cli.steps import load_step, names
 
-TOPICS = ("pipeline", "result", "parameters", "channels", "check")  # beside the steps
+TOPICS = ("pipeline", "result", "parameters", "channels", "check", "comparison")  # beside the steps
 
 
 def json_schema(topic: str) -> str:
@@ -21,7 +27,7 @@ def json_schema(topic: str) -> str:
     Parameters
     ----------
     topic : a step or ``pipeline`` for its YAML, ``result`` for the JSON of a step, ``parameters`` for the pipeline's
-        ``parameters.json``, ``channels`` and ``check`` for the JSON of ``vdyn channels`` and ``vdyn check``.
+        ``parameters.json``; ``channels``, ``check`` and ``comparison`` for the JSON of these commands.
 
     Raises
     ------
@@ -34,6 +40,7 @@ def json_schema(topic: str) -> str:
         "parameters": lambda: document_schema(ParametersDocument),
         "channels": lambda: document_schema(ChannelsDocument),
         "check": lambda: document_schema(CheckDocument),
+        "comparison": lambda: document_schema(ComparisonDocument),
     }
     schema = schemas[topic]() if topic in schemas else _step_schema(topic)
     return json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}, indent=2) + "\n"

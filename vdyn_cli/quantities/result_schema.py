@@ -236,6 +236,37 @@ class ChannelsDocument(Entry):
     channels: list[ChannelEntry] = Field(description="the channels in the order of the file")
 
 
+class ComparedEntry(Entry):
+    """One parameter of two files."""
+
+    name: str = Field(description="parameter, or 'effect.unknown' of an effect that extends the model")
+    unit: str = Field(description="unit of every number of this entry; empty for a dimensionless parameter")
+    meaning: str = Field(description="meaning of the parameter")
+    old: float = Field(description="value in the first file")
+    old_interval95: tuple[float, float] = Field(description="its 95 % interval")
+    new: float = Field(description="value in the second file")
+    new_interval95: tuple[float, float] = Field(description="its 95 % interval")
+    difference: float = Field(description="new less old")
+    standard_error: float = Field(description="standard error of the difference if both errors are independent")
+    z: float | None = Field(description="difference over standard error; null if values without an error differ")
+    moved: bool = Field(description="whether the difference is beyond both uncertainties, at 95 %")
+
+
+class ComparisonDocument(Entry):
+    """What ``vdyn compare --json`` writes."""
+
+    format: Literal["vdyn/comparison/1"] = Field(description="name and version of this format")
+    old: str = Field(description="first file")
+    new: str = Field(description="second file")
+    sentence: str = Field(description="the answer")
+    moved: bool = Field(description="whether any parameter moved; exit code 1")
+    parameters: list[ComparedEntry] = Field(description="parameters that are in both files")
+    only_old: list[str] = Field(description="parameters that only the first file has")
+    only_new: list[str] = Field(description="parameters that only the second file has")
+    verdicts: list[str] = Field(description="verdicts of the diagnosis that differ, one a step")
+    assumed: str = Field(description="what is assumed about the errors of both files")
+
+
 class _NumbersOrNull(GenerateJsonSchema):
     def float_schema(self, schema: core_schema.FloatSchema) -> JsonSchemaValue:
         return {**super().float_schema(schema), "type": ["number", "null"]}
