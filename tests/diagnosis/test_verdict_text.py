@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from vdyn_cli.diagnosis.part_record import law_clause
 from vdyn_cli.diagnosis.verdict_text import amplitude_text, remainder_sentence
 from vdyn_cli.effects import catalogue
+from vdyn_cli.quantities.diagnosis import FaultyPart, PartLaw
 from vdyn_cli.quantities.parameters import Estimate
 
 
@@ -29,3 +31,19 @@ def test_the_size_follows_the_label(effect: str, value: float, half: float, says
 def test_a_remainder_is_readable_and_small_only_where_it_is() -> None:
     assert remainder_sentence(0.304) == "A significant residual remains (30 % of the rms misfit)."
     assert remainder_sentence(0.04) == "A small significant residual remains (4 % of the rms misfit)."
+
+
+def part_at_fault(law: PartLaw | None = None) -> FaultyPart:
+    return FaultyPart(
+        element="bearing", label="the bearing's drag torque", coordinate="wheel_speed", coordinate_unit="rad/s",
+        unit="N m", curve=(), baseline=(), gauge="", share_of_rms=0.9, explains=True, law=law,
+    )  # fmt: skip
+
+
+def test_only_where_no_effect_is_named_no_law_follows_the_curve() -> None:
+    """A set of laws, each of which would explain the error, leaves no doubt that a law is in the catalogue."""
+    part = part_at_fault()
+    assert law_clause(part, None, None) == "no law of the catalogue follows the curve"
+    both = law_clause(part, None, ("brakes that drag", "bearing drag"))
+    assert both == "of the named effects, these act on it: brakes that drag, bearing drag"
+    assert law_clause(part, None, ()) == "of the named effects, these act on it: none"

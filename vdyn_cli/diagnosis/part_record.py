@@ -30,7 +30,8 @@ def with_part_record(diagnosis: Diagnosis, found: PartJudgment) -> Diagnosis:
         return diagnosis
     part = _record(finding, found.law)
     learned = _learned(finding, found.learned, diagnosis) if found.learned is not None else None
-    sentence = _sentence(finding, part, learned) if finding.explains else ""
+    sentence = f"{_lies_in(finding, part)}; {law_clause(part, learned, _acting(finding, diagnosis))}."
+    sentence = sentence if finding.explains else ""
     text = f"{diagnosis.sentence} {sentence}".strip()
     return diagnosis.model_copy(update={"part": part, "learned": learned, "sentence": text})
 
@@ -99,24 +100,44 @@ def _learned(finding: PartFinding, law: Learned, diagnosis: Diagnosis) -> Learne
     )
 
 
-def _sentence(finding: PartFinding, part: FaultyPart, learned: LearnedLaw | None) -> str:
-    """Which part is at fault, and how much of its curve the law explains."""
-    over = finding.parts[0].over
-    what = f"The error lies in {part.label} over the {over} (curve with 95 % band)"
-    rivals = f"; these data cannot tell it from an error of {_and(part.rivals)}" if part.rivals else ""
+def _lies_in(finding: PartFinding, part: FaultyPart) -> str:
+    what = f"The error lies in {part.label} over the {finding.parts[0].over} (curve with 95 % band)"
+    return what + (f"; these data cannot tell it from an error of {_and(part.rivals)}" if part.rivals else "")
+
+
+def _acting(finding: PartFinding, diagnosis: Diagnosis) -> tuple[str, ...] | None:
+    """The labels of the effects that the verdict names and that act on the part; None where it names none."""
+    if diagnosis.verdict not in ("named", "ambiguous"):
+        return None
+    joined = (*(c.effect for c in diagnosis.causes), *(e for one in diagnosis.ambiguous for e in one))
+    candidates = finding.search.strategy.model.setup.candidates
+    named = [candidates[n] for one in joined for n in one.split("+") if n in candidates]
+    return tuple(dict.fromkeys(e.label for e in named if finding.parts[0].concerns(e)))
+
+
+def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[str] | None) -> str:
+    """Which law the curve of the part at fault has, as the end of a sentence.
+
+    Parameters
+    ----------
+    learned : the law learned from the curve. acting : labels of the effects that the verdict names and that act on
+        the part; None where it names no effect.
+    """
     if learned is not None:
         others = f" ({' or '.join(learned.indistinguishable)} would do as well)" if learned.indistinguishable else ""
         form = "a table" if learned.form == "table" else f"{learned.form.replace('_', ' ')}: {learned.formula}"
-        return f"{what}{rivals}; no law of the catalogue follows the curve, and its law is learned as {form}{others}."
+        return f"no law of the catalogue follows the curve, and its law is learned as {form}{others}"
+    if part.law is None and acting is None:
+        return "no law of the catalogue follows the curve"
     if part.law is None:
-        return f"{what}{rivals}; no law of the catalogue follows the curve."
+        return f"of the named effects, these act on it: {', '.join(acting or ()) or 'none'}"
     label = part.law.label
     # A law that does not follow the curve over its whole span may explain all that the data show of it.
     if not part.law.share_of_curve >= POLICY.law_share:
         share = f"{100 * part.law.share_of_rms:.0f} % of the rms error that the free curve explains"
     else:
         share = f"{100 * part.law.share_of_curve:.0f} % of the rms of the curve beside the model's law"
-    return f"{what}{rivals}; {label} {'explain' if is_plural(label) else 'explains'} {share}."
+    return f"{label} {'explain' if is_plural(label) else 'explains'} {share}"
 
 
 def _and(names: Sequence[str]) -> str:
