@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
 import vdyn_cli.physics.models
 from vdyn_cli import effects, steps
@@ -30,11 +29,11 @@ from vdyn_cli.io.reader import Column, Reader, ReadOptions, is_clock
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, to_json
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, VdynError
 from vdyn_cli.quantities.quantity import UnitError, to_si
 from vdyn_cli.steps import Problem, SimulatedProblem, Step
 
-Array = NDArray[np.float64]
 Check = Callable[[], Iterator[str]]
 
 # About those of a car, so that roots and quotients of them exist; what is not named is of the order of one.

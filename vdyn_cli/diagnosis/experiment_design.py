@@ -19,8 +19,9 @@ from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.linearized_system import linearize, orthonormal
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.inference.qr_factors import Array, qr_factor
+from vdyn_cli.inference.qr_factors import qr_factor
 from vdyn_cli.inference.regression import prior_rows
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 

@@ -12,7 +12,7 @@ from vdyn_cli.diagnosis.linearized_system import LinearizedRuns
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.diagnosis.unexplained import half_widths, unexplained_biases
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
 
 

@@ -23,7 +23,7 @@ from scipy.special import ndtri
 from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, orthonormal
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import ROUNDING, equivalent
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 
 
 @dataclass(frozen=True)

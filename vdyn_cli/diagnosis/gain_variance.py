@@ -9,8 +9,8 @@ import numpy as np
 
 from vdyn_cli.diagnosis.linearized_system import LinearizedRuns
 from vdyn_cli.inference import Unknown
-from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.regression import prior_rows
+from vdyn_cli.quantities.arrays import Array
 
 DAYS = 400  # draws: the variance is then known to 7 %, sqrt(2/400)
 SEED = 20170402  # any number: it makes the same data give the same interval

@@ -24,8 +24,8 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import scores
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.regression import prior_rows
+from vdyn_cli.quantities.arrays import Array
 
 DEPENDENT = 1e-9  # of the largest singular value of unit columns, below which a direction is rounding
 

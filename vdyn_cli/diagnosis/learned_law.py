@@ -14,7 +14,7 @@ from vdyn_cli.diagnosis.part_curve import Curve
 from vdyn_cli.diagnosis.part_finding import PartFinding
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.effects import Effect
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.law_definition import CurveDefinition, Form, LawDefinition
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.learned_effect import LAW_FORMS, learned_effect

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.linearized_system import LinearizedSystem
-from vdyn_cli.inference.qr_factors import Array, qr_factor
+from vdyn_cli.inference.qr_factors import qr_factor
+from vdyn_cli.quantities.arrays import Array
 
 Fold = tuple[int, NDArray[np.bool_]]  # the run that is left out (-1: a block), and its rows
 

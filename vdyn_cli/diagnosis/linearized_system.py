@@ -18,8 +18,9 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference import Regression, Rows
 from vdyn_cli.inference.intervals import effective_number
 from vdyn_cli.inference.linearized_regression import BLOCKS, blocks_of, blocks_within
-from vdyn_cli.inference.qr_factors import Array, qr_factor
+from vdyn_cli.inference.qr_factors import qr_factor
 from vdyn_cli.inference.regression import prior_rows
+from vdyn_cli.quantities.arrays import Array
 
 DEPENDENT = 1e-7  # of the largest singular value of unit columns: rounding of a QR factor of 1e5 rows is below 1e-10
 

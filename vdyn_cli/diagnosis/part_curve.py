@@ -15,7 +15,7 @@ from vdyn_cli.engine.model_builder import MissingSignalError, Signals
 from vdyn_cli.inference import Solution
 from vdyn_cli.inference.function_prior import beyond
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.steps.free_part import Part
 

@@ -11,7 +11,7 @@ from vdyn_cli.diagnosis.part_curve import Curve, curve_of, law_values, share_of_
 from vdyn_cli.diagnosis.part_search import FittedParts, PartSearch, part_search
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.free_part import Part
 

@@ -23,8 +23,8 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, evidence
 from vdyn_cli.inference.linearized_regression import linearized
-from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.restrict import restricted
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.free_part import Part

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, orthonormal
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 
 SEED = 20170401  # any number: it makes the same data give the same p value
 ROUNDING = 1e-6  # of a sensitivity's length, and of unit eigenvalues: differences of solvers' tolerances leave as much

@@ -22,7 +22,7 @@ from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.linearized_system import orthonormal
 from vdyn_cli.diagnosis.scores import ROUNDING
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 
 STEPS = 60  # values of tau tried for each of DECADES: within 4 % of the best, and its own error is a quarter and more
 DECADES = 4.0  # below the largest estimated coefficient, where tau is next to nothing

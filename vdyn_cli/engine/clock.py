@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.engine.kernel import Array
+from vdyn_cli.quantities.arrays import Array
 
 
 # Seven arrays: three signals with their tangents on one time. Pairs in objects would be built at every call only to be

@@ -12,7 +12,8 @@ import numpy as np
 from vdyn_cli.engine.backend import MOST
 from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.finite import culprit, first_not_finite, not_finite
-from vdyn_cli.engine.kernel import Array, Kernel
+from vdyn_cli.engine.kernel import Kernel
+from vdyn_cli.quantities.arrays import Array
 
 # Steps of the integration, at 1 to 4 us each: to start a thread and to wait for it takes some 0.2 ms.
 WORTH_A_THREAD = 5000

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.engine.kernel import Array
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 
 

@@ -13,8 +13,8 @@ import casadi as ca
 import numpy as np
 
 from vdyn_cli.engine.graph import Graph, refuse_unknown, trace
-from vdyn_cli.engine.kernel import Array
 from vdyn_cli.engine.model import Model
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 
 MOST_STEPS = 60

@@ -11,8 +11,9 @@ import numpy as np
 
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir import print_kernel
-from vdyn_cli.engine.kernel import Array, Seeds
+from vdyn_cli.engine.kernel import Seeds
 from vdyn_cli.engine.object_cache import kept
+from vdyn_cli.quantities.arrays import Array
 
 # Measured on models of 2 to 49 states: the code generator's first level gains a factor of two with tangents over level
 # 0, higher levels nothing. Passes over the text gain nothing with tangents (CasADi has shared what can be shared); on

@@ -17,11 +17,12 @@ from vdyn_cli.engine.course import Course, Grid, Seen, blocks, grid
 from vdyn_cli.engine.drive import Drive, Simulated
 from vdyn_cli.engine.finite import too_coarse
 from vdyn_cli.engine.graph import refuse_unknown, trace
-from vdyn_cli.engine.kernel import Array, Kernel, Seeds
+from vdyn_cli.engine.kernel import Kernel, Seeds
 from vdyn_cli.engine.lead import read_ahead
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.window import Window
+from vdyn_cli.quantities.arrays import Array
 
 __all__ = ["Drive", "Simulated", "Simulator"]
 

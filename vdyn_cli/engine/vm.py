@@ -9,7 +9,8 @@ import numpy as np
 
 from vdyn_cli.engine.dual import Tangents, Value, instructions, tangent
 from vdyn_cli.engine.graph import Graph, column
-from vdyn_cli.engine.kernel import Array, Seeds
+from vdyn_cli.engine.kernel import Seeds
+from vdyn_cli.quantities.arrays import Array
 
 
 class VirtualMachine:

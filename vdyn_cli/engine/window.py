@@ -6,7 +6,7 @@ import numpy as np
 
 from vdyn_cli.engine.course import Seen
 from vdyn_cli.engine.drive import Simulated
-from vdyn_cli.engine.kernel import Array
+from vdyn_cli.quantities.arrays import Array
 
 
 class Window:

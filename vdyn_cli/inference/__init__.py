@@ -11,11 +11,11 @@ from vdyn_cli.inference.evidence import infer
 from vdyn_cli.inference.intervals import equal_information_blocks
 from vdyn_cli.inference.minimize import Minimum, minimize
 from vdyn_cli.inference.normal_system import Solved
-from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.refusals import refusals
 from vdyn_cli.inference.regression import Loss, Objective, Regression, Rows, Unknown
 from vdyn_cli.inference.solution import Downweighted, Solution, Unit
 from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN, exceeds_noise, white_level, whiten
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 
 __all__ = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 
 
 def factored(band: Array) -> Array:

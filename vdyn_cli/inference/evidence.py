@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from vdyn_cli.inference import intervals
 from vdyn_cli.inference.intervals import UnitFactor, equal_information_blocks
 from vdyn_cli.inference.normal_system import Solved
-from vdyn_cli.inference.qr_factors import Array, qr_factor
+from vdyn_cli.inference.qr_factors import qr_factor
 from vdyn_cli.inference.regression import Rows, matrix_of, prior_rows, weights
 from vdyn_cli.inference.solution import Downweighted, Solution, Unit
+from vdyn_cli.quantities.arrays import Array
 
 Kind = Literal["run", "block"]
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 
 LENGTHS = (0.04, 0.08, 0.15, 0.3, 0.6)  # of the span: from the narrowest cosine of the basis to nearly a straight line
 HIGHEST = 5  # coefficients whose mean square stands for those beyond: a quarter of the basis

@@ -21,12 +21,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import Bins
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 
 SINGULAR = 1e-7  # singular value with columns of unit length: the accuracy of the sensitivities
 WIDEST = 0.5  # of the physical range: an interval of a larger standard deviation (+- 2) is wider than the range

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 
 ALONE = 1e-9  # share of a direction's information from other units that counts as none: rounding of the eigenvalues
 

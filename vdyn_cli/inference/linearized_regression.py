@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.intervals import equal_information_blocks
-from vdyn_cli.inference.qr_factors import Array, qr_factor
+from vdyn_cli.inference.qr_factors import qr_factor
 from vdyn_cli.inference.regression import Regression, Rows, Unknown
+from vdyn_cli.quantities.arrays import Array
 
 BLOCKS = 24  # of all runs together where runs are few: 2^24 sign patterns reach any level in use
 FEWEST_ROWS = 6  # of a block: with fewer, a block's noise pattern dominates its score

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference.qr_factors import Array, reduce
+from vdyn_cli.inference.qr_factors import reduce
 from vdyn_cli.inference.regression import Objective, Point
+from vdyn_cli.quantities.arrays import Array
 
 NEGLIGIBLE = 1e-16  # of the cost: a step that promises less has arrived
 HARMLESS = 1e-4  # of one residual's variance: a stalled step that promises less moves nothing that matters

@@ -7,8 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from vdyn_cli.inference.minimize import Minimum
-from vdyn_cli.inference.qr_factors import Array, Reduced, reduce
+from vdyn_cli.inference.qr_factors import Reduced, reduce
 from vdyn_cli.inference.regression import Loss, Regression
+from vdyn_cli.quantities.arrays import Array
 
 
 class Solved:

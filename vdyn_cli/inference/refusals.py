@@ -6,7 +6,7 @@ import numpy as np
 
 from vdyn_cli.inference.identifiability import SINGULAR, Open, find_open, listed, phrase
 from vdyn_cli.inference.normal_system import Solved
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 
 AT_BOUND = 1e-7  # distance from a bound, of the physical range, that counts as at the bound

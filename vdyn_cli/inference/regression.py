@@ -10,7 +10,8 @@ from typing import Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference.qr_factors import Array, BorderedSystem, qr_factor
+from vdyn_cli.inference.qr_factors import BorderedSystem, qr_factor
+from vdyn_cli.quantities.arrays import Array
 
 Loss = Literal["none", "huber", "soft_l1"]
 

@@ -9,9 +9,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.inference.regression import Regression, Residuals, Rows
 from vdyn_cli.inference.solution import Solution
+from vdyn_cli.quantities.arrays import Array
 
 
 @runtime_checkable

@@ -24,8 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.gust_covariance import SOURCES, Colored, RunNoise
-
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 WIDE = 10.0  # prior standard deviation of the own unknowns, in their units: far above the error of a start speed
 NEGLIGIBLE = 1e-3  # of the log likelihood: a step that gains less moves no amplitude by 0.05 standard deviations

@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 SIZES = tuple(np.geomspace(0.0015, 0.03, 6))
 LENGTHS = tuple(np.geomspace(30.0, 1500.0, 7))  # m

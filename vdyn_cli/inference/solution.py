@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 # standard errors of the variance of white noise, noise^2 (2 / n)^0.5, by which a channel's must exceed it: below,
 # the channel may hold noise alone. Beyond, the intervals say what it tells.

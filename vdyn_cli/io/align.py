@@ -12,11 +12,11 @@ from vdyn_cli.io.clock_estimate import clock_difference
 from vdyn_cli.io.clock_policy import CLOCKS
 from vdyn_cli.io.sampled import Signal
 from vdyn_cli.io.tied_channels import ChannelTie, tie_of, ties, tying
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 
-Array = NDArray[np.float64]
 AlignOn = str | tuple[str, str] | None
 """The channel that both loggers recorded, the reference's channel and the other's, or None: found by itself."""
 

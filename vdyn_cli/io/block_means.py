@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
-
-Array = NDArray[np.float64]
 
 LEAST_SAMPLES = 2  # of a block, on average: a log sampled more slowly stays as it is
 LEAST_FINITE = 0.5  # share of a block's samples that must hold a number

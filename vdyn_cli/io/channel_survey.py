@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.log_formats import readers
 from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, Reader, ReadOptions, Recorded, is_clock
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 
-Array = NDArray[np.float64]
 State = Literal["clock", "varies", "constant", "empty", "text"]
 
 _SWITCH = 16  # values; a channel of fewer is a switch or a gear, which may rest anywhere

@@ -25,11 +25,10 @@ from numpy.typing import NDArray
 from vdyn_cli.io.clock_policy import CLOCKS
 from vdyn_cli.io.sampled import FINE, Signal, smoothed
 from vdyn_cli.io.tied_channels import ChannelTie
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
-
-Array = NDArray[np.float64]
 
 _WIDTHS = (2.0, 8.0, 32.0, 128.0, 512.0)  # smoothing, in steps of the slower logger
 _BLOCKS = 16

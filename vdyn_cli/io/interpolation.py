@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
+
 Rows = NDArray[np.intp]
 
 MOST = 50_000  # rows that are looked at

@@ -15,13 +15,11 @@ from io import StringIO
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.stored_channels import StoredChannel, not_there
 from vdyn_cli.io.stored_reader import StoredReader
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
-
-Array = NDArray[np.float64]
 
 _MAGIC = b"LabVIEW Measurement"
 _END = "***End_of_Header***"

@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there
 from vdyn_cli.io.stored_reader import StoredReader
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
-
-Array = NDArray[np.float64]
 
 _HDF5 = b"\x89HDF"
 _DATA, _NAME, _UNIT = ("data", "values"), ("name", "label"), ("unit", "units")

@@ -13,13 +13,11 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there
 from vdyn_cli.io.stored_reader import StoredReader
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
-
-Array = NDArray[np.float64]
 
 _MAGIC = (b"MDF     ", b"UnFinMF ")
 _FRAGMENT = 1 << 20  # bytes that asammdf holds at a time; larger ones cost memory and save no time

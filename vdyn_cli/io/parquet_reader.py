@@ -11,13 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there
 from vdyn_cli.io.stored_reader import StoredReader
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
-
-Array = NDArray[np.float64]
 
 _UNIT_KEYS = (b"unit", b"units", b"Unit", b"Units")
 _PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}

@@ -10,12 +10,10 @@ from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import to_si
-
-Array = NDArray[np.float64]
 
 _CLOCK = re.compile(
     r"((elapsed|log|sample)[ _]?time|time|timestamps?|zeit|x_value|t(?=_m?s\b|[^\w]|$))(?![a-z])", re.IGNORECASE

@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 
-Array = NDArray[np.float64]
 Kept = NDArray[np.bool_]
 LineOf = Callable[[int], int]
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
+
 Flags = NDArray[np.bool_]
 
 FINE = 8  # cells in the narrowest smoothing width

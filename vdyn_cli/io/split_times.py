@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 

@@ -16,11 +16,10 @@ from vdyn_cli.io.file_units import contradiction, contradicts, stated_unit, unit
 from vdyn_cli.io.reader import Column, ReadOptions, Recorded, channel_info, is_clock, rises
 from vdyn_cli.io.sample_times import check_rising
 from vdyn_cli.io.split_times import split_instants
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
 from vdyn_cli.quantities.quantity import UnitError, to_si
-
-Array = NDArray[np.float64]
 
 _TOGETHER = 16  # channels read in one pass over their table: more passes take time, more channels memory
 

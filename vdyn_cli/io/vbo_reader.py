@@ -15,14 +15,12 @@ from io import StringIO
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.stored_channels import StoredChannel, not_there
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.io.written_times import since_first
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
-
-Array = NDArray[np.float64]
 
 _SECTION = re.compile(r"\[([a-z ]+)\]\s*$", re.IGNORECASE)
 _STANDARD = (  # unit of a channel of the logger itself, by the words of its title under [header]

@@ -7,7 +7,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 _LONGEST = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
 _DAY = 86400.0  # s

@@ -24,13 +24,12 @@ from vdyn_cli.io.quality.cross_checks import AXLES, LIVELY, LONG, NOTICED, UNEQU
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
 from vdyn_cli.io.tied_channels import tie_of
 from vdyn_cli.project.check_policy import CHECK
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.check_schema import TiedPair
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
-
-Array = NDArray[np.float64]
 
 WINDOW = 1.0  # s
 REACH = 1.0  # s, largest delay

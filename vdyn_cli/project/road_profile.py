@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.description.yaml_source import YamlSource
@@ -20,11 +19,10 @@ from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.io.unchanged import read_unchanged
 from vdyn_cli.project.channel_sources import channel_maps
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.road_survey import RoadSurvey
-
-Array = NDArray[np.float64]
 
 NAMES: Mapping[str, tuple[str, ...]] = {
     "position": ("position", "station", "distance", "chainage", "x"),

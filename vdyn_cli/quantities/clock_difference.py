@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vdyn_cli.quantities.log import Array
+    from vdyn_cli.quantities.arrays import Array
 
 
 @dataclass(frozen=True)

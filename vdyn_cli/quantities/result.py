@@ -17,9 +17,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from vdyn_cli.quantities.arrays import Array
     from vdyn_cli.quantities.diagnosis import Diagnosis
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Sheet
     from numpy.typing import NDArray
 
-    Array = NDArray[np.float64]
+    from vdyn_cli.quantities.arrays import Array
 
 WIDTH = 1240.0
 _LEFT, _RIGHT = 72.0, 14.0

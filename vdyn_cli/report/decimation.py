@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Array = NDArray[np.float64]
+    from vdyn_cli.quantities.arrays import Array
 
 
 def finite(values: Array) -> Array:

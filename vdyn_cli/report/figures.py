@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    Array = NDArray[np.float64]
+    from vdyn_cli.quantities.arrays import Array
 
 WIDTH, PLOT_HEIGHT = 600.0, 270.0
 _LEFT, _RIGHT, _BOTTOM = 68.0, 16.0, 48.0

@@ -15,7 +15,7 @@ from vdyn_cli.report import decimation, typography
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Array = NDArray[np.float64]
+    from vdyn_cli.quantities.arrays import Array
 
 MOST = 12  # panels in a row: at 1150 px each is then about 90 px wide, enough for the shape of a run
 _GAP = 10.0  # px between panels

@@ -14,9 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure as Sheet
-    from numpy.typing import NDArray
 
-    Array = NDArray[np.float64]
+    from vdyn_cli.quantities.arrays import Array
 
 WIDTH = 1240.0
 _BINS = 32

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from vdyn_cli.effects import Effect
     from vdyn_cli.engine.model import Model
     from vdyn_cli.inference import Regression, Solution, Unknown
-    from vdyn_cli.inference.qr_factors import Array
+    from vdyn_cli.quantities.arrays import Array
     from vdyn_cli.quantities.check_schema import CoastBalance
     from vdyn_cli.quantities.log import Log
     from vdyn_cli.steps.free_part import Part

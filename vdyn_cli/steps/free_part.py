@@ -16,7 +16,7 @@ import numpy as np
 from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.maths import copysign, cos, fabs, fmax, fmin, log, sqrt
 from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.inference.qr_factors import Array
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.quantity import Quantity
 
 ORDER = 20  # cosines: a wave of a tenth of the span is the narrowest shape that they follow

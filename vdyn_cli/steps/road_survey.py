@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 MODES = 5  # of the error along the road: a constant and four cosines; shorter ones pass within one bin of a coast
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 
-Array = NDArray[np.float64]
 REMEDY = "add 'sign: -1' to its channel"
 
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from vdyn_cli.io.csv.csv_cells import LONGEST, NOT_WRITTEN, is_written, number_of
 from vdyn_cli.io.csv.csv_layout import Layout
 from vdyn_cli.io.written_times import since_first, written_seconds
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
 
-Array = NDArray[np.float64]
 T = TypeVar("T", bound=np.generic)
 
 MOST_BAD = 1000  # cells that are no numbers, after which reading on would only repeat the message

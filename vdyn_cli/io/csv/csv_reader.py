@@ -21,13 +21,13 @@ from vdyn_cli.io.quality.log_checks import checked
 from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded, channel_info, is_clock, rises
 from vdyn_cli.io.sample_times import LineOf, check_rising
 from vdyn_cli.io.split_times import split_instants
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
 __all__ = ["CSV", "Column", "ReadOptions", "read_csv"]
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 

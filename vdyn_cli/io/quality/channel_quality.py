@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.interpolation import own_rows
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.vocabulary import TREMBLING
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 _LEVELS = 16  # a channel of so few values is a switch or a gear, which may rest anywhere

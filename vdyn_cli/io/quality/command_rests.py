@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.quality_policy import QualityPolicy
 from vdyn_cli.io.quality.regular_stretches import quantum
+from vdyn_cli.quantities.arrays import Array
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _ROUNDS = 3  # of the fit, without the samples that the last one left out

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.gain_changes import gain_change_findings
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
-
-Array = NDArray[np.float64]
 
 NOTICED, REFUSED = 0.03, 0.25  # relative difference of two scales
 # Bodies pitch by 0.2 to 0.8 degrees per m/s^2 (Gillespie, Fundamentals of Vehicle Dynamics, ch. 7): 3 to 14 % of g.

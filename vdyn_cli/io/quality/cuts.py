@@ -6,16 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.log_flags import flags
 from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.cut_ledger import Decision, LedgerRow
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
-
-Array = NDArray[np.float64]
 
 TESTS = {
     "frozen": "sensor or logger frozen",

@@ -13,12 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
-
-Array = NDArray[np.float64]
 
 FEWEST = 20  # samples with both channels
 BINS = 20  # of a run, over which the rest is averaged: what is left of a position's noise, and a bend in full

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
-
-Array = NDArray[np.float64]
 
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
 LOADS = ("front_left_load", "front_right_load", "rear_left_load", "rear_right_load")

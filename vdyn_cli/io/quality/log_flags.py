@@ -26,11 +26,11 @@ from vdyn_cli.io.quality.regular_stretches import (
     straight,
 )
 from vdyn_cli.io.quality.spikes import dropouts, level_step, spikes
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
 from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, TREMBLING
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.quality_policy import QualityPolicy
+from vdyn_cli.quantities.arrays import Array
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 Spans = list[tuple[int, int]]

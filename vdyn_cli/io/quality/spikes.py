@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.quality_policy import QualityPolicy
+from vdyn_cli.quantities.arrays import Array
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 _BLOCK = 16  # samples over which the local level of deviations is taken

@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.physics.models.vehicle import Driven, vehicle
 from vdyn_cli.physics.models.vehicle_axle import Differential
 from vdyn_cli.physics.models.vibration_modes import cruise
-
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 STEP = 1e-3  # s
 BEFORE = 0.2  # s of cruise before the pedal moves

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.result import Figure, Series
 from vdyn_cli.steps.area.pictures import BoxEdges
-from vdyn_cli.steps.area.silhouette import Array, Silhouette, outline
+from vdyn_cli.steps.area.silhouette import Silhouette, outline
 
 WIDEST = 800  # pixels of the picture in the report
 

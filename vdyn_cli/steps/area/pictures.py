@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vdyn_cli.io.picture import read_grey
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.area.silhouette import Array
 from vdyn_cli.steps.area.spec import AreaSpec, ReferenceBox
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from vdyn_cli.inference.uncertainty_budget import Budget, propagate
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.area import figures, text
 from vdyn_cli.steps.area.pictures import BoxEdges
-from vdyn_cli.steps.area.silhouette import Array, Silhouette
+from vdyn_cli.steps.area.silhouette import Silhouette
 from vdyn_cli.steps.area.spec import AreaSpec
 
 CORNER = 0.5  # pixels, standard deviation of a box corner read from the picture: rounding alone gives 0.29

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
+
 Mask = NDArray[np.bool_]
 
 EDGE = 4  # pixels on either side of the threshold's line in which the picture's blur is looked for

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.bump.crossing import CHANNELS, LOADS, traveled
-
-Array = NDArray[np.float64]
 
 LEAD, TAIL = 0.1, 0.6  # s of the response before the front axle meets the bump and after the rear axle has left it
 REACH = 1.0  # s by which an axle's change may lie elsewhere than expected, beyond the delay itself

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.bump.smooth_speed import SmoothSpeed, smooth_speed
-
-Array = NDArray[np.float64]
 
 LOADS = ("front_load", "rear_load")
 BODY_CHANNELS = ("vertical_acceleration", "pitch_rate")

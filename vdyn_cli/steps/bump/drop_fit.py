@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
@@ -15,11 +14,10 @@ from vdyn_cli.engine.simulate import Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.physics.models.dropped_car import dropped_car, given, motions, sought
 from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.drop_run import DropRun
 from vdyn_cli.steps.contract import NO_VALUES
-
-Array = NDArray[np.float64]
 
 LARGEST_STEP = 1.1e-3  # s, of the integration
 TOLERANCE = 1e-3  # of a residual's variance

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
-
-Array = NDArray[np.float64]
 
 HELD = 10  # samples at the start of a log that tell the height at which the car is held
 MOVED = 8.0  # of the noise: the car is on its way; white noise stays below 5 deviations

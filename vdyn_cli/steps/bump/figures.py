@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.steps.bump.replay import ENDS, Replay
-
-Array = NDArray[np.float64]
 
 UNITS = {"front_load": "N", "rear_load": "N", "vertical_acceleration": "m/s^2", "pitch_rate": "rad/s"}
 LINE = 800  # points of a loop, more than a figure has pixels across

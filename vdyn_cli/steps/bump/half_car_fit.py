@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
@@ -15,13 +14,12 @@ from vdyn_cli.engine.simulate import Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.physics.models.half_car import BODY, BODY_OF, CROSSING, GIVEN, SOUGHT, sprung_body
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.crossing import Crossing
 from vdyn_cli.steps.bump.known_car import KnownCar, usual_car
 from vdyn_cli.steps.bump.noise import MISFIT, ChannelWeights
 from vdyn_cli.steps.contract import NO_VALUES
-
-Array = NDArray[np.float64]
 
 LARGEST_STEP = 1.1e-3  # s, of the integration: with it loads are good to a hundredth of a load cell's noise
 TOLERANCE = 1e-3  # of a residual's variance: wheels that lift off make kinks, at which steps gain less than expected

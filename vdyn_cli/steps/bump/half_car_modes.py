@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
-
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 MODES = ("bounce", "pitch", "wheel hop front", "wheel hop rear")
 STEP = 1e-4  # relative, for central differences: truncation and rounding errors are both below 1e-8

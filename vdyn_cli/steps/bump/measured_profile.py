@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.physics.models.half_car import Points
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.bump.spec import BumpSpec
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5  # m, resolution of a good profilometer: smaller steps of height are its noise
 WORTH_REPORTING = 2e-5  # m, twice the first tolerance: the limit on the number of points then costs accuracy

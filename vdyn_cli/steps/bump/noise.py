@@ -6,11 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.bump.crossing import LOADS, Crossing
-
-Array = NDArray[np.float64]
 
 # Residual over noise, above which the residual weights a channel: the noise of some hundred samples at the bump, from
 # third differences, is itself known to less than 10 %, and twice that is no chance.

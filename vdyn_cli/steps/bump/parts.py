@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.inference import Solution
-from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.physics.laws.suspension import damper, spring
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.replay import replay
 from vdyn_cli.steps.free_part import Part

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown
-from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.physics.models.half_car import half_car, half_car_on_profile
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result

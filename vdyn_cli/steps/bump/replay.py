@@ -6,13 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Solution
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.bump.crossing import LOADS
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
-
-Array = NDArray[np.float64]
 
 ENDS = ("front", "rear")
 OFF_ROAD = 1e-3  # of the load at rest: integration errors are smaller, any contact larger

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 SPACING = 0.04  # s between knots: a bump brakes an axle within a tenth of a second
 GAP_PENALTY = 1e-8  # on bends where no sample is: bridges gaps, and stays below any of STIFFNESSES

@@ -7,20 +7,18 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.engine.course import blocks
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import Rows
 from vdyn_cli.inference.banded import whitened
 from vdyn_cli.physics.models.load_transfer import CARRIED, SOUGHT, SPEED_RATE
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.cg.carried_weight import with_carried
 from vdyn_cli.steps.cg.speed_change import with_speed
 
 if TYPE_CHECKING:
     from vdyn_cli.steps.cg.load_fit import LoadFit
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference import Rows, white_level
 from vdyn_cli.inference.banded import factored, whitened
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
 
 LENGTH = 0.5  # s of a window: half a swing of the body in heave and more, which has 1 to 2 Hz
 LONGEST_GAP = 3.0  # usual steps of the clock

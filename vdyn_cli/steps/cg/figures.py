@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Solution
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.steps.cg.load_fit import LoadFit
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

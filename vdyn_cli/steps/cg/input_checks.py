@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import exceeds_noise, white_level
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
@@ -16,8 +16,6 @@ from vdyn_cli.steps.cg.load_windows import LOADS, pitch_angle
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
 
 SHORTEST = 2.0  # s: a run must hold a squat and a dive, of half a second each, and the way in and out
 FEWEST_SAMPLES = 10  # of an acceleration that says anything

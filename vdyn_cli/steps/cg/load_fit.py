@@ -8,7 +8,6 @@ from functools import cached_property
 from operator import attrgetter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
@@ -18,6 +17,7 @@ from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, s
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.physics.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT, UNIT
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun
@@ -26,8 +26,6 @@ from vdyn_cli.steps.cg.load_windows import LoadWindows
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
 from vdyn_cli.steps.cg.speed_change import SpeedChange
 from vdyn_cli.steps.contract import NO_VALUES
-
-Array = NDArray[np.float64]
 
 # s to either side, over which a load's second derivative is taken: measured channels, true channels. The latter is
 # longer, since its noise comes from the same readings as that of the balance and would bias the unknowns to zero.

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-
-Array = NDArray[np.float64]
 
 WINDOW = 0.02  # s over which the balance is integrated; the body pitches at 1 to 3 Hz
 LOADS = ("front_load", "rear_load")

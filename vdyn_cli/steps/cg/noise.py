@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.cg.load_windows import LoadWindows
-
-Array = NDArray[np.float64]
 
 SMOOTHING = 0.015  # s, standard deviation: passes what the body does, 3 Hz by 96 %, and stops the sensors' noise
 

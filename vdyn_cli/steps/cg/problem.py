@@ -11,6 +11,7 @@ import numpy as np
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, solve, standing
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -20,7 +21,7 @@ from vdyn_cli.steps.cg.carried_weight import carried_weight
 from vdyn_cli.steps.cg.gps_zero import gps_zero
 from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_contradiction
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle, with_free_heave
-from vdyn_cli.steps.cg.load_fit import Array, LoadFit
+from vdyn_cli.steps.cg.load_fit import LoadFit
 from vdyn_cli.steps.cg.load_windows import LOADS, cut_windows
 from vdyn_cli.steps.cg.parts import balance_parts
 from vdyn_cli.steps.cg.result import cg_result

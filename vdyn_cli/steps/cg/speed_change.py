@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import Rows, white_level
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-
-Array = NDArray[np.float64]
 
 EVERY = 0.5  # s between the speeds that are compared: half a swing of the body's pitch, which moves the antenna
 FEWEST = 8  # speeds of a run

@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadFit
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
 
 CLASSES = 8  # of speed: a straight line over an eighth of a coast bends by less than the force's own scatter
 FEWEST_SAMPLES = 5  # of a run in a class: a slope of fewer is noise

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.late_clutch import shared_start
 from vdyn_cli.steps.coastdown.segments import (
-    Array,
     CoastSegment,
     Mask,
     RejectedSegment,

@@ -8,18 +8,17 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.bins import Bins, Nodes, cut, nodes
 from vdyn_cli.physics.models.road_load import DriveSignal, road_load
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.road_position import road_ends
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.coastdown.shared_road import RoadLayout, road_layout
 
-Array = NDArray[np.float64]
 AccelerometerUse = Literal["none", "beside", "alone"]
 
 BIN_WIDTH = 2.0  # s: a quarter of the usual gust; on an open road torque and force are not sampled together either

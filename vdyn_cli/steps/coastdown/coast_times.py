@@ -16,13 +16,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.segments import CoastSegment
-
-Array = NDArray[np.float64]
 
 R83_PAIRS, WLTP_PAIRS = 4, 3  # fewest pairs
 R83_LIMIT, WLTP_LIMIT = 0.02, 0.03  # statistical accuracy p of the mean time

@@ -17,17 +17,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.felt_road import felt_share
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.coastdown.shared_road import SPECTRA, slope_correlation
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
 
 NODE = 20.0  # m between the nodes, as the knots of a road: a coasting car passes them in a bin of 2 s
 FEWEST, MOST = 8, 400  # nodes of a run; longer runs have longer nodes

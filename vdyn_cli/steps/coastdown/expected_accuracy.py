@@ -10,15 +10,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.gust_covariance import Surroundings, speed_noise
 from vdyn_cli.physics.models.road_load import road_load
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
-
-Array = NDArray[np.float64]
 
 PAIR = ("rolling_resistance", "drag_area")
 STEP = 0.5  # s of a simulated coast: a quarter of a bin

@@ -14,15 +14,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
 
 BIN = 2.0  # s, as the fit averages
 FEWEST_RUNS, FEWEST_BINS = 3, 5  # two runs have no scatter, and a run fits three unknowns

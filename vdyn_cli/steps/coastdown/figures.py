@@ -14,7 +14,6 @@ from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.residuals import by_speed, run_forces
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
 
-Array = NDArray[np.float64]
 Role = Literal["measured", "accent", "muted"]
 
 WAYS: tuple[tuple[float, str, Role], ...] = ((1.0, "out", "measured"), (-1.0, "back", "accent"), (0.0, "all", "muted"))

@@ -15,13 +15,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, rows
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
 
 LAGS = tuple(float(t) for t in np.geomspace(0.2, 1.6, 13))  # s, that are tried: shorter ones move no estimate
 LENGTH = 4.5  # s of a run's start that is fitted: a parabola describes the coast, which a gust hardly changes

@@ -6,14 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.physics.models.road_load import road_load
-
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 INSTANT = 0.1  # s of simulation, from whose change of speed a force is computed
 WARM = 7200.0  # s of driving: twelve nominal time constants of the tire warm-up

@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import gust_covariance
 from vdyn_cli.inference.gust_covariance import RunNoise, Surroundings
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.road_run import RoadRun
-
-Array = NDArray[np.float64]
 
 
 def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:

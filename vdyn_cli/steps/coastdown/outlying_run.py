@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
-
 
 
 @dataclass(frozen=True)

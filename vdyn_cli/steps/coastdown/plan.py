@@ -9,16 +9,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Regression
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.expected_accuracy import LONGEST, STEP, coasting_clock
 from vdyn_cli.steps.coastdown.road_load_fit import effects_of, rows_of, transferred
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.manoeuvre import Manoeuvre
-
-Array = NDArray[np.float64]
 
 FASTER, FASTEST = 1.3, 130 / 3.6  # times the highest speed driven, up to what is legal somewhere, m/s
 SLOWEST = 2.0  # m/s

@@ -12,13 +12,14 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import RefusedFitError, Regression, Unknown
 from vdyn_cli.physics.models.road_load import DriveSignal
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
-from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Array, Campaign, road_of
+from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Campaign, road_of
 from vdyn_cli.steps.coastdown.elevation_grade import (
     ElevationGrade,
     elevation_grades,

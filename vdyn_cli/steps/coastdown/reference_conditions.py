@@ -10,12 +10,10 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
-
-Array = NDArray[np.float64]
 
 POUND_FORCE = 4.4482216152605  # N, exact (international pound, standard gravity)
 MILE_PER_HOUR = 0.44704  # m/s, exact

@@ -8,7 +8,6 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Unknown
@@ -45,8 +44,6 @@ from vdyn_cli.steps.coastdown.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
 
 SOURCE = "coastdown"
 MAIN = ("rolling_resistance", "drag_area")

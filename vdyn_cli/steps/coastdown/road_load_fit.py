@@ -31,6 +31,7 @@ from vdyn_cli.inference.restricted_likelihood import (
     find_sizes,
     typical_sizes,
 )
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import noise_of, road_response, wind_variance
@@ -42,7 +43,6 @@ from vdyn_cli.steps.coastdown.shared_road import (
 )
 from vdyn_cli.steps.coastdown.start_values import started
 
-Array = NDArray[np.float64]
 SUBSTEPS = 1  # between the nodes of a coast, a second apart: half of it moves no estimate by 1e-6 of its interval
 ROUNDS = 3  # of noise sizes and fit, at most
 STEPS = 6  # of a fit with every candidate effect in, whose values are not published

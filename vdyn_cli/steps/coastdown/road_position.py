@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 FEWEST_POSITIONS = 10  # rows with a position, whose mean is then known to a third of the receiver's noise
 MISS = 0.1  # of the distance driven by which the position may differ from it: a trip meter differs by twice

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
-
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 LOWEST_LEVEL = 1e-4  # in SI, of the white noise in a channel: a simulated log has none
 # m/s, of the speed at which a timer takes the instant: the 0.1 km/h to which loggers of split times state their speed.

@@ -9,17 +9,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Regression, whiten
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, likelihoods_of
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import met_slopes, slope_response
 from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadRows, prior_information, rows_of, weighted_start
 from vdyn_cli.steps.coastdown.shared_road import DEFAULT_SPECTRUM, SPECTRA, possible_turns
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
 
 ABOUT = 1.0  # of the log likelihood: a difference as chance makes it for each further parameter (Akaike)
 LEVEL = 1e-3  # share of the roughness that is none

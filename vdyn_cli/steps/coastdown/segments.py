@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FEWEST_SAMPLES = 20  # of a segment: fewer show neither the noise of the speed nor ten bins

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from vdyn_cli.io.interpolation import own_rows
 from vdyn_cli.physics.models.road_load import DriveSignal
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
@@ -26,8 +26,6 @@ from vdyn_cli.steps.coastdown.segments import (
 )
 from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
 
 SLOWEST = 1.0  # m/s: below, tires and brakes follow other laws
 LEAST_FILLED = 0.8  # of the rows in which a channel must hold a number to be used

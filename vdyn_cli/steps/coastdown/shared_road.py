@@ -25,9 +25,8 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.road_run import RoadRun
-
-Array = NDArray[np.float64]
 
 KNOTS = 96  # of all profiles: 20 to 40 m apart, which a coasting car passes in one bin of 2 s
 # Correlations of the slope as sums of (share, length in m, smooth). Road elevation has a power density of about 1/n^2

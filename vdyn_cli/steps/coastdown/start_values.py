@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.bins import Bins
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.road_run import RoadRun
-
-Array = NDArray[np.float64]
 
 STRIDE = 2  # bins over which a deceleration is taken: one has twice the noise, and only a start is wanted
 INSIDE = 0.01  # of the physical range by which a start keeps off its bounds

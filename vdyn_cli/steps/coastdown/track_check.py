@@ -16,9 +16,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.check_schema import CoastBalance, RunDeceleration, TimeAccuracy
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import ResultError
@@ -31,8 +31,6 @@ from vdyn_cli.steps.coastdown.regulation_limits import TestDay, regulation_limit
 from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, coast_segment
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.contract import TrackCheck
-
-Array = NDArray[np.float64]
 
 LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the speed decides the deceleration
 

@@ -23,11 +23,11 @@ from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
 from vdyn_cli.physics.models.wheel_spin import LEVER, READINGS, WHEEL_SPIN
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.noise import WindowNoise
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 STANDSTILL = 1.0  # rad/s, below which friction takes any value
 RIM_SHARE = 0.6  # of m r^2, a wheel with its tire: between a disk's 0.5 and a hoop's 1; only a start value

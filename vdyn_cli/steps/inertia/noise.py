@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.banded import factored
-
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -19,9 +19,6 @@ from vdyn_cli.steps.inertia import figures, text
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, published_inertia, standard_distance
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
-
 
 
 def inertia_result(

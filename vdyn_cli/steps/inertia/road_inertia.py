@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.inference import Solution, Unknown, solve
 from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, MomentBalance
-
-Array = NDArray[np.float64]
 
 KNOWN = {"wheel_mass": "kg", "wheel_radius": "m", "rolling_resistance": ""}
 

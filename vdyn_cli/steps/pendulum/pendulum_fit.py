@@ -8,11 +8,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve, white_level
 from vdyn_cli.physics.models.pendulum import MODELS
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from vdyn_cli.engine.model_builder import Correction
     from vdyn_cli.quantities.log import Log
 
-Array = NDArray[np.float64]
 ZEROS = {"angular_rate": "rate_zero", "angle": "angle_zero"}  # channels that can be fitted, the better one first
 STARTS = ("start.angle", "start.angular_rate")
 FEWEST_SAMPLES = 50  # twenty in each of the fewest swings

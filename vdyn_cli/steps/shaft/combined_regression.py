@@ -6,15 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.effect_estimates import unbounded
 from vdyn_cli.steps.shaft.shaft_fit import ARRIVED, ShaftFit, next_place
-
-Array = NDArray[np.float64]
 
 CLEARLY = 10.0  # of the cost, by which a probe must fit better than no effect
 PROBED = 2  # every second probe

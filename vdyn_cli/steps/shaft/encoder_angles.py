@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
-
-Array = NDArray[np.float64]
 
 ANGLES = ("motor_angle", "wheel_angle")
 ONE_TURN = 2.1 * np.pi  # rad, that an encoder of one turn may read at most; a counter of turns reads more

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Regression, Solution
-
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 STEP = 0.3  # standard deviations, of the central differences
 

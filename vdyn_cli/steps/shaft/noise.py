@@ -10,12 +10,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference.banded import factored, weighed, whitened
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
-
-Array = NDArray[np.float64]
 
 GAP = 3.0  # of the median time step; longer ones break the chain
 UNCHAINED = 1.0  # rad^2, variance of the twist's change over a gap: nothing is known of it

@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
@@ -28,12 +27,11 @@ from vdyn_cli.inference.banded import whitened
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.half_shaft import HALF_SHAFT
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.shaft.hessian import curvatures
 from vdyn_cli.steps.shaft.noise import ReadingConditions
 from vdyn_cli.steps.shaft.shaft_readings import UNREAD_TWIST, ShaftReadings
-
-Array = NDArray[np.float64]
 
 RATE_ZERO = 0.05  # rad/s, standard deviation of the difference of the two speeds' zeros
 TORQUE_ZERO = 10.0  # N m, standard deviation of the torque's zero where it can be separated from the twist's

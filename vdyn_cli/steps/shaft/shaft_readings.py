@@ -6,18 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import exceeds_noise, white_level
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.shaft.encoder_angles import ANGLES, ratio_of_angles_doubts, with_twist_of_angles
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec, SideName
 from vdyn_cli.steps.sign_conventions import REMEDY, cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Array = NDArray[np.float64]
 
 UNREAD_TWIST = 0.3  # rad, standard deviation of a twist that was not logged: ten times that of a hard tip-in
 UNREAD_RATE = 30.0  # rad/s, of its rate

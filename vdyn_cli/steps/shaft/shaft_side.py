@@ -7,19 +7,17 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown, standing, white_level
 from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.shaft.combined_regression import regression_with_effects
 from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
 from vdyn_cli.steps.shaft.spec import SectionSpec, SideName
-
-Array = NDArray[np.float64]
 
 UNIT = "N m/rad"
 EXACT = 1e-3  # relative: a drawing's stiffness is not known better

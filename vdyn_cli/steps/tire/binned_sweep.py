@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-
-Array = NDArray[np.float64]
 
 GAP = 5.0  # median time steps, beyond which samples are of different bins
 LONGEST = 40  # samples averaged into one bin: noise in slip falls by six, and a sweep of seconds keeps dozens of bins

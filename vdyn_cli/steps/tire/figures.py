@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 from vdyn_cli.steps.tire.tire_regression import FittedCurve
-
-Array = NDArray[np.float64]
 
 
 def comparisons(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> tuple[Comparison, ...]:

@@ -6,11 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
-
-Array = NDArray[np.float64]
 
 SHIFT = 1e-4  # slip, for the curvature of the curve by central differences
 PROJECTIONS = 5  # Newton steps onto the curve; each squares the error that is left

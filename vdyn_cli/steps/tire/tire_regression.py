@@ -7,19 +7,18 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE, peak_slip
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 from vdyn_cli.steps.tire.noise import CurvePoints, nearest_points
-
-Array = NDArray[np.float64]
 
 # Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would push the wrong way.
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.engine.drive import Points
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.line_fits import LineFits
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SHARP = 4.0  # standard deviations by which the slopes of two lines must differ to make a corner

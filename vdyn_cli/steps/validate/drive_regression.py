@@ -17,15 +17,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Regression, Rows, Unknown
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.validate.road_slope import APPARENT_LAGS, DRIVE_SLOPE, MEAN_SLOPE
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 from vdyn_cli.steps.validate.whitening import WhitenedDrives, whiten_drives
 
-Array = NDArray[np.float64]
 LOAD, ZERO = "load", "accelerometer_zero"
 LAG_STD = 0.1  # s, prior standard deviation of the apparent lag of torque and speed behind the slope
 LARGEST_ZERO = 0.3  # m/s^2: two degrees of tilt

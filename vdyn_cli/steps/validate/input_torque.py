@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 from vdyn_cli.engine.drive import Drive, Points
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.broken_lines import with_corners
 from vdyn_cli.steps.validate.line_fits import lines_after, lines_before
 from vdyn_cli.steps.validate.segments import DriveSegment, driving
-
-Array = NDArray[np.float64]
 
 TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
 NOISY_INPUTS = (*TORQUES, "brake_torque")  # inputs whose noise shakes the simulated car

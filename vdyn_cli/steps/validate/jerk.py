@@ -12,9 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 SLOWEST_RATE = 40.0  # Hz of the logger at least: slower, a jerk would show nothing of the driveline
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vdyn_cli.quantities.arrays import Array
 
 REACHES = (2, 4, 8, 16, 32, 64, 128)  # samples to one side
 LONGEST = 1.5  # s to one side

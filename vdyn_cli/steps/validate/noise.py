@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.inference.gust_covariance import Colored, RunNoise, SteadyComponent, White, integration
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.validate.residual_rows import RowLayout
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
 from vdyn_cli.steps.validate.segments import DriveSegment
-
-Array = NDArray[np.float64]
 
 SIZING = 1.0  # s of a bin for estimating sizes: in coarser bins a sensor's white noise looks like a rough road
 DEPARTURE = 0.003  # m/s, uncertainty of leaving rest: brakes release, tires creep, friction breaks away

@@ -14,16 +14,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Rows, Unknown
 from vdyn_cli.inference.regression import prior_rows
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
 from vdyn_cli.steps.validate.unknowns import TORQUE_ZERO
 from vdyn_cli.steps.validate.whitening import WhitenedDrives, whiten_drives
-
-Array = NDArray[np.float64]
 
 WIDEST = 1.5  # standard deviations of a zero within which zeros are tried: farther off, impacts fit by chance
 FEWEST, MOST = 3, 25  # zeros that are tried of a drive; odd, so that the likeliest is one of them

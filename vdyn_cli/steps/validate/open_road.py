@@ -12,6 +12,7 @@ from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, approach
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.log import Log
@@ -19,8 +20,6 @@ from vdyn_cli.steps.validate.drive_regression import ZERO
 from vdyn_cli.steps.validate.effect_fit import FittedEffects
 from vdyn_cli.steps.validate.road_slope import DRIVE_SLOPE, RoadProfile
 from vdyn_cli.steps.validate.simulation import SimulationSetup
-
-Array = NDArray[np.float64]
 
 HOLDING_KMH = (30.0, 60.0, 90.0, 120.0)  # at which the resistance is stated
 WARM = 7200.0  # s of driving, after which everything is warm

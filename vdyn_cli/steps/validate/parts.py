@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.engine.model_builder import Number, Signals
-from vdyn_cli.inference.qr_factors import Array
 from vdyn_cli.physics.laws.air_drag import air
 from vdyn_cli.physics.laws.driveline import drive
 from vdyn_cli.physics.laws.rolling_resistance import rolling
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import span_of

@@ -18,15 +18,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference.regression import prior_rows
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.validate.prior import ParameterPrior
 from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
 from vdyn_cli.steps.validate.whitening import WhitenedDrives
-
-Array = NDArray[np.float64]
 
 STEPS = 4  # of the chord method, at most
 SETTLED = 0.03  # standard deviations of the posterior that a further step may ask for

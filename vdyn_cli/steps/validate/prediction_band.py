@@ -18,14 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.steps.validate.jerk import JERK, resolves_jerk, smooth_derivative
 from vdyn_cli.steps.validate.regimes import REGIMES
 from vdyn_cli.steps.validate.residual_rows import RESTING
 from vdyn_cli.steps.validate.segments import WHEELS
 from vdyn_cli.steps.validate.whitening import WhitenedDrives, errors
-
-Array = NDArray[np.float64]
 
 DRAWS = 400  # Monte Carlo drives of a right model: the 97.5 % limit of a share is then known to a tenth
 POINTS = 240  # samples of a segment at which draws are made

@@ -6,16 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Unknown
 from vdyn_cli.physics.models.vehicle_defaults import Completed, complete
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-
-Array = NDArray[np.float64]
 
 # Standard deviations of assumed values: relative, or in SI where the value is zero (``ABSOLUTE``); others are exact.
 RELATIVE: Mapping[str, float] = {

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect, catalogue
 from vdyn_cli.engine.applicable import applicable
@@ -15,6 +14,7 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -55,7 +55,6 @@ from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.whitening import whiten_drives
 
-Array = NDArray[np.float64]
 ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
 ROOM_TEMPERATURE = 293.15  # K, where no temperature is given
 FREE_FORCE = 100.0  # N, prior standard deviation of a free profile

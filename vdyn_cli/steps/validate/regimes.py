@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.quantities.arrays import Array
 
-Array = NDArray[np.float64]
 Marks = NDArray[np.int64]
 
 REGIMES = ("launch", "acceleration", "cruise", "coast", "braking", "low speed")

@@ -21,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import Bins, cut
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
 from vdyn_cli.steps.validate.segments import WHEELS, DriveSegment
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 TORQUES = ("shaft_torque_left", "shaft_torque_right")

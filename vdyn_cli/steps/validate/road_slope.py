@@ -13,16 +13,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference.smoothed_slope import smoothed_slope
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Quantity
-
-Array = NDArray[np.float64]
 
 SLOPE_CHANNEL, DRIVE_SLOPE = "felt_slope", "drive_slope"
 LOOK = 1.0  # s over which specific force and speed are compared

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
 from vdyn_cli.steps.validate.unlogged_braking import UnloggedBraking, unlogged_braking
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 ModelName = Literal["vehicle", "road_load"]
 

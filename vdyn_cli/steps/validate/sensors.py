@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Simulated
 from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.validate.segments import OUTPUTS, DriveSegment
-
-Array = NDArray[np.float64]
 
 GAINS = ("speed", "shaft_torque", "acceleration")
 FARTHEST_GAIN = 0.5  # from a gain of one: bounds of the fit

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.residual_rows import Prewhitener, RowLayout, prewhitener
 from vdyn_cli.steps.validate.segments import DriveSegment, driving
-
-Array = NDArray[np.float64]
 
 RAMP = 0.3  # s over which a change counts
 CLEAR = 30.0  # noise levels of the torque: a change that is smaller is no event

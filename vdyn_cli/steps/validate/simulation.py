@@ -10,13 +10,13 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Correction, Law, Number, Signals
 from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps.validate.input_torque import DriveInputs
@@ -25,7 +25,6 @@ from vdyn_cli.steps.validate.segments import DriveSegment
 from vdyn_cli.steps.validate.sensors import Sensors, ideal_readings
 from vdyn_cli.steps.validate.unknowns import START, TORQUE_ZERO, UnknownVector
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 
 UNEVEN = 3.0  # spacings of the clock that one step size must still bear

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.physics.models.vibration_modes import Mode
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95, ZERO_CELSIUS
 from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.result import Table
@@ -18,7 +18,6 @@ from vdyn_cli.steps.validate.text import short_name, words
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds
 
-Array = NDArray[np.float64]
 Row = tuple[str, ...]
 
 NAMED = 4  # parameters named for each output

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.prior import ParameterPrior, prior_unknowns
 from vdyn_cli.steps.validate.sensors import Sensors
-
-Array = NDArray[np.float64]
 
 START = "start.speed"
 TORQUE_ZERO = "drive_torque_zero"

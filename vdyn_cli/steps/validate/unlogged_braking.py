@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.regimes import IDLE, pressed
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SPAN = 1.0  # s over which accelerations are taken

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.open_road import RoadFindings
 from vdyn_cli.steps.validate.posterior import Posterior
@@ -16,9 +16,6 @@ from vdyn_cli.steps.validate.prediction_band import BandTest, PredictionBand
 from vdyn_cli.steps.validate.prior import UNFELT, ParameterPrior
 from vdyn_cli.steps.validate.segments import DriveSegment
 from vdyn_cli.steps.validate.whitening import WhitenedDrives
-
-Array = NDArray[np.float64]
-
 
 
 @dataclass(frozen=True, eq=False)

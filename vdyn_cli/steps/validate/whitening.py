@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import Regression, Rows, whiten
 from vdyn_cli.inference.restricted_likelihood import NoisyRun
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.validate import noise
 from vdyn_cli.steps.validate.input_torque import LEAST_TORQUE, TORQUES
@@ -18,8 +18,6 @@ from vdyn_cli.steps.validate.residual_rows import FINEST, Prewhitener, RowLayout
 from vdyn_cli.steps.validate.segments import DriveSegment
 from vdyn_cli.steps.validate.shaft_oscillation import ShaftOscillation, shaft_oscillation
 from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup, with_read_starts
-
-Array = NDArray[np.float64]
 
 FINE_LAGS, CALM_LAGS = 10, 2  # fast rows from which the noise of the torque sensor is predicted
 CALM = 0.25  # s of a fast row, slower than oscillations of the half-shafts

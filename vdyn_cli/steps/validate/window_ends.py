@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.whitening import WhitenedDrives
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
