@@ -45,3 +45,14 @@ def test_a_single_run_tells_no_sensor_from_a_law_that_differs_with_the_sign() ->
     measured = there_and_back * np.where(T > 6.0, 1.1, 1.0)
     one = Comparison("run.csv", "shaft_torque", "N m", T, "time in s", measured, there_and_back)
     assert list(simulated_gain_findings([one]))
+
+
+def test_a_single_run_whose_gain_drifts_is_a_doubt_and_no_fault() -> None:
+    there_and_back = 1000.0 * np.sin(np.pi * T / 1.5)
+    measured = there_and_back * (1.0 + 0.1 * T / T[-1])
+    noise = np.random.default_rng(0).normal(0.0, 5.0, N)
+    one = Comparison("run.csv", "shaft_torque", "N m", T, "time in s", measured + noise, 1.05 * there_and_back)
+    (found,) = simulated_gain_findings([one])
+    assert found.doubt
+    assert not found.fault
+    assert "in the course of the run" in found.what

@@ -90,3 +90,22 @@ def test_the_automatic_cut_of_a_filled_gap_is_that_made_by_hand(root: Path, shar
     cut = {Path(r.log).name.split(".")[0]: r for r in automatic.quality.ledger}
     assert set(cut) == {"TripB13", "TripB34", "TripB02"}
     assert cut["TripB02"].changes
+
+
+@pytest.mark.slow  # three fits of whole winters
+def test_a_fifth_trip_moves_the_winter_whether_healthy_or_cut(root: Path, shared_data: Path, tmp_path: Path) -> None:
+    """Four trips leave 20 % open, of which a fifth uses a third: no residual of the filled gap, and it is named.
+
+    The standard error of the difference of two fits, of which one has more of the same data, is that of the smaller
+    one less that of the larger one, in squares (Hausman).
+    """
+    force, low, high = at_60(winter(root, shared_data, tmp_path / "four.yaml"))
+    cut = winter(root, shared_data, tmp_path / "cut.yaml", ADDED)
+    healthy = winter(root, shared_data, tmp_path / "b28.yaml", {"log": "TripB28.csv.gz", "temperature": "3.3 degC"})
+    for result in (cut, healthy):
+        more, below, above = at_60(result)
+        assert low < more < high
+        assert below < force < above
+        assert (more - force) ** 2 < (0.5 * (high - low)) ** 2 - (0.5 * (above - below)) ** 2
+    assert at_60(cut)[0] == pytest.approx(at_60(healthy)[0], rel=0.02)
+    assert any("TripB02" in warning and "without this run" in warning for warning in cut.fit.warnings)
