@@ -11,6 +11,9 @@ from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.shaft.encoder_angles import unwrapped, with_twist_of_angles
+from vdyn_cli.steps.shaft.noise import ReadingConditions
+from vdyn_cli.steps.shaft.shaft_readings import UNREAD_RATE, ShaftReadings, readings_of
+from vdyn_cli.steps.shaft.shaft_side import ShaftSide
 from vdyn_cli.steps.shaft.spec import ShaftSpec
 from vdyn_cli.steps.shaft.step import STEP
 
@@ -46,6 +49,34 @@ def test_stiffness_and_damping_are_recovered(one_turn: bool) -> None:
     for name in ("shaft_stiffness_left", "shaft_damping_left"):
         assert abs(found[name].value - plant.truth(CAR)[name]) < 4 * found[name].std, name
     assert found["shaft_stiffness_left"].std < 1e-3 * found["shaft_stiffness_left"].value
+
+
+def test_a_rate_that_was_not_read_does_not_take_in_the_torques_noise() -> None:
+    run = readings_of(spec(), (angles(),))["left"][0]
+    assert np.diff(run.time).mean() == pytest.approx(2e-3, rel=0.01)  # averaged to 500 Hz
+    assert np.abs(run.linked(run.time**2, 2 * run.time)).max() < 1e-13
+    alternating = np.resize([1.0, -1.0], run.time.size)
+    assert np.abs(run.linked(np.zeros(run.time.size), alternating)[1:]).min() > 1e-3
+    (noise,) = ShaftSide("left", (run,), (), None, None, 0.005).rate_noise
+    assert noise < 2 * run.noise[1] / 2e-3
+
+
+@pytest.mark.parametrize("rate_noise", [0.5, UNREAD_RATE])
+def test_adjusted_readings_are_the_nearest_by_their_noise(rate_noise: float) -> None:
+    rng = np.random.default_rng(2)
+    n = 9
+    time = 0.01 * np.cumsum(rng.uniform(0.8, 1.2, n))
+    run = ShaftReadings("tip_in.csv", time, *rng.normal(size=(3, n)), (0.3, 0.2, rate_noise))
+    conditions = ReadingConditions(run, rng.normal(size=2 * n - 1), *rng.normal(size=(2, n)))
+    slopes = np.zeros((2 * n - 1, 3 * n))
+    slopes[::2] = np.hstack([-np.eye(n), np.diag(conditions.to_twist), np.diag(conditions.to_rate)])
+    for node, unit in enumerate(np.eye(n)):
+        slopes[1::2, n + node] = run.linked(unit, np.zeros(n))
+        slopes[1::2, 2 * n + node] = run.linked(np.zeros(n), unit)
+    variance = np.repeat(np.square(run.noise), n)
+    pulled = variance * (slopes.T @ np.linalg.solve(slopes @ (variance[:, None] * slopes.T), conditions.values))
+    adjusted = np.concatenate(conditions.adjusted())
+    assert np.allclose(adjusted, np.concatenate([run.twist, run.rate]) - pulled[n:], rtol=0, atol=1e-9)
 
 
 def test_no_torque_is_no_twist_wherever_the_encoders_count_from() -> None:

@@ -10,10 +10,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
+
+Indices = NDArray[np.intp]
 
 GAP = 3.0  # of the median time step; longer ones break the chain
 UNCHAINED = 1.0  # rad^2, variance of the twist's change over a gap: nothing is known of it
@@ -36,25 +39,50 @@ class ReadingConditions:
 
     @cached_property
     def factor(self) -> Array:
-        """Banded Cholesky factor, (3, 2 n - 1), of the conditions' covariance A S A'."""
+        """Banded Cholesky factor, (5, 2 n - 1), of the conditions' covariance A S A'."""
         torque, twist, rate = (noise**2 for noise in self.run.noise)
-        step = np.diff(self.run.time)
-        half = step / 2
-        band = np.zeros((3, self.values.size))
+        to_twist, to_rate = self.run.chain
+        band = np.zeros((5, self.values.size))
         band[0, ::2] = torque + self.to_twist**2 * twist + self.to_rate**2 * rate
-        unchained = np.where(step > GAP * np.median(step), UNCHAINED, 0.0)
-        band[0, 1::2] = 2 * twist + 2 * half**2 * rate + unchained
-        band[1, :-1:2] = -self.to_twist[:-1] * twist - self.to_rate[:-1] * half * rate
-        band[1, 1::2] = self.to_twist[1:] * twist - self.to_rate[1:] * half * rate
-        band[2, 1:-2:2] = -twist + half[:-1] * half[1:] * rate
+        band[0, 1::2] = twist * np.sum(to_twist**2, axis=1) + rate * np.sum(to_rate**2, axis=1) + self._unchained
+        ahead, here, behind = (  # of a link and the torque of the sample before, at, after its own
+            twist * to_twist[:, k] * self.to_twist[nodes] + rate * to_rate[:, k] * self.to_rate[nodes]
+            for k, nodes in enumerate(_nodes(len(to_twist)))
+        )
+        band[3, :-3:2] = ahead[1:]
+        band[1, :-1:2] = here
+        band[1, 1::2] = behind
+        for apart in (1, 2):
+            shared = sum(
+                noise * np.sum(w[:-apart, apart:] * w[apart:, : 3 - apart], axis=1)
+                for noise, w in ((twist, to_twist), (rate, to_rate))
+            )
+            band[2 * apart, 1 : -2 * apart : 2] = shared
         return factored(band)
+
+    @property
+    def _unchained(self) -> Array:
+        """Variance added to each link of the chain, rad^2: nothing is known of what happens in a gap."""
+        step = np.diff(self.run.time)
+        broken = step > GAP * np.median(step)
+        if self.run.rate_unread:
+            broken[1:] |= broken[:-1].copy()
+        return np.where(broken, UNCHAINED, 0.0)
 
     def adjusted(self) -> tuple[Array, Array]:
         """Twist (rad) and rate (rad/s), (n,) each, nearest to the readings that fulfil the conditions."""
         weights = weighed(self.factor, whitened(self.factor, self.values))
-        torque, chain = weights[::2], np.concatenate([[0.0], weights[1::2], [0.0]])
-        half = np.concatenate([[0.0], np.diff(self.run.time) / 2, [0.0]])
+        pulls = []
+        for slope, link in zip((self.to_twist, self.to_rate), self.run.chain, strict=True):
+            pull = slope * weights[::2]
+            for k, nodes in enumerate(_nodes(len(link))):
+                np.add.at(pull, nodes, link[:, k] * weights[1::2])
+            pulls.append(pull)
         _, twist_noise, rate_noise = self.run.noise
-        twist = self.run.twist - twist_noise**2 * (self.to_twist * torque + chain[:-1] - chain[1:])
-        pulled = half[:-1] * chain[:-1] + half[1:] * chain[1:]
-        return twist, self.run.rate - rate_noise**2 * (self.to_rate * torque - pulled)
+        return self.run.twist - twist_noise**2 * pulls[0], self.run.rate - rate_noise**2 * pulls[1]
+
+
+def _nodes(links: int) -> tuple[Indices, Indices, Indices]:
+    """The samples before, at, and after the first one of each link; the first link has none before it, of no weight."""
+    at = np.arange(links)
+    return np.maximum(at - 1, 0), at, at + 1

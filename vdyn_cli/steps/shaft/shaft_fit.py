@@ -2,7 +2,7 @@
 
 The true twist phi and its rate are unknown; torque, twist and rate are read with noise, and obey
 
-    T = k phi + c phi' + zero,      phi(i+1) - phi(i) = h (phi'(i) + phi'(i+1)) / 2
+    T = k phi + c phi' + zero,      phi(i+1) - phi(i) = h (phi'(i) + phi'(i+1)) / 2    (``ShaftReadings.chain``)
 
 Least squares of the torque alone would take the noise of the rate for rate and lose a sixth of c. Here the readings are
 adjusted, each by its own noise, until both hold (functional maximum likelihood; Gauss-Helmert model): with A the
@@ -113,7 +113,7 @@ class ShaftFit:
         frozen = [self._frozen(index, self.regression.local(at, index)) for index in range(len(self.runs))]
 
         def rows(index: int, theta: Array) -> Rows:
-            here, step = frozen[index], np.diff(self.runs[index].time)
+            here, step = frozen[index], -self.runs[index].chain[1].sum(axis=1)
             simulated = self._simulated(here.drive, theta)
             values, slopes = here.conditions.values.copy(), np.zeros((here.conditions.values.size, theta.size))
             values[::2] += simulated.outputs["shaft_torque"] - here.torque
@@ -211,7 +211,7 @@ class ShaftFit:
         simulated = self._simulated(run.drive(*conditions.adjusted()), theta)
         slopes = np.zeros((conditions.values.size, theta.size))
         slopes[::2] = simulated.sensitivities["shaft_torque"][:, : theta.size]
-        slopes[1::2, self._at("rate_zero")] = np.diff(run.time)
+        slopes[1::2, self._at("rate_zero")] = -run.chain[1].sum(axis=1)
         return _white_rows(conditions, conditions.values, slopes)
 
     def _conditions(self, index: int, theta: Array, about: tuple[Array, Array] | None = None) -> ReadingConditions:
@@ -231,7 +231,7 @@ class ShaftFit:
         values[::2] = simulated.outputs["shaft_torque"] - run.torque
         if about is not None:
             values[::2] += to_twist * (run.twist - twist) + to_rate * (run.rate - rate)
-        values[1::2] = np.diff(run.twist) - np.diff(run.time) * (true_rate[1:] + true_rate[:-1]) / 2
+        values[1::2] = run.linked(run.twist, true_rate)
         return ReadingConditions(run, values, to_twist, to_rate)
 
     def _at(self, name: str) -> int:

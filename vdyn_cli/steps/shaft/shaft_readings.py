@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import exceeds_noise, white_level
+from vdyn_cli.io.block_means import condensed
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
@@ -19,6 +21,9 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 UNREAD_TWIST = 0.3  # rad, standard deviation of a twist that was not logged: ten times that of a hard tip-in
 UNREAD_RATE = 30.0  # rad/s, of its rate
+# Hz, to which a twist without logged speeds is averaged: the noise of its rate falls with the time step to the power
+# 1.5, and at 1 kHz encoders leave as much of it as a tip-in has rate: the damping then hangs on how well it is known.
+TWIST_RATE = 500.0
 FEWEST_SAMPLES = 200  # a second at 200 Hz: two or three swings of a driveline
 MOST_TWIST = 3.0  # rad: no half-shaft twists so far while a brake holds the wheel
 DEAD = 0.02  # of the other speed, below which one did not measure
@@ -69,7 +74,36 @@ class ShaftReadings:
     @property
     def conditions_per_sample(self) -> int:
         """How many of the two conditions on each sample can be violated: not that of a channel that was not read."""
-        return 2 - (self.noise[1] == UNREAD_TWIST) - (self.noise[2] == UNREAD_RATE)
+        return 2 - (self.noise[1] == UNREAD_TWIST) - self.rate_unread
+
+    @property
+    def rate_unread(self) -> bool:
+        """Whether the rate is the twist's own."""
+        return self.noise[2] == UNREAD_RATE
+
+    @cached_property
+    def chain(self) -> tuple[Array, Array]:
+        """What ties the twist to its rate: weights of the twists (n - 1, 3) and rates of the samples i - 1, i, i + 1.
+
+        phi(i+1) - phi(i) = h (phi'(i) + phi'(i+1)) / 2 where a rate was read. Unread rates of alternating sign would
+        fulfil that, and take in the torque's noise over the damping; so each is tied to the twists at both sides by
+        Simpson's rule, phi(i+1) - phi(i-1) = h (phi'(i-1) + 4 phi'(i) + phi'(i+1)) / 3, here for unequal steps.
+        """
+        step = np.diff(self.time)
+        twist, rate = np.zeros((step.size, 3)), np.zeros((step.size, 3))
+        twist[:, 1:] = -1.0, 1.0
+        rate[:, 1:] = -step[:, None] / 2
+        if self.rate_unread:
+            a, b = step[:-1], step[1:]
+            twist[1:] = -1.0, 0.0, 1.0
+            rate[1:] = -(a + b)[:, None] / 6 * np.column_stack([2 - b / a, (a + b) ** 2 / (a * b), 2 - a / b])
+        return twist, rate
+
+    def linked(self, twist: Array, rate: Array) -> Array:
+        """By how much twists (rad) and rates (rad/s), (n,) each, miss each link of the chain, (n - 1,), rad."""
+        to_twist, to_rate = self.chain
+        at = np.arange(self.time.size - 1)[:, None] + np.array([-1, 0, 1])  # the first link's -1 has no weight
+        return np.asarray(np.sum(to_twist * twist[at] + to_rate * rate[at], axis=1))
 
     def drive(self, twist: Array, rate: Array) -> Drive:
         """The shaft's inputs at the run's times: twist (rad) and its rate (rad/s), (n,) each."""
@@ -99,6 +133,8 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
             continue
         log = with_twist_of_angles(logged, ratio) if by_angles else logged
         used = _used(log)
+        if "motor_speed" not in used:
+            log = condensed(log, TWIST_RATE)
         if len(used) == 1:
             remedy = "map 'twist', or 'motor_speed' and 'wheel_speed', or 'motor_angle' and 'wheel_angle'"
             findings.append(Finding("channels", "the twist of the shaft cannot be computed", "", remedy))

@@ -74,9 +74,6 @@ class ShaftSide:
     def rate_noise(self) -> tuple[float, ...]:
         """Standard deviation of the adjusted rate of each run, rad/s.
 
-        Where no rate was read, neighbors' rates of opposite signs leave the twist as it is: the torque's noise over the
-        damping is in the rate then, several times the noise of the twist's change over a sample.
-
         Raises
         ------
         ResultError : the fit without effects stands nowhere.
