@@ -42,6 +42,7 @@ CASES = {
     "brake_drag": (80.0, "speed", 1.0),
     "brake_drag_fading": (80.0, "speed", 1.0),
     "driveline_drag": (80.0, "speed", 1.0),
+    "driveline_dry_loss": (25.0, "speed", 1.0),
     "rotating_mass": (80.0, "speed", 1.0),
     "mass_error": (0.05, "speed", 1.0),
     "wheel_radius": (0.02, "wheel_speed_fl", 1.0),

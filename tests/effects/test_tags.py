@@ -42,7 +42,7 @@ CANDIDATES = {
     """,
     "validate": """
         accelerometer_offset accelerometer_tilt backlash brake_drag brake_drag_fading driveline_drag
-        driveline_loss driveline_viscous extra_drag_area felt_slope grade_profile headwind mass_error
+        driveline_dry_loss driveline_loss driveline_viscous extra_drag_area felt_slope grade_profile headwind mass_error
         motor_inertia road_grade
         rotating_mass shaft_damping shaft_stiffness speed_delay speed_dependent_rolling speed_scale
         temperature_rolling tire_relaxation tire_warmup torque_delay torque_gain torque_offset wheel_inertia

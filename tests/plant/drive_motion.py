@@ -15,9 +15,10 @@ road_grade (uphill on the way out), grade_profile (steepest slope of ``coast_mot
 speed_dependent_rolling (s/m), tire_warmup (share at the start; fades with 600 s), temperature_rolling (1/K, at
 ``temperature``), brake_drag and brake_drag_fading (N at the road; 20 s), driveline_drag (N at the road, front axle),
 rotating_mass (kg), mass_error, wheel_radius, wheel_inertia, shaft_stiffness, shaft_damping, tire_relaxation (shares of
-the known value), motor_inertia (kg m^2 at the wheels), driveline_viscous (N m s at the inner ends), backlash (rad,
-half the gap of each half-shaft), torque_gain, torque_offset (N m), torque_delay (s), speed_scale, speed_delay (s): the
-sensor reads more, or late. In no catalogue, for controls: drag_bump (N at 15 m/s, 1.5 m/s wide).
+the known value), motor_inertia (kg m^2 at the wheels), driveline_viscous and driveline_dry_loss (N m s and N m at the
+inner ends), backlash (rad, half the gap of each half-shaft), torque_gain, torque_offset (N m), torque_delay (s),
+speed_scale, speed_delay (s): the sensor reads more, or late. In no catalogue, for controls: drag_bump (N at 15 m/s,
+1.5 m/s wide).
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ EFFECTS = (
     *("wheel_radius", "wheel_inertia", "shaft_stiffness", "shaft_damping", "tire_relaxation", "motor_inertia"),
     *("backlash", "torque_gain", "torque_offset", "torque_delay", "speed_scale", "speed_delay", "drag_bump"),
     "driveline_viscous",
+    "driveline_dry_loss",
 )
 BRAKE_FRONT = 0.65
 TOLERANCE = 1e-7
@@ -186,7 +188,8 @@ class Drive:
         acceleration = (pull - air) / self.mass - GRAVITY * sin(slope)
         lift = (loads[0] + loads[1]) / self.mass - GRAVITY * sqrt(1.0 - sin(slope) ** 2)
         moment = car.cg_to_front * loads[0] - car.cg_to_rear * loads[1] + car.cg_height * pull
-        loss = q["driveline_viscous"] * 0.5 * (inner_l + inner_r)
+        inner = 0.5 * (inner_l + inner_r)
+        loss = q["driveline_viscous"] * inner + q["driveline_dry_loss"] * tanh(inner * radius / REST)
         faster = self.final_drive(drive * car.gear_ratio - loss, torque[0], torque[1])
         moment += air * (car.drag_height - car.cg_height) + self.wheel * sum(spin_rates) + ahead
         moment += self.motors / car.gear_ratio * 0.5 * sum(faster)

@@ -33,6 +33,18 @@ def spin_loss(s: Signals) -> Number:
     return s.viscous * s.speed / s.wheel_radius
 
 
+def dry_loss(s: Signals) -> Number:
+    """Constant loss between the torque's sensor and the half-shafts, N m at the wheels; none in the baseline.
+
+    T = T0 s
+
+    Parameters
+    ----------
+    s : dry_loss T0 in N m, sense s (-1 to 1, see ``standstill_friction``).
+    """
+    return s.dry_loss * s.sense
+
+
 def driveline(s: Signals) -> Number:
     """Spin loss of the driveline, N at the tire contacts, against the motion; independent of the torque.
 

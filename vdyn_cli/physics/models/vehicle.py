@@ -10,8 +10,9 @@ from vdyn_cli.engine.maths import cos, sin, sqrt
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.air_drag import air, gust_drag
-from vdyn_cli.physics.laws.driveline import drive, spin_loss
+from vdyn_cli.physics.laws.driveline import drive, dry_loss, spin_loss
 from vdyn_cli.physics.laws.grade_resistance import climb
+from vdyn_cli.physics.laws.standstill_friction import turned
 from vdyn_cli.physics.models.half_car import sprung_body
 from vdyn_cli.physics.models.vehicle_axle import Axle, Differential, driven_axle
 from vdyn_cli.physics.models.vehicle_corner import corner
@@ -177,6 +178,7 @@ def _drive_torques(e: ModelBuilder, u: Signals, torque: Torque, wheels: int) -> 
         driveline_efficiency=p.driveline_efficiency,
     )
     loss = e(spin_loss, viscous=0.0, speed=e.state("speed"), wheel_radius=p.wheel_radius)
+    loss = loss + e(dry_loss, dry_loss=0.0, sense=turned(e.state("speed")))
     return dict.fromkeys(("left", "right"), (force * p.wheel_radius - loss) / wheels)
 
 
