@@ -2,8 +2,9 @@
 
 Each input is a sample description, log or parameter file with random damage (tests/damage.py), in process (5000) or by
 the command line (500). Each kill ends a pipeline by a random signal at a random time, with ``--jobs`` 1 or 2 (200).
-Broken is: a traceback or a bug, a library's warning, more than 30 s, a file that is not whole, a process or temporary
-file that is left, and, after a kill, a second run whose files have other bytes than those of an undisturbed one.
+Broken is: a traceback or a bug, a library's warning, more than 30 s of processor time (300 s by the clock), a file that
+is not whole, a process or temporary file that is left, and, after a kill, a second run whose files have other bytes
+than those of an undisturbed one.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 import traceback
 import warnings
 from collections import Counter
@@ -80,14 +80,14 @@ def damaged(folder: Path, chance: random.Random) -> Iterator[str]:
 def in_process(seed: int) -> Outcome:
     """One input through a step's function."""
     chance, folder = random.Random(seed), _day()
-    start, broken, code = time.perf_counter(), "", -1
+    start, broken, code = _spent(), "", -1
     with warnings.catch_warnings(record=True) as heard, damaged(folder, chance) as step:
         warnings.simplefilter("always")
         try:
             code = survives(step, folder, LEVEL if chance.random() < DIAGNOSED else None, (folder / "known.json",))
         except BaseException as error:  # whatever leaves the step is broken
             broken = "".join(traceback.format_exception(error)[-2:])
-    seconds = time.perf_counter() - start
+    seconds = _spent() - start
     told = [broken] if broken else [str(w.message) for w in heard if w.category is not ResourceWarning]
     return Outcome(f"seed {seed}, {step}", code, seconds, _late(seconds, told))
 
@@ -100,12 +100,12 @@ def by_command(seed: int) -> Outcome:
     with damaged(folder, chance) as step:
         arguments = _arguments(step, logs[step], chance)
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-        start = time.perf_counter()
+        start = _spent()
         done = subprocess.run(
             [sys.executable, "-c", START, *arguments], cwd=folder, env=environment, capture_output=True, timeout=300,
             check=False, text=True, errors="replace",
         )  # fmt: skip
-        seconds = time.perf_counter() - start
+        seconds = _spent() - start
     broken = [] if done.returncode in (0, 1, 2) else [f"exit {done.returncode}"]
     if found := re.search("Traceback|vdyn has a bug|Warning:|\x1b", done.stderr):
         broken.append(f"prints {found.group()!r}")
@@ -149,15 +149,20 @@ def kill(seed: int) -> Outcome:
             broken.append("processes are left")
         finally:
             os.chdir(here)
-        start = time.perf_counter()
+        start = _spent()
         code = _vdyn(folder / "configs", arguments)
-        seconds = time.perf_counter() - start
+        seconds = _spent() - start
         broken += [] if code == 0 else [f"second run: exit {code}"]
         broken += _other_bytes(folder / "out", undisturbed / "out")
         return Outcome(f"seed {seed}, {number.name} after {delay:.2f} s, --jobs {jobs}", code, seconds,
                        _late(seconds, broken))  # fmt: skip
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def _spent() -> float:
+    """Processor seconds of this process and of those that it started: the same beside another load."""
+    return sum(os.times()[:4])
 
 
 def _late(seconds: float, broken: Sequence[str]) -> str:

@@ -111,7 +111,7 @@ def _draw_runs(page: Sheet, traces: tuple[RunTrace, ...], panels: tuple[Panel, .
 def _draw_residuals(
     page: Sheet, panels: tuple[Panel, ...], area: PlotArea, limit: float, before: bool, noise: float | None
 ) -> Axes:
-    axes = canvas.add_axes(page, area)
+    axes = canvas.add_axes(page, area, ("left",))
     axes.set(xlim=(0, area.width), ylim=(-1.08 * limit, 1.08 * limit))
     canvas.scale_axis(axes, "y", area.height, 30, grid=True)
     for panel in panels:
@@ -123,7 +123,6 @@ def _draw_residuals(
         for edge in edges:
             axes.axhline(edge, color=canvas.DARK_GREEN, lw=1, ls=(0, (4, 2)), zorder=2.9)
     axes.axhline(0, color=canvas.INK, lw=0.8, zorder=4)
-    axes.spines["bottom"].set_visible(False)
     return axes
 
 
@@ -218,7 +217,7 @@ def _x_ticks(axes: Axes, panels: tuple[Panel, ...]) -> None:
             at.append(px)
             texts.append(label if shown else "")
             free = px + half if shown else free
-    axes.set_xticks(at, texts)
+    canvas.draw_ticks(axes, "x", at, texts)
 
 
 def caption(channel: ChannelTraces) -> str:

@@ -46,7 +46,7 @@ def figure_svg(figure: Figure, name: str = "") -> str:
     keys = _keys(figure.series, looks)
     rows = canvas.legend_rows(keys, WIDTH - _LEFT) if len(keys) > 1 else []
     top = 34.0 + 20.0 * len(rows)
-    area = PlotArea(_LEFT, top, WIDTH - _LEFT - _RIGHT, _plot_height(figure))
+    area = PlotArea(_LEFT, top, *_plot_size(figure))
     with canvas.style():
         page = canvas.sheet(WIDTH, top + area.height + _BOTTOM)
         canvas.draw_legend(page, rows, 4, 0)
@@ -60,7 +60,7 @@ def figure_svg(figure: Figure, name: str = "") -> str:
             if picture is not None and figure.image is not None:
                 rows_px, columns_px = figure.image.shape[:2]
                 extent = (-0.5, columns_px - 0.5, rows_px - 0.5, -0.5)
-                axes.imshow(picture, extent=extent, aspect="equal", interpolation="none", zorder=0)
+                axes.imshow(picture, extent=extent, aspect="auto", interpolation="none", zorder=0)
             for series, key in zip(figure.series, looks, strict=True):
                 _draw(axes, series, key, area)
             canvas.scale_axis(axes, "x", area.width, 70)
@@ -70,11 +70,14 @@ def figure_svg(figure: Figure, name: str = "") -> str:
         return canvas.to_svg(page, figure.title, name or figure.key)
 
 
-def _plot_height(figure: Figure) -> float:
+def _plot_size(figure: Figure) -> tuple[float, float]:
+    """Width and height of the axes, px: of a picture, with square pixels."""
+    room = WIDTH - _LEFT - _RIGHT
     if figure.image is not None and figure.image.size:
         rows, columns = figure.image.shape[:2]
-        return float(np.clip((WIDTH - _LEFT - _RIGHT) * rows / columns, 120, 420))
-    return 380.0 if figure.equal_axes else PLOT_HEIGHT
+        height = float(np.clip(room * rows / columns, 120, 420))
+        return min(room, height * columns / rows), min(height, room * rows / columns)
+    return room, 380.0 if figure.equal_axes else PLOT_HEIGHT
 
 
 def _looks(series: Sequence[Series]) -> list[LegendEntry]:

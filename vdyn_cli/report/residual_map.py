@@ -50,7 +50,7 @@ def map_svg(channel: ChannelTraces, name: str = "map", limit: float = 0.0) -> st
             ((along, typography.prose(channel.x_label)), (over, f"measured {typography.name(channel.name)}{unit}"))
         ):
             area = PlotArea(_LEFT + number * (half + _GAP), _TOP, half, tall)
-            axes = canvas.add_axes(page, area)
+            axes = canvas.add_axes(page, area, ("bottom",))
             _draw_cells(axes, edges, cells, limit)
             canvas.scale_axis(axes, "x", half, 70)
             canvas.text_at(page, area.left + half, _TOP + tall + 40, label, ha="right")
@@ -112,7 +112,6 @@ def _draw_cells(axes: Axes, edges: Array, cells: Array, limit: float) -> None:
     rows = np.arange(cells.shape[0] + 1, dtype=float)
     _fill(axes, edges, rows, cells, limit)
     axes.set(xlim=(edges[0], edges[-1]), ylim=(rows[-1], 0))
-    axes.spines["left"].set_visible(False)
 
 
 def _fill(axes: Axes, x: Array, y: Array, cells: Array, limit: float) -> None:
@@ -151,13 +150,10 @@ def _name_rows(page: Sheet, traces: tuple[RunTrace, ...], row: float) -> None:
 
 
 def _draw_scale(page: Sheet, area: PlotArea, limit: float) -> None:
-    axes = canvas.add_axes(page, area)
+    axes = canvas.add_axes(page, area, ())
     edges = np.linspace(-limit, limit, 22)
     middle = 0.5 * (edges[1:] + edges[:-1])
     _fill(axes, np.array([0.0, 1.0]), edges, middle[:, None], limit)
     axes.set_xlim(0, 1)
-    axes.yaxis.tick_right()
-    for spine in axes.spines.values():
-        spine.set_visible(False)
     axes.set_ylim(-limit, limit)
-    canvas.scale_axis(axes, "y", area.height, 40)
+    canvas.scale_axis(axes, "y", area.height, 40, right=True)
