@@ -343,7 +343,7 @@ class Policy:
     )  # fmt: skip
     learned_information: float = _threshold(
         3.0, "times the prior's", "information of the data about a shape that a learned table keeps",
-        "As covered_share: shapes that rest on the prior of smoothness are left out, so that the table has none.",
+        "As covered_share: shapes that only the prior of smoothness determines are left out of the table.",
     )  # fmt: skip
     # Held-out gain --------------------------------------------------------------------------------------------------
     fewest_runs_left_out: int = _threshold(

@@ -79,7 +79,7 @@ class Residuals(Protocol):
     """Rows of which the residuals can be had without their derivatives, for less."""
 
     def residual(self, run: int, theta: Array) -> Array:
-        """The residuals (n,) of the rows of one run."""
+        """The residuals (n,) of the rows of one run; ``theta`` (s + o,): shared unknowns, then the run's own."""
         ...
 
 

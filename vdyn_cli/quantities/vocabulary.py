@@ -65,7 +65,7 @@ OTHERS = _named(
         Q("bearing_torque", "N m", "drag torque of a wheel's bearing, seals and pads at standstill", "Tb", -50, 500),
         Q("bearing_viscous", "N m s/rad", "drag torque of a wheel's bearing per speed", "cb", -1, 10),
         Q("tire_vertical_damping", "N s/m", "vertical damping of the two tires of an axle", "Ct", 0, 1e5),
-        Q("tire_Sh", "", "horizontal shift of the magic formula: slip that is added to the slip", "Sh", -0.2, 0.2),
+        Q("tire_Sh", "", "horizontal shift of the magic formula, added to the slip", "Sh", -0.2, 0.2),
         Q("tire_Sv", "", "vertical shift of the magic formula: friction at its zero", "Sv", -0.5, 0.5),
         Q("tire_B_brake", "", "stiffness factor of the magic formula in braking, tire_B in driving", "Bb", 0.5, 100),
         Q("tire_D_brake", "", "peak friction of the magic formula in braking, tire_D in driving", "Db", 0.05, 3),

@@ -167,8 +167,8 @@ class StepPolicy:
     )  # fmt: skip
     balance_noise: float = threshold(
         1.05, "squares per row", "of that fit, up to which noise alone may be left",
-        "Two standard deviations of 3000 rows. Of three logs with more than the catalogue in them, at 0.99 to 1.03, "
-        "channels so made moved a curve by 0.02 to 0.13 of its half-interval.",
+        "Two standard deviations of 3000 rows. In three logs with an effect outside the catalogue (0.99 to 1.03 "
+        "squares per row), channels estimated with it moved a curve by 0.02 to 0.13 of its half-interval.",
     )  # fmt: skip
     # Bump -------------------------------------------------------------------------------------------------------------
     bump_visible: float = threshold(

@@ -129,7 +129,7 @@ def test_a_mask_of_another_size_is_refused(tmp_path: Path) -> None:
     assert STEP.load is not None
     (tmp_path / "car.png").write_bytes(plant.photo(REFERENCE, 4).png)
     (tmp_path / "mask.png").write_bytes(_png(np.zeros((10, 10), dtype=np.uint8)))
-    with pytest.raises(InputError, match="not the same size as the photo"):
+    with pytest.raises(InputError, match="differs in size from the photo"):
         STEP.load(spec(mask="mask.png"), tmp_path, ())
 
 

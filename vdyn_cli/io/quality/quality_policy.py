@@ -28,14 +28,14 @@ class QualityPolicy:
     longer_varying: float = threshold(
         1.6, "", "times the longest ordinary rest of a channel, that a frozen segment must last at least",
         "Rests have no exact distribution: the Markov chain of the test assumes one. Real speeds and accelerations "
-        "at 10 Hz rest for 5 samples at the most, and a second is 10.",
+        "at 10 Hz rest for 5 samples at most; one second has 10.",
     )  # fmt: skip
     longer_command: float = threshold(
         3.0, "", "the same for commands: torques and forces of drive and brake",
         "A torque at a limit rests for a while; the longest such rest of 18 trips lasts 2.7 times the next.",
     )  # fmt: skip
     command_time: float = threshold(
-        5.0, "s", "that such a rest must last at least",
+        5.0, "s", "of such a rest, at least",
         "A driver holds one torque for 2 s in 18 trips, and for 3.5 s near zero.",
     )  # fmt: skip
     fewest_rests: int = threshold(

@@ -67,9 +67,7 @@ def load_pictures(spec: AreaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[
     for key, other in read.items():
         if "image" in read and other.shape != (shape := read["image"].shape):
             got = f"{other.shape[1]} x {other.shape[0]}, photo {shape[1]} x {shape[0]}"
-            findings.append(
-                Finding(key, "has not the same size as the photo", got, "paint the mask on a copy of the photo")
-            )
+            findings.append(Finding(key, "differs in size from the photo", got, "paint it on a copy of the photo"))
     raise_all(findings)
     return Pictures(read["image"], read.get("mask"), read.get("exclude_mask")), tuple(files.values())
 

@@ -72,7 +72,7 @@ class DriveInputs:
 
     @cached_property
     def torques(self) -> tuple[SegmentTorques, ...]:
-        """Torques of every segment; a mass on a road has no shafts that noise could shake: its are as measured."""
+        """Torques of every segment; those of a mass on a road, which has no shafts, are as measured."""
         denoise = self.model.name == "vehicle"
         return tuple(_segment_torques(k, s, self.model.inputs, denoise, self.zero) for k, s in enumerate(self.segments))
 
