@@ -11,6 +11,8 @@ from tests.plant.cg_motion import EFFECTS, Body, Ride
 from tests.plant.sensors import Array
 from tests.plant.vehicle import AIR_DENSITY, GRAVITY, REFERENCE, Vehicle, random_vehicle
 
+pytestmark = pytest.mark.slow  # checks the plant, not the program
+
 RUN = cg.manoeuvres(1, 1)[0]
 TRUE = RUN.ride(REFERENCE)
 FRONT, REAR = ("FL Fz [N]", "FR Fz [N]"), ("RL Fz [N]", "RR Fz [N]")

@@ -14,6 +14,8 @@ from tests.plant.coast_motion import EFFECTS, Car, Plan, calm, road_profile
 from tests.plant.vehicle import GRAVITY, REFERENCE, random_vehicle
 from tests.plant.wind import Wind, gusts
 
+pytestmark = pytest.mark.slow  # checks the plant, not the program
+
 WEIGHT = REFERENCE.mass * GRAVITY
 INERTIA = REFERENCE.mass + REFERENCE.rotating_mass
 

@@ -12,6 +12,8 @@ from tests.plant.information import prior, total
 from tests.plant.sensors import regular
 from tests.plant.vehicle import REFERENCE
 
+pytestmark = pytest.mark.slow  # checks the plant, not the program
+
 
 @pytest.fixture(scope="module")
 def evidence() -> Evidence:
