@@ -15,7 +15,7 @@ TRUE = 0.308  # m, of the sample's tire
 
 @pytest.mark.parametrize("given", [0.302, *(pytest.param(r, marks=pytest.mark.slow) for r in (0.296, 0.316))])
 def test_a_wrong_radius_is_named_and_the_curve_published(given: float, root: Path, tmp_path: Path) -> None:
-    plain = execute("tire", root / "configs" / "tire.yaml")
+    plain = execute("tire", root / "configs" / "tire.yaml", level=None)
     document = json.loads(to_json(plain.document))
     entry = {"value": given, "std": 0.0, "interval95": [given, given], "unit": "m", "meaning": "", "source": "given"}
     document |= {"parameters": {"wheel_radius": entry}, "diagnosis": None}

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.inference import Unknown
+from vdyn_cli.inference.bins import Bins
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 
@@ -97,27 +98,30 @@ class RoadLayout:
 
     def weights(self, run: int) -> Array:
         """(n, m), of each knot's slope in the uphill slope that a run meets at its samples."""
-        return self._weights_at(run, self.along[run])
+        return self._weights_at(run, self.along[run], np.arange(self.along[run].size))
+
+    def mean_weights(self, run: int, bins: Bins) -> Array:
+        """(b, m), the mean of ``weights`` over the samples of each bin."""
+        row = np.repeat(np.arange(bins.count.size), bins.count)
+        return self._weights_at(run, self.along[run], row) / bins.count[:, None]
 
     def weights_until_next(self, run: int) -> Array:
         """(n, m), of each knot's slope in the mean uphill slope between a sample and the next, for sparse samples."""
         along = self.along[run]
         share = (np.arange(PLACES_BETWEEN) + 0.5) / PLACES_BETWEEN
         ahead = along + np.diff(along, append=along[-1]) * share[:, None]
-        found = self._weights_at(run, ahead.ravel())
-        return np.asarray(found.reshape(PLACES_BETWEEN, along.size, -1).mean(axis=0))
+        return self._weights_at(run, ahead.ravel(), np.tile(np.arange(along.size), PLACES_BETWEEN)) / PLACES_BETWEEN
 
-    def _weights_at(self, run: int, along: Array) -> Array:
-        mine = np.flatnonzero(self.profile == self.owner[run])
-        found = np.zeros((along.size, self.knots.size))
+    def _weights_at(self, run: int, along: Array, row: NDArray[np.intp]) -> Array:
+        """The weights at places (n,) m, added up in the rows ``row`` (n,) of the result."""
+        mine, size = np.flatnonzero(self.profile == self.owner[run]), self.knots.size
         at = self.knots[mine]
         place = np.clip(along, at[0], at[-1])
         low = np.clip(np.searchsorted(at, place, side="right") - 1, 0, at.size - 2)
         share = (place - at[low]) / (at[low + 1] - at[low])
-        rows = np.arange(place.size)
-        found[rows, mine[low]] = self.sense[run] * (1.0 - share)
-        found[rows, mine[low + 1]] = self.sense[run] * share
-        return found
+        where = size * np.r_[row, row] + mine[np.r_[low, low + 1]]
+        found = np.bincount(where, self.sense[run] * np.r_[1.0 - share, share], size * (int(row.max()) + 1))
+        return np.asarray(found.reshape(-1, size))
 
 
 def road_unknowns(layout: RoadLayout) -> tuple[Unknown, ...]:
