@@ -24,6 +24,7 @@ def document(folder: Path, faults: dict[str, float]) -> tuple[dict[str, Any], bo
         return dict(refused.record.document), False
 
 
+@pytest.mark.slow  # a whole diagnosis of 3 s
 def test_a_speed_in_another_unit_is_named_with_the_usual_mistake(tmp_path: Path) -> None:
     """It misses by two thirds of the speed; the extended model is good and is published."""
     found, published = document(tmp_path, {"speed_scale": 1 / 3.6})
@@ -61,6 +62,7 @@ def test_a_loss_of_another_law_than_the_catalogue_s_is_named_with_the_driveline_
     assert covered.mean() > 0.8
 
 
+@pytest.mark.slow  # a whole diagnosis of 3 s
 def test_a_torque_constant_off_by_half_is_in_a_set_and_the_result_is_withheld(tmp_path: Path) -> None:
     """A gain of the torque and the radius are exactly collinear: neither is published, both are stated."""
     found, published = document(tmp_path, {"torque_gain": 0.5})

@@ -10,7 +10,7 @@ import pytest
 from tests.project.pipeline_runs import UNDIAGNOSED, run
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def done(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
     """A pipeline of three quick steps that has run, in a folder of its own: ``configs`` and ``out``.
 
