@@ -188,7 +188,7 @@ def test_page_and_parameters_are_replaced_together(
             raise KeyboardInterrupt
         return replace(self, target)
 
-    (day / "area.yaml").write_text((day / "area.yaml").read_text() + "\n# changed\n")
+    (day / "vehicle.yaml").write_text((day / "vehicle.yaml").read_text() + "\n# changed\n")
     monkeypatch.setattr(Path, "replace", ended)
     with pytest.raises(KeyboardInterrupt):
         run(day, "out")
