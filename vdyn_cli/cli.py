@@ -141,13 +141,13 @@ def export(
 
 @app.command()
 def channels(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log of any format.", show_default=False)],
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of any format.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
-    """Show the channels of a log: name, unit, rate, span, range, constant and duplicate ones."""
+    """Show the channels of a log: name, unit, rate, span, range, constant and duplicate ones; how more logs differ."""
     from vdyn_cli.commands.run_channels import channels_json, channels_table
 
-    typer.echo(channels_json(log) if as_json else channels_table(log), nl=not as_json)
+    typer.echo(channels_json(*logs) if as_json else channels_table(*logs), nl=not as_json)
 
 
 @app.command()

@@ -60,6 +60,21 @@ def test_names_that_are_repeated_are_shown_as_a_description_writes_them(tmp_path
     assert "one of 2 of this name" in channels_table(path)
 
 
+def test_several_logs_say_what_differs(tmp_path: Path) -> None:
+    paths = [
+        write("mat", tmp_path / f"run_{k}", [table], {"speed": unit})
+        for k, (table, unit) in enumerate(
+            [(TABLE, "km/h"), (TABLE, "km/h"), ({"time": 2.0 * TIME, "speed": SPEED, "yaw": FROZEN}, "m/s")]
+        )
+    ]
+    lines = channels_table(*paths).splitlines()
+    differences = [line.strip() for line in lines if line.startswith("    against")]
+    assert differences[0].endswith("the same columns and units")
+    for said in ("lacks 'copy', ", "adds 'yaw'", "instead of", "clock of 25 Hz instead of 50 Hz"):
+        assert said in differences[1]
+    assert [d["log"] for d in json.loads(channels_json(*paths))] == [p.name for p in paths]
+
+
 def test_a_table_without_a_clock_says_so(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     path.write_text("x [m];y [m]\n1;2\n2;3\n3;5\n")

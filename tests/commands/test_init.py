@@ -214,3 +214,37 @@ def test_a_machine_s_sweep_is_mapped_with_its_sign(tmp_path: Path) -> None:
     assert data["channels"]["time"] == {"column": "ET", "unit": "sec"}
     assert data["channels"]["force_z"] == {"column": "FZ", "unit": "N", "sign": -1}
     assert "a load is positive here" in drawn.text
+
+
+def coast(path: Path, bearing: float, course: str, rise: float = -0.15) -> Path:
+    """A log of 60 s in a direction, with a heading, or with latitude and longitude in degrees or in minutes of arc."""
+    time = np.arange(600) / 10.0
+    speed = 25.0 + (rise * time if rise < 0.0 else 3.0 * np.sin(time))
+    way = np.cumsum(speed) / 10.0 / 111_200.0
+    scale = 60.0 if course == "minutes" else 1.0
+    north, east = np.cos(np.radians(bearing)), np.sin(np.radians(bearing)) / np.cos(np.radians(48.0))
+    table = {"time [s]": time, "speed [m/s]": speed}
+    if course == "heading":
+        table["Heading [deg]"] = (bearing + 2.0 * np.sin(time)) % 360.0
+    elif course:
+        table |= {"latitude": (48.0 + north * way) * scale, "longitude": (11.0 + east * way) * scale}
+    rows = np.column_stack(list(table.values()))
+    np.savetxt(path, rows, delimiter=",", fmt="%.8f", header=",".join(table), comments="")
+    return path
+
+
+@pytest.mark.parametrize("course", ["heading", "degrees", "minutes"])
+def test_directions_come_from_a_logged_heading_or_from_positions(course: str, tmp_path: Path) -> None:
+    bearings = (359.0, 178.0, 5.0, 90.0)
+    paths = [coast(tmp_path / f"run_{k}.csv", b, course) for k, b in enumerate(bearings)]
+    found, description = draft("coastdown", *paths)
+    assert [run.get("direction") for run in description["runs"]] == ["out", "back", "out", None]
+    assert "neither along nor against" in found.text
+    assert "direction of each run" in found.undecided
+
+
+def test_a_drive_is_no_run_of_a_coast_down(tmp_path: Path) -> None:
+    paths = [coast(tmp_path / f"run_{k}.csv", 0.0, "", rise) for k, rise in enumerate((-0.15, 1.0, -0.2))]
+    found, description = draft("coastdown", *paths)
+    assert [run["log"] for run in description["runs"]] == ["run_0.csv", "run_2.csv"]
+    assert 'run_1.csv"}  # left out: no coast-down, the speed falls for at most' in found.text

@@ -16,17 +16,50 @@ from vdyn_cli.quantities.result_schema import ChannelEntry, ChannelsDocument
 _LONGEST_NAME = 42  # characters of a name in the table; longer ones are cut in the middle
 _BUS_FRAMES = ("CAN_DataFrame", "LIN_Frame", "FLX_Frame", "ETH_Frame")  # names by the standard of bus logging in MDF 4
 _TOGETHER = 3  # channels that rest at the same time, from which the log itself seems to stand still
+_LIKE_RATE = 0.05  # share of a clock's rate, by which those of runs of one logger differ
 _SAME_TIME = 0.25  # s within which rests of several channels begin and end together
 
 
-def channels_table(path: Path) -> str:
-    """The channels of a log of any format, one line each, and what is conspicuous below.
+def channels_table(path: Path, *others: Path) -> str:
+    """The channels of a log of any format, one line each, what is conspicuous below, and how further logs differ.
 
     Raises
     ------
-    InputError : the file cannot be read.
+    InputError : a file cannot be read.
     """
     facts = survey(path)
+    text = _table(path, facts)
+    for other in others:
+        found = survey(other)
+        text += "\n" + "\n".join([*_summary(other, found), *_differences(path, facts, found)])
+    return text
+
+
+def _differences(path: Path, facts: Sequence[ChannelFacts], found: Sequence[ChannelFacts]) -> list[str]:
+    """How the channels of a log differ from those of the first one, by the columns' names."""
+    first = {(f.info.group, f.column): f for f in facts}
+    own = {(f.info.group, f.column): f for f in found}
+    differs = [_absent("lacks", [n for _, n in first.keys() - own.keys()], [f.column for f in facts])]
+    differs += [_absent("adds", [n for _, n in own.keys() - first.keys()], [f.column for f in found])]
+    for key in (k for k in first if k in own):
+        a, b = first[key], own[key]
+        if a.info.unit != b.info.unit:
+            differs.append(f"'{b.column}' in {b.info.unit or 'no stated unit'} instead of {a.info.unit or 'none'}")
+        if a.state != b.state:
+            differs.append(f"'{b.column}' is {b.state}, there: {a.state}")
+    rates = [next((f.info.rate for f in some if f.state == "clock"), math.nan) for some in (facts, found)]
+    if abs(rates[1] - rates[0]) > _LIKE_RATE * abs(rates[0]):
+        differs.append(f"clock of {rates[1]:.4g} Hz instead of {rates[0]:.4g} Hz")
+    said = "; ".join(text for text in differs if text)
+    return [f"    against {path.name}: {said or 'the same columns and units'}"]
+
+
+def _absent(verb: str, names: Sequence[str], order: Sequence[str]) -> str:
+    """The columns that a log lacks or adds, in the order of the file."""
+    return f"{verb} " + ", ".join(f"'{n}'" for n in order if n in names) if names else ""
+
+
+def _table(path: Path, facts: Sequence[ChannelFacts]) -> str:
     grouped = any(f.info.group for f in facts)
     header = ["channel", *(["group"] if grouped else []), "unit", "rate", "from", "to", "lowest", "highest", "note"]
     rows = [_row(f, grouped) for f in facts]
@@ -41,16 +74,18 @@ def channels_table(path: Path) -> str:
     return "\n".join([*(line.rstrip() for line in lines), *_summary(path, facts)])
 
 
-def channels_json(path: Path) -> str:
-    """The same as JSON; its schema is ``vdyn schema channels``.
+def channels_json(*paths: Path) -> str:
+    """The same as JSON, a list of several logs; the schema of each is ``vdyn schema channels``.
 
     Raises
     ------
-    InputError : the file cannot be read.
+    InputError : a file cannot be read.
     """
-    entries = [_entry(f) for f in survey(path)]
-    document = ChannelsDocument(format="vdyn/channels/1", log=path.name, channels=entries)
-    return json.dumps(document.model_dump(), indent=2, ensure_ascii=False) + "\n"
+    documents = [
+        ChannelsDocument(format="vdyn/channels/1", log=p.name, channels=[_entry(f) for f in survey(p)]).model_dump()
+        for p in paths
+    ]
+    return json.dumps(documents[0] if len(documents) == 1 else documents, indent=2, ensure_ascii=False) + "\n"
 
 
 def _entry(facts: ChannelFacts) -> ChannelEntry:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +21,8 @@ State = Literal["clock", "varies", "constant", "empty", "text"]
 _SWITCH = 16  # values; a channel of fewer is a switch or a gear, which may rest anywhere
 _REST = 0.1  # of the channel's duration: shorter rests are usual in traffic
 _SHORTEST_REST = 10.0  # s
+_ANGLES = 20_000  # samples that show a mean angle
+_FALL_STEP = 2.0  # s: a car that coasts loses more speed in it than a receiver's noise leaves in its mean
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,9 @@ class ChannelFacts:
         has none of a tenth of its duration and 10 s.
     same_as : the first channel with the same samples; empty where there is none.
     repeated : how many channels of the file have this name.
+    ends : first and last written value, in the unit of the file; NaN where nothing is written.
+    angle : mean of exp(i x), x read as degrees: its argument is the mean angle, its size 1 where all agree.
+    longest_fall : s, of the longest time over which the means of two seconds fall one after the other.
     """
 
     info: ChannelInfo
@@ -48,6 +54,9 @@ class ChannelFacts:
     rest: tuple[float, float, float] | None = None
     same_as: str = ""
     repeated: int = 1
+    ends: tuple[float, float] = (math.nan, math.nan)
+    angle: complex = 0.0
+    longest_fall: float = 0.0
 
 
 def survey(path: Path) -> tuple[ChannelFacts, ...]:
@@ -107,7 +116,24 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
     if time is values:
         state = "clock"
     rest = _rest(time[written], some) if state == "varies" and time is not None else None
-    return ChannelFacts(info, column, state, int(some.size), lowest, highest, rest)
+    fall = _longest_fall(time[written], some) if state == "varies" and time is not None else 0.0
+    angle = complex(np.mean(np.exp(1j * np.radians(some[:: -(-some.size // _ANGLES)]))))
+    ends = float(some[0]), float(some[-1])
+    facts = ChannelFacts(info, column, state, int(some.size), lowest, highest, rest)
+    return replace(facts, ends=ends, angle=angle, longest_fall=fall)
+
+
+def _longest_fall(time: Array, values: Array) -> float:
+    """The longest time, s, over which each mean of two seconds is below the one before."""
+    if not 2.0 * _FALL_STEP < time[-1] - time[0] < _FALL_STEP * time.size:
+        return 0.0
+    edges = np.searchsorted(time, np.arange(time[0], time[-1], _FALL_STEP))
+    count = np.diff(edges)
+    if not count.all():
+        return 0.0
+    means = np.diff(np.concatenate([[0.0], np.cumsum(values)])[edges]) / count
+    turns = np.flatnonzero(np.concatenate([[True], np.diff(means) >= 0.0, [True]]))
+    return float(np.diff(turns).max() * _FALL_STEP)
 
 
 def _rest(time: Array, values: Array) -> tuple[float, float, float] | None:

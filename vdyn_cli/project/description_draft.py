@@ -14,11 +14,13 @@ from typing import Any
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import ChannelGuess, guess_channels
+from vdyn_cli.project.run_direction import logged_directions
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps import Step
 
 _SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
+_LEAST_FALL = 10.0  # s at a time, or half of the log, that the speed of a log with a coast-down falls
 _LONGEST = 150  # characters of a line with its comment, beyond which the comment stands above
 
 
@@ -123,20 +125,55 @@ def _drives(
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
     """Vehicle, channels and runs of a test that is driven."""
     body = parts.get("DRAFT", "").splitlines()
-    names = [_from(folder, log.path) for log in logs]
+    names, decided = [_from(folder, log.path) for log in logs], False
     if _several_loggers(step, logs):
         lines, mapped, undecided = _loggers(step, logs, names)
     else:
-        lines, mapped, undecided = _channels(step, logs[0], logs, required=True)
-        lines = ["channels:", *lines, "runs:"]
-        side = f", {parts['RUN']}" if parts.get("RUN", "").startswith("side") else ""
-        lines += [f"  - {{log: {_quoted(name)}{side}}}" for name in names]
+        others = _other_drives(logs, parts)
+        kept = [log for log, other in zip(logs, others, strict=True) if not other] or list(logs)
+        lines, mapped, undecided = _channels(step, kept[0], kept, required=True)
+        runs, decided = _runs(logs, names, others, str(parts.get("RUN", "")))
+        lines = ["channels:", *lines, "runs:", *runs]
     body += lines
-    if parts.get("RUN") and not parts["RUN"].startswith("side"):
+    if parts.get("RUN") and not parts["RUN"].startswith("side") and not decided:
         body.append(f"  # not decided by the logs, for each run: {parts['RUN']}")
         undecided.append(f"{parts['RUN'].split(':')[0]} of each run")
     body += parts.get("SETTINGS", "").splitlines()
     return body, tuple(dict.fromkeys(mapped)), tuple(undecided)
+
+
+def _runs(logs: Sequence[_Guessed], names: Sequence[str], others: Sequence[str], key: str) -> tuple[list[str], bool]:
+    """The lines of the runs, and whether each has its direction; logs of another drive stand as comments."""
+    ways = logged_directions([log.facts for log in logs]) if key.startswith("direction") else ()
+    lines, decided = [], bool(ways)
+    for k, name in enumerate(names):
+        log, way = f"{{log: {_quoted(name)}", ways[k].direction if ways else ""
+        reason = f"  # {ways[k].why}" if ways and ways[k].why else ""
+        if others[k]:
+            lines.append(f"  # - {log}}}  # left out: {others[k]}")
+        elif way:
+            lines.append(f"  - {log}, direction: {way}}}{reason}")
+        else:
+            decided = False
+            lines.append(f"  - {log}" + (f", {key}" if key.startswith("side") else "") + f"}}{reason}")
+    return lines, decided
+
+
+def _other_drives(logs: Sequence[_Guessed], parts: Mapping[str, Any]) -> list[str]:
+    """Why a log is no run of a test in which a channel falls; empty where it may be one, or all log what drives."""
+    drive = set(parts.get("DRIVE", ()))
+    if "FALLING" not in parts or all(drive & set(log.columns()) for log in logs):
+        return [""] * len(logs)
+    return [_no_coast(log.guesses[parts["FALLING"]].facts) for log in logs]
+
+
+def _no_coast(facts: ChannelFacts | None) -> str:
+    if facts is None:
+        return ""
+    fall, length = facts.longest_fall, facts.info.span[1] - facts.info.span[0]
+    if not fall < min(_LEAST_FALL, 0.5 * length):
+        return ""
+    return f"no coast-down, the speed falls for at most {fall:.0f} s of {length:.0f} s at a time"
 
 
 def _several_loggers(step: Step, logs: Sequence[_Guessed]) -> bool:

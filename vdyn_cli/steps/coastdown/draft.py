@@ -16,3 +16,5 @@ settings:                   # speed_window: [70 km/h, 25 km/h] limits the fitted
   # road: {profile: FILE}    # surveyed positions and elevations or grades of the road, where position is logged
 """
 RUN = "direction: out or back"
+FALLING = "speed"  # in a coast-down; other logs without a drive signal are no runs of it
+DRIVE = ("drive_torque", "drive_force", "motor_current")

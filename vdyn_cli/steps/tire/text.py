@@ -38,8 +38,6 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], peak:
     return f"The tire's peak friction is {friction} at {100 * peak:.1f} % of slip; its slope at zero slip is {at_zero}."
 
 
-
-
 def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
     """The warning that the sweeps determine only the slope at zero slip.
 

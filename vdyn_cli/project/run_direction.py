@@ -1,0 +1,88 @@
+"""Which logs of a test were driven which way, from a logged heading, or from latitude and longitude."""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.quantities.quantity import UnitError, to_si
+
+_HEADING = re.compile(r"(?:gps|gnss|ins)?[ _]*(?:true[ _]*)?(?:heading|course|cog|kurs|track angle)\b", re.IGNORECASE)
+_LATITUDE = re.compile(r"(?:gps|gnss|ins)?[ _]*lat(?:itude)?\b", re.IGNORECASE)
+_LONGITUDE = re.compile(r"(?:gps|gnss|ins)?[ _]*(?:long|lon|lng|longitude)\b(?![ _]*acc)", re.IGNORECASE)
+_STRAIGHT = 0.9  # size of the mean of unit vectors: headings within some 25 degrees of their mean
+_WITHIN = 30.0  # degrees about one direction, or the opposite one, in which all runs of a straight track lie
+_FARTHEST = 100.0  # m between the ends of a run, below which positions give no direction
+_DEGREE = 111_200.0  # m of a degree of latitude
+
+
+@dataclass(frozen=True)
+class LoggedDirection:
+    """``out`` or ``back`` of a run, empty where its log does not tell, and what that rests on."""
+
+    direction: str
+    why: str
+
+
+def logged_directions(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[LoggedDirection, ...]:
+    """The direction of each log: out is that of the first one that tells.
+
+    Assumes : the runs are straight, one after the other on one road. A run that turns, or that lies across the others,
+    has none.
+
+    Parameters
+    ----------
+    logs : what each log holds.
+    """
+    found = [_bearing(facts) for facts in logs]
+    first = next((one[0] for one in found if one is not None), None)
+    if first is None:
+        return tuple(LoggedDirection("", "") for _ in logs)
+    return tuple(
+        LoggedDirection("", "neither heading nor position of this log tells the direction")
+        if one is None
+        else _along(first, *one)
+        for one in found
+    )
+
+
+def _along(first: float, bearing: float, by: str) -> LoggedDirection:
+    off = abs((bearing - first + 180.0) % 360.0 - 180.0)
+    why = f"{by} {bearing:.0f} deg"
+    if off <= _WITHIN:
+        return LoggedDirection("out", why)
+    if off >= 180.0 - _WITHIN:
+        return LoggedDirection("back", why)
+    return LoggedDirection("", f"{why}, neither along nor against the {first:.0f} deg of the first run")
+
+
+def _bearing(facts: Sequence[ChannelFacts]) -> tuple[float, str] | None:
+    """Degrees from north, and what gives them."""
+    heading = _named(_HEADING, facts)
+    if heading is not None and _degrees(heading) and abs(heading.angle) >= _STRAIGHT:
+        return math.degrees(cmath.phase(heading.angle)) % 360.0, f"mean of '{heading.column}'"
+    north, east = _named(_LATITUDE, facts), _named(_LONGITUDE, facts)
+    if north is None or east is None:
+        return None
+    # VBOX writes minutes of arc, and no latitude is above 90 degrees.
+    scale = 1.0 / 60.0 if max(abs(north.lowest), abs(north.highest)) > 90.0 else 1.0
+    y = (north.ends[1] - north.ends[0]) * scale * _DEGREE
+    x = (east.ends[1] - east.ends[0]) * scale * _DEGREE * math.cos(math.radians(north.ends[0] * scale))
+    if not math.hypot(x, y) >= _FARTHEST:
+        return None
+    return math.degrees(math.atan2(x, y)) % 360.0, f"from first to last '{north.column}' and '{east.column}'"
+
+
+def _named(name: re.Pattern[str], facts: Sequence[ChannelFacts]) -> ChannelFacts | None:
+    return next((f for f in facts if f.state in ("varies", "constant") and name.match(f.column)), None)
+
+
+def _degrees(facts: ChannelFacts) -> bool:
+    try:
+        return not facts.info.unit or to_si(1.0, facts.info.unit, "rad") == to_si(1.0, "deg", "rad")
+    except UnitError:
+        return False
