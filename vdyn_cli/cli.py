@@ -17,7 +17,7 @@ import typer
 
 from vdyn_cli import steps
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.quantities.errors import InputError, VdynError, merge_similar, visible
+from vdyn_cli.quantities.errors import InputError, VdynError, merge_lines, merge_similar, visible
 
 app = typer.Typer(
     help="Estimate and validate a longitudinal vehicle model from road-test logs.",
@@ -277,9 +277,10 @@ def _run() -> int:
             sys.stdout.flush()
         return code if isinstance(code, int) else Exit.GOOD
     except VdynError as error:
-        # Errors of single lines are listed one by one; errors that whole logs share are merged.
+        # Of single lines only the same error is merged; of whole logs those that differ in numbers, too.
         in_lines = any(re.search(r":\d+$", f.where) for f in error.findings)
-        _say("\n".join(str(f) for f in (error.findings if in_lines else merge_similar(error.findings, least=MERGED))))
+        merge = merge_lines if in_lines else merge_similar
+        _say("\n".join(str(f) for f in merge(error.findings, least=MERGED)))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort, TerminatedError) as error:
         ended = isinstance(error, TerminatedError)

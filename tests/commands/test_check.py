@@ -13,7 +13,7 @@ import pytest
 
 from vdyn_cli.commands.run_check import run_check
 from vdyn_cli.commands.schema import json_schema
-from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.errors import InputError, merge_lines
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNS = 8
@@ -78,14 +78,18 @@ def test_a_short_frozen_stretch_is_cut_and_the_run_kept(tmp_path: Path) -> None:
     flags = [(f["run"], f["test"], f["decision"]) for f in document["flags"]]
     assert flags == [("coast_2.csv", "frozen", "cut")]
     assert "frozen" in document["runs"][2]["why"][0]
-    assert document["sentence"] == "No run must be repeated. 1 of 8 runs with notes: coast_2.csv."
+    said = "No run must be repeated. 1 of 8 runs with notes: coast_2.csv. Not met: "
+    assert document["sentence"].startswith(said)
+    assert "SAE J2263 scope (80 to 30 km/h)" in document["sentence"]
+    page = (tmp_path / "check.html").read_text(encoding="utf-8")
+    assert "km/h" in page.split("<svg")[1].split("</svg>")[0]
 
 
 def test_a_run_that_lost_too_much_is_to_be_repeated(tmp_path: Path) -> None:
     document = checked(campaign(tmp_path, frozen(20.0, 60.0)), tmp_path, 1)
     assert [r["verdict"] for r in document["runs"]] == ["keep", "keep", "repeat", *["keep"] * (RUNS - 3)]
     assert any("cut" in why or "covers" in why or "half" in why for why in document["runs"][2]["why"])
-    assert document["sentence"] == "Repeat 1 of 8 runs: coast_2.csv."
+    assert document["sentence"].startswith("Repeat 1 of 8 runs: coast_2.csv. Not met: ")
 
 
 def test_a_run_that_decelerates_more_than_the_others_is_to_be_repeated(tmp_path: Path) -> None:
@@ -128,3 +132,24 @@ def test_a_sign_that_the_step_refuses_is_said_at_the_track(tmp_path: Path) -> No
     document = checked(path, tmp_path / "out", 0)
     assert "vdyn tire refuses it: Fz is negative" in document["runs"][0]["why"][0]
     assert document["findings"][0]["remedy"] == "add 'sign: -1' to its channel"
+
+
+def test_a_clock_that_lost_samples_is_noted(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda run, time, speed: speed)
+    rows = (tmp_path / "coast_1.csv").read_text().splitlines()
+    kept = np.random.default_rng(4).random(len(rows)) < 0.6
+    kept[0] = True
+    (tmp_path / "coast_1.csv").write_text("\n".join(r for r, k in zip(rows, kept, strict=True) if k))
+    document = checked(path, tmp_path / "out", 0)
+    noted = {run["run"]: " ".join(run["why"]) for run in document["runs"]}
+    assert "uneven clock: 90 % of the steps lie between 0.1 s and" in noted.pop("coast_1.csv")
+    assert not any("uneven clock" in why for why in noted.values())
+
+
+def test_one_error_of_many_lines_is_said_once(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda run, time, speed: speed)
+    path.write_text(path.read_text().replace("direction: out", "direction: north"))
+    with pytest.raises(InputError) as error:
+        run_check(path, (), "", quiet)
+    (merged,) = merge_lines(error.value.findings, least=4)
+    assert merged.where.endswith("coast.yaml:9, 11, 13, 15")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tests.io.test_log_flags import N, T, day
@@ -28,9 +30,12 @@ def test_a_failed_segment_is_cut_and_its_row_counts_the_samples() -> None:
 
 
 def test_what_the_message_prints_keeps_the_segment() -> None:
-    (finding,) = cut_findings(frozen().ledger)
+    (row,) = frozen().ledger
+    (filled,) = cut_findings([replace(row, test="straight_line")])
+    assert "keep: [{channel: speed, from: 20 s, to: 23.98 s}]" in filled.remedy
+    (finding,) = cut_findings([row])
     assert "is constant at" in finding.what
-    assert "keep: [{channel: speed, from: 20 s, to: 23.98 s}]" in finding.remedy
+    assert "keep" not in finding.remedy  # a speed that is frozen while the car moves is no measurement
     kept = frozen(CutOrders(kept=(TimeSpan("speed", 20.0, 23.98),)))
     assert not np.isnan(kept.log["speed"]).any()
     assert kept.ledger[0].decision == "kept"

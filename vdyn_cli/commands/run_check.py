@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from vdyn_cli.commands.standard_output import write_out
+from vdyn_cli.project.channel_sources import logged
 from vdyn_cli.project.check import check
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance, TiedPair
@@ -37,7 +39,9 @@ def run_check(path: Path, known_files: tuple[Path, ...], output: str, tell: Tell
 
         folder = Path(output)
         text = to_json(document.model_dump(mode="json", by_alias=True))
-        write_together({folder / "check.json": text, folder / "check.html": render_check(document, inputs.unsplit)})
+        units = {name: channel.unit for name, channel in logged(inputs.spec.channels).items()}
+        page = render_check(document, inputs.unsplit, units)
+        write_together({folder / "check.json": text, folder / "check.html": page})
         tell(f"{folder / 'check'}.json and .html")
     return 0 if document.good else 1
 
@@ -117,13 +121,10 @@ def _coast_lines(coasts: CoastBalance) -> Iterator[str]:
     checked = [x for x in coasts.limits if x.outcome != "not checked"]
     cells = sorted(((x.outcome, x.regulation, x.clause, x.limit, x.found) for x in checked), reverse=True)
     yield from table(("", "regulation", "clause", "limit", "this test"), cells)
-    because: dict[str, list[str]] = {}
-    for x in coasts.limits:
-        if x.outcome == "not checked":
-            because.setdefault(x.found, []).append(f"{x.regulation} {x.limit}")
-    for why, limits in because.items():
-        yield f"  not checked, {why}:"
-        yield f"      {'; '.join(limits)}"
+    because = Counter(x.found.partition(":")[0] for x in coasts.limits if x.outcome == "not checked")
+    if because:
+        reasons = "; ".join(f"{why} ({n})" for why, n in because.items())
+        yield f"  {because.total()} not checked: {reasons}. 'vdyn check -o DIR' lists them."
 
 
 def _pair_rows(pairs: Sequence[TiedPair]) -> Iterator[tuple[str, str, str, str]]:

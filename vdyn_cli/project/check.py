@@ -21,6 +21,7 @@ from vdyn_cli.quantities.result_schema import ClockEntry, FindingEntry
 from vdyn_cli.steps import Step, load_step, names
 from vdyn_cli.steps.contract import TrackCheck
 
+_FEWEST_STEPS = 50  # of a clock that is sampled; a table of split times has fewer
 Segment = tuple[float, float, int, str]  # first and last time (s), samples, the fact
 
 
@@ -78,10 +79,15 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
 
 def _sentence(runs: Sequence[CheckedRun], track: TrackCheck) -> str:
     """The answer: which runs to repeat, or which of those to keep have notes, and what the campaign lacks."""
-    coasts = track.coasts
-    if coasts is not None and not coasts.out and not coasts.back:
-        return f"{_of_runs(runs)} No run states its direction."
-    return _of_runs(runs)
+    coasts, said = track.coasts, [_of_runs(runs)]
+    if coasts is None:
+        return said[0]
+    if not coasts.out and not coasts.back:
+        said.append("No run states its direction.")
+    unmet = [f"{x.regulation} {x.clause} ({x.found})" for x in coasts.limits if x.outcome == "not met"]
+    if unmet:
+        said.append(f"Not met: {'; '.join(unmet)}.")
+    return " ".join(said)
 
 
 def _of_runs(runs: Sequence[CheckedRun]) -> str:
@@ -144,6 +150,7 @@ def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: Sequence[Fi
         notes.append(f"{evaluated} would be evaluated: if the log is of another drive, leave it out")
     notes += [f"cut: {_flag_text(f)}" for f in cuts]
     notes += [_text(f) for f in one.log.findings if f.doubt and not f.fault]
+    notes += _uneven(one)
     notes += [_flag_text(f) for f in _flags(one) if f.test in ("missing", "clock_gap")]
     return CheckedRun(
         run=one.log.name,
@@ -153,6 +160,15 @@ def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: Sequence[Fi
         samples=int(one.log.time.size),
         lost=lost,
     )
+
+
+def _uneven(one: CutLog) -> Iterator[str]:
+    """That the clock lacks samples here and there, where its steps differ by more than jitter does."""
+    steps = np.diff(one.whole.time)
+    if steps.size >= _FEWEST_STEPS:
+        low, usual, high = (float(x) for x in np.quantile(steps, (0.05, 0.5, 0.95)))
+        if high - low > CHECK.uneven_clock * usual:
+            yield f"uneven clock: 90 % of the steps lie between {low:.3g} s and {high:.3g} s; used as written"
 
 
 def _text(finding: Finding) -> str:

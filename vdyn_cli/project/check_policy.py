@@ -28,6 +28,10 @@ class CheckPolicy:
         20.0, "usual steps of the channel", "that such a hole must also last",
         "A channel of 1 Hz and less has a value in each of its own steps and lacks none.",
     )  # fmt: skip
+    uneven_clock: float = threshold(
+        1.0, "typical steps", "by which the steps of a clock must differ (5 to 95 %) to be noted",
+        "Jitter of a logger moves samples by less than half a step to either side; lost samples add whole steps.",
+    )  # fmt: skip
     least_likeness: float = threshold(
         0.9, "correlation", "of two tied channels, from which a delay between them is determined",
         "Below, what else acts on one of them (slopes, slip) moves the highest correlation.",

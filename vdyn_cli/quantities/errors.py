@@ -109,6 +109,28 @@ def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
     return f"did you mean {' or '.join(near)}?" if near else otherwise
 
 
+def merge_lines(findings: Sequence[Finding], least: int) -> tuple[Finding, ...]:
+    """Merge findings of several lines of a file that differ in line and place in a list only: all lines, said once.
+
+    Parameters
+    ----------
+    findings : ``where`` is ``file:line``. least : smallest number of similar findings that are merged.
+    """
+    groups: dict[tuple[str, str, str, str], list[Finding]] = {}
+    for found in findings:
+        file, _, line = found.where.rpartition(":")
+        place = file if line.isdigit() else found.where
+        groups.setdefault((place, re.sub(r"\.\d+\.", ".#.", found.what), found.got, found.remedy), []).append(found)
+    merged: list[Finding] = []
+    for same in groups.values():
+        if len(same) < least or not same[0].where.rpartition(":")[2].isdigit():
+            merged += same
+            continue
+        lines = ", ".join(f.where.rpartition(":")[2] for f in same)
+        merged.append(replace(same[0], where=f"{same[0].where.rpartition(':')[0]}:{lines}"))
+    return tuple(merged)
+
+
 def merge_similar(findings: Sequence[Finding], least: int = 2) -> tuple[Finding, ...]:
     """Merge findings of several logs that differ in numbers only: the first log's finding, and how many more logs.
 

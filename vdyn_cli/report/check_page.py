@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from vdyn_cli.io.quality.cuts import CutLog
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance
@@ -16,8 +16,13 @@ from vdyn_cli.report.text_table import TextTable
 _AGREE = {True: "agree", False: "contradict", None: typography.DASH}
 
 
-def render_check(document: CheckDocument, runs: Sequence[CutLog]) -> str:
-    """The HTML of a check; ``runs`` are its logs, in the order of the description."""
+def render_check(document: CheckDocument, runs: Sequence[CutLog], units: Mapping[str, str]) -> str:
+    """The HTML of a check.
+
+    Parameters
+    ----------
+    runs : its logs, in the order of the description. units : of the channels as the description states them.
+    """
     found = (
         _flags(document),
         _pairs(document),
@@ -30,7 +35,9 @@ def render_check(document: CheckDocument, runs: Sequence[CutLog]) -> str:
         document=document,
         sentence=typography.prose(document.sentence),
         runs=_runs(document),
-        plots=[{"title": "Flags over time", "caption": _CAPTION, "svg": markup(svg)} for svg in flag_figures(runs)],
+        plots=[
+            {"title": "Flags over time", "caption": _CAPTION, "svg": markup(svg)} for svg in flag_figures(runs, units)
+        ],
         tables=tables,
         coast_sentences=[typography.prose(s) for s in coasts.sentences] if coasts else [],
         coast_tables=_coast_tables(coasts) if coasts else [],
@@ -45,8 +52,8 @@ def render_check(document: CheckDocument, runs: Sequence[CutLog]) -> str:
 
 
 _CAPTION = (
-    "Each row is a run over the time of its own log, s; the numbers at its left are the smallest and largest value in "
-    "SI units. Good: a line alone. Bad: colored segments, each in the lane of its channel."
+    "Each row is a run over the time of its own log, s; the numbers at its left are the smallest and largest value. "
+    "Good: a line alone. Bad: colored segments, each in the lane of its channel."
 )
 
 

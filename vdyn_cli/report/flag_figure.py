@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from vdyn_cli.io.quality.cuts import CutLog
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
+from vdyn_cli.quantities.quantity import from_si
+from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.report import decimation, typography
 from vdyn_cli.report.canvas import (
     INK,
@@ -63,12 +65,17 @@ def _kind(row: LedgerRow) -> str:
     return "kept" if row.decision == "kept" else "cut"
 
 
-def flag_figures(runs: Sequence[CutLog]) -> list[str]:
-    """SVG of up to 12 runs each."""
-    return [_figure(runs[k : k + MOST], k) for k in range(0, len(runs), MOST)]
+def flag_figures(runs: Sequence[CutLog], units: Mapping[str, str]) -> list[str]:
+    """SVG of up to 12 runs each.
+
+    Parameters
+    ----------
+    units : of channels as the description states them, in which their numbers are written; SI for others.
+    """
+    return [_figure(runs[k : k + MOST], k, units) for k in range(0, len(runs), MOST)]
 
 
-def _figure(runs: Sequence[CutLog], first: int) -> str:
+def _figure(runs: Sequence[CutLog], first: int, units: Mapping[str, str]) -> str:
     found = [lanes(one) for one in runs]
     heights = [_TRACE + _LANE * len(each) + _TICKS for each in found]
     rows = legend_rows(_KEYS, _WIDTH - _LEFT)
@@ -77,12 +84,12 @@ def _figure(runs: Sequence[CutLog], first: int) -> str:
         page = sheet(_WIDTH, top + sum(heights))
         draw_legend(page, rows, _LEFT, 0.0)
         for one, each, height in zip(runs, found, heights, strict=True):
-            _draw_run(page, one, each, top)
+            _draw_run(page, one, each, top, units)
             top += height
         return to_svg(page, "Flags of the runs over time", f"flags-{first}")
 
 
-def _draw_run(page: object, one: CutLog, found: Lanes, top: float) -> None:
+def _draw_run(page: object, one: CutLog, found: Lanes, top: float, units: Mapping[str, str]) -> None:
     from matplotlib.figure import Figure as Sheet
 
     assert isinstance(page, Sheet)
@@ -112,5 +119,8 @@ def _draw_run(page: object, one: CutLog, found: Lanes, top: float) -> None:
     axes.plot(x, y, color=INK, linewidth=1.0)
     scale_axis(axes, "x", _WIDTH - _LEFT, 90.0)
     text_at(page, 0.0, top + 14.0, typography.shortened(typography.run_name(one.log.name), _NAME))
-    limits = f"{typography.name(name)} {typography.significant(low, 3)} to {typography.significant(high, 3)}"
-    text_at(page, 0.0, top + 32.0, typography.shortened(limits, 30), size=11.0)
+    si = CHANNELS[name].unit if name in CHANNELS else ""
+    unit = units.get(name, si)
+    ends = " to ".join(typography.significant(from_si(x, unit, si), 3) for x in (low, high))
+    limits = f"{typography.name(name)} {ends} {typography.unit(unit)}".rstrip()
+    text_at(page, 0.0, top + 32.0, typography.shortened(limits, 34), size=11.0)

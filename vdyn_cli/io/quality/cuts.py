@@ -14,6 +14,7 @@ from vdyn_cli.quantities.cut_ledger import Decision, LedgerRow
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
+from vdyn_cli.quantities.vocabulary import TREMBLING
 
 TESTS = {
     "frozen": "sensor or logger frozen",
@@ -174,4 +175,8 @@ def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
         else:
             total = sum(r.samples for r in rows)
             what += f": {total} sample{'s' if total != 1 else ''} cut"
-            yield Finding(where, what, "", f"nothing to do, or add 'keep: [{keep}]' to the run to use it")
+            still = test == "frozen" and channel in (EVERY, *TREMBLING)  # a sensor that measures never does
+            remedy = "nothing to do for this log; look for the fault in sensor, plug or logger before the next run"
+            yield Finding(
+                where, what, "", remedy if still else f"nothing to do, or add 'keep: [{keep}]' to the run to use it"
+            )
