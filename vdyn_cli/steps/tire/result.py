@@ -15,6 +15,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.tire import figures, text
+from vdyn_cli.steps.tire.initial_slope import agreeing_with_data
 from vdyn_cli.steps.tire.tire_regression import FittedCurve
 
 STIFFNESS = "tire_longitudinal_stiffness"
@@ -29,8 +30,10 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
     logs : of the sweeps, whose findings are passed on.
     """
     fit, solution = curve.fit, curve.solution
-    slope, withheld = _slope(solution), dict[str, str]()
-    estimates, correlation, warnings = {STIFFNESS: slope}, {}, list(solution.warnings)
+    points = [fit.points(sweep, solution.values) for sweep in fit.sweeps]
+    slope, doubts = agreeing_with_data(_slope(solution), fit.sweeps, points)
+    withheld = dict[str, str]()
+    estimates, correlation, warnings = {STIFFNESS: slope}, {}, [*solution.warnings, *doubts]
     if curve.peak is None:
         warnings.append(text.peak_not_reached(fit.sweeps))
         withheld = dict.fromkeys(SHAPE, text.WITHHELD)
@@ -41,7 +44,6 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         correlation = {a: {b: solution.correlation[a][b] for b in names} for a in names}
         if curve.peak > fit.reach:
             warnings.append(text.peak_by_priors(fit.reach, curve.peak))
-    points = [fit.points(sweep, solution.values) for sweep in fit.sweeps]
     residuals = [near.residual(sweep) for near, sweep in zip(points, fit.sweeps, strict=True)]
     summary = FitSummary(
         tuple(sweep.run for sweep in fit.sweeps),

@@ -1,0 +1,46 @@
+"""The slope at zero slip, where the tire's curve has another shape than the fitted one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.tire.spec import TireSpec
+from vdyn_cli.steps.tire.step import STEP
+
+SLOPE, PEAK = 20.0, 0.9
+
+
+def brush(slip: np.ndarray) -> np.ndarray:
+    """Brush model with a parabolic pressure: adhesion up to slip 3 PEAK / SLOPE, then sliding throughout."""
+    y = np.minimum(SLOPE * np.abs(slip) / (3 * PEAK), 1.0)
+    return np.sign(slip) * PEAK * (3 * y - 3 * y**2 + y**3)
+
+
+def formula(slip: np.ndarray) -> np.ndarray:
+    return PEAK * np.sin(1.5 * np.arctan(SLOPE / (1.5 * PEAK) * slip))
+
+
+def estimated(law) -> Result:
+    rng = np.random.default_rng(3)
+    time = np.arange(0.0, 8.0, 0.01)
+    logs = []
+    for k in range(4):
+        slip = (-1) ** k * 0.3 * np.sin(np.pi * time / 8.0) ** 2
+        load = np.full(time.size, 4000.0 + 200.0 * k)
+        read = {"slip": slip + 5e-4 * rng.standard_normal(time.size)}
+        read["force_x"] = law(slip) * load + 30.0 * rng.standard_normal(time.size)
+        logs.append(Log(f"sweep_{k}.csv", time, {**read, "force_z": load + 30.0 * rng.standard_normal(time.size)}))
+    return STEP.estimate(TireSpec.model_validate({"test": "tire"}), tuple(logs), Parameters())
+
+
+@pytest.mark.parametrize("law", [brush, formula])
+def test_the_interval_holds_the_slope_of_the_measured_friction(law) -> None:
+    result = estimated(law)
+    low, high = result.parameters["tire_longitudinal_stiffness"].interval95
+    assert low < SLOPE < high
+    assert any("another shape" in w for w in result.fit.warnings) == (law is brush)
+    assert high - low < (0.25 if law is brush else 0.02) * SLOPE

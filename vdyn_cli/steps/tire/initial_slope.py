@@ -1,0 +1,62 @@
+"""Whether the slope of the fitted curve at zero slip is that of the measured friction there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
+from vdyn_cli.steps.tire.noise import CurvePoints
+
+STEEP = 0.6  # of the largest friction, below which three terms describe how friction rises with slip
+FEWEST = 12  # bins there: three for each of the four coefficients
+CLEARLY = 3.0  # standard deviations of the local slope: a correct curve is beyond them in 3 of 1000 tests
+NORMAL95 = 1.96  # standard deviations, half a 95 % interval of many bins
+
+
+def agreeing_with_data(
+    slope: Estimate, sweeps: Sequence[BinnedSweep], points: Sequence[CurvePoints]
+) -> tuple[Estimate, tuple[str, ...]]:
+    """The slope at zero slip, with an interval that also holds the slope of the measured friction, where they differ.
+
+    What the curve leaves of the friction at small slips x is fitted by d0 + d1 x + d2 x |x| + d3 x^3; the measured
+    slope is d1 beyond the curve's. A curve of another shape than the tire's can fit a sweep to the peak closely and
+    have another slope at its beginning.
+
+    Parameters
+    ----------
+    points : where the bins of each sweep stand on the fitted curve.
+
+    Returns
+    -------
+    The estimate, and a warning where the slopes differ.
+    """
+    slip, load = (np.concatenate(each) for each in ([p.slip for p in points], [s.load for s in sweeps]))
+    friction, noise = (
+        np.concatenate(each) / load for each in ([p.force for p in points], [p.deviation for p in points])
+    )
+    left = -np.concatenate([p.residual(s) for p, s in zip(points, sweeps, strict=True)]) / load
+    near = np.abs(friction) < STEEP * np.abs(friction).max()
+    if np.count_nonzero(near) < FEWEST:
+        return slope, ()
+    x = slip[near]
+    columns = np.column_stack([x, x * np.abs(x), x**3, np.ones(x.size)]) / noise[near, None]
+    found, _, rank, _ = np.linalg.lstsq(columns, left[near] / noise[near])
+    if rank < columns.shape[1]:
+        return slope, ()
+    misfit = float(np.mean((left[near] / noise[near] - columns @ found) ** 2))
+    std = float(np.sqrt(np.linalg.inv(columns.T @ columns)[0, 0] * max(misfit, 1.0)))
+    excess = float(found[0])
+    if abs(excess) < CLEARLY * std:
+        return slope, ()
+    local = slope.value + excess
+    low, high = slope.interval95
+    held = (min(low, local - NORMAL95 * std), max(high, local + NORMAL95 * std))
+    warning = (
+        f"the measured friction rises by {local:.4g} +- {NORMAL95 * std:.2g} per unit of slip at zero slip, the fitted "
+        f"curve by {slope.value:.4g}: the tire's curve has another shape; the interval holds both"
+    )
+    return replace(slope, interval95=held, std=max(slope.std, (held[1] - held[0]) / (2 * NORMAL95))), (warning,)
