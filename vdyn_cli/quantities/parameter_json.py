@@ -145,7 +145,7 @@ def _estimates(entries: Any, where: str, problems: list[Finding], known: Mapping
         except UnitError as error:
             problems.append(Finding(place, str(error), remedy="correct the unit, or the value and the unit"))
         except (KeyError, TypeError, ValueError, AttributeError):
-            problems.append(Finding(place, "lacks value, std, interval95, unit or source"))
+            problems.append(Finding(place, "lacks value, std, interval95, unit, meaning or source"))
         else:
             problems += _wrong_numbers(found[name], known.get(name), place)
     return found
