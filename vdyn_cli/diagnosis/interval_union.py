@@ -119,8 +119,8 @@ def biases(
     every = [{**one, **_derived(fitted, one, derived)} for one in found]
     names = {n for one in every for n in one}
     known = {n: max(float(np.linalg.norm(one[n])) for one in every) for n in names if n in published}
-    ratio = max((b / _half(published[n]) for n, b in known.items() if _half(published[n]) > 0), default=0.0)
-    return known | {n: ratio * _half(e) for n, e in published.items() if n not in known}
+    ratio = max((b / published[n].half_width for n, b in known.items() if published[n].half_width > 0), default=0.0)
+    return known | {n: ratio * e.half_width for n, e in published.items() if n not in known}
 
 
 def _derived(
@@ -135,7 +135,3 @@ def _derived(
             moved = derived({**fitted, name: fitted[name] + step})
             total = {n: t + (moved[n] - base[n]) / step * parts for n, t in total.items()}
     return total
-
-
-def _half(one: Estimate) -> float:
-    return 0.5 * (one.interval95[1] - one.interval95[0])

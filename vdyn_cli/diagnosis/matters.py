@@ -30,11 +30,7 @@ def limits_of(result: Result, unit: str, stated: Mapping[str, str | float]) -> L
     fit, share = result.fit, POLICY.matters_share
     same = fit.unit == unit and fit.noise_floor > 0
     output, noise = (share * fit.noise_floor, fit.noise_floor) if same else (float("nan"), float("nan"))
-    limits = {
-        n: share * 0.5 * (e.interval95[1] - e.interval95[0])
-        for n, e in result.parameters.items()
-        if e.interval95[1] > e.interval95[0]
-    }
+    limits = {n: share * e.half_width for n, e in result.parameters.items() if e.half_width > 0}
     findings = []
     main = main_output(result)
     for name, text in stated.items():

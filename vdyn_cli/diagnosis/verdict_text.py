@@ -196,7 +196,7 @@ def amplitude_text(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
     e = amplitudes[name]
     percent = not e.unit and effect.unknowns[name].meaning.startswith("share")
     scale = 100.0 if percent else 1.0
-    half = scale * 0.5 * (e.interval95[1] - e.interval95[0])
+    half = scale * e.half_width
     places = decimals(half, 12) if half > 0 else 3
     unit = f" {e.unit}" if e.unit else " %" if percent else ""
     sense = f" {effect.sense}" if effect.sense else ""
@@ -207,7 +207,7 @@ def amplitude_text(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
 
 def _factor_text(effect: Effect, e: Estimate) -> str:
     """A scale that is off by a factor, with the usual mistake that makes it; empty where it is not."""
-    factor, half = 1.0 + e.value, 0.5 * (e.interval95[1] - e.interval95[0])
+    factor, half = 1.0 + e.value, e.half_width
     if not effect.mistakes or factor <= 0.0:
         return ""
     off = max(factor, 1.0 / factor)

@@ -71,7 +71,7 @@ def with_input_uncertainty(result: Result, inputs: Inputs) -> Result:
     if not slopes:
         return replace(result, findings=(*result.findings, *left_out))
     parameters = _widened(result.parameters, slopes)
-    shown = any(_half(e) > SHOWN * _half(result.parameters[n]) for n, e in parameters.items())
+    shown = any(e.half_width > SHOWN * result.parameters[n].half_width for n, e in parameters.items())
     why = " and ".join(dict.fromkeys(one.name for one in uncertain))
     note = f"The intervals contain the uncertainty of {why}." if shown else ""
     return replace(with_wider_intervals(result, parameters, note), findings=(*result.findings, *left_out))
@@ -157,10 +157,6 @@ def _published(inputs: Inputs, effects: Sequence[str], one: _Uncertain, times: f
     except (InputError, ResultError, ArithmeticError):
         return Parameters()
     return Parameters() if result is None or isinstance(result, Failure) else result.parameters
-
-
-def _half(one: Estimate) -> float:
-    return 0.5 * (one.interval95[1] - one.interval95[0])
 
 
 def _widened(published_: Parameters, slopes: Sequence[Slopes]) -> Parameters:

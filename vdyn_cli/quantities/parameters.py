@@ -39,6 +39,11 @@ class Estimate:
     baseline: float | None = None
     spans: tuple[str, ...] = ()
 
+    @property
+    def half_width(self) -> float:
+        """Half of the 95 % interval, in the unit of the value."""
+        return 0.5 * (self.interval95[1] - self.interval95[0])
+
     @classmethod
     def given(cls, quantity: Quantity, value: float, std: float = 0.0, source: str = "given") -> Estimate:
         """A number stated by the user; its interval is the normal one of its standard deviation."""

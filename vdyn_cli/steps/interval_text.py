@@ -57,7 +57,7 @@ def within_physical_range(result: Result) -> Result:
 def _listed(wide: Mapping[str, Estimate]) -> str:
     texts = []
     for name, one in list(wide.items())[:LISTED]:
-        places = decimals(0.5 * (one.interval95[1] - one.interval95[0]), 12)
+        places = decimals(one.half_width, 12)
         low, high = (f"{end:.{places}f}" for end in one.interval95)
         texts.append(f"{name.replace('_', ' ')} {low} to {high} {one.unit}".strip())
     rest = f" and {len(wide) - LISTED} more" if len(wide) > LISTED else ""

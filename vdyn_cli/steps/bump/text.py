@@ -64,7 +64,7 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], modes
 
     def kilo(name: str, unit: str) -> str:
         e = estimates[name]
-        half = (e.interval95[1] - e.interval95[0]) / 2e3
+        half = 1e-3 * e.half_width
         low, high = (number(1e-3 * end, half) for end in e.interval95)
         return f"{number(1e-3 * e.value, half)} {unit} ({low} to {high})"
 
@@ -90,7 +90,7 @@ def warnings(
     """
     found = []
     for name, estimate in estimates.items():
-        half = (estimate.interval95[1] - estimate.interval95[0]) / 2
+        half = estimate.half_width
         if half > STEP_POLICY.vague_interval * abs(estimate.value):
             remedy = NO_HOP if name == TIRE else "cross the bump faster, or use a higher one"
             found.append(f"{name} is poorly determined (+- {100 * (half / abs(estimate.value)):.0f} %): {remedy}")

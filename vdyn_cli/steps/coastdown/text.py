@@ -42,8 +42,7 @@ def sentence(
         if name in fixed:
             parts.append(f"{label} fixed at {e.value:.4g}{unit}")
         else:
-            half = 0.5 * (e.interval95[1] - e.interval95[0])
-            parts.append(f"{label} {number(e.value, half)}{unit} (95 %: {_interval(e.interval95)})")
+            parts.append(f"{label} {number(e.value, e.half_width)}{unit} (95 %: {_interval(e.interval95)})")
     row = min(extra["road_load"]["force"], key=lambda row: abs(row["speed_kmh"] - 3.6 * speed))
     low, high = row["interval95"]
     force = number(row["force_N"], 0.5 * (high - low))
