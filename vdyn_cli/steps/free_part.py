@@ -126,10 +126,10 @@ class Part:
     @cached_property
     def effect(self) -> Effect:
         """The free addition as an effect of the model."""
-        names = self.unknowns
+        names, over = self.unknowns, self.coordinate
         many = tuple(
-            Quantity(n, self.unit, f"cosine {int(i)} of a free addition over {self.coordinate}", "", -size, size)
-            for n, i, size in zip(names, self.orders, [self.size] * len(names), strict=True)
+            Quantity(n, self.unit, f"cosine {int(i)} of a free addition over {over}", "", -self.size, self.size)
+            for n, i in zip(names, self.orders, strict=True)
         )
 
         def law(element: Law, s: Signals, q: Signals) -> Number:
@@ -180,6 +180,11 @@ _CORNERS = {"fl": ("front", "left"), "fr": ("front", "right"), "rl": ("rear", "l
 def addition(s: Signals) -> Number:
     """A law of which only the addition is known: zero."""
     return 0.0
+
+
+def sensor_part(element: str, span: tuple[float, float], size: float, unit: str, what: str, place: str = "") -> Part:
+    """The error of a reading as a part over its value, both in ``unit``; the arguments are those of ``Part``."""
+    return Part(element, place, "value", span, size, unit, unit, what, "value", anchored=False, sensor=True)
 
 
 def matches(place: str, at: str) -> bool:

@@ -11,7 +11,7 @@ from vdyn_cli.physics.laws.suspension import damper, spring
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.replay import replay
-from vdyn_cli.steps.free_part import Part
+from vdyn_cli.steps.free_part import Part, sensor_part
 
 STROKE, RATE, PRESS = 0.12, 2.5, 0.08  # m, m/s, m: more than a bump deflects springs, dampers and tires by
 TURN = 0.005  # m/s: dry friction turns within millimeters a second
@@ -33,7 +33,7 @@ def bump_parts(channels: Sequence[str], length: float) -> tuple[Part, ...]:
     channels : that are fitted. length : of the bump as described, m.
     """
     sensors = (
-        Part(name, "", "value", span, size, unit, unit, what, "value", anchored=False, sensor=True)
+        sensor_part(name, span, size, unit, what)
         for name, (span, size, unit, what) in SENSORS.items()
         if name in channels
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.free_part import Part, addition
+from vdyn_cli.steps.free_part import Part, addition, sensor_part
 from vdyn_cli.steps.free_profiles import span_of
 
 MOMENT, LOAD = 200.0, 50.0  # N m, N: plausible sizes of what is left out, and of a load reading's error
@@ -36,10 +36,5 @@ def balance_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
     for place in ("front", "rear"):
         if all(f"{place}_load" in log for log in logs):
             load = span_of([log[f"{place}_load"] for log in logs], 100.0)
-            parts.append(
-                Part(
-                    "wheel_force", place, "value", load, LOAD, "N", "N", f"the {place} load reading", "value",
-                    anchored=False, sensor=True,
-                )
-            )  # fmt: skip
+            parts.append(sensor_part("wheel_force", load, LOAD, "N", f"the {place} load reading", place))
     return tuple(parts)

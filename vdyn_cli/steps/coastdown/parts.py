@@ -9,7 +9,7 @@ import numpy as np
 from vdyn_cli.engine.model_builder import Number, Signals
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.campaign import Campaign
-from vdyn_cli.steps.free_part import Part
+from vdyn_cli.steps.free_part import Part, sensor_part
 from vdyn_cli.steps.free_profiles import span_of
 
 FORCE = 100.0  # N, plausible size: two thirds of a car's rolling resistance
@@ -73,21 +73,7 @@ def road_parts(campaign: Campaign) -> tuple[Part, ...]:
             )
         )  # fmt: skip
     if campaign.speed_fitted:
-        found.append(
-            Part(
-                "speed",
-                "",
-                "value",
-                speed,
-                READING,
-                "m/s",
-                "m/s",
-                "the speed reading",
-                "value",
-                anchored=False,
-                sensor=True,
-            )
-        )
+        found.append(sensor_part("speed", speed, READING, "m/s", "the speed reading"))
     return tuple(found)
 
 

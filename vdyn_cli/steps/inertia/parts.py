@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from vdyn_cli.physics.laws.wheel import bearing
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.free_part import Part
+from vdyn_cli.steps.free_part import Part, sensor_part
 from vdyn_cli.steps.free_profiles import span_of
 
 TORQUE, FORCE, ACCELERATION = 2.0, 100.0, 0.2  # N m, N, m/s^2: plausible sizes of drag and of errors of readings
@@ -32,9 +32,8 @@ def wheel_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
         anchored=False, law=bearing, arguments=lambda x, values: {"bearing_torque": 0.0}, kin=("brake",),
     )  # fmt: skip
     readings = (
-        Part(n, "", "value", span_of([log[n] for log in logs], 0.1), size, unit, unit, what, "value",
-             anchored=False, sensor=True)
+        sensor_part(n, span_of([log[n] for log in logs], 0.1), size, unit, what)
         for n, (size, unit, what) in SENSORS.items()
         if all(n in log for log in logs)
-    )  # fmt: skip
+    )
     return (spin, *readings)
