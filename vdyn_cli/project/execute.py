@@ -18,6 +18,7 @@ from vdyn_cli.project.result_document import StepRecord, provenance_of, step_com
 from vdyn_cli.project.simulated_gains import simulated_gain_findings
 from vdyn_cli.project.unlike_runs import with_run_signs
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
+from vdyn_cli.quantities.parameters import wider_than_value
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
 from vdyn_cli.steps.interval_text import within_physical_range
@@ -64,7 +65,7 @@ def execute(
         refused = (*refused, *(f for f in _data_faults(inputs) if f not in refused))
     quality = with_changes(inputs, baseline)
     findings = (*inputs.findings, *exact_values(inputs), *result.findings)
-    result = _warned(replace(result, refused=refused, findings=findings, quality=quality, restate=None))
+    result = with_warnings(replace(result, refused=refused, findings=findings, quality=quality, restate=None))
     made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)
     record = StepRecord(result, made)
     if refused:
@@ -117,11 +118,18 @@ def _placed(finding: Finding, inputs: Inputs) -> Finding:
     return replace(finding, where=inputs.source.where(location), what=f"'{finding.where}': {finding.what}")
 
 
-def _warned(result: Result) -> Result:
-    """The result with a warning for each doubtful finding, and for a residual far above the noise."""
+def with_warnings(result: Result) -> Result:
+    """The result with a warning for each doubtful finding, an interval wider than its value, and a large residual."""
     fit = result.fit
     doubts = [f"{f.where}: {f.what}" for f in merge_similar(result.findings) if f.doubt]
     warnings = [*doubts, *fit.warnings]
     if fit.misfit:
         warnings.append(f"{fit.misfit}. Unmodeled effect present; values may be off by more than their intervals state")
-    return replace(result, fit=replace(fit, warnings=tuple(warnings)))
+    wide = [n for n, e in result.parameters.items() if e.source == result.step and wider_than_value(n, e)]
+    if not wide:
+        return replace(result, fit=replace(fit, warnings=tuple(warnings)))
+    verdict = result.diagnosis.verdict if result.diagnosis else ""
+    left = ", and the diagnosis leaves the model open" if verdict in ("unknown", "not_testable", "ambiguous") else ""
+    doubt = f"the 95 % interval is wider than the value: {', '.join(wide)}; these runs do not determine it{left}"
+    warnings.insert(0, doubt)
+    return replace(result, sentence=f"Doubtful, {doubt}. {result.sentence}", fit=replace(fit, warnings=tuple(warnings)))

@@ -125,6 +125,17 @@ _BY_STEP = {
     "shaft": "shaft_stiffness_left shaft_stiffness_right shaft_damping_left shaft_damping_right",
 }
 
+
+def wider_than_value(name: str, estimate: Estimate) -> bool:
+    """Whether half of the 95 % interval is larger than a value that is positive by its nature.
+
+    Of one that may have either sign, such as the magic formula's E, zero is a value like others.
+    """
+    low, high = estimate.interval95
+    quantity = PARAMETERS.get(name)
+    return quantity is not None and quantity.lower >= 0.0 and 0.5 * (high - low) > abs(estimate.value)
+
+
 # Which step gives a parameter, for the remedy where it is missing; a test holds it against the steps themselves.
 GIVERS: Mapping[str, str] = {name: step for step, names in _BY_STEP.items() for name in names.split()}
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from string import ascii_lowercase
 
-from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate, wider_than_value
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import effect_labels, typography
 
@@ -20,7 +20,8 @@ class ParameterRow:
     """One line of a parameter table; ``before`` is empty where no extension moved the value.
 
     ``spans``: the answers whose values the interval also includes; ``mark`` the letter of the table's note that states
-    them; ``doubtful``: the diagnosis leaves them open, or a part of the residual unexplained.
+    them; ``doubtful``: the diagnosis leaves them open, or a part of the residual unexplained; ``wide``: the interval is
+    wider than the value.
     """
 
     key: str
@@ -37,6 +38,7 @@ class ParameterRow:
     spans: str
     mark: str
     doubtful: bool
+    wide: bool
 
 
 def parameter_rows(estimates: Mapping[str, Estimate]) -> tuple[ParameterRow, ...]:
@@ -70,6 +72,7 @@ def _parameter_row(key: str, e: Estimate, mark: str) -> ParameterRow:
         ", ".join(_answer(one) for one in e.spans),
         mark,
         any(one in OPEN for one in e.spans),
+        wider_than_value(key, e),
     )
 
 

@@ -1,0 +1,27 @@
+"""An interval that is wider than its value makes the answer look doubtful; one that may have either sign does not."""
+
+from __future__ import annotations
+
+import pytest
+
+from vdyn_cli.project.execute import with_warnings
+from vdyn_cli.quantities.diagnosis import Diagnosis
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.report.parameter_table import parameter_rows
+
+
+def result(half: float, name: str = "drag_area") -> Result:
+    estimate = Estimate.of(name, 0.6, half / 1.96, (0.6 - half, 0.6 + half), "coastdown")
+    diagnosis = Diagnosis(verdict="unknown", sentence="Unmodeled effect present.")
+    fit = FitSummary(("run.csv",), 1.0, 1.0, "N", (name,))
+    return Result("coastdown", "Drag area 0.6 m^2.", Parameters({name: estimate}), fit, "", diagnosis=diagnosis)
+
+
+@pytest.mark.parametrize(("half", "name", "wide"), [(0.5, "drag_area", 0), (0.7, "drag_area", 1), (0.7, "tire_E", 0)])
+def test_a_wide_interval_is_said_first(half: float, name: str, wide: int) -> None:
+    found = with_warnings(result(half, name))
+    assert len(found.fit.warnings) == wide
+    assert found.sentence.startswith("Doubtful, the 95 % interval is wider than the value: drag_area") == bool(wide)
+    assert "leaves the model open" in found.sentence or not wide
+    assert [row.wide for row in parameter_rows(found.parameters)] == [bool(wide)]
