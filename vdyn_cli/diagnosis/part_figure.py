@@ -11,12 +11,7 @@ from vdyn_cli.quantities.result import Figure, Series
 
 
 def part_figure(part: FaultyPart) -> Figure:
-    """The part's law with its band over the range that the data cover, the baseline's law, and the named law.
-
-    Parameters
-    ----------
-    part : of a diagnosis.
-    """
+    """The part's law with its band over the range that the data cover, the baseline's law, and the named law."""
     series = []
     first = 0
     laws = part.law.values if part.law is not None and len(part.law.values) == len(part.curve) else ()

@@ -48,12 +48,7 @@ class Failure:
         return cls(error.findings if isinstance(error, ResultError) else (Finding("fit", str(error)),))
 
     def refused(self, step: str) -> Result:
-        """The result as a record of the refusal: what was simulated, why it is not published, and no parameters.
-
-        Parameters
-        ----------
-        step : name of the step.
-        """
+        """The result as a record of the refusal: what was simulated, why it is not published, and no parameters."""
         shown = self.shown or Result(step, "", Parameters(), FitSummary((), nan, nan, "", ()), "")
         first = self.findings[0]
         place = "" if first.where in ("fit", step) else f"{first.where}: "

@@ -122,7 +122,7 @@ class QualityPolicy:
         "while the torque drives counts.",
     )  # fmt: skip
     least_rest_edge: float = threshold(
-        0.25, "times the 99 % quantile of steps", "by which a torque must jump to zero and from it, to be lost there",
+        0.25, "times the 99 % quantile of steps", "jump of a torque to zero and back, from which it is lost there",
         "A motor's torque goes to zero and leaves it smoothly, for the driveline's sake: in 498 rests of 15 trips one "
         "of the two jumps is below 0.15 such quantiles.",
     )  # fmt: skip

@@ -12,12 +12,7 @@ MOMENT, LOAD = 200.0, 50.0  # N m, N: plausible sizes of what is left out, and o
 
 
 def balance_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
-    """The body's moment over acceleration and pitch rate, and the load readings over their value.
-
-    Parameters
-    ----------
-    logs : of the runs.
-    """
+    """The body's moment over acceleration and pitch rate, and the load readings over their value."""
     push = span_of([log["acceleration"] for log in logs], 1.0)
     parts = [
         Part(
