@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vdyn_cli.effects import catalogue
+from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
@@ -44,3 +46,21 @@ def test_the_interval_holds_the_slope_of_the_measured_friction(law) -> None:
     assert low < SLOPE < high
     assert any("another shape" in w for w in result.fit.warnings) == (law is brush)
     assert high - low < (0.25 if law is brush else 0.02) * SLOPE
+
+
+def test_what_a_relaxation_length_leaves_is_not_taken_for_the_slope() -> None:
+    logs, rng = [], np.random.default_rng(4)
+    time = np.arange(0.0, 8.0, 0.01)
+    for k in range(4):
+        slip = (-1) ** k * 0.3 * np.clip(np.minimum(time - 1.0, 7.0 - time) / 3.0, 0.0, 1.0)
+        felt = np.zeros(time.size)
+        for i in range(1, time.size):
+            felt[i] = felt[i - 1] + 0.01 * 10.0 / 1.5 * (slip[i - 1] - felt[i - 1])
+        read = {"slip": slip, "force_x": formula(felt) * 4000.0, "vehicle_speed": np.full(time.size, 10.0)}
+        noise = {"slip": 5e-4, "force_x": 30.0, "vehicle_speed": 0.05}
+        read = {n: v + noise[n] * rng.standard_normal(time.size) for n, v in read.items()}
+        logs.append(Log(f"sweep_{k}.csv", time, {**read, "force_z": 4000.0 + 30.0 * rng.standard_normal(time.size)}))
+    problem = STEP.prepare(TireSpec.model_validate({"test": "tire"}), tuple(logs), Parameters())
+    relaxation = next(e for e in catalogue() if e.name == "tire_relaxation")
+    result = problem.publish((relaxation,), tuple(Unknown(n, 0.0, -3.0, 3.0, "m") for n in relaxation.unknowns))
+    assert not [w for w in result.fit.warnings if "another shape" in w]

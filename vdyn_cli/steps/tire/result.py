@@ -31,7 +31,9 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
     """
     fit, solution = curve.fit, curve.solution
     points = [fit.points(sweep, solution.values) for sweep in fit.sweeps]
-    slope, doubts = agreeing_with_data(_slope(solution), fit.sweeps, points)
+    slope, doubts = _slope(solution), tuple[str, ...]()
+    if not fit.effects:  # what an effect such as a relaxation length leaves at small slips is not the curve's slope
+        slope, doubts = agreeing_with_data(slope, fit.sweeps, points)
     withheld = dict[str, str]()
     estimates, correlation, warnings = {STIFFNESS: slope}, {}, [*solution.warnings, *doubts]
     if curve.peak is None:
