@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vdyn_cli.project.exact_values import exact_values
+from vdyn_cli.project.exact_values import exact_values, out_of_proportion
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.steps import load_step
 
@@ -17,3 +17,15 @@ def test_a_mass_without_its_uncertainty_is_noted_with_a_remedy_that_clears_it(ro
         found = exact_values(gather(load_step("coastdown"), path))
         assert bool(found) is noted
         assert all("mass and rotating_mass are taken as exact" in f.what and "+- 3 kg" in f.remedy for f in found)
+
+
+def test_a_rotating_mass_out_of_proportion_is_doubted(root: Path, tmp_path: Path) -> None:
+    text = (root / "configs" / "coastdown.yaml").read_text(encoding="utf-8")
+    text = text.replace("../sample_logs", str(root / "sample_logs"))
+    for rotating, share in (("60 kg", None), ("1588 kg", "100 % of mass")):
+        path = tmp_path / "coast.yaml"
+        vehicle = f"vehicle: {{mass: 1588 kg, rotating_mass: {rotating}, frontal_area: 2.19 m^2}}"
+        path.write_text(text.replace("vehicle: vehicle.yaml", vehicle), encoding="utf-8")
+        found = out_of_proportion(gather(load_step("coastdown"), path))
+        assert [share in f.what for f in found if share] == ([True] if share else [])
+        assert bool(found) is (share is not None)

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import (
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
@@ -168,6 +169,11 @@ def _branch(value: Any) -> str:
 ChannelSource = Annotated[Annotated[Channel, Tag(LOGGED)] | Annotated[KnownChannel, Tag(KNOWN)], Discriminator(_branch)]
 
 
+def _grouped(levels: Any) -> Any:
+    """A single group of levels as a list of groups."""
+    return [levels] if isinstance(levels, list) and levels and not isinstance(levels[0], list) else levels
+
+
 class Reading(Strict):
     """How a log file is written, where guessing is not wanted; ``clock: drop`` drops rows that step back."""
 
@@ -189,6 +195,11 @@ class Reading(Strict):
         "columns",
         description="rows: each run is a row of the table, and the levels stand in its head, whose first cell is the "
         "name of the speed's column; a run's 'columns: {time: NAME}' names the first cell of its row",
+    )
+    levels: Annotated[list[list[Annotated[Given, Si("m/s", 0.0)]]], BeforeValidator(_grouped)] = Field(
+        [],
+        description="speed levels of a coast-down report that does not state them, m/s, such as [100 km/h, 90 km/h]; "
+        "groups of successive levels where runs passed different ones",
     )
 
 

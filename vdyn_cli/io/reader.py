@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
@@ -68,6 +68,7 @@ class ReadOptions:
     header_row : line of the column names, counted from 1; searched where None.
     split_times : the log is a table of speed levels and split times, ``elapsed`` or ``intervals``; a log where None.
     split_runs : whether each run of such a table is a column or a row.
+    levels : m/s, groups of successive speed levels, of a coast-down report that does not state its own.
     """
 
     delimiter: str | None = None
@@ -77,6 +78,7 @@ class ReadOptions:
     header_row: int | None = None
     split_times: Literal["elapsed", "intervals"] | None = None
     split_runs: Literal["columns", "rows"] = "columns"
+    levels: Sequence[Sequence[float]] = ()
 
 
 @dataclass(frozen=True)

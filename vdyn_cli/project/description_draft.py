@@ -21,6 +21,7 @@ from vdyn_cli.steps import Step
 
 _SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
 _LEAST_FALL = 10.0  # s at a time, or half of the log, that the speed of a log with a coast-down falls
+_HEAD = "# A first description by 'vdyn init'. \"?\" marks what the logs do not tell: write it there."
 _LONGEST = 150  # characters of a line with its comment, beyond which the comment stands above
 
 
@@ -65,20 +66,28 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
         raise InputError(
             Finding(step.name, what, remedy=f"see 'vdyn explain {step.name}' and configs/{step.name}.yaml")
         )
+    parts = _parts(step)
+    if (table := _table(parts, paths, folder)) is not None:
+        text = "\n".join([_HEAD, f"test: {step.name}", *parts["DRAFT"].splitlines(), *table]) + "\n"
+        return DescriptionDraft(text, ("time", "speed"), tuple(_marked(text)))
     logs, problems = _read(step, paths)
     raise_all(problems)
-    parts = _parts(step)
     swings = [c for c in parts.get("PENDULUM_CHANNELS", ()) if logs[0].guesses[c].facts is not None]
-    head = [
-        f"# A first description by 'vdyn init {step.name}'. \"?\" marks what the logs do not tell: write it there.",
-        f"test: {step.name}",
-    ]
+    head = [_HEAD, f"test: {step.name}"]
     if swings and not _decided(step, logs[0]):
         body, mapped, undecided = _pendulum(logs[0], swings[:1], parts, folder)
     else:
         body, mapped, undecided = _drives(step, logs, parts, folder)
     text = "\n".join([*head, *body]) + "\n"
     return DescriptionDraft(text, mapped, (*undecided, *_marked(text)))
+
+
+def _table(parts: Mapping[str, Any], paths: Sequence[Path], folder: Path) -> list[str] | None:
+    """Channels and runs of a single file that the step knows as a table of runs; None for logs."""
+    if len(paths) != 1 or "table_draft" not in parts:
+        return None
+    found: list[str] | None = parts["table_draft"](paths[0], _from(folder, paths[0]))
+    return found
 
 
 def _read(step: Step, paths: Sequence[Path]) -> tuple[list[_Guessed], list[Finding]]:

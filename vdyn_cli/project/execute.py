@@ -11,7 +11,7 @@ from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, refuse_unknown
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.cut_changes import with_changes
-from vdyn_cli.project.exact_values import exact_values
+from vdyn_cli.project.exact_values import exact_values, out_of_proportion
 from vdyn_cli.project.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
@@ -64,7 +64,7 @@ def execute(
     if refused:
         refused = (*refused, *(f for f in _data_faults(inputs) if f not in refused))
     quality = with_changes(inputs, baseline)
-    findings = (*inputs.findings, *exact_values(inputs), *result.findings)
+    findings = (*inputs.findings, *exact_values(inputs), *out_of_proportion(inputs), *result.findings)
     result = with_warnings(replace(result, refused=refused, findings=findings, quality=quality, restate=None))
     made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)
     record = StepRecord(result, made)

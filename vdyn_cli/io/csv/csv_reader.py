@@ -141,7 +141,8 @@ def _read(
     with open_source(path, options.encoding) as source:
         first = next(source.blocks, b"")
         if options.split_runs == "rows":
-            source, options = runs_as_columns(source, first, name), replace(options, delimiter="tab", header_row=1)
+            source = runs_as_columns(source, first, name, options.levels)
+            options = replace(options, delimiter="tab", header_row=1)
             first = next(source.blocks, b"")
         layout = find_layout(first, source.encoding, wanted, options, name)
         match = match_columns(layout, columns, name)

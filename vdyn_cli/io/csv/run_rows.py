@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Sequence
 
+from vdyn_cli.io.csv.coastdown_report import read_report, turned_report
 from vdyn_cli.io.csv.csv_source import CsvSource
 from vdyn_cli.quantities.errors import Finding, InputError
 
@@ -21,24 +23,34 @@ _LEVEL = re.compile(
 _FEWEST = 2  # levels
 
 
-def runs_as_columns(source: CsvSource, first: bytes, name: str) -> CsvSource:
+def runs_as_columns(source: CsvSource, first: bytes, name: str, levels: Sequence[Sequence[float]] = ()) -> CsvSource:
     """The table with a column for each row of the file; columns whose head is no speed are left out.
+
+    Parameters
+    ----------
+    levels : m/s, of a coast-down report, which does not state its own.
 
     Raises
     ------
-    InputError : no row holds two speed levels behind its first cell.
+    InputError : no row holds two speed levels behind its first cell; a report whose levels are not given.
     """
     lines = (first + b"".join(source.blocks)).decode(source.encoding, "replace").splitlines()
+    if report := read_report(lines):
+        return _as_source(turned_report(report, levels, name))
     for delimiter in _DELIMITERS:
         rows = [row for row in csv.reader(lines, delimiter=delimiter) if any(cell.strip() for cell in row)]
         for at, head in enumerate(rows):
-            levels = {i: m[1] for i, cell in enumerate(head) if i and (m := _LEVEL.fullmatch(cell))}
+            heads = {i: m[1] for i, cell in enumerate(head) if i and (m := _LEVEL.fullmatch(cell))}
             runs = [row for row in rows[at + 1 :] if len(row) == len(head)]
-            if len(levels) < _FEWEST or not runs or _LEVEL.fullmatch(head[0]):
+            if len(heads) < _FEWEST or not runs or _LEVEL.fullmatch(head[0]):
                 continue
             table = [[head[0].strip(), *(row[0].strip() for row in runs)]]
-            table += [[level, *(row[i].strip() for row in runs)] for i, level in levels.items()]
-            text = "\n".join("\t".join(row) for row in table) + "\n"
-            return CsvSource("utf-8", iter([text.encode()]))
+            table += [[level, *(row[i].strip() for row in runs)] for i, level in heads.items()]
+            return _as_source(table)
     what = "is no table with a row for each run: no row holds speed levels behind its first cell"
     raise InputError(Finding(name, what, remedy="remove 'split_runs: rows', or write the levels in one row"))
+
+
+def _as_source(table: Sequence[Sequence[str]]) -> CsvSource:
+    text = "\n".join("\t".join(row) for row in table) + "\n"
+    return CsvSource("utf-8", iter([text.encode()]))

@@ -1,4 +1,12 @@
-"""What ``vdyn init`` writes beside the channels of a coast-down: keys that no log tells."""
+"""What ``vdyn init`` writes beside the channels of a coast-down: keys that no log tells; and a report's runs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from vdyn_cli.io.csv.coastdown_report import SPEED, likely_levels, read_report, written_levels
+from vdyn_cli.io.csv.csv_source import open_source
 
 DRAFT = """\
 vehicle:
@@ -18,3 +26,37 @@ settings:                   # speed_window: [70 km/h, 25 km/h] limits the fitted
 RUN = "direction: out or back"
 FALLING = "speed"  # in a coast-down; other logs without a drive signal are no runs of it
 DRIVE = ("drive_torque", "drive_force", "motor_current")
+
+
+def table_draft(path: Path, name: str) -> list[str] | None:
+    """Channels and runs of a coast-down report, one row a run; None for another file.
+
+    Parameters
+    ----------
+    name : of the file as the description names it.
+    """
+    with open_source(path) as source:
+        lines = b"".join(source.blocks).decode(source.encoding, "replace").splitlines()
+    runs = read_report(lines)
+    if not runs:
+        return None
+    levels = written_levels(likely_levels(runs)) or '"?"'
+    why = "fit times and distances of the runs" if levels != '"?"' else "the report does not state them"
+    body = [
+        "# A report of coast-downs: one row a run, with the times between speed levels.",
+        "reading:",
+        "  split_times: intervals",
+        "  split_runs: rows",
+        f"  levels: {levels}  # {why}",
+        "channels:",
+        f"  time: {{column: {json.dumps(runs[0].name)}, unit: s}}",
+        f"  speed: {{column: {SPEED}, unit: km/h}}",
+        "runs:                       # direction: heading + is out, - is back; start: start time",
+    ]
+    for run in runs:
+        direction = {"+": "out", "-": "back"}.get(run.heading, '"?"')
+        start = f", start: {run.start:.3f} s" if run.start == run.start else ""
+        column = f"columns: {{time: {json.dumps(run.name)}}}"
+        line = f"- {{log: {json.dumps(name)}, direction: {direction}{start}, {column}}}"
+        body.append(f"  {line}" if run.used else f"  # {line}  # off in the report")
+    return body
