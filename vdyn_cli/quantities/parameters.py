@@ -131,9 +131,8 @@ def wider_than_value(name: str, estimate: Estimate) -> bool:
 
     Of one that may have either sign, such as the magic formula's E, zero is a value like others.
     """
-    low, high = estimate.interval95
     quantity = PARAMETERS.get(name)
-    return quantity is not None and quantity.lower >= 0.0 and 0.5 * (high - low) > abs(estimate.value)
+    return quantity is not None and quantity.lower >= 0.0 and estimate.half_width > abs(estimate.value)
 
 
 # Which step gives a parameter, for the remedy where it is missing; a test holds it against the steps themselves.
