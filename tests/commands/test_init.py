@@ -15,9 +15,12 @@ import yaml
 from tests.io.stored_logs import write
 from vdyn_cli.commands.run_init import run_init
 from vdyn_cli.description.yaml_source import load_yaml
+from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.io.reader import ChannelInfo
 from vdyn_cli.project import description_draft
 from vdyn_cli.project.description_draft import DescriptionDraft, draft_description
 from vdyn_cli.project.inputs import gather
+from vdyn_cli.project.run_direction import logged_directions
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.steps import load_step
 
@@ -248,3 +251,27 @@ def test_a_drive_is_no_run_of_a_coast_down(tmp_path: Path) -> None:
     found, description = draft("coastdown", *paths)
     assert [run["log"] for run in description["runs"]] == ["run_0.csv", "run_2.csv"]
     assert 'run_1.csv"}  # left out: no coast-down, the speed falls for at most' in found.text
+
+
+def facts(column: str, ends: tuple[float, float]) -> ChannelFacts:
+    info = ChannelInfo(column, "", 10.0, (0.0, 60.0))
+    return ChannelFacts(info, column, "varies", 600, min(ends), max(ends), ends=ends, angle=1j)
+
+
+@pytest.mark.parametrize(
+    ("columns_", "tells"),
+    [
+        (("heading_deg",), True),
+        (("GPS Heading",), True),
+        (("bearing",), True),
+        (("Heading Rate [deg/s]",), False),
+        (("lat", "lon"), True),
+        (("GPS_Latitude", "GPS_Longitude"), True),
+        (("Lat Accel", "Long Accel"), False),
+        (("Lat. Acc", "Long. Acc"), False),
+        (("Lateral", "Longitudinal"), False),
+    ],
+)
+def test_names_of_headings_and_positions_are_known(columns_: tuple[str, ...], tells: bool) -> None:
+    (found,) = logged_directions([[facts(name, (0.0, 0.01)) for name in columns_]])
+    assert found.direction == ("out" if tells else "")

@@ -17,6 +17,7 @@ _LONGEST_NAME = 42  # characters of a name in the table; longer ones are cut in 
 _BUS_FRAMES = ("CAN_DataFrame", "LIN_Frame", "FLX_Frame", "ETH_Frame")  # names by the standard of bus logging in MDF 4
 _TOGETHER = 3  # channels that rest at the same time, from which the log itself seems to stand still
 _LIKE_RATE = 0.05  # share of a clock's rate, by which those of runs of one logger differ
+_MOST_NAMED = 6  # columns that a log lacks or adds; of more the number is said
 _SAME_TIME = 0.25  # s within which rests of several channels begin and end together
 
 
@@ -56,7 +57,9 @@ def _differences(path: Path, facts: Sequence[ChannelFacts], found: Sequence[Chan
 
 def _absent(verb: str, names: Sequence[str], order: Sequence[str]) -> str:
     """The columns that a log lacks or adds, in the order of the file."""
-    return f"{verb} " + ", ".join(f"'{n}'" for n in order if n in names) if names else ""
+    shown = [f"'{n}'" for n in order if n in names]
+    more = f" and {len(shown) - _MOST_NAMED} more" if len(shown) > _MOST_NAMED else ""
+    return f"{verb} " + ", ".join(shown[:_MOST_NAMED]) + more if shown else ""
 
 
 def _table(path: Path, facts: Sequence[ChannelFacts]) -> str:

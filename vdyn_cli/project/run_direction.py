@@ -11,12 +11,15 @@ from dataclasses import dataclass
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
-_HEADING = re.compile(r"(?:gps|gnss|ins)?[ _]*(?:true[ _]*)?(?:heading|course|cog|kurs|track angle)\b", re.IGNORECASE)
-_LATITUDE = re.compile(r"(?:gps|gnss|ins)?[ _]*lat(?:itude)?\b", re.IGNORECASE)
-_LONGITUDE = re.compile(r"(?:gps|gnss|ins)?[ _]*(?:long|lon|lng|longitude)\b(?![ _]*acc)", re.IGNORECASE)
+_DEVICE = r"(?:(?:gps|gnss|ins|true)[ _.]*)*"
+_NO_MOTION = r"(?![a-z])(?![ _.]*(?:acc|g\b|vel|speed|rate|force|offset|error|std))"
+_HEADING = re.compile(f"{_DEVICE}(?:heading|hdg|course|cog|bearing|kurs|track angle){_NO_MOTION}", re.IGNORECASE)
+_LATITUDE = re.compile(f"{_DEVICE}lat(?:itude)?{_NO_MOTION}", re.IGNORECASE)
+_LONGITUDE = re.compile(f"{_DEVICE}(?:longitude|long|lon|lng){_NO_MOTION}", re.IGNORECASE)
 _STRAIGHT = 0.9  # size of the mean of unit vectors: headings within some 25 degrees of their mean
 _WITHIN = 30.0  # degrees about one direction, or the opposite one, in which all runs of a straight track lie
-_FARTHEST = 100.0  # m between the ends of a run, below which positions give no direction
+_SHORTEST = 100.0  # m between the ends of a run, below which positions give no direction
+_TRACK = 50_000.0  # m, beyond which two columns are no positions of one run
 _DEGREE = 111_200.0  # m of a degree of latitude
 
 
@@ -72,7 +75,7 @@ def _bearing(facts: Sequence[ChannelFacts]) -> tuple[float, str] | None:
     scale = 1.0 / 60.0 if max(abs(north.lowest), abs(north.highest)) > 90.0 else 1.0
     y = (north.ends[1] - north.ends[0]) * scale * _DEGREE
     x = (east.ends[1] - east.ends[0]) * scale * _DEGREE * math.cos(math.radians(north.ends[0] * scale))
-    if not math.hypot(x, y) >= _FARTHEST:
+    if not _SHORTEST <= math.hypot(x, y) <= _TRACK:
         return None
     return math.degrees(math.atan2(x, y)) % 360.0, f"from first to last '{north.column}' and '{east.column}'"
 
