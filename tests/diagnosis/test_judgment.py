@@ -128,7 +128,7 @@ def test_a_sensor_is_a_fault_of_the_data() -> None:
 def test_a_cause_that_needs_more_than_is_plausible_is_not_the_cause() -> None:
     case, verdict = judged(Campaign(6, hidden={"wind": 2.0}), SLOPE, cause("wind", reach=1.0), WAVE, STEP)
     assert verdict.verdict == "unknown"
-    assert "comes closest, but a significant residual remains" in told(case, verdict)
+    assert "A wind comes closest, but its amplitude is beyond the plausible range" in told(case, verdict)
 
 
 def test_a_cause_of_the_wrong_sign_is_not_the_cause() -> None:

@@ -75,11 +75,28 @@ def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
     -------
     The fitted candidates whose evidence reaches ``single_evidence`` and ``single_share`` of the policy.
     """
+    models = [candidate_model(strategy, (n,)) for n in _likely_singles(found)]
+    return tuple(m for m in models if m is not None)
+
+
+def _likely_singles(found: Detection) -> list[str]:
+    """The candidates that could be the whole answer, the strongest first."""
     evidence = found.scores.evidence
     most = max((evidence[n] for n in found.testable), default=0.0)
     least = max(POLICY.single_evidence, POLICY.single_share * most)
-    names = sorted((n for n in found.testable if evidence[n] >= least), key=lambda n: -evidence[n])
-    models = [candidate_model(strategy, (n,)) for n in names]
+    return sorted((n for n in found.testable if evidence[n] >= least), key=lambda n: -evidence[n])
+
+
+def beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> tuple[CandidateModel, ...]:
+    """Candidate models of single effects that no fit within the plausible range has, up to ``open_range`` of it.
+
+    Parameters
+    ----------
+    tried : candidate models of one effect. found : scores of the candidates beside the baseline.
+    """
+    names = [n for n in _likely_singles(found) if all(t.effects != (n,) for t in tried)]
+    wide = strategy.beyond_range() if names else None
+    models = [candidate_model(wide, (n,)) for n in names] if wide is not None else []
     return tuple(m for m in models if m is not None)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -25,7 +26,9 @@ def shapes_of(effect: Effect) -> tuple[str, ...]:
     return tuple(effect.nominal)
 
 
-def unknowns_of(effect: Effect, prior: bool = False) -> tuple[Unknown, ...]:
+def unknowns_of(
+    effect: Effect, prior: bool = False, holding: Mapping[str, float] = MappingProxyType({})
+) -> tuple[Unknown, ...]:
     """An effect's unknowns for a fit, within their plausible range and somewhat beyond.
 
     A shape parameter stays within its range and has a prior about its nominal value: at zero amplitude no data show it.
@@ -33,6 +36,7 @@ def unknowns_of(effect: Effect, prior: bool = False) -> tuple[Unknown, ...]:
     Parameters
     ----------
     prior : give amplitudes a prior about zero, so that all effects of the catalogue can be fitted at once.
+    holding : values beyond that range which the fit may take, up to ``open_range``.
     """
     found = []
     for name, quantity in effect.unknowns.items():
@@ -42,6 +46,8 @@ def unknowns_of(effect: Effect, prior: bool = False) -> tuple[Unknown, ...]:
             found.append(Unknown(name, nominal, low, high, unit, (nominal, POLICY.shape_prior * (high - low))))
             continue
         low, high = bounds_of(effect, name)
+        if name not in effect.possible and not low <= holding.get(name, low) <= high:
+            low, high = (end * POLICY.open_range / POLICY.range_factor for end in (low, high))
         std = POLICY.catalogue_prior * max((reach(effect, name), *map(abs, effect.possible.get(name, ()))))
         found.append(Unknown(name, 0.0, low, high, unit, (0.0, std) if prior else None))
     return tuple(found)

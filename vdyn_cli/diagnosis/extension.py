@@ -81,7 +81,7 @@ def _extended(
     setup = strategy.model.setup
     if extend in ("named", "learned") and _without_baseline(strategy, judgment, base):
         return _with_open_answer(strategy, judgment, extend == "learned", problem)
-    wanted = _wanted(extend, setup, judgment)
+    wanted = _wanted(extend, setup, judgment, base)
     start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
     result, failed = publish_with(problem, [setup.candidates[e] for e in wanted], start)
     if isinstance(extend, list):  # who requests an effect needs to know that the model is without it
@@ -107,8 +107,9 @@ def _with_open_answer(
     if zero := _may_be_zero(judgment, setup, (), None):
         return judgment.unknown(f"{zero} {ZERO}"), Extension()
     found = Extension()
-    alone = all(len(answer.effects) == 1 for answer in judgment.answers)
-    for answer in judgment.answers:
+    answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
+    alone = all(len(answer.effects) == 1 for answer in answers)
+    for answer in answers:
         if not learned and set(answer.effects) & setup.learned:
             continue
         effects = [setup.candidates[e] for e in answer.effects]
@@ -125,8 +126,11 @@ def _with_open_answer(
 def _without_baseline(strategy: Strategy, judgment: Judgment, base: Result) -> bool:
     """Whether one of several answers stands in for the baseline: that has no parameters, or the data exclude it.
 
+    So does an effect beyond its plausible range that suffices, where there is no result or the logs contradict it.
     They do where each answer is one effect, far from zero. Neither the value nor the interval holds the baseline then.
     """
+    if judgment.beyond_range is not None:
+        return bool(base.refused) or base.contradicted
     if judgment.verdict != "ambiguous" or not (base.refused or base.parameters):
         return False
     if base.refused or any(len(answer.effects) > 1 for answer in judgment.answers):
@@ -140,13 +144,17 @@ def _far_from_zero(strategy: Strategy, answer: CandidateModel) -> bool:
     return any(abs(e.value) > POLICY.excluding_amplitude * e.std > 0 for e in found)
 
 
-def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment) -> tuple[str, ...]:
-    """The effects to extend the model by: those requested, or the named."""
+def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, base: Result) -> tuple[str, ...]:
+    """The effects to extend the model by: those requested, or the named.
+
+    A learned law is taken in unasked where the baseline gives no result, or one that the logs contradict.
+    """
     if isinstance(extend, list):
         return tuple(n for n in setup.candidates if n in extend)
     if judgment.answer is None or extend not in ("named", "learned"):
         return ()
-    return judgment.answer.effects if extend == "learned" or not set(judgment.answer.effects) & setup.learned else ()
+    learned = set(judgment.answer.effects) & setup.learned
+    return judgment.answer.effects if extend == "learned" or base.refused or base.contradicted or not learned else ()
 
 
 def publish_with(
@@ -161,7 +169,7 @@ def publish_with(
     if not effects:
         return None, ()
     failed: tuple[Finding, ...] = ()
-    extra = [started_at(u, start) for e in effects for u in unknowns_of(e)]
+    extra = [started_at(u, start) for e in effects for u in unknowns_of(e, holding=start)]
     shapes = {n for e in effects for n in shapes_of(e)}
     for free in (extra, [u for u in extra if u.name not in shapes]) if shapes else (extra,):
         result = published(problem, tuple(effects), tuple(free))

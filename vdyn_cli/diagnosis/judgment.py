@@ -13,7 +13,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from vdyn_cli.diagnosis.candidate_models import CandidateModel, alternatives, forward_selection, pairs, singles
+from vdyn_cli.diagnosis.candidate_models import (
+    CandidateModel,
+    alternatives,
+    beyond_range,
+    forward_selection,
+    pairs,
+    singles,
+)
 from vdyn_cli.diagnosis.detection import Detection, detect
 from vdyn_cli.diagnosis.finding_size import FindingSize, Limits, finding_size, profile_matters
 from vdyn_cli.diagnosis.full_model import FittedModel
@@ -34,6 +41,7 @@ from vdyn_cli.quantities.errors import Finding
 HELD_OUT_WORSE = "the held-out error increases"
 NO_GAIN = "the held-out error does not decrease"
 NOT_SIGNIFICANT = "its amplitude is not significantly different from zero across blocks"
+BEYOND_RANGE = "its amplitude is beyond the plausible range"
 IMITATED = "a free profile with fewer unknowns fits equally well"
 
 
@@ -80,6 +88,11 @@ class Judgment:
         """A model error is present, and ``why`` no answer explains it; ``closest`` by default is the best answer."""
         best = closest or min(self.answers, key=lambda t: t.cost, default=None)
         return replace(self, verdict="unknown", why=why, answers=(), gain=None, closest=best)
+
+    @property
+    def beyond_range(self) -> CandidateModel | None:
+        """The one effect that would suffice, were its amplitude plausible; None where there is no such effect."""
+        return self.closest if self.verdict == "unknown" and self.why == BEYOND_RANGE else None
 
     @property
     def remainder(self) -> CandidateModel | None:
@@ -184,6 +197,8 @@ def resized(strategy: Strategy, judgment: Judgment, before: Judgment) -> Judgmen
 def _named(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...], seen: Detection) -> Judgment:
     """The verdict on the answers, before their gain is known."""
     model = strategy.model
+    if not answers and (beyond := _beyond_alone(strategy, judgment.tried, seen)):
+        return judgment.unknown(BEYOND_RANGE, beyond)
     if not answers:
         return judgment.unknown(closest=min(judgment.tried, key=lambda t: t.cost, default=None))
     answers = _significant(strategy, answers, judgment.tried)
@@ -234,7 +249,7 @@ def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel
     model, tried = strategy.model, singles(strategy, found)
     answers = simplest(model, not_significantly_worse(model, tried), tried)
     if answers or _one_profile_suffices(strategy):
-        return answers or nearly_sufficient(tried), tried
+        return _with_rivals(strategy, answers or nearly_sufficient(tried), tried, found), tried
     two = pairs(strategy, tried, found)
     answers = simplest(model, not_significantly_worse(model, (*tried, *two)), two)
     answers = answers or nearly_sufficient(tried) or nearly_sufficient((*tried, *two))
@@ -242,6 +257,22 @@ def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel
         return answers, tried
     chain = forward_selection(strategy, found)
     return (() if chain is None else (chain, *alternatives(strategy, chain, found))), tried
+
+
+def _with_rivals(
+    strategy: Strategy, answers: tuple[CandidateModel, ...], tried: tuple[CandidateModel, ...], found: Detection
+) -> tuple[CandidateModel, ...]:
+    """The answers of one effect, and the effects beyond their plausible range that fit as well."""
+    beyond = beyond_range(strategy, tried, found) if answers else ()
+    every = (*tried, *beyond)
+    stand = not_significantly_worse(strategy.model, every) or nearly_sufficient(every)
+    return (*answers, *(t for t in beyond if t in simplest(strategy.model, stand, every)))
+
+
+def _beyond_alone(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> CandidateModel | None:
+    """The best effect that would suffice if its amplitude were not beyond its plausible range."""
+    stand = [t for t in beyond_range(strategy, tried, found) if t.sufficient]
+    return min(stand, key=lambda t: t.cost, default=None)
 
 
 def _refuted(strategy: Strategy, gain: HeldOutGain, answer: CandidateModel, several: bool) -> str:

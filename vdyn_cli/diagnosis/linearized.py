@@ -74,6 +74,9 @@ class LinearizedStrategy:
             self._predictions[key] = FittedModel(tuple(effects), fitted.solution, runs, linearized_system(runs))
         return self._predictions[key]
 
+    def beyond_range(self) -> None:
+        """None: relinearized fits stay within the plausible range."""
+
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
         """None: nondifferentiable effects are linearized about their likely amplitude."""
         return NO_VALUES

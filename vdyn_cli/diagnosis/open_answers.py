@@ -45,8 +45,9 @@ def with_open_answers(
     found: list[Answer] = []
     others: list[Result] = []
     answer, note = judgment.answer, HOLD_ALL
-    if judgment.verdict == "ambiguous":
-        found, others = _published(strategy, judgment.answers, problem, result)
+    if judgment.verdict == "ambiguous" or extension.open:
+        answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
+        found, others = _published(strategy, answers, problem, result)
         if not extension.open:
             found = [Answer(BASELINE, base.parameters), *found]
     elif judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):

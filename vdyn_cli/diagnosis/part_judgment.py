@@ -51,7 +51,7 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     detected = judgment.verdict in ("named", "ambiguous", "unknown")
     # A problem of an installed package need not know of parts.
     parts = getattr(problem, "parts", ())
-    if not detected or not parts or _explained_elsewhere(strategy, judgment, parts):
+    if not detected or not parts or judgment.beyond_range or _explained_elsewhere(strategy, judgment, parts):
         return PartJudgment(strategy, judgment)
     finding = part_finding(strategy, problem)
     if finding is None:

@@ -98,6 +98,11 @@ class Policy:
         1.5, "times the plausible range", "that an amplitude may reach before the candidate is refused",
         "Ranges are of published measurements: half as much again allows for vehicles outside these measurements.",
     )  # fmt: skip
+    open_range: float = _threshold(
+        3.0, "times the plausible range", "up to which an effect that fits as well as the answers stands beside them",
+        "Twice range_factor: small and special vehicles differ by that from those of the published measurements. Such "
+        "an effect is not named, but nor are its rivals named beside it.",
+    )  # fmt: skip
     heaviest_car: float = _threshold(
         2500.0, "kg", "above which the ranges that are those of cars grow with the mass of the vehicle",
         "The published brake drags, spin losses and drag areas are those of cars of 1 to 2.5 t. Forces of brakes, "

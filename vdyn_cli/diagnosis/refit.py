@@ -45,6 +45,18 @@ class RefitStrategy:
         """None: predictions are those of the fit."""
         return None
 
+    def beyond_range(self) -> RefitStrategy:
+        """See Strategy."""
+        setup, factor = self.model.setup, POLICY.open_range / POLICY.range_factor
+        bounded = {n for e in setup.effects for n in amplitudes_of(e) if n not in e.possible}
+        unknowns = tuple(
+            replace(u, lower=factor * u.lower, upper=factor * u.upper) if u.name in bounded else u
+            for u in self.model.regression.unknowns
+        )
+        wide = RefitStrategy(replace(self.model, regression=replace(self.model.regression, unknowns=unknowns)))
+        wide._fits.keep((), self.fitted(()))
+        return wide
+
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
         """The middle probe of each nondifferentiable effect that is not in the model."""
         return {

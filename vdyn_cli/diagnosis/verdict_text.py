@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import log
 
 from vdyn_cli.diagnosis.diagnosis_record import interchangeable
+from vdyn_cli.diagnosis.effect_unknowns import bounds_of
 from vdyn_cli.diagnosis.held_out_gain import HeldOutGain
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.effects import Effect
@@ -201,7 +202,10 @@ def amplitude_text(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
     unit = f" {e.unit}" if e.unit else " %" if percent else ""
     sense = f" {effect.sense}" if effect.sense else ""
     text = f"{scale * e.value:.{places}f} +- {half:.{places}f}{unit}{sense}"
-    in_brackets = any(word in effect.label.split() for word in CLAUSE) and "(" not in text
+    low, high = bounds_of(effect, name)
+    beyond = not low <= e.value <= high
+    text += ", beyond the plausible range" if beyond else ""
+    in_brackets = beyond or (any(word in effect.label.split() for word in CLAUSE) and "(" not in text)
     return (f" ({text})" if in_brackets else f" of {text}") + _factor_text(effect, e)
 
 

@@ -117,7 +117,8 @@ class Result:
     of effects that the model was extended by. ``refused`` says why the result is not published: it is then without
     parameters. ``withheld`` are parameters that the data do not determine, each with the reason. ``quality`` is that of
     the logs, with what was cut. ``restate`` writes the closing sentence from other intervals of the same parameters and
-    from ``extra``; None where the sentence contains none.
+    from ``extra``; None where the sentence contains none. ``contradicted``: a plain evaluation of the same logs differs
+    from the result by more than their errors.
     """
 
     step: str
@@ -136,3 +137,4 @@ class Result:
     withheld: Mapping[str, str] = field(default_factory=dict)
     quality: DataQuality = field(default_factory=DataQuality)
     restate: Restate | None = field(default=None, compare=False)
+    contradicted: bool = False

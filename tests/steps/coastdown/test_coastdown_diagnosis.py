@@ -125,7 +125,7 @@ def test_a_drag_that_no_effect_describes_is_learned_as_a_law_of_the_resistance(t
     assert told["verdict"] == "named"
     assert [c["effect"] for c in told["causes"]] == ["learned_road_load"]
     assert told["part"]["element"] == told["learned"]["element"] == "road_load"
-    assert told["extended"] == []  # only 'extend: learned' adds it
+    assert told["extended"] == ["learned_road_load"]  # unasked, for the decelerations contradict the baseline
     assert told["where"]
     assert told["next_test"]
 
@@ -201,8 +201,8 @@ def test_too_little_is_never_given_a_name(day: coast.Day, tmp_path: Path) -> Non
     if day.one_way:
         assert "out and back" in test["manoeuvre"]
         (pair,) = reckoned
-        assert "one each way" in pair["manoeuvre"]
-        assert pair["expected_t"] > 6
+        assert "each way" in pair["manoeuvre"]
+        assert pair["expected_t"] > 3  # a drag area that differs between the directions is hard to tell from a wind
     else:
         assert not reckoned
 

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.inference.intervals import t_quantile
@@ -37,6 +38,15 @@ class LocalForces:
     measured: Array
     fitted: Array
     half: Array
+
+    def disagreeing(self, speed: float) -> tuple[float, float] | None:
+        """Measured less fitted force at a speed, and half its interval, N; None where they do not disagree.
+
+        Between the middles of the classes both are interpolated, and beyond them the last class counts.
+        """
+        off = float(np.interp(speed, self.speed, self.measured - self.fitted))
+        half = float(np.interp(speed, self.speed, self.half))
+        return (off, half) if abs(off) > wider_of(self.speed.size) * half else None
 
     @property
     def outside(self) -> NDArray[np.bool_]:
@@ -121,10 +131,13 @@ def disagreement(found: LocalForces | None) -> float:
     """
     if found is None:
         return 0.0
-    from scipy.special import ndtri
+    worst = float(np.max(np.abs(found.measured - found.fitted) / np.maximum(found.half, 1e-300)))
+    return worst / wider_of(found.speed.size)
 
-    wider = -float(ndtri(STEP_POLICY.disagreement_level / 2 / found.speed.size)) / NORMAL95
-    return float(np.max(np.abs(found.measured - found.fitted) / np.maximum(found.half, 1e-300))) / wider
+
+def wider_of(classes: int) -> float:
+    """By how much the interval of one of several classes is wider, so that all keep the level together."""
+    return -float(ndtri(STEP_POLICY.disagreement_level / 2 / classes)) / NORMAL95
 
 
 def alternative(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:

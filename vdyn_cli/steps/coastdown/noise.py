@@ -13,6 +13,8 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 
+LARGEST_GUST = 1.5  # m/s: turbulence of 0.3 in the largest mean wind that SAE J1263 and WLTP allow (5 m/s)
+
 
 def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
     """The covariance of a run's rows.

@@ -17,6 +17,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.coastdown import figures, text
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero
+from vdyn_cli.steps.coastdown.agreement import LocalForces
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes, coast_times
 from vdyn_cli.steps.coastdown.expected_accuracy import (
@@ -230,6 +231,7 @@ def result_of(
         extra,
         amplitudes=effect_amplitudes(fit.solution, unknowns),
         restate=restate,
+        contradicted=answer.quality.off > 1.0,
     )
 
 
@@ -366,7 +368,7 @@ def _extra(answer: RoadLoadAnswer) -> dict[str, Any]:
         "road_load": {
             "tested": load.document(),
             "corrected": None if corrected is None else corrected.document(),
-            "force": [{"speed_kmh": 3.6 * v, **_force(load, v)} for v in speeds],
+            "force": [{"speed_kmh": 3.6 * v, **_force(load, v, answer.quality.local)} for v in speeds],
         },
         "accuracy": _accuracy(answer.times),
         "rejected": [
@@ -384,9 +386,14 @@ def _logs(campaign: Campaign) -> str:
     return f"{runs} {kind}{'s' if runs > 1 else ''}"
 
 
-def _force(load: RoadLoad, speed: float) -> dict[str, Any]:
+def _force(load: RoadLoad, speed: float, local: LocalForces | None) -> dict[str, Any]:
+    """The force, its interval holding that of the local decelerations where they disagree with the fit."""
     force, half = load.force_with_half_width(speed)
-    return {"force_N": force, "interval95": [force - half, force + half]}
+    low, high = force - half, force + half
+    if local is not None and (other := local.disagreeing(speed)) is not None:
+        off, reach = other
+        low, high = min(low, force + off - reach), max(high, force + off + reach)
+    return {"force_N": force, "interval95": [low, high]}
 
 
 def _accuracy(times: Sequence[CoastTimes]) -> dict[str, Any]:

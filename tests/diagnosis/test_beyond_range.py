@@ -1,0 +1,54 @@
+"""Effects beyond their plausible range: beside an answer they keep the verdict open, alone they come closest."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.effect_unknowns import unknowns_of
+from vdyn_cli.diagnosis.judgment import BEYOND_RANGE, Judgment, judge
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.verdict_text import amplitude_text
+from vdyn_cli.quantities.parameters import Estimate
+
+WIND, WAVE = cause("wind"), cause("wave")
+HIDDEN = 4.0
+
+
+def judged(twin_reach: float, wind: bool = True) -> Judgment:
+    """A wind of 4 m, whose twin may plausibly have ``twin_reach`` m."""
+    twin = cause("wind_twin", reach=twin_reach)
+    candidates = (WIND, twin, WAVE) if wind else (twin, WAVE)
+    return judge(open_strategy(Campaign(31, hidden={"wind": HIDDEN}).setup(*candidates)))
+
+
+def test_a_rival_beyond_its_range_keeps_the_verdict_open() -> None:
+    found = judged(HIDDEN / 2.0)
+    assert found.verdict == "ambiguous"
+    assert {a.effects for a in found.answers} == {("wind",), ("wind_twin",)}
+
+
+def test_a_rival_far_beyond_its_range_does_not() -> None:
+    found = judged(HIDDEN / 6.0)
+    assert found.verdict == "named"
+    assert found.answer is not None
+    assert found.answer.effects == ("wind",)
+
+
+def test_alone_it_comes_closest_and_the_reason_is_said() -> None:
+    found = judged(HIDDEN / 2.0, wind=False)
+    assert found.verdict == "unknown"
+    assert found.why == BEYOND_RANGE
+    assert found.beyond_range is not None
+    size = found.beyond_range.fitted.values["wind_twin"]
+    assert size == pytest.approx(HIDDEN, rel=0.2)
+    twin = cause("wind_twin", reach=HIDDEN / 2.0)
+    estimate = Estimate(size, 0.1, (size - 0.2, size + 0.2), "m", "twin", "test")
+    assert "beyond the plausible range" in amplitude_text(twin, {"wind_twin": estimate})
+    assert "beyond" not in amplitude_text(cause("wind_twin"), {"wind_twin": estimate})
+
+
+def test_a_fit_may_hold_an_amplitude_beyond_its_range() -> None:
+    twin = cause("wind_twin", reach=2.0)
+    uppers = [unknowns_of(twin, holding=holding)[0].upper for holding in ({}, {"wind_twin": 1.0}, {"wind_twin": 4.0})]
+    assert uppers == [3.0, 3.0, 6.0]
