@@ -113,7 +113,8 @@ def _at_bounds(solved: Solved) -> list[Finding]:
             if abs(x[i] - bound) <= near:
                 what = f"{regression.label(i)} lies at its {which} bound"
                 remedy = (
-                    "a physical value is inside the bounds: check signs, units and fixed values, or widen the range"
+                    "a physical value is inside the bounds: check signs, units and given values; give the "
+                    "parameter as fixed if these data do not determine it, or widen the range"
                 )
                 findings.append(Finding("fit", what, f"{bound:g} {u.unit}".strip(), remedy))
     return findings

@@ -315,6 +315,16 @@ def test_throttle_in_a_coast_is_cut_out() -> None:
     assert abs(off(problem.publish(), "rolling_resistance", 0.0095)) < 3.5
 
 
+def test_a_wrong_reading_that_is_taken_back_is_no_throttle() -> None:
+    def swing(log: Log) -> Log:
+        phase = np.clip((log.time - 30.0) / 4.0, 0.0, 1.0)
+        return log.with_channels(speed=log["speed"] + 1.5 * np.sin(np.pi * phase) ** 2)
+
+    problem = spoilt(swing)
+    assert not why(problem)
+    assert abs(off(problem.publish(), "rolling_resistance", 0.0095)) < 3.5
+
+
 def test_a_run_that_never_reaches_the_window_is_rejected() -> None:
     (reason,) = why(spoilt(lambda log: log.between(60.0, 500.0)))
     assert "less than half of the speed window" in reason

@@ -46,9 +46,16 @@ class _ExcessDeceleration:
 
     @property
     def outliers(self) -> NDArray[np.int64]:
-        """Intervals with an excess beyond the limit in two successive intervals, or far beyond it in one."""
+        """Intervals with an excess beyond the limit in two successive intervals, or far beyond it in one.
+
+        The speed keeps what a brake or a throttle changed. An excess that its neighbors take back is a wrong reading.
+        """
         beyond, gross = np.abs(self.excess) > self.limit, np.abs(self.excess) > STEP_POLICY.brake_gross * self.limit
-        return np.flatnonzero((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1])
+        # Net excess of each pair with up to two neighbors at either side.
+        total, n = np.pad(np.cumsum(np.r_[0.0, self.excess]), 2, mode="edge"), self.excess.size - 1
+        net = [np.abs(total[4 + j : 4 + j + n] - total[2 - i : 2 - i + n]) for i in range(3) for j in range(3)]
+        kept = np.min(net, axis=0) > self.limit
+        return np.flatnonzero(((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1]) & kept)
 
     def reason(self, at: int) -> str:
         """What interval ``at`` shows."""
