@@ -87,13 +87,15 @@ def test_wrong_levels_are_refused_and_the_right_ones_named(
     assert "[100 km/h, 90 km/h, 80 km/h, 70 km/h, 60 km/h]" in str(caught.value)
 
 
-def test_init_drafts_a_description_that_finds_the_truth(tmp_path: Path) -> None:
-    (tmp_path / "report.csv").write_text(report(TWO, 17))
+@pytest.mark.parametrize("files", [{"report.csv": TWO}, {"high.csv": TWO[:1], "low.csv": TWO[1:]}])
+def test_init_drafts_a_description_that_finds_the_truth(files: dict[str, list[np.ndarray]], tmp_path: Path) -> None:
+    for name, groups in files.items():
+        (tmp_path / name).write_text(report(groups, 16 // len(files) + 1))
     drafted = tmp_path / "test.yaml"
-    done = RUNNER.invoke(app, ["init", "coastdown", str(tmp_path / "report.csv"), "-o", str(drafted)])
+    done = RUNNER.invoke(app, ["init", "coastdown", *(str(tmp_path / n) for n in files), "-o", str(drafted)])
     assert done.exit_code == 0, done.output
     text = drafted.read_text()
-    assert text.count("\n  - {log:") == 16  # the run that is off is a comment
+    assert text.count("\n  - {log:") == 16  # a run that is off is a comment
     for key, value in (
         ("rotating_mass", f"{ROTATING} +- 10 kg"),
         ("mass", f"{MASS} +- 3 kg"),

@@ -45,8 +45,7 @@ VBO = (
     "File created on 01/05/2026 at 23:59:50\r\n\r\n[header]\r\nsatellites\r\ntime\r\nlatitude\r\nlongitude\r\n"
     "velocity kmh\r\nheading\r\nheight\r\nFront_Load\r\nBrake\r\n\r\n[channel units]\r\nkN\r\n\r\n\r\n[comments]\r\n"
     "Log Rate (Hz) : 20.00\r\n\r\n[column names]\r\nsats time lat long velocity heading height Front_Load Brake\r\n\r\n"
-    "[data]\r\n"
-    + rows("008 {d:%H%M%S.%f} +03119.09973 +00058.49277 {v:07.3f} 091.20 +00300.40 7.12E+00 0")
+    "[data]\r\n" + rows("008 {d:%H%M%S.%f} +03119.09973 +00058.49277 {v:07.3f} 091.20 +00300.40 7.12E+00 0")
 )
 EXPORTS = {
     "motec.csv": (MOTEC, "Time", "Ground Speed", "km/h"),

@@ -83,10 +83,10 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
 
 
 def _table(parts: Mapping[str, Any], paths: Sequence[Path], folder: Path) -> list[str] | None:
-    """Channels and runs of a single file that the step knows as a table of runs; None for logs."""
-    if len(paths) != 1 or "table_draft" not in parts:
+    """Channels and runs of files that the step knows as tables of runs; None for logs."""
+    if "table_draft" not in parts:
         return None
-    found: list[str] | None = parts["table_draft"](paths[0], _from(folder, paths[0]))
+    found: list[str] | None = parts["table_draft"](paths, [_from(folder, path) for path in paths])
     return found
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import datetime
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -19,13 +19,14 @@ import numpy as np
 from vdyn_cli.io.csv.csv_cells import number_of
 from vdyn_cli.quantities.errors import Finding, InputError
 
+Levels = Sequence[Sequence[float]]
 SPEED = "level"  # name of the speed's column in the turned table
 _HEAD = ("Run-Use", "Heading", "Run", "Time (s)", "Distance (m)", "Start Time")
 _STEPS = (5.0, 10.0, 20.0)  # km/h, between levels in use
 _GRID = 5.0  # km/h: levels are multiples of it
 # Of a distance: a speed between levels differs from their middle by less than 1 %, a wrong step by 5 % or more.
 _CONTRADICTS = 0.02
-_DAY = 86400.0  # s
+DAY = 86400.0  # s
 _KMH = 3.6
 
 
@@ -35,14 +36,14 @@ class ReportedRun:
 
     Parameters
     ----------
-    used : whether the tester left the run on. heading : + or -. start : s since the first run, NaN if not written.
+    used : whether the tester left the run on. heading : + or -. clock : s since midnight, NaN if not written.
     distance : m, NaN if not written. times : s for each pair of levels, NaN where they were not passed.
     """
 
     name: str
     used: bool
     heading: str
-    start: float
+    clock: float
     distance: float
     times: tuple[float, ...]
 
@@ -73,8 +74,7 @@ def read_report(lines: Sequence[str]) -> tuple[ReportedRun, ...]:
             break  # the mean, and the same runs again for each heading
         times = tuple(t if (t := number(row[i])) > 0 else float("nan") for i in columns)
         runs.append(ReportedRun(row[2], row[0] == "On", row[1], _clock(row[5]), number(row[4]), times))
-    first = runs[0].start if runs else 0.0
-    return tuple(replace(r, start=(r.start - first) % _DAY) for r in runs)
+    return tuple(runs)
 
 
 def _clock(text: str) -> float:
@@ -117,18 +117,19 @@ def _off_grid(runs: Sequence[ReportedRun], step: float) -> float:
     return float(np.sqrt(np.mean((tops - _GRID * np.round(tops / _GRID)) ** 2))) if tops.size else _GRID
 
 
-def written_levels(groups: Sequence[Sequence[float]]) -> str:
+def written_levels(groups: Levels) -> str:
     """Groups of speed levels, km/h, as the key ``levels`` of a description takes them; empty for none."""
     lists = ["[" + ", ".join(f"{v:g} km/h" for v in group) + "]" for group in groups]
     return lists[0] if len(lists) == 1 else f"[{', '.join(lists)}]" if lists else ""
 
 
-def turned_report(runs: Sequence[ReportedRun], levels: Sequence[Sequence[float]], name: str) -> list[list[str]]:
+def turned_report(runs: Sequence[ReportedRun], levels: Levels, name: str) -> list[list[str]]:
     """The report with a column for each run below the levels, as ``split_times: intervals`` reads it.
 
     Parameters
     ----------
-    levels : m/s, groups of successive levels, in the order of the report's columns.
+    levels : m/s, groups of successive levels, in the order of the report's columns; where they are those of several
+        reports, the groups of this one are those that agree with it.
 
     Raises
     ------
@@ -138,24 +139,35 @@ def turned_report(runs: Sequence[ReportedRun], levels: Sequence[Sequence[float]]
     likely = written_levels(likely_levels(runs))
     fits = f"; the distances of the runs fit {likely}" if likely else ""
     count = len(runs[0].times)
-    if sum(len(group) - 1 for group in levels) != count:
+    parts = [levels[i:j] for i in range(len(levels)) for j in range(i + 1, len(levels) + 1)]
+    alike = [part for part in parts if sum(len(group) - 1 for group in part) == count]
+    if not alike:
         what = f"states no speed levels: {count} times between levels stand in each row"
         got = f"levels for {sum(len(g) - 1 for g in levels)} times" if levels else ""
         raise InputError(Finding(name, what, got, f"write 'levels' under reading{fits}"))
-    middles = [0.5 * (a + b) for group in levels for a, b in pairwise(group)]
-    for run in runs:
-        covered = sum(run.times[i] * middles[i] for i in run.passed)
-        if run.used and abs(covered - run.distance) > _CONTRADICTS * run.distance:
-            what = f"speed levels contradict the distance of run {run.name}: {run.distance:g} m in the report"
-            raise InputError(Finding(name, what, f"levels that give {covered:.1f} m", f"correct 'levels'{fits}"))
+    wrong = [_contradiction(runs, part) for part in alike]
+    if all(wrong):
+        what, got = wrong[0]
+        raise InputError(Finding(name, what, got, f"correct 'levels'{fits}"))
     table = [[SPEED, *(r.name for r in runs)]]
     column = 0
-    for group in levels:
+    for group in alike[[bool(w) for w in wrong].index(False)]:
         table.append([f"{group[0] * _KMH:.10g}", *("" for _ in runs)])
         for level in group[1:]:
             table.append([f"{level * _KMH:.10g}", *(_cell(r.times[column]) for r in runs)])
             column += 1
     return table
+
+
+def _contradiction(runs: Sequence[ReportedRun], levels: Levels) -> tuple[str, ...]:
+    """What the first run's distance contradicts, and the distance by these levels; empty where none does."""
+    middles = [0.5 * (a + b) for group in levels for a, b in pairwise(group)]
+    for run in runs:
+        covered = sum(run.times[i] * middles[i] for i in run.passed)
+        if run.used and abs(covered - run.distance) > _CONTRADICTS * run.distance:
+            what = f"speed levels contradict the distance of run {run.name}: {run.distance:g} m in the report"
+            return what, f"levels that give {covered:.1f} m"
+    return ()
 
 
 def _cell(value: float) -> str:

@@ -12,7 +12,7 @@ import csv
 import re
 from collections.abc import Sequence
 
-from vdyn_cli.io.csv.coastdown_report import read_report, turned_report
+from vdyn_cli.io.csv.coastdown_report import Levels, read_report, turned_report
 from vdyn_cli.io.csv.csv_source import CsvSource
 from vdyn_cli.quantities.errors import Finding, InputError
 
@@ -23,7 +23,7 @@ _LEVEL = re.compile(
 _FEWEST = 2  # levels
 
 
-def runs_as_columns(source: CsvSource, first: bytes, name: str, levels: Sequence[Sequence[float]] = ()) -> CsvSource:
+def runs_as_columns(source: CsvSource, first: bytes, name: str, levels: Levels = ()) -> CsvSource:
     """The table with a column for each row of the file; columns whose head is no speed are left out.
 
     Parameters

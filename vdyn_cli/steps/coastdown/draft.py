@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
-from vdyn_cli.io.csv.coastdown_report import SPEED, likely_levels, read_report, written_levels
+from vdyn_cli.io.csv.coastdown_report import DAY, SPEED, ReportedRun, likely_levels, read_report, written_levels
 from vdyn_cli.io.csv.csv_source import open_source
 
 DRAFT = """\
@@ -28,20 +29,19 @@ FALLING = "speed"  # in a coast-down; other logs without a drive signal are no r
 DRIVE = ("drive_torque", "drive_force", "motor_current")
 
 
-def table_draft(path: Path, name: str) -> list[str] | None:
-    """Channels and runs of a coast-down report, one row a run; None for another file.
+def table_draft(paths: Sequence[Path], names: Sequence[str]) -> list[str] | None:
+    """Channels and runs of coast-down reports, one row a run; None for other files.
 
     Parameters
     ----------
-    name : of the file as the description names it.
+    names : of the files as the description names them.
     """
-    with open_source(path) as source:
-        lines = b"".join(source.blocks).decode(source.encoding, "replace").splitlines()
-    runs = read_report(lines)
-    if not runs:
+    reports = [_report(path) for path in paths]
+    if not all(reports):
         return None
-    levels = written_levels(likely_levels(runs)) or '"?"'
-    why = "fit times and distances of the runs" if levels != '"?"' else "the report does not state them"
+    groups = dict.fromkeys(group for runs in reports for group in likely_levels(runs))
+    levels = written_levels(list(groups)) or '"?"'
+    why = "fit times and distances of the runs" if groups else "the report does not state them"
     body = [
         "# A report of coast-downs: one row a run, with the times between speed levels.",
         "reading:",
@@ -49,14 +49,25 @@ def table_draft(path: Path, name: str) -> list[str] | None:
         "  split_runs: rows",
         f"  levels: {levels}  # {why}",
         "channels:",
-        f"  time: {{column: {json.dumps(runs[0].name)}, unit: s}}",
+        f"  time: {{column: {json.dumps(reports[0][0].name)}, unit: s}}",
         f"  speed: {{column: {SPEED}, unit: km/h}}",
         "runs:                       # direction: heading + is out, - is back; start: start time",
     ]
-    for run in runs:
-        direction = {"+": "out", "-": "back"}.get(run.heading, '"?"')
-        start = f", start: {run.start:.3f} s" if run.start == run.start else ""
-        column = f"columns: {{time: {json.dumps(run.name)}}}"
-        line = f"- {{log: {json.dumps(name)}, direction: {direction}{start}, {column}}}"
-        body.append(f"  {line}" if run.used else f"  # {line}  # off in the report")
+    first = reports[0][0].clock
+    for name, runs in zip(names, reports, strict=True):
+        body += [_row(name, run, (run.clock - first) % DAY) for run in runs]
     return body
+
+
+def _row(name: str, run: ReportedRun, start: float) -> str:
+    direction = {"+": "out", "-": "back"}.get(run.heading, '"?"')
+    begun = f", start: {start:.3f} s" if start == start else ""
+    column = f"columns: {{time: {json.dumps(run.name)}}}"
+    line = f"- {{log: {json.dumps(name)}, direction: {direction}{begun}, {column}}}"
+    return f"  {line}" if run.used else f"  # {line}  # off in the report"
+
+
+def _report(path: Path) -> tuple[ReportedRun, ...]:
+    with open_source(path) as source:
+        lines = b"".join(source.blocks).decode(source.encoding, "replace").splitlines()
+    return read_report(lines)
