@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.io.csv.coastdown_report import HEAD
 from vdyn_cli.project.channel_guess import clock_units
 from vdyn_cli.quantities.number_text import decimals
 from vdyn_cli.quantities.quantity import to_si
@@ -163,13 +164,20 @@ def _clock_unit(facts: ChannelFacts) -> str:
     return f"no unit: {' or '.join(units) or 'none known'} by its rate; rates and times of this table assume s"
 
 
+def _is_report(facts: Sequence[ChannelFacts]) -> bool:
+    """Whether the columns are those of a coast-down report (``io/csv/coastdown_report.py``)."""
+    return {f.column for f in facts} >= set(HEAD)
+
+
 def _summary(path: Path, facts: Sequence[ChannelFacts]) -> list[str]:
     lines = [""]
     count = {state: sum(f.state == state for f in facts) for state in ("constant", "empty", "text")}
     stated = ", ".join(f"{n} {state}" for state, n in count.items() if n)
     clocks = sum(f.state == "clock" for f in facts)
     lines.append(f"{path.name}: {len(facts)} channels" + (f", {stated}" if stated else ""))
-    if not clocks:
+    if not clocks and _is_report(facts):
+        lines.append(f"A report of coast-downs, one row a run: 'vdyn init coastdown {path.name}' describes its runs.")
+    elif not clocks:
         lines.append("No column rises like a clock: this is a table, not a log, or its time has an unusual name.")
     elif clocks > 1:
         lines.append(f"{clocks} clocks: channels of different clocks are put on one clock when a step reads them.")

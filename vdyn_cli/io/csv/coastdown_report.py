@@ -21,7 +21,7 @@ from vdyn_cli.quantities.errors import Finding, InputError
 
 Levels = Sequence[Sequence[float]]
 SPEED = "level"  # name of the speed's column in the turned table
-_HEAD = ("Run-Use", "Heading", "Run", "Time (s)", "Distance (m)", "Start Time")
+HEAD = ("Run-Use", "Heading", "Run", "Time (s)", "Distance (m)", "Start Time")
 _STEPS = (5.0, 10.0, 20.0)  # km/h, between levels in use
 _GRID = 5.0  # km/h: levels are multiples of it
 # Of a distance: a speed between levels differs from their middle by less than 1 %, a wrong step by 5 % or more.
@@ -55,10 +55,10 @@ class ReportedRun:
 
 def read_report(lines: Sequence[str]) -> tuple[ReportedRun, ...]:
     """The runs of a report; none where the lines are none."""
-    at = next((i for i, line in enumerate(lines) if line.startswith(_HEAD[0])), len(lines))
-    delimiter = next((d for d in ",;\t" if lines[at:] and _HEAD[0] + d in lines[at]), ",")
+    at = next((i for i, line in enumerate(lines) if line.startswith(HEAD[0])), len(lines))
+    delimiter = next((d for d in ",;\t" if lines[at:] and HEAD[0] + d in lines[at]), ",")
     rows = list(csv.reader(lines[at:], delimiter=delimiter))
-    if not rows or tuple(rows[0][: len(_HEAD)]) != _HEAD:
+    if not rows or tuple(rows[0][: len(HEAD)]) != HEAD:
         return ()
     decimal, head = "." if delimiter == "," else ",", rows[0]
 
@@ -67,7 +67,7 @@ def read_report(lines: Sequence[str]) -> tuple[ReportedRun, ...]:
         return float("nan") if found is None else found
 
     last = head.index("Notes") if "Notes" in head else len(head)
-    columns = [i for i in range(len(_HEAD), last) if not head[i].strip()]
+    columns = [i for i in range(len(HEAD), last) if not head[i].strip()]
     runs: list[ReportedRun] = []
     for row in rows[1:]:
         if row[:1] not in (["On"], ["Off"]) or len(row) < last:
