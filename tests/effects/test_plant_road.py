@@ -20,7 +20,6 @@ COAST = coast.QUIET.but(runs=2, start_speed=36.0, end_speed=2.0, temperatures=(1
 DRIVEN = coast.QUIET.but(runs=2, powered=60.0)
 COASTING = {
     "extra_drag_area": 0.1,
-    "directional_drag_area": 0.05,
     "headwind": 2.0,
     "road_grade": 0.002,
     "speed_dependent_rolling": 1e-4,

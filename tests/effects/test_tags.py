@@ -26,7 +26,7 @@ CANDIDATES = {
     """,
     "coastdown": """
         accelerometer_gain accelerometer_offset accelerometer_tilt brake_drag brake_drag_fading
-        directional_drag_area driveline_drag extra_drag_area grade_profile headwind mass_error road_grade rotating_mass
+        driveline_drag extra_drag_area grade_profile headwind mass_error road_grade rotating_mass
         speed_delay speed_dependent_rolling speed_scale temperature_rolling tire_warmup torque_delay
         torque_gain torque_offset wheel_radius
     """,
@@ -88,11 +88,7 @@ def test_a_step_without_situations_takes_every_effect() -> None:
 
 def test_properties_are_tags() -> None:
     effects = {e.name: e for e in catalogue()}
-    assert {e.name for e in catalogue() if "turns_with_heading" in e.tags} == {
-        "directional_drag_area",
-        "headwind",
-        "road_grade",
-    }
+    assert {e.name for e in catalogue() if "turns_with_heading" in e.tags} == {"headwind", "road_grade"}
     assert {e.name for e in catalogue() if "daily" in e.tags} == {"headwind"}
     assert (effects["headwind"].lasts, effects["headwind"].sensor) == (False, False)
     assert (effects["torque_gain"].lasts, effects["torque_gain"].sensor) == (False, True)

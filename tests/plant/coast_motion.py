@@ -8,7 +8,6 @@ Hidden effects (``{name: size}``, SI, nothing at zero) change the truth, never w
 
 =========================  ===========================================================================================
 extra_drag_area            m^2 on top of the vehicle's
-directional_drag_area      m^2 on top of it on the way out, and as much less on the way back
 headwind                   m/s against the way out, helping on the way back
 road_grade                 constant slope, uphill on the way out
 grade_profile              steepest slope of a fixed road profile (see ``road_profile``), mirrored on the way back
@@ -42,8 +41,7 @@ from tests.plant.vehicle import GRAVITY, Vehicle
 STEP = 0.1  # s
 BLOCK, RAMP = 10.0, 2.0  # s: drive torque holds a level for a block, which begins with a ramp
 EFFECTS = (
-    *("extra_drag_area", "directional_drag_area", "headwind", "road_grade", "grade_profile"),
-    *("speed_dependent_rolling",),
+    *("extra_drag_area", "headwind", "road_grade", "grade_profile", "speed_dependent_rolling"),
     *("tire_warmup", "tire_warmup_time", "temperature_rolling", "brake_drag", "brake_drag_fading"),
     *("brake_drag_fading_time", "driveline_drag", "driveline_drag_viscous", "rotating_mass", "mass_error"),
     *("wheel_radius", "drag_bump", "speed_scale", "speed_delay", "torque_gain", "torque_offset"),
@@ -110,8 +108,7 @@ class Car:
         self.q, self.plan = q, plan
         self.mass = vehicle.mass * (1.0 + q["mass_error"])
         self.inertia = self.mass + vehicle.rotating_mass + q["rotating_mass"]
-        area = vehicle.drag_area + q["extra_drag_area"] + plan.heading * q["directional_drag_area"]
-        self.drag = 0.5 * air_density * area
+        self.drag = 0.5 * air_density * (vehicle.drag_area + q["extra_drag_area"])
         self.warm_time = effects.get("tire_warmup_time", 600.0)
         self.fade_time = effects.get("brake_drag_fading_time", 20.0)
         self.rolling = vehicle.rolling_resistance / (1.0 + q["temperature_rolling"] * (plan.temperature - 20.0))

@@ -33,8 +33,9 @@ def with_open_answers(
     hold the probable answers of one effect more. ``ambiguous``: they hold the values of all answers, and of the
     baseline where that gives a result and is not excluded. ``unknown``: those of the baseline and of what comes
     closest, each with the bias by what it leaves unexplained. An answer that is not in the model, as a learned law
-    unless the description requests it, is held beside the baseline. How much of a law that the catalogue does not
-    have the baseline's parameters took in is unknown: theirs have the bias by all that they leave unexplained.
+    unless the description requests it, is held beside the baseline, and the baseline beside a learned law that was
+    taken in because the logs contradict the baseline. How much of a law that the catalogue does not have the
+    baseline's parameters took in is unknown: theirs have the bias by all that they leave unexplained.
     """
     result = extension.result or base
     if not result.parameters or judgment.verdict == "not_testable":
@@ -57,6 +58,8 @@ def with_open_answers(
         known = {} if explained else _biases(strategy, judgment.base, base, problem)
         found, others = _published(strategy, closest, problem, base, not explained)
         found = [Answer(BASELINE, base.parameters, known), *found]
+    elif base.contradicted and set(extension.effects) & strategy.model.setup.learned:
+        found = [Answer(BASELINE, base.parameters, _biases(strategy, judgment.base, base, problem))]
     elif answer is not None and answer.sufficient:
         return _averaged(strategy, answer.fitted, problem, result)
     elif answer is not None:
