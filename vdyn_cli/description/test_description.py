@@ -278,8 +278,9 @@ class Diagnose(Strict):
     )
     extend: Literal["never", "named", "learned"] | list[str] = Field(
         "named",
-        description="effects to add to the model: never any, those of the catalogue that are named, also laws that are "
-        "learned from the data where no law of the catalogue suffices, or a list of requested effects",
+        description="effects to add to the model: never any; named: those of the catalogue that are named, and a law "
+        "learned from the data where the logs contradict the fit without one; learned: also other learned laws; or a "
+        "list of requested effects",
     )
     matters: dict[str, str | float] = Field(
         {},
