@@ -118,6 +118,7 @@ def test_values_of_a_document_in_words(value: object, shown: str) -> None:
         ("C:\\logs\\coast 1.CSV.gz", "coast 1"),
         ("coast_1 out", "coast_1 out"),
         ("out/back", "out/back"),
+        ("logs/report.csv (12)", "report (12)"),
     ],
 )
 def test_runs_are_called_by_their_file(path: str, name: str) -> None:

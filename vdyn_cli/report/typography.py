@@ -170,13 +170,13 @@ def name(identifier: str) -> str:
     return re.sub(r"\b(cg|epa|gps|imu|wltp|rms)\b", lambda m: m[1].upper(), text)
 
 
-_LOG = re.compile(r"(?:.*[/\\])?([^/\\]+?)\.(?:csv|txt|dat|asc|mf4)(?:\.gz)?", re.IGNORECASE)
+_LOG = re.compile(r"(?:.*[/\\])?([^/\\]+?)\.(?:csv|txt|dat|asc|mf4)(?:\.gz)?( \([^/\\]*\))?", re.IGNORECASE)
 
 
 def run_name(text: str) -> str:
-    """The bare file name of a log's path; other texts unchanged."""
+    """The bare file name of a log's path, with the column of a table in brackets; other texts unchanged."""
     match = _LOG.fullmatch(text.strip())
-    return match[1] if match else text
+    return match[1] + (match[2] or "") if match else text
 
 
 def title(identifier: str) -> str:
