@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.coast_cases import known, logs_of, solve_day, spec_of
@@ -444,6 +444,7 @@ def test_a_constant_speed_is_no_coast() -> None:
     st.sampled_from(["gap", "noise", "jump", "frozen", "short", "rising", "nan", "huge"]),
     st.sampled_from([("speed",), ("speed", "acceleration")]),
 )
+@example(1157, "noise", ("speed",))  # the noise hid that the car slows down
 def test_damaged_logs_end_in_an_answer_or_a_message(seed: int, damage: str, channels: tuple[str, ...]) -> None:
     rng = np.random.default_rng(seed)
     runs = coast.campaign(REFERENCE, 21, FELT.but(runs=2))
