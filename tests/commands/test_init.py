@@ -253,6 +253,15 @@ def test_a_drive_is_no_run_of_a_coast_down(tmp_path: Path) -> None:
     assert 'run_1.csv"}  # left out: no coast-down, the speed falls for at most' in found.text
 
 
+def test_a_coast_down_of_one_hertz_with_a_gap_is_a_run(tmp_path: Path) -> None:
+    time = np.delete(np.arange(70.0), np.s_[30:36])
+    paths = [tmp_path / f"run_{k}.csv" for k in range(2)]
+    for path, speed in zip(paths, (25.0 - 0.2 * time, 20.0 + 3.0 * np.sin(time)), strict=True):
+        np.savetxt(path, np.column_stack([time, speed]), delimiter=",", header="time [s],speed [m/s]", comments="")
+    _, description = draft("coastdown", *paths)
+    assert [run["log"] for run in description["runs"]] == ["run_0.csv"]
+
+
 def facts(column: str, ends: tuple[float, float]) -> ChannelFacts:
     info = ChannelInfo(column, "", 10.0, (0.0, 60.0))
     return ChannelFacts(info, column, "varies", 600, min(ends), max(ends), ends=ends, angle=1j)

@@ -23,7 +23,10 @@ MIDNIGHT = datetime(2026, 5, 1, 23, 59, 50)
 def rows(line: str) -> str:
     """A line for each sample; fields: t, v, the moments d and u."""
     samples = zip(TIME, SPEED, [MIDNIGHT + timedelta(seconds=float(t)) for t in TIME], strict=True)
-    return "".join(line.format(t=t, v=v, m=v / 3.6, d=d, u=1.62e9 + t) + "\n" for t, v, d in samples)
+    fields = (
+        {"t": t, "v": v, "m": v / 3.6, "d": d, "u": 1.62e9 + t, "ms": d.microsecond // 1000} for t, v, d in samples
+    )
+    return "".join(line.format(**one) + "\n" for one in fields)
 
 
 MOTEC = (
@@ -47,12 +50,32 @@ VBO = (
     "Log Rate (Hz) : 20.00\r\n\r\n[column names]\r\nsats time lat long velocity heading height Front_Load Brake\r\n\r\n"
     "[data]\r\n" + rows("008 {d:%H%M%S.%f} +03119.09973 +00058.49277 {v:07.3f} 091.20 +00300.40 7.12E+00 0")
 )
+LONG = '"SECONDS";"PID";"VALUE";"UNITS";\n' + rows(
+    '"{t:.3f}";"Vehicle speed";"{v:.2f}";"km/h";\n"{t:.3f}";"Intake air temperature";"131";"℉";'
+)
+RECORDER = (
+    'Vendor,"Recorder"\nTempUnit,C\nSampling interval,50ms\nStart time,2026-05-01,23:59:50\nAMP settings\n'
+    'CH,Signal name,Amp,Input,Range,Filter,Span,,Unit,Color\nCH5," CH 5","M",DC,2V,Off,+50.00,-50.00,[A],28\n'
+    "CH,Input,Slope,Filter,Span,,Unit,Color,,,Line Width\n"
+    + "".join(f"Pulse{i},COUNT,L,,500000,0,[C],28,5,6,0\n" for i in range(1, 5))
+    + "Calc settings\nData\nNumber,Date&Time,ms,CH5,CH6,Alarm1-10,AlarmOut\n"
+    'NO.,Time,ms,"km/h","V","A1234567890","AO1234"\n'
+    + rows("  7,{d:%Y/%m/%d %H:%M:%S},{ms:3d},+ {v:.2f},- 0.10,LLLL,LL")
+)
+STATION = (
+    "Device Name,HEAT\nDevice Model,5400\nFORMATTED DATE_TIME,Temperature,Relative Humidity,Wind Speed,Direction\n"
+    "yyyy-MM-dd hh:mm:ss a,°C,%,km/h,Deg,Data Type,Location address,Notes\n"
+    + rows('{d:%Y-%m-%d %I:%M:%S.%f %p},28.9,45.7,{v:.2f},--,point,"22 Rue, France",')
+)
 EXPORTS = {
     "motec.csv": (MOTEC, "Time", "Ground Speed", "km/h"),
     "racechrono.csv": (RACECHRONO, "elapsed_time", "speed", "m/s"),
     "dated.csv": (DATED, "Device Time", "Speed (OBD)(km/h)", "km/h"),
     "iso.csv": (ISO, "Timestamp", "v", "km/h"),
     "of_day.csv": (OF_DAY, "Time", "v [km/h]", "km/h"),
+    "long.csv": (LONG, "SECONDS", "Vehicle speed", "km/h"),
+    "recorder.csv": (RECORDER, "Date&Time", "CH5", "km/h"),
+    "station.csv": (STATION, "FORMATTED DATE_TIME", "Wind Speed", "km/h"),
     "vbox.vbo": (VBO, "time", "velocity", "km/h"),
 }
 
@@ -75,6 +98,38 @@ def test_the_channels_of_an_export_are_listed_with_their_units(tmp_path: Path, n
     listed = {f.info.name: f for f in survey(path)}
     assert listed[speed].info.unit == unit
     assert listed[speed].info.rate == pytest.approx(20.0, rel=1e-3)
+
+
+def test_units_of_degrees_and_with_capitals_are_known(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("Time;Speed (Meters/second);Bearing\nDD.MM.YYYY hh:mm;;°\n0;1;2\n1;3;4\n", encoding="utf-8")
+    assert {f.info.name: f.info.unit for f in survey(path)}["Speed (Meters/second)"] == "Meters/second"
+    path = tmp_path / "long.csv"
+    path.write_text(LONG, encoding="utf-8")
+    assert {f.info.name: f.info.unit for f in survey(path)}["Intake air temperature"] == "°F"
+    path = tmp_path / "station.csv"
+    path.write_text(STATION, encoding="utf-8")
+    found = {f.info.name: f.info.unit for f in survey(path)}
+    assert (found["Temperature"], found["Direction"], found["Notes"]) == ("°C", "Deg", "")
+
+
+def test_a_clock_of_hours_is_passed_over_for_one_of_a_usual_rate(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    lines = "\n".join(f"{k};{1.68e9 + t:.2f};9;{17.07 + t / 3600:.9f}" for k, t in enumerate(TIME))
+    path.write_text(f"rec_id;obc_timeStamp;v;Time\n{lines}\n", encoding="utf-8")
+    assert [f.column for f in survey(path) if f.state == "clock"] == ["obc_timeStamp"]
+
+
+def test_a_row_that_repeats_the_one_before_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    columns = {"time": Column("t", "s", "s"), "speed": Column("v", "m/s", "m/s")}
+    path.write_text("t;v\n0;5\n1;4\n1;4\n2;3\n3;2\n", encoding="utf-8")
+    log = read_log(path, columns)
+    assert log.time == pytest.approx([0.0, 1.0, 2.0, 3.0])
+    assert [f.what for f in log.findings] == ["1 row left out, the same as the one before (line 4)"]
+    path.write_text("t;v\n0;5\n1;4\n1;4.5\n2;3\n3;2\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"repeats in 1 row \(line 4\)"):
+        read_log(path, columns)
 
 
 def test_positions_of_a_vbo_are_degrees_to_the_north_and_east(tmp_path: Path) -> None:

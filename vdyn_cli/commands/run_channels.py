@@ -9,7 +9,7 @@ from pathlib import Path
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.io.csv.coastdown_report import HEAD
-from vdyn_cli.project.channel_guess import clock_units
+from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.number_text import decimals
 from vdyn_cli.quantities.quantity import to_si
 from vdyn_cli.quantities.result_schema import ChannelEntry, ChannelsDocument
@@ -155,7 +155,7 @@ def _notes(facts: ChannelFacts) -> list[str]:
 
 def _clock_unit(facts: ChannelFacts) -> str:
     """What the rate says of the unit of a clock without one; rates and times of the table are those of s."""
-    units = clock_units(facts.info.rate)
+    units = clock_units(facts.info.rate, facts.lowest)
     if units == ["s"]:
         return "no unit: s by its rate"
     if len(units) == 1:

@@ -124,16 +124,15 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
 
 
 def _longest_fall(time: Array, values: Array) -> float:
-    """The longest time, s, over which each mean of two seconds is below the one before."""
-    if not 2.0 * _FALL_STEP < time[-1] - time[0] < _FALL_STEP * time.size:
+    """The longest time, s, over which each mean of two seconds, or sample where these are rarer, is below the last;
+    without the gaps in it."""
+    bins = np.floor((time - time[0]) / _FALL_STEP)
+    first = np.flatnonzero(np.diff(bins, prepend=-1.0) > 0.0)
+    means = np.add.reduceat(values, first) / np.diff(first, append=values.size)
+    if means.size < 2:
         return 0.0
-    edges = np.searchsorted(time, np.arange(time[0], time[-1], _FALL_STEP))
-    count = np.diff(edges)
-    if not count.all():
-        return 0.0
-    means = np.diff(np.concatenate([[0.0], np.cumsum(values)])[edges]) / count
     turns = np.flatnonzero(np.concatenate([[True], np.diff(means) >= 0.0, [True]]))
-    return float(np.diff(turns).max() * _FALL_STEP)
+    return float((np.diff(turns).max() - 1) * np.median(np.diff(time[first])))
 
 
 def _rest(time: Array, values: Array) -> tuple[float, float, float] | None:

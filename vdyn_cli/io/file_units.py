@@ -9,23 +9,26 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
 _UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
+_DEGREES = str.maketrans({"℃": "°C", "℉": "°F"})
 BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*$")
 
 
 def unit_text(cell: str) -> str:
     """A unit as a file writes it, without its brackets and outer or repeated blanks."""
-    return " ".join(cell.split()).strip("[](){}<> ")
+    return " ".join(cell.translate(_DEGREES).split()).strip("[](){}<> ")
 
 
 def is_unit(text: str) -> bool:
     """Whether a text from a file is a unit; what cannot be one is not given to the parser of units."""
     if _UNIT.fullmatch(text) is None:
         return False
-    try:
-        to_si(1.0, text, text)
-    except UnitError:
-        return False
-    return True
+    for same in (text, text.lower()):  # Deg, Km/h, Meters/second
+        try:
+            to_si(1.0, text, same)
+        except UnitError:
+            continue
+        return True
+    return False
 
 
 def stated_unit(name: str, unit: str = "") -> str:

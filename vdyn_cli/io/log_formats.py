@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vdyn_cli.io.csv.csv_reader import CSV
+from vdyn_cli.io.long_table_reader import READER as LONG
 from vdyn_cli.io.lvm_reader import READER as LVM
 from vdyn_cli.io.mat_reader import READER as MAT
 from vdyn_cli.io.mdf_reader import READER as MDF
@@ -22,7 +23,8 @@ from vdyn_cli.quantities.input_file import open_regular
 from vdyn_cli.quantities.log import Log
 
 GROUP = "vdyn.readers"
-BUILT_IN: tuple[Reader, ...] = (MDF, PARQUET, MAT, LVM, VBO)  # beside CSV, which takes what no other reader matches
+# Beside CSV, which takes what no other reader matches.
+BUILT_IN: tuple[Reader, ...] = (MDF, PARQUET, MAT, LVM, VBO, LONG)
 
 
 def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:

@@ -16,8 +16,12 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import to_si
 
 _CLOCK = re.compile(
-    r"((elapsed|log|sample)[ _]?time|time|timestamps?|zeit|x_value|t(?=_m?s\b|[^\w]|$))(?![a-z])", re.IGNORECASE
+    r"((elapsed|log|sample)[ _]?time|time|(\w+[ _.])?time[ _]?stamps?|zeit|x_value|t(?=_m?s\b|[^\w]|$))(?![a-z])",
+    re.IGNORECASE,
 )
+# Rates, Hz, that loggers of road tests have: a unit of time is decided where only one gives such a rate.
+_RATES = (0.5, 5_000.0)
+_UNIX = (9e8, 4e9)  # s since 1970: the years 1998 to 2096
 _TIME_UNITS = frozenset(["s", "sec", "secs", "second", "seconds", "ms", "msec", "us", "usec", "min"])
 
 
@@ -144,6 +148,26 @@ def rises(time: Array) -> bool:
     """Whether the written values (n,) of a column never fall, and do not stand still, as a clock's."""
     steps = np.diff(time[np.isfinite(time)])
     return bool(steps.size and (steps >= 0.0).all() and (steps > 0.0).any())
+
+
+def clock_units(rate: float, first: float = 0.0) -> list[str]:
+    """The units of time in which a clock has a rate that loggers have.
+
+    Parameters
+    ----------
+    rate : samples per unit of the clock.
+    first : its first value, which decides between two units where in one of them it counts from 1970.
+    """
+    units = [u for u in ("s", "ms", "us") if _RATES[0] <= rate / to_si(1.0, u, "s") <= _RATES[1]]
+    since_1970 = [u for u in units if _UNIX[0] <= to_si(first, u, "s") <= _UNIX[1]]
+    return since_1970 or units
+
+
+def has_usual_rate(time: Array, unit: str) -> bool:
+    """Whether a column (n,) whose unit the file states, or does not (empty), may be a clock of a rate loggers have."""
+    written = time[np.isfinite(time)]
+    span = float(written[-1] - written[0]) if written.size else 0.0
+    return bool(unit) or (span > 0.0 and bool(clock_units((written.size - 1) / span)))
 
 
 @runtime_checkable

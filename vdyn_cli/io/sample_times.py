@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -33,9 +33,16 @@ class Rising:
 
 
 def check_rising(
-    time: Array, mode: Literal["strict", "drop"], where: str, line_of: LineOf, row: str = "line"
+    time: Array,
+    mode: Literal["strict", "drop"],
+    where: str,
+    line_of: LineOf,
+    row: str = "line",
+    channels: Mapping[str, Array] | None = None,
 ) -> Rising:
     """Find rows whose time does not rise above all rows before.
+
+    Rows that repeat the one before, time and channels, hold nothing new: they are left out in either mode.
 
     Parameters
     ----------
@@ -44,7 +51,17 @@ def check_rising(
     where : the file and its column.
     line_of : the file's line of a row.
     row : what the file calls a row's place, in messages.
+    channels : (n,) each, of which a row that repeats the one before holds the same; None where that is not asked.
     """
+    again = _repeated(time, channels or {})
+    if again.any():
+        kept, rows = ~again, np.flatnonzero(~again)
+        rest = check_rising(time[kept], mode, where, lambda i: line_of(int(rows[i])), row)
+        if rest.kept is not None:
+            kept[rows] = rest.kept
+        places = lines_of(np.flatnonzero(again), line_of)
+        what = f"{_count(int(again.sum()), 'row')} left out, the same as the one before ({row} {places})"
+        return Rising(kept, (Finding(where, what, minor=True), *rest.findings), rest.problems)
     missing = np.isnan(time)
     if not missing.any() and (time[1:] > time[:-1]).all():
         return Rising(None)
@@ -69,6 +86,15 @@ def check_rising(
     else:
         remedy = "export the log again, or write 'reading: {clock: drop}' to leave these rows out"
     return Rising(kept, problems=(Finding(where, what, remedy=remedy),))
+
+
+def _repeated(time: Array, channels: Mapping[str, Array]) -> Kept:
+    """Which rows (n,) hold the time and the channels of the one before; none where there are no channels."""
+    again = np.zeros(time.size, dtype=bool)
+    again[1:] = (time[1:] == time[:-1]) & bool(channels)
+    for values in channels.values() if again.any() else ():
+        again[1:] &= (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
+    return again
 
 
 def _description(time: Array, high: Array, dropped: NDArray[np.int64], line_of: LineOf, row: str) -> str:

@@ -314,13 +314,14 @@ def _rising(
     if options.split_times is not None:
         table = split_instants(time, options.split_times, place)
         rows, time, problems = table.rows, table.time, table.problems
+        channels = {channel: values[rows] for channel, values in channels.items()}
     line_of = source.line_of if rows is None else partial(_number, source, rows)
-    rising = check_rising(clock.in_si(time), options.clock, place, line_of, source.row)
+    rising = check_rising(clock.in_si(time), options.clock, place, line_of, source.row, channels)
     if rising.kept is not None:
         kept = np.flatnonzero(rising.kept)
         time, rows = time[kept], kept if rows is None else rows[kept]
+        channels = {channel: values[kept] for channel, values in channels.items()}
     if rows is not None:
-        channels = {channel: values[rows] for channel, values in channels.items()}
         line_of = partial(_number, source, rows)
     read = replace(source, line_of=line_of, problems=(*problems, *rising.problems))
     return Log(name, clock.in_si(time), channels, rising.findings, read)

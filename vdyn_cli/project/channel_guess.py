@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
 
 Words = frozenset[str]
@@ -36,7 +37,22 @@ _SUFFIX = {
     **{"n": "N", "m": "m", "mm": "mm", "km": "km", "s": "s", "ms": "ms"},
 }
 _ELSEWHERE = frozenset(["fl", "fr", "rl", "rr", "front", "rear", "left", "right"])
-_NOT_DRIVEN = frozenset(["target", "requested", "request", "setpoint", "limit", "max", "min", "desired", "command"])
+_NOT_DRIVEN = frozenset(
+    [
+        "target",
+        "requested",
+        "request",
+        "setpoint",
+        "limit",
+        "max",
+        "min",
+        "desired",
+        "command",
+        "average",
+        "avg",
+        "mean",
+    ]
+)
 
 # For each channel: words of which one set must all be in the name, the most telling set first; words that rule it out.
 _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
@@ -84,8 +100,6 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "angle": (("angle",), "steering slip"),
     "angular_rate": (("angular rate", "angular speed", "gyro"), ""),
 }
-# Rates, Hz, that loggers of road tests have: a unit of time is decided where only one gives such a rate.
-_RATES = (0.5, 5_000.0)
 _SINGLE = frozenset(("wheel_speed", "speed", "vehicle_speed"))
 
 
@@ -139,22 +153,12 @@ def _time(facts: Sequence[ChannelFacts]) -> ChannelGuess:
     several = f"; {len(clocks)} groups with clocks of their own" if len(clocks) > 1 else ""
     if clock.info.unit:
         return ChannelGuess(clock, clock.info.unit, f"rises like a clock; unit from the file{several}")
-    units = clock_units(clock.info.rate)
+    units = clock_units(clock.info.rate, clock.lowest)
     if len(units) == 1:
         rate = clock.info.rate / to_si(1.0, units[0], "s")
         return ChannelGuess(clock, units[0], f"rises like a clock; only {units[0]} gives a usual rate, {rate:.4g} Hz")
     which = " or ".join(units) or "none"
     return ChannelGuess(clock, "?", f"rises like a clock; the file states no unit, possible: {which}")
-
-
-def clock_units(rate: float) -> list[str]:
-    """The units of time in which a clock has a rate that loggers have.
-
-    Parameters
-    ----------
-    rate : samples per unit of the clock.
-    """
-    return [u for u in ("s", "ms", "us") if _RATES[0] <= rate / to_si(1.0, u, "s") <= _RATES[1]]
 
 
 def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file_name: str) -> ChannelGuess:

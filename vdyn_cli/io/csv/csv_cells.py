@@ -9,7 +9,7 @@ LONGEST = 400  # characters of a cell that can be a number: the longest float64 
 NOT_WRITTEN = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "#n/a", "null", "none", "<na>", "-nan"})
 
 _NUMBER = re.compile(
-    r"""[+-]?(?:
+    r"""[+-]?\s*(?:
         \d+(?:[eE][+-]?\d+)?                                     # 12, 1e5
       | (?:(?P<dot>\d+(?:,\d{3})*\.\d*|\.\d+)                   # 1.5, 1,234.5
           |(?P<comma>\d+(?:\.\d{3})*,\d*|,\d+))(?:[eE][+-]?\d+)?  # 1,5, 1.234,5
@@ -21,6 +21,7 @@ _GROUPED = {
     ".": re.compile(r"[+-]?\d{1,3}(,\d{3})+\.\d*"),  # 1,234.5
     ",": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d*"),  # 1.234,5
 }
+_SIGN_APART = re.compile(r"(?<=^[+-])\s+")  # + 0.51, as strip-chart recorders write it
 _TRUTH = {"true": 1.0, "false": 0.0}
 
 
@@ -52,7 +53,7 @@ def number_of(text: str, decimal: str) -> tuple[float | None, bool]:
 
     True and false count as 1 and 0. A separator is one only in a number that has both marks: ``1.234`` is ambiguous.
     """
-    text = text.strip()
+    text = _SIGN_APART.sub("", text.strip())
     if len(text) > LONGEST:
         return None, False
     separator = "," if decimal == "." else "."

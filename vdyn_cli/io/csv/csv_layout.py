@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+import re
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from difflib import SequenceMatcher
 from typing import Literal
 
@@ -18,9 +20,11 @@ from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED, Finding, Inp
 # of columns.
 _HEADS = ((1 << 15, 250), (1 << 16, 1000), (1 << 20, 1000))
 _MOST_HEADS = 5  # rows of text above the numbers among which the header is searched
+_FEWEST_UNITS = 0.3  # of the cells of a row between header and numbers that make it a row of units
 _SHOWN = 200  # rows that show the decimal mark
 _DELIMITERS = (";", "\t", ",", "|", " ")
 _LONGEST_RECORD = 8  # lines of a row; beyond, a stray quote, such as that of 5" wheels, has swallowed lines
+_MILLISECONDS = re.compile(r"\W*(ms|msecs?|millis|milliseconds?)\W*", re.IGNORECASE)
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
 
 
@@ -28,7 +32,8 @@ _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "s
 class Layout:
     """What `find_layout` found; ``decimal`` is empty where the head of the file holds whole numbers only.
 
-    ``instants``: positions of the columns that hold times of day, with or without their date.
+    ``instants``: positions of the columns that hold times of day, with or without their date; ``milliseconds``: of the
+    columns beside them that hold the milliseconds of these times.
     """
 
     delimiter: str
@@ -39,6 +44,7 @@ class Layout:
     first_line: int  # of the numbers, counted from 1
     offset: int  # byte at which the numbers begin
     instants: frozenset[int] = frozenset()
+    milliseconds: Mapping[int, int] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
 
 
@@ -126,7 +132,7 @@ def _records(lines: Sequence[str], delimiter: str, quoting: Literal[0, 3]) -> tu
 class _Table:
     delimiter: str
     header: list[str]
-    between: list[_Record]  # rows between header and numbers
+    between: list[_Record]  # rows between header and numbers, decoded
     above: list[str]  # cells of the row above the header
     numbers: list[_Record]
     header_line: int
@@ -161,12 +167,14 @@ def _table(
         start = next((i for i in below if _is_numbers(records[i].fields, None)), None)
     if start is None or len(header) < 2:
         return None
+    between = [_Record(r.line, [_decoded(f, encoding) for f in r.fields]) for r in records[at + 1 : start]]
     numbers = records[start:]
+    if between and len(between[0].fields) == len(numbers[0].fields) and _holds_units(between[0].fields):
+        header = [*header, *between[0].fields[len(header) :]]  # columns that have their name in the units row only
     shares = [_share_of_numbers(r.fields) for r in numbers[:30]]
     fitting = sum(len(r.fields) == len(header) for r in numbers[:30]) / len(shares)
     mapped = tuple(i for i, cell in enumerate(header) if cell in wanted)
     score = fitting + sum(shares) / len(shares)
-    between = records[at + 1 : start]
     above = cells[at - 1] if at > 0 and len(cells[at - 1]) == len(header) else []
     return _Table(delimiter, header, between, above, numbers, records[at].line, mapped, hits[at], score)
 
@@ -186,22 +194,37 @@ def _decoded(cell: str, encoding: str) -> str:
 
 
 def _likely_header(records: list[_Record], cells: list[list[str]], wanted: Sequence[str]) -> int | None:
-    """The text row above the first numbers that resembles the wanted names most, or else names most columns."""
-    first = next((i for i, r in enumerate(records) if len(r.fields) > 1 and _is_numbers(r.fields, None)), None)
-    if first is None:
-        return None
+    """The text row above the numbers that resembles the wanted names most, or else names most columns.
+
+    Settings above a table hold numbers, too: the table is that of the number of cells that most rows have.
+    """
+    rows = [i for i, r in enumerate(records) if len(r.fields) > 1 and _is_numbers(r.fields, None)]
+    widths = Counter(len(records[i].fields) for i in rows)
+    usual = max(widths, key=lambda w: widths[w], default=0)
+    firsts = [next((i for i in rows if len(records[i].fields) in (usual, n)), None) for n in (usual, *widths)]
+    headers = (_header_above(first, records, cells, wanted) for first in dict.fromkeys(firsts) if first is not None)
+    return next((at for at in headers if at is not None), None)
+
+
+def _header_above(first: int, records: list[_Record], cells: list[list[str]], wanted: Sequence[str]) -> int | None:
+    """The header of the table whose numbers begin at row ``first``."""
     width = len(records[first].fields)
     rows: list[int] = []
     for i in range(first - 1, -1, -1):
         if not any(map(is_written, records[i].fields)):
             continue  # loggers leave lines empty between header, units and numbers
-        if not cells[i] or abs(len(cells[i]) - width) > 1 or len(rows) == _MOST_HEADS:
+        if not cells[i] or len(rows) == _MOST_HEADS:
+            break
+        if abs(len(cells[i]) - width) > 1:
+            if rows and _holds_units(cells[rows[-1]]) and width / 2 < len(cells[i]) < width:
+                rows.append(i)  # the units row names further columns
             break
         rows.append(i)
     names = [i for i in rows if not _holds_units(cells[i])] or rows
 
-    def likeness(i: int) -> tuple[float, int]:
-        return sum(_resemblance(w, cells[i]) for w in wanted), len({cell for cell in cells[i] if is_written(cell)})
+    def likeness(i: int) -> tuple[float, int, int]:
+        named = {cell for cell in cells[i] if is_written(cell)}
+        return sum(_resemblance(w, cells[i]) for w in wanted), len(named), -sum(map(is_unit, named))
 
     return max(names, key=likeness, default=None)
 
@@ -236,6 +259,7 @@ def _instants(table: _Table) -> frozenset[int]:
 def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: str) -> Layout:
     first = table.numbers[0].line
     units, findings = _units_row(table, name)
+    instants = _instants(table)
     return Layout(
         table.delimiter,
         options.decimal or _decimal(table),
@@ -244,7 +268,8 @@ def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: s
         units,
         first,
         sum(lengths[: first - 1]),
-        _instants(table),
+        instants,
+        {i: i + 1 for i in instants if _MILLISECONDS.fullmatch("".join(table.header[i + 1 : i + 2]))},
         findings,
     )
 
@@ -253,7 +278,7 @@ def _units_row(table: _Table, name: str) -> tuple[tuple[str, ...], tuple[Finding
     """The row under the header where it holds units; other rows there are skipped, and said to be."""
     rows = [r for r in table.between if any(f.strip() for f in r.fields)]
     units: tuple[str, ...] = ()
-    if rows and _holds_units(rows[0].fields):
+    if rows and _holds_units(rows[0].fields, _FEWEST_UNITS):
         cells = [unit_text(f) for f in rows[0].fields]
         units = tuple((cells + [""] * len(table.header))[: len(table.header)])
         rows = rows[1:]
@@ -266,10 +291,10 @@ def _units_row(table: _Table, name: str) -> tuple[tuple[str, ...], tuple[Finding
     return units, findings
 
 
-def _holds_units(fields: Sequence[str]) -> bool:
+def _holds_units(fields: Sequence[str], share: float = 0.5) -> bool:
     written = [unit_text(f) for f in fields if is_written(f)]
     known = sum(is_unit(f) for f in written)
-    return known > 0 and known >= 0.5 * len(written)
+    return known > 0 and known >= share * len(written)
 
 
 def _decimal(table: _Table) -> str:

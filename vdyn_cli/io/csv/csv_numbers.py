@@ -169,9 +169,14 @@ def _parse(
     columns: dict[int, Array] = {}
     bad: list[BadCell] = []
     grouped = 0
-    written = _frame(text, layout, times, np.object_, where) if times else {}
-    for position, cells in written.items():
+    beside = [layout.milliseconds[p] for p in times if p in layout.milliseconds]
+    written = _frame(text, layout, [*times, *beside], np.object_, where) if times else {}
+    for position in times:
+        cells = written[position]
         columns[position] = written_seconds(cells)
+        if position in layout.milliseconds:
+            milliseconds = _converted(written[layout.milliseconds[position]], layout.decimal or ".")[0]
+            columns[position] = columns[position] + 1e-3 * milliseconds
         unread = np.flatnonzero(np.isnan(columns[position]))
         bad += [BadCell(int(i), position, _shown(cells[i], encoding)) for i in unread if _holds(cells[i])]
     try:

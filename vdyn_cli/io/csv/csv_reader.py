@@ -18,7 +18,7 @@ from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.io.csv.csv_source import is_other_format, open_source
 from vdyn_cli.io.csv.run_rows import runs_as_columns
 from vdyn_cli.io.quality.log_checks import checked
-from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded, channel_info, is_clock, rises
+from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded, channel_info, has_usual_rate, is_clock, rises
 from vdyn_cli.io.sample_times import LineOf, check_rising
 from vdyn_cli.io.split_times import split_instants
 from vdyn_cli.quantities.arrays import Array
@@ -51,13 +51,14 @@ class CsvReader:
         """Every named column with its samples; text, and what stands below the data, counts as not written."""
         layout, numbers, text = _whole_table(path)
         names = {i: cell for i, cell in enumerate(layout.header) if cell}
-        timed = [i for i, cell in names.items() if i not in text and is_clock(cell, unit_in_header(layout, i))]
-        named_first = sorted(timed, key=lambda i: not is_clock(names[i]))
-        clocks = [i for i in named_first if rises(numbers.columns[i])]
-        time = _seconds(numbers.columns[clocks[0]], unit_in_header(layout, clocks[0])) if clocks else None
+        units = {i: unit_in_header(layout, i) for i in names}
+        timed = [i for i, cell in names.items() if i not in text and is_clock(cell, units[i])]
+        order = sorted(timed, key=lambda i: (not has_usual_rate(numbers.columns[i], units[i]), not is_clock(names[i])))
+        clocks = [i for i in order if rises(numbers.columns[i])]
+        time = _seconds(numbers.columns[clocks[0]], units[clocks[0]]) if clocks else None
         for i, name in names.items():
             values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
-            yield Recorded(channel_info(name, unit_in_header(layout, i), time, values), time, values)
+            yield Recorded(channel_info(name, units[i], time, values), time, values)
 
     def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
         """The mapped columns in the file's units; see ``vdyn_cli.io.reader.Reader``.
@@ -176,7 +177,8 @@ def _rising(
         raw = {channel: values[table.rows] for channel, values in raw.items()} | {"time": table.time}
         kept = table.rows if kept is None else kept[table.rows]
     time = raw["time"] = clock.in_si(raw["time"])
-    rising = check_rising(time, options.clock, where, partial(_line, lines, kept))
+    channels = {channel: values for channel, values in raw.items() if channel != "time"}
+    rising = check_rising(time, options.clock, where, partial(_line, lines, kept), channels=channels)
     if rising.kept is not None:
         rows = np.flatnonzero(rising.kept)
         raw = {channel: values[rows] for channel, values in raw.items()}
