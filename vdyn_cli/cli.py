@@ -185,6 +185,25 @@ def check(
 
 
 @app.command()
+def plan(
+    test: Test,
+    known: Known = None,
+    runs: Annotated[
+        int | None,
+        typer.Option("--runs", min=1, max=1000, help="Number of runs; those of the description if not given."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="PLAN.json|-", help="File for the JSON; '-': JSON to stdout.")
+    ] = "",
+) -> None:
+    """Plan runs: their expected accuracy, what they cannot tell apart, which to add; the logs need not exist yet."""
+    from vdyn_cli.commands.plan_text import run_plan
+
+    raise typer.Exit(run_plan(test, tuple(known or ()), runs, "-" if as_json else output))
+
+
+@app.command()
 def compare(
     old: Annotated[Path, typer.Argument(metavar="OLD.json", help="Result or parameters.json.", show_default=False)],
     new: Annotated[Path, typer.Argument(metavar="NEW.json", help="The later one.", show_default=False)],
@@ -225,7 +244,8 @@ def explain(
 @app.command()
 def schema(
     step: Annotated[
-        str, typer.Argument(metavar="STEP|pipeline|result|parameters|channels|check|comparison", show_default=False)
+        str,
+        typer.Argument(metavar="STEP|pipeline|result|parameters|channels|check|plan|comparison", show_default=False),
     ],
 ) -> None:
     """Print the JSON schema of a step's YAML (for completion in editors), of a result or of parameters.json."""

@@ -9,6 +9,7 @@ from vdyn_cli.commands.explain import closest_topic
 from vdyn_cli.description.test_description import described
 from vdyn_cli.project.pipeline import PipelineSpec
 from vdyn_cli.quantities.check_schema import CheckDocument
+from vdyn_cli.quantities.plan_schema import PlanDocument
 from vdyn_cli.quantities.result_schema import (
     ChannelsDocument,
     ComparisonDocument,
@@ -18,7 +19,7 @@ from vdyn_cli.quantities.result_schema import (
 )
 from vdyn_cli.steps import load_step, names
 
-TOPICS = ("pipeline", "result", "parameters", "channels", "check", "comparison")  # beside the steps
+TOPICS = ("pipeline", "result", "parameters", "channels", "check", "plan", "comparison")  # beside the steps
 
 
 def json_schema(topic: str) -> str:
@@ -27,7 +28,7 @@ def json_schema(topic: str) -> str:
     Parameters
     ----------
     topic : a step or ``pipeline`` for its YAML, ``result`` for the JSON of a step, ``parameters`` for the pipeline's
-        ``parameters.json``; ``channels``, ``check`` and ``comparison`` for the JSON of these commands.
+        ``parameters.json``; ``channels``, ``check``, ``plan`` and ``comparison`` for the JSON of these commands.
 
     Raises
     ------
@@ -40,6 +41,7 @@ def json_schema(topic: str) -> str:
         "parameters": lambda: document_schema(ParametersDocument),
         "channels": lambda: document_schema(ChannelsDocument),
         "check": lambda: document_schema(CheckDocument),
+        "plan": lambda: document_schema(PlanDocument),
         "comparison": lambda: document_schema(ComparisonDocument),
     }
     schema = schemas[topic]() if topic in schemas else _step_schema(topic)

@@ -335,6 +335,11 @@ class TestSpec(Strict):
     )
     runs: list[Run] = Field([], description="the runs, one entry each")
     diagnose: Diagnose = Field(Diagnose(), description="which model errors to test, and whether to extend the model")
+    plan: dict[str, str | float] = Field(
+        {},
+        description="what 'vdyn plan' assumes of a day without logs, such as {speed_noise: 0.05 m/s, rate: 10 Hz}; "
+        "'vdyn plan' lists every key with its value",
+    )
 
 
 S = TypeVar("S", bound=BaseModel)

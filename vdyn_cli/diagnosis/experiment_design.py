@@ -52,9 +52,15 @@ class PlannedTest:
 
 @dataclass
 class ExperimentDesigner:
-    """The information of the driven runs and, simulated when first needed, of the step's manoeuvres."""
+    """The information of the driven runs and, simulated when first needed, of the step's manoeuvres.
+
+    Parameters
+    ----------
+    times : how many times the driven runs count, where as many again are planned.
+    """
 
     strategy: Strategy
+    times: float = 1.0
 
     @cached_property
     def _base(self) -> FittedModel:
@@ -73,7 +79,12 @@ class ExperimentDesigner:
         own = system.columns[:, s:]
         known = (system.run[system.label] < 0) & ~own.any(axis=1)
         seen = np.column_stack([own[~known], system.columns[~known, :s]])
-        return _eliminated(seen, own.shape[1]), system.columns[known, :s]
+        return sqrt(self.times) * _eliminated(seen, own.shape[1]), system.columns[known, :s]
+
+    @property
+    def manoeuvres(self) -> tuple[Manoeuvre, ...]:
+        """Those that the car can drive, the least effort first."""
+        return tuple(one for one, _ in self._manoeuvres)
 
     @cached_property
     def _manoeuvres(self) -> list[tuple[Manoeuvre, Array]]:
@@ -121,6 +132,29 @@ class ExperimentDesigner:
         found = [self._planned(one, rows, contrasts) for one, rows in self._manoeuvres]
         enough = [plan for plan in found if plan.t >= POLICY.separated_t]
         return min(enough, key=lambda p: p.runs) if enough else max(found, key=lambda p: round(p.t, 1), default=None)
+
+    def after(self, manoeuvre: Manoeuvre | None, times: int) -> Array:
+        """Rows over the shared unknowns of the driven runs and ``times`` a manoeuvre; None: the driven runs again."""
+        added = next((rows for one, rows in self._manoeuvres if one is manoeuvre), self._driven[0])
+        return np.vstack([self._driven[0], sqrt(times) * added])
+
+    def separation(self, rows: Array, contrast: Contrast) -> float:
+        """The separation by ``rows``, in standard errors."""
+        return self._t(rows, (contrast,))
+
+    def spread(self, rows: Array | None = None) -> dict[str, float]:
+        """Standard error of each unknown of the baseline by ``rows``, of the driven runs where they are not given.
+
+        s^2 = diag((J'J)^-1), the Cramer-Rao bound with the stated priors; infinite where nothing determines it.
+        """
+        base = self.strategy.model.base
+        seen, known = self._driven
+        whole = np.vstack([seen if rows is None else rows, known])[:, : len(base)]
+        size = np.linalg.norm(whole, axis=0)
+        size[size == 0.0] = 1.0
+        _, values, right = np.linalg.svd(whole / size, full_matrices=False)
+        inverse = right.T / np.maximum(values, np.finfo(float).tiny)
+        return dict(zip(base, (np.linalg.norm(inverse, axis=1) / size).tolist(), strict=True))
 
     def _planned(self, one: Manoeuvre, rows: Array, contrasts: Sequence[Contrast]) -> PlannedTest:
         for times in range(1, one.most + 1):

@@ -97,7 +97,7 @@ class Inputs:
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
         """What the step reads, with other logs in the place of those that were read."""
-        used, _ = _condensed(logs, self.step.rate(self.spec))
+        used, _ = condensed_logs(logs, self.step.rate(self.spec))
         return used if self.step.load is None else self.step.load(self.spec, self.source.path.parent, used)[0]
 
     @property
@@ -119,31 +119,31 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     ------
     InputError : whatever is wrong in the description, the logs or the parameter files.
     """
-    _refuse_other_test(step, path)
+    refuse_other_test(step, path)
     described = load_partial(path, step.spec)
     spec, source, problems = described.spec, described.source, list(described.problems)
     if spec is None:
         raise InputError(*problems, *missing_logs(source))
     step, known_files = step.of(spec), tuple(known_files)
-    unreadable = _wrong_channels(step, spec, source, described.dropped)
-    problems += [*unreadable, *contradictory_keys(spec, source), *_wrong_effects(step, spec, source)]
+    unreadable = wrong_channels(step, spec, source, described.dropped)
+    problems += [*unreadable, *contradictory_keys(spec, source), *wrong_effects(step, spec, source)]
     problems += [*_repeated(spec, source), *_wrong_segments(spec, source)]
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     known, files = stated, dict(source.digests)
     for file in known_files:
-        if (later := _attempt(problems, _read_known, file)) is not None:
+        if (later := attempt(problems, read_known, file)) is not None:
             known, files[file] = known.updated(later[0]), later[1]
     before = len(problems)
     constants = known_channels(step, spec, source, problems)
-    made = _attempt(problems, scalings, step, spec, known) or ()
-    road = _attempt(problems, surveyed_road, spec, source, files)
+    made = attempt(problems, scalings, step, spec, known) or ()
+    road = attempt(problems, surveyed_road, spec, source, files)
     unreadable += problems[before:]
-    read = [_attempt(problems, _read_run, step, spec, source, i, files) for i in range(len(spec.runs))]
+    read = [attempt(problems, _read_run, step, spec, source, i, files) for i in range(len(spec.runs))]
     ready = partial(_ready, step, constants, made, road)
     clocks = tuple(clock for one in read if one is not None for clock in one[1])
     cut = tuple(replace(one[0], log=ready(one[0].log)) for one in read if one is not None)
     if not unreadable:
-        cut = tuple(one for one in cut if _attempt(problems, _within_physics, step, one.log) is not None)
+        cut = tuple(one for one in cut if attempt(problems, _within_physics, step, one.log) is not None)
     logs = tuple(one.log for one in cut)
     places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
     problems += repeated_runs(logs, places) if len(places) == len(logs) else []
@@ -153,17 +153,17 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     if len(logs) == len(spec.runs):
         spec, cut = split_runs(step, spec, cut, ready)
         logs, there = tuple(one.log for one in cut), spec.runs
-    used, condensing = _condensed(logs, step.rate(spec))
+    used, condensing = condensed_logs(logs, step.rate(spec))
     data: Any = used if step.load is None else None
     if step.load is not None and not unreadable:
-        extra = _attempt(problems, read_unchanged, partial(step.load, spec, path.parent, used))
+        extra = attempt(problems, read_unchanged, partial(step.load, spec, path.parent, used))
         if extra is not None:
             data, own_files = extra
             files |= own_files
     if problems:
         if data is not None and not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
             found: list[Finding] = []
-            _attempt(found, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
+            attempt(found, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
             problems += [f for f in found if not _of_dropped(f, described.dropped) and f not in problems]
         raise InputError(*with_run_signs(problems, logs))
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
@@ -203,7 +203,7 @@ def missing_logs(source: YamlSource) -> list[Finding]:
     return found
 
 
-def _read_known(file: Path) -> tuple[Parameters, str]:
+def read_known(file: Path) -> tuple[Parameters, str]:
     """The parameters of a ``--known`` file, the effects among them in SI, and the sha256 of the file."""
     problems: list[Finding] = []
     read = read_document(file)
@@ -225,7 +225,7 @@ def _overruled(stated: Parameters, known: Parameters, source: YamlSource) -> Ite
             )
 
 
-def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R | None:
+def attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R | None:
     """Call, keeping what is wrong for one report at the end."""
     try:
         return call(*args, **kwargs)
@@ -234,7 +234,7 @@ def _attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwa
         return None
 
 
-def _condensed(logs: tuple[Log, ...], rate: float | None) -> tuple[tuple[Log, ...], tuple[Finding, ...]]:
+def condensed_logs(logs: tuple[Log, ...], rate: float | None) -> tuple[tuple[Log, ...], tuple[Finding, ...]]:
     """The logs at the rate that the step needs, and a note where that averages any."""
     if rate is None:
         return logs, ()
@@ -242,7 +242,7 @@ def _condensed(logs: tuple[Log, ...], rate: float | None) -> tuple[tuple[Log, ..
     return after, condensing_note(logs, after, rate)
 
 
-def _refuse_other_test(step: Step, path: Path) -> None:
+def refuse_other_test(step: Step, path: Path) -> None:
     """Refuse the description of another step at once: by this step's keys every line of it is wrong."""
     source = load_yaml(path)
     test = source.data.get("test") if isinstance(source.data, dict) else None
@@ -253,9 +253,7 @@ def _refuse_other_test(step: Step, path: Path) -> None:
         raise InputError(Finding(source.where(("test",)), what, repr(test), remedy))
 
 
-def _wrong_channels(
-    step: Step, spec: TestSpec, source: YamlSource, dropped: Collection[Location] = ()
-) -> list[Finding]:
+def wrong_channels(step: Step, spec: TestSpec, source: YamlSource, dropped: Collection[Location] = ()) -> list[Finding]:
     """Unknown channels, wrong units, and needed channels that no logger maps.
 
     Parameters
@@ -291,7 +289,7 @@ def _wrong_channels(
     return findings
 
 
-def _wrong_effects(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
+def wrong_effects(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
     """Effects to look for, or to extend the model by, that are no candidates of this step, are listed twice, or are to
     extend the model and are not looked for."""
     requested = spec.diagnose
@@ -368,7 +366,7 @@ def _read_run(
             problems += [] if file.exists() else [Finding(place, f"the log {name} does not exist")]
             continue
         reader = partial(_log_and_file, file, columns, options, called)
-        read.append(_attempt(problems, read_unchanged, reader, (file,)))
+        read.append(attempt(problems, read_unchanged, reader, (file,)))
     raise_all(problems)
     logs = [one[0] for one in read if one is not None]
     if len(logs) < len(loggers):

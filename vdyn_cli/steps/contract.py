@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from vdyn_cli.quantities.log import Log
     from vdyn_cli.steps.free_part import Part
     from vdyn_cli.steps.manoeuvre import Manoeuvre
+    from vdyn_cli.steps.planned_day import PlannedDay
 
 NO_VALUES: Mapping[str, float] = MappingProxyType({})
 
@@ -295,6 +296,7 @@ class Step:
         the track; None where only the quality of the logs is checked.
     manoeuvres : how the step evaluates other manoeuvres than its usual one, by the key ``manoeuvre`` of their
         descriptions: each a step of the same name, spec and parameters.
+    planned : how a day is simulated before it is driven; None where that needs a log of the car.
     """
 
     name: str
@@ -316,6 +318,7 @@ class Step:
     rate: Callable[[Any], float | None] = lambda spec: None
     track_check: Callable[[Any, tuple[Log, ...], Any, Parameters, tuple[int, ...]], TrackCheck] | None = None
     manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)
+    planned: PlannedDay | None = field(default=None, compare=False)
 
     def of(self, spec: Any) -> Step:
         """The step of this name that evaluates the description's manoeuvre."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from vdyn_cli.physics.models.half_car import SOUGHT
 from vdyn_cli.steps.bump.drop_problem import prepare_drop
 from vdyn_cli.steps.bump.measured_profile import load
+from vdyn_cli.steps.bump.planned_logs import PLANNED
 from vdyn_cli.steps.bump.problem import prepare
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.contract import Diagnosable, Step
@@ -46,4 +47,5 @@ STEP = Step(
     diagnosable=Diagnosable(metric=("front load", "N"), run="crossing"),
     load=load,
     manoeuvres={"drop": DROP},
+    planned=PLANNED,
 )

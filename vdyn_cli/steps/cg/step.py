@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vdyn_cli.steps.cg.planned_logs import PLANNED
 from vdyn_cli.steps.cg.problem import prepare
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.contract import Diagnosable, Step
@@ -22,4 +23,5 @@ STEP = Step(
     prepare=prepare,
     complete=("pitch_rate",),
     diagnosable=Diagnosable(metric=("front load", "N"), run="run"),
+    planned=PLANNED,
 )

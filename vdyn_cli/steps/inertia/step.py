@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.physics.models.free_wheel import DRAG
 from vdyn_cli.steps.contract import Diagnosable, Step
+from vdyn_cli.steps.inertia.planned_logs import PLANNED
 from vdyn_cli.steps.inertia.problem import load, prepare
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.stand_problem import prepare_stand
@@ -41,4 +42,5 @@ STEP = Step(
     diagnosable=Diagnosable(metric=("wheel speed", "rad/s"), run="drive"),
     load=load,
     manoeuvres={"stand": ON_STAND},
+    planned=PLANNED,
 )

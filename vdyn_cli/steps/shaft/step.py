@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import torque_at_wheel
+from vdyn_cli.steps.shaft.planned_logs import PLANNED
 from vdyn_cli.steps.shaft.problem import prepare
 from vdyn_cli.steps.shaft.spec import ShaftSpec
 
@@ -21,4 +22,5 @@ STEP = Step(
     prepare=prepare,
     unbroken=("shaft_torque", "twist", "motor_speed", "wheel_speed"),
     diagnosable=Diagnosable(metric=("shaft torque", "N m"), run="tip-in"),
+    planned=PLANNED,
 )

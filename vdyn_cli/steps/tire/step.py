@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS
 from vdyn_cli.steps.contract import Diagnosable, Step
+from vdyn_cli.steps.tire.planned_logs import PLANNED
 from vdyn_cli.steps.tire.problem import prepare
 from vdyn_cli.steps.tire.result import STIFFNESS
 from vdyn_cli.steps.tire.spec import TireSpec
@@ -20,4 +21,5 @@ STEP = Step(
     run_keys=(),
     prepare=prepare,
     diagnosable=Diagnosable(metric=("force", "N"), run="sweep"),
+    planned=PLANNED,
 )

@@ -1,0 +1,132 @@
+"""``vdyn plan``: the accuracy that it expects is the one that days give, and it says what it cannot plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.bench import cases
+from tests.plant import cg, wheel
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.commands.plan_text import plan_lines
+from vdyn_cli.project.day_plan import plan
+from vdyn_cli.project.execute import execute
+from vdyn_cli.project.planned_inputs import planned_test
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.plan_schema import PlanDocument
+from vdyn_cli.steps import load_step, names, published
+from vdyn_cli.steps.contract import Failure
+
+DAYS = 12  # of the plant: the mean of their squared standard errors is known to a tenth
+CAR: dict[str, Any] = {"mass": 1430, "rotating_mass": 60, "air_density": 1.2, "frontal_area": 2.1}
+DESCRIPTIONS: dict[str, dict[str, Any]] = {
+    "coastdown": {"vehicle": CAR},
+    "cg": {"vehicle": {"mass": 1430, "wheelbase": 2.6, "antenna_height": 1.45}},
+    "bump": {
+        "vehicle": {
+            **{"sprung_mass": 1280, "unsprung_mass_front": 80, "unsprung_mass_rear": 70, "wheelbase": 2.6},
+            **{"cg_to_front": 1.2, "sprung_pitch_inertia": 1900},
+        },
+        "bump": {"height": "6 cm", "width": "45 cm"},
+    },
+    "inertia": {"vehicle": {"wheel_mass": 18, "wheel_radius": 0.31}},
+    "tire": {"vehicle": {"wheel_radius": 0.31}},
+    "shaft": {},
+}
+
+
+def _described(folder: Path, step: str, **more: Any) -> Path:
+    path = folder / f"{step}.yaml"
+    path.write_text(yaml.safe_dump({"test": step, **DESCRIPTIONS.get(step, {}), **more}), encoding="utf-8")
+    return path
+
+
+def _std(document: PlanDocument) -> dict[str, float]:
+    return {p.name: p.std for p in document.parameters if p.std is not None}
+
+
+def test_every_step_with_a_planned_day_has_a_description_here() -> None:
+    assert {n for n in names() if load_step(n).planned is not None} == set(DESCRIPTIONS)
+
+
+@pytest.mark.parametrize("step", DESCRIPTIONS)
+def test_a_planned_day_is_evaluated_as_a_measured_one(step: str, tmp_path: Path) -> None:
+    planned = planned_test(load_step(step), _described(tmp_path, step), (), None)
+    day, again = planned.day(1), planned.day(1)
+    assert all(np.array_equal(a[n], b[n]) for a, b in zip(day.logs, again.logs, strict=True) for n in a.channels)
+    result = published(day.step.prepare(day.spec, day.data, day.known))
+    assert not isinstance(result, Failure)
+    for name, estimate in result.parameters.items():
+        if name in planned.at:
+            assert abs(estimate.value - planned.at[name]) < 6 * estimate.std
+
+
+@pytest.mark.slow
+def test_the_expected_standard_error_is_that_of_days_of_the_plant(tmp_path: Path) -> None:
+    """On a vehicle of which the plan knows mass and radius, and guesses the inertia."""
+    vehicle = random_vehicle(8123)
+    stated = []
+    for seed in range(8300, 8300 + DAYS):
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        made = cases.wheel_drives(vehicle, seed, folder)
+        stated.append(execute("inertia", made, level=None).document["parameters"]["wheel_inertia"]["std"])
+    (tmp_path / "planned").mkdir()
+    load = vehicle.front_load / 2
+    settings = {"torque_zero": wheel.WHEEL_TORQUE.zero, "force_zero": wheel.WHEEL_FORCE.zero}
+    day = {"wheel_load": load, "carried_mass": wheel.SHARE * vehicle.mass}
+    path = _described(tmp_path / "planned", "inertia", vehicle=wheel.known(vehicle), settings=settings, plan=day)
+    achieved = float(np.sqrt(np.mean(np.square(stated))))
+    assert _std(plan(path))["wheel_inertia"] == pytest.approx(achieved, rel=0.25)
+
+
+@pytest.mark.slow
+def test_more_runs_of_the_kind_that_is_logged_are_more_accurate(tmp_path: Path) -> None:
+    """The scatter between runs falls with the root of their number."""
+    path = cases.launches(random_vehicle(8124), 8124, tmp_path)
+    now, later = plan(path), plan(path, runs=16)
+    assert (now.basis, now.runs, later.runs) == ("logs", 4, 16)
+    assert _std(later)["pitch_inertia"] == pytest.approx(_std(now)["pitch_inertia"] / 2, rel=0.01)
+    assert set(_std(now)) >= set(cg.truth(random_vehicle(8124)))
+
+
+@pytest.mark.slow
+def test_a_plan_of_coasts_says_what_to_add(tmp_path: Path) -> None:
+    document = plan(_described(tmp_path, "coastdown", plan={"start_speed": "60 km/h", "end_speed": "30 km/h"}))
+    wider = next(one for one in document.added if "to 7 km/h" in one.manoeuvre)
+    assert wider.std["drag_area"] < 0.8 * _std(document)["drag_area"]
+    assert {n.effect for n in document.not_testable} >= {"brake_drag", "extra_drag_area"}
+    assert {a.name for a in document.assumed if a.stated} == {"start_speed", "end_speed"}
+    text = "\n".join(plan_lines(document))
+    assert all(part in text for part in ("Runs to add", "The plan assumes"))
+
+
+@pytest.mark.parametrize(
+    ("step", "more", "message"),
+    [
+        ("coastdown", {"plan": {"speed_nois": 1}}, "unknown key 'speed_nois' under plan"),
+        ("coastdown", {"plan": {"rate": "10 kg"}}, "'plan.rate'"),
+        ("coastdown", {"plan": {"gust": "50 m/s"}}, "lies outside 0 to 5 m/s"),
+        ("coastdown", {"vehicle": {"mass": 1400}}, "air_density"),
+        ("validate", {}, "cannot be planned without a log"),
+        ("bump", {"manoeuvre": "drop", "bump": None}, "cannot be planned without a log"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused_with_the_reason(
+    step: str, more: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError) as error:
+        plan(_described(tmp_path, step, **more))
+    assert any(message in str(f) and f.remedy for f in error.value.findings)
+
+
+def test_logs_of_which_some_are_missing_are_named(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t,v\n0,1\n", encoding="utf-8")
+    runs = [{"log": "a.csv"}, {"log": "b.csv"}]
+    with pytest.raises(InputError) as error:
+        plan(_described(tmp_path, "coastdown", runs=runs))
+    assert "1 of 2 logs do not exist: b.csv" in error.value.findings[0].what

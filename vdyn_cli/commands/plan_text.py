@@ -1,0 +1,93 @@
+"""``vdyn plan``: how accurate planned runs will be, as text for a terminal or as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from vdyn_cli.commands.run_check import table
+from vdyn_cli.commands.standard_output import write_out
+from vdyn_cli.io.files import write_together
+from vdyn_cli.project.day_plan import plan
+from vdyn_cli.project.result_document import to_json
+from vdyn_cli.quantities.number_text import number, two_digits
+from vdyn_cli.quantities.plan_schema import PlanDocument, PlannedParameter
+
+SHOWN = 8  # pairs that are listed; the JSON has all
+
+
+def run_plan(path: Path, known_files: tuple[Path, ...], runs: int | None, output: str) -> int:
+    """Print the plan, and give the exit code: 0 the runs determine every parameter, 1 they do not.
+
+    Parameters
+    ----------
+    output : ``-`` writes the JSON to stdout, a path to that file beside the text; empty: text only.
+
+    Raises
+    ------
+    InputError : the description is wrong, or the step needs a log to plan from.
+    """
+    document = plan(path, known_files, runs)
+    as_json = to_json(document.model_dump(mode="json")) if output else ""
+    if output not in ("", "-"):
+        write_together({Path(output): as_json})
+    write_out(as_json if output == "-" else "\n".join(plan_lines(document)) + "\n")
+    return 0 if document.good else 1
+
+
+def plan_lines(document: PlanDocument) -> Iterator[str]:
+    """The text for a terminal, the answer first."""
+    yield document.sentence
+    yield f"\nExpected accuracy of {document.runs} runs with the channels {', '.join(document.channels)}"
+    yield from table(
+        ("parameter", "value", "standard error", "95 %", "", "unit", ""), [_row(p) for p in document.parameters]
+    )
+    if document.detectable:
+        yield "\nCandidate effects that these runs could find, and the smallest size that they would"
+        yield from table(
+            ("effect", "size", "unit"),
+            [(d.effect, two_digits(d.amplitude), d.unit or "1") for d in document.detectable],
+        )
+    if document.not_testable:
+        yield "\nCandidate effects that these runs could not find"
+        yield from table(("effect", "because"), [(n.effect, n.because) for n in document.not_testable])
+    if document.confused:
+        yield "\nPairs that these runs could not tell apart (t: standard errors, at half of the plausible range)"
+        rows = [(f"{p.effects[0]} and {p.effects[1]}", f"{p.t:.1f}") for p in document.confused[:SHOWN]]
+        yield from table(("pair", "t"), rows)
+        if len(document.confused) > SHOWN:
+            yield f"  and {len(document.confused) - SHOWN} more, in the JSON"
+    yield from _added_lines(document)
+    if document.assumed:
+        yield "\nThe plan assumes (change with 'plan: {key: value}' in the description)"
+        numbers = [
+            (a.name, f"{a.value:.4g}", a.unit or "1", "stated" if a.stated else "default", a.meaning)
+            for a in document.assumed
+        ]
+        yield from table(("key", "value", "unit", "", ""), numbers)
+    notes = [f for f in document.findings if not f.minor]
+    if notes:
+        yield "\nNotes"
+        yield from (f"  {f.where}: {f.what}" + (f" ({f.got})" if f.got else "") for f in notes)
+
+
+def _row(p: PlannedParameter) -> tuple[str, ...]:
+    if p.value is None or p.std is None or p.half95 is None:
+        return p.name, "", "", "", "not determined", p.unit or "1", p.why
+    share = f"{100 * p.half95 / abs(p.value):.2g} %" if p.value else ""
+    value = number(p.value, p.half95)
+    return p.name, value, two_digits(p.std), f"+- {two_digits(p.half95)}", share, p.unit or "1", p.why
+
+
+def _added_lines(document: PlanDocument) -> Iterator[str]:
+    if not document.added:
+        return
+    yield "\nRuns to add, the least effort first"
+    for one in document.added:
+        yield f"  {one.manoeuvre}"
+        accuracy = ", ".join(f"{n} {two_digits(s)}" for n, s in one.std.items())
+        yield f"    standard error then: {accuracy}"
+        if one.separates:
+            each = [f"{' from '.join(s.effects)} (t = {s.t:.1f})" for s in one.separates[:SHOWN]]
+            more = f" and {len(one.separates) - SHOWN} more" if len(one.separates) > SHOWN else ""
+            yield f"    would tell: {', '.join(each)}{more}"

@@ -1,0 +1,108 @@
+"""Which effects a set of runs could show and tell apart, and which runs to add, from the Cramer-Rao bound."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from vdyn_cli.diagnosis.detectable import detectable
+from vdyn_cli.diagnosis.detection import detect
+from vdyn_cli.diagnosis.diagnosis_record import not_testable
+from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
+from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.experiment_design import Contrast, ExperimentDesigner
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.untestable import untestable
+from vdyn_cli.quantities.diagnosis import Detectable, NotTestable
+from vdyn_cli.quantities.plan_schema import AddedRuns, Separation
+from vdyn_cli.steps.manoeuvre import Manoeuvre
+
+SHOWN = 4  # manoeuvres that are listed
+
+Question = tuple[tuple[str, ...], tuple[Contrast, ...]]  # effects, and what separates them
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """What runs could show.
+
+    Parameters
+    ----------
+    confused : pairs, each of which would be found and not told from the other. spread : standard error of each unknown
+        of the baseline.
+    """
+
+    detectable: tuple[Detectable, ...]
+    not_testable: tuple[NotTestable, ...]
+    confused: tuple[Separation, ...]
+    added: tuple[AddedRuns, ...]
+    spread: Mapping[str, float]
+
+
+def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
+    """What ``runs`` runs of the kind of those in the problem could show, and what further runs would add.
+
+    Assumes that the noise is as in the problem's logs, and the model without effects.
+
+    Raises
+    ------
+    ResultError : the baseline cannot be fitted.
+    """
+    strategy = open_strategy(setup_of(prepared))
+    base, model = strategy.fitted(()), strategy.model
+    assert base is not None
+    designer = ExperimentDesigner(strategy, runs / model.runs)
+    found = detect(strategy, base)
+    hidden = untestable(model, base, found)
+    amplitudes = {
+        n: {next(iter(names)): POLICY.typical_share * reach(model.setup.candidates[n], next(iter(names)))}
+        for n in model.setup.candidates
+        if len(names := model.amplitudes(n)) == 1
+    }
+
+    def contrast(effect: str, *beside: str) -> Contrast:
+        return Contrast(amplitudes[effect], (*model.base, *(n for e in beside for n in model.amplitudes(e))))
+
+    shown = [n for n in found.testable if n in amplitudes and designer.now([contrast(n)]) >= POLICY.separated_t]
+    pairs: list[Question] = [((a, b), (contrast(a, b), contrast(b, a))) for a, b in combinations(shown, 2)]
+    apart = [(pair, designer.now(pair[1])) for pair in pairs]
+    confused = sorted(((p, t) for p, t in apart if t < POLICY.separated_t), key=lambda pair: pair[1])
+    open_ones = [p for p, _ in confused] + [
+        ((u.effect,), (contrast(u.effect),)) for u in hidden if u.effect in amplitudes
+    ]
+    return RunPlan(
+        detectable(model.setup, found),
+        not_testable(model, hidden),
+        tuple(Separation(effects=list(effects), t=t) for (effects, _), t in confused),
+        _added(designer, open_ones),
+        designer.spread(),
+    )
+
+
+def _added(designer: ExperimentDesigner, questions: Sequence[Question]) -> tuple[AddedRuns, ...]:
+    """Each manoeuvre of the step, and the same runs once more."""
+    model = designer.strategy.model
+    again = Manoeuvre(
+        lambda runs: f"{runs} more {model.setup.run}s of the same kind",
+        lambda: model.regression,
+        round(designer.times * model.runs),
+        1,
+    )
+    return tuple(_brought(designer, one, questions) for one in (*designer.manoeuvres[:SHOWN], again))
+
+
+def _brought(designer: ExperimentDesigner, one: Manoeuvre, questions: Sequence[Question]) -> AddedRuns:
+    """The fewest runs of a manoeuvre that answer a question, or one set of them where none does."""
+    answers: list[Separation] = []
+    for times in range(1, one.most + 1):
+        rows = designer.after(one, times)
+        found = [(effects, min(designer.separation(rows, c) for c in contrasts)) for effects, contrasts in questions]
+        answers = [Separation(effects=list(effects), t=t) for effects, t in found if t >= POLICY.separated_t]
+        if answers:
+            break
+    times = times if answers else 1
+    rows = designer.after(one, times)
+    std = {n: s for n, s in designer.spread(rows).items() if n not in designer.strategy.model.nuisances}
+    return AddedRuns(manoeuvre=one.words(times * one.each), runs=times * one.each, separates=answers, std=std)

@@ -1,0 +1,159 @@
+"""The inputs of a test whose logs do not exist yet: its description, and a simulated day in the place of the logs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.description.test_description import TestSpec, load_spec
+from vdyn_cli.description.yaml_source import YamlSource
+from vdyn_cli.project.channel_sources import channel_maps, completed, known_channels, scalings
+from vdyn_cli.project.inputs import (
+    Inputs,
+    attempt,
+    condensed_logs,
+    given_air,
+    given_parameters,
+    read_known,
+    wrong_channels,
+    wrong_effects,
+)
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.quantity import UnitError, parse
+from vdyn_cli.steps import Step
+from vdyn_cli.steps.planned_day import DayRequest, PlannedDay
+
+
+@dataclass(frozen=True)
+class DayDescription:
+    """A description without logs.
+
+    Parameters
+    ----------
+    spec : with one entry under ``runs`` for each planned run. known : parameters of the description and of files.
+    at : value of each setting of the day, SI. stated : names of those that the description states.
+    """
+
+    step: Step
+    spec: Any
+    source: YamlSource
+    known: Parameters
+    at: Mapping[str, float]
+    stated: frozenset[str]
+    problems: tuple[Finding, ...] = ()
+
+    def day(self, seed: int) -> Inputs:
+        """The inputs of one simulated day, another one for each seed.
+
+        Raises
+        ------
+        InputError : the description does not say what the simulation needs.
+        """
+        step, spec = self.step, self.spec
+        assert step.planned is not None
+        rng = np.random.default_rng(seed)
+        logs = step.planned.logs(DayRequest(spec, self.known, self.at, rng))
+        problems: list[Finding] = []
+        constants = known_channels(step, spec, self.source, problems)
+        made = attempt(problems, scalings, step, spec, self.known) or ()
+        raise_all(problems)
+        mapped = {n for channels, _ in channel_maps(spec) for n in channels}
+        mapped |= {one.channel.target for one in made}
+        logs = tuple(completed(_mapped(step, log, mapped), constants, ()) for log in logs)
+        used, _ = condensed_logs(logs, step.rate(spec))
+        data: Any = used if step.load is None else step.load(spec, self.source.path.parent, used)[0]
+        return Inputs(step, spec, self.source, data, logs, self.known, {})
+
+
+def _mapped(step: Step, log: Log, mapped: set[str]) -> Log:
+    """The log with the channels that the description maps, or maps the parts of; with all where it maps none."""
+    if not mapped:
+        return log
+    wanted = set(mapped)
+    for entry in (*step.required, *step.optional):
+        total, *ways = entry.split("|")
+        if any(set(way.split("+")) <= mapped for way in ways):
+            wanted.add(total)
+    return replace(log, channels={n: v for n, v in log.channels.items() if n in wanted})
+
+
+def planned_test(step: Step, path: Path, known_files: Sequence[Path], runs: int | None) -> DayDescription:
+    """Read a description whose logs do not exist.
+
+    Parameters
+    ----------
+    runs : number of runs; None: as many as the description lists, or the step's usual number.
+
+    Raises
+    ------
+    InputError : whatever is wrong in the description or the parameter files; a step that cannot plan without a log.
+    """
+    spec, source = load_spec(path, step.spec)
+    step = step.of(spec)
+    if step.planned is None:
+        what = f"'{step.name}' cannot be planned without a log: how this test excites the car is not known"
+        remedy = "drive one run, list its log under runs, and plan from it with --runs"
+        raise InputError(Finding(source.where(("test",)), what, "", remedy))
+    problems: list[Finding] = [*wrong_effects(step, spec, source)]
+    known = given_parameters(spec.vehicle).updated(given_air(spec.environment))
+    for file in known_files:
+        if (later := attempt(problems, read_known, file)) is not None:
+            known = known.updated(later[0])
+    spec = spec.model_copy(update={"runs": _runs(step.spec, spec, step.planned, runs)})
+    if any(channels for channels, _ in channel_maps(spec)):
+        problems += wrong_channels(step, spec, source)
+    at = _settings(step.planned, spec, source, known, problems)
+    raise_all(dict.fromkeys(problems))
+    return DayDescription(step, spec, source, known, at, frozenset(spec.plan))
+
+
+def _runs(model: type[TestSpec], spec: TestSpec, day: PlannedDay, runs: int | None) -> list[Any]:
+    """The entries of the planned runs: those of the description, again from the first where more are planned."""
+    entry = type(spec.runs[0]) if spec.runs else model.model_fields["runs"].annotation.__args__[0]  # type: ignore[union-attr]
+    count = runs or len(spec.runs) or day.runs
+    found = []
+    for k in range(count):
+        if not spec.runs:
+            found.append(entry(log=f"run {k + 1}", **day.run(k)))
+            continue
+        one, again = spec.runs[k % len(spec.runs)], k // len(spec.runs)
+        found.append(one.model_copy(update={"log": f"{one.log or one.logs}{f' ({again + 1})' if again else ''}"}))
+    return found
+
+
+def _settings(
+    day: PlannedDay, spec: TestSpec, source: YamlSource, known: Parameters, problems: list[Finding]
+) -> dict[str, float]:
+    """The value of each setting, SI: as the description states it, else its default.
+
+    Parameters
+    ----------
+    problems : to which those of the settings are added.
+    """
+    wanted = [one.quantity.name for one in day.settings]
+    for name in (n for n in spec.plan if n not in wanted):
+        remedy = did_you_mean(name, wanted, f"keys are {', '.join(wanted)}")
+        problems.append(Finding(source.where(("plan", name)), f"unknown key '{name}' under plan", remedy=remedy))
+    found: dict[str, float] = {}
+    for one in day.settings:
+        quantity, name = one.quantity, one.quantity.name
+        if name not in spec.plan:
+            value = attempt(problems, one.default, spec, known)
+            found |= {name: value} if value is not None else {}
+            continue
+        where, example = source.where(("plan", name)), f"write a number in {quantity.unit or '1'} or another unit of it"
+        try:
+            found[name] = parse(spec.plan[name], quantity.unit).value
+        except UnitError as error:
+            problems.append(Finding(where, f"'plan.{name}' {error}", "", example))
+            continue
+        if not quantity.allows(found[name]):
+            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
+            problems.append(Finding(where, f"'plan.{name}' lies outside {span}", str(spec.plan[name]), example))
+    return found

@@ -1,0 +1,85 @@
+"""A test day that is not driven yet: its logs, simulated by a step from settings with stated defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+
+if TYPE_CHECKING:
+    from vdyn_cli.description.test_description import TestSpec
+    from vdyn_cli.quantities.parameters import Parameters
+
+
+@dataclass(frozen=True)
+class PlanSetting:
+    """A number that a planned day needs and no log tells yet: its quantity, and (spec, known) -> its default in SI."""
+
+    quantity: Quantity
+    default: Callable[[Any, Parameters], float]
+
+
+def setting(name: str, default: float, unit: str, meaning: str, most: float) -> PlanSetting:
+    """A setting from 0 to ``most``; ``default`` and ``most`` in ``unit``, which is SI."""
+    return PlanSetting(Quantity(name, unit, meaning, "", 0.0, most), lambda spec, known: default)
+
+
+def guess(name: str, default: float | Callable[[Any, Parameters], float]) -> PlanSetting:
+    """A parameter that the day shall determine, with the value to plan with where the vehicle states none, SI."""
+    quantity = PARAMETERS[name]
+    usual = default if callable(default) else lambda spec, known: default
+    return PlanSetting(quantity, lambda spec, known: known[name].value if name in known else usual(spec, known))
+
+
+@dataclass(frozen=True)
+class DayRequest:
+    """One day to simulate.
+
+    Parameters
+    ----------
+    spec : the description, with one entry under ``runs`` for each run. known : parameters, SI.
+    at : value of each setting, SI. rng : the source of the day's noise.
+    """
+
+    spec: TestSpec
+    known: Parameters
+    at: Mapping[str, float]
+    rng: np.random.Generator
+
+    def clock(self, duration: float) -> Array:
+        """Sample times (n,) from 0 to ``duration`` s at the planned rate."""
+        return np.arange(round(duration * self.at["rate"]) + 1) / self.at["rate"]
+
+    def read(self, true: Array, noise: str, zero: float = 0.0) -> Array:
+        """The readings of a true signal (n,): white noise of the setting ``noise``, and one zero for the run.
+
+        Parameters
+        ----------
+        zero : standard deviation of the sensor's zero, SI.
+        """
+        return true + zero * self.rng.standard_normal() + self.at[noise] * self.rng.standard_normal(true.size)
+
+
+@dataclass(frozen=True)
+class PlannedDay:
+    """How a step simulates a day before it is driven.
+
+    Parameters
+    ----------
+    runs : number of runs where neither the description nor the user says.
+    settings : of the day, each a key of ``plan`` in the description.
+    logs : (request) -> one log for each run, with every channel that the step can read.
+    run : index -> keys of a run that the description does not list.
+    """
+
+    runs: int
+    settings: tuple[PlanSetting, ...]
+    logs: Callable[[DayRequest], tuple[Log, ...]]
+    run: Callable[[int], Mapping[str, Any]] = lambda index: {}
