@@ -124,7 +124,9 @@ def pipeline(
 @app.command()
 def export(
     parameters: Annotated[Path, typer.Argument(metavar="PARAMETERS.json", show_default=False)],
-    to: Annotated[str, typer.Option("--to", metavar="c|fmu|tir|abc|mat", help="Format.", show_default=False)],
+    to: Annotated[
+        str, typer.Option("--to", metavar="c|fmu|tir|abc|fastsim|wltp|mat", help="Format.", show_default=False)
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for the files.")] = Path("out"),
     name: Annotated[str, typer.Option("--name", help="Name of files and structs.")] = "vehicle",
     driven: Annotated[str, typer.Option("--driven", metavar="front|rear|both", help="Driven axle.")] = "front",
@@ -133,7 +135,7 @@ def export(
     ] = "open",
     quiet: Quiet = False,
 ) -> None:
-    """Export a parameter set: C, FMU, tire file, dynamometer coefficients, MATLAB."""
+    """Export a parameter set: C, FMU, tire file, dynamometer coefficients, FASTSim, WLTP programs, MATLAB."""
     from vdyn_cli.commands.run_export import run_export
 
     run_export(parameters, to, output, name, driven, _teller(quiet, False), differential)

@@ -62,7 +62,7 @@ def test_missing_parameters_are_told_at_once_with_the_step_that_gives_them(tmp_p
     ("change", "form", "message"),
     [
         ({}, "tri", "did you mean tir?"),
-        ({}, "xlsx", "there are c, fmu, tir, abc, mat"),
+        ({}, "xlsx", "there are c, fmu, tir, abc, fastsim, wltp, mat"),
         ({"name": "2cv"}, "c", "--name"),
         ({"name": "a/../b"}, "mat", "--name"),
         ({"driven": "left"}, "c", "write front, rear, both"),

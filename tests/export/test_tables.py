@@ -7,10 +7,12 @@ import math
 
 import numpy as np
 import pytest
+import yaml
 from scipy.io import loadmat
 
 from tests.export.cases import BRAKE_DRAG, CAR, given
 from vdyn_cli.export import ExportOptions, make
+from vdyn_cli.quantities.errors import InputError
 
 G = 9.80665
 
@@ -114,3 +116,45 @@ def test_the_same_parameters_give_the_same_bytes(tmp_path):
         one, other = (make(given(tmp_path), form, ExportOptions()).files for _ in range(2))
         assert one == other
     assert b"20" not in make(given(tmp_path), "mat", ExportOptions()).files["vehicle.mat"][:116]
+
+
+def test_fastsim_gets_the_body_of_the_car(tmp_path):
+    made = make(given(tmp_path, causes=[BRAKE_DRAG]), "fastsim", ExportOptions("car", driven="rear"))
+    file = yaml.safe_load(made.files["car_fastsim.yaml"])
+    chassis = file["chassis"]
+    assert file["mass_kilograms"] == CAR["mass"][0]
+    product = chassis["drag_coef"] * chassis["frontal_area_square_meters"]
+    assert product == pytest.approx(CAR["drag_area"][0], rel=1e-6)
+    front = 1 - CAR["cg_to_front"][0] / CAR["wheelbase"][0]
+    assert chassis["drive_axle_weight_frac"] == pytest.approx(1 - front, rel=1e-6)
+    assert (chassis["drive_type"], chassis["num_wheels"], chassis["tire_code"]) == ("RWD", 4, None)
+    assert chassis["wheel_fric_coef"] == CAR["tire_D"][0]
+    text = "".join(made.notes)
+    for part in ("frontal_area", "rotating_mass", "left out brake_drag"):
+        assert part in text
+
+
+def test_wltp_programs_get_the_road_load_in_their_units(tmp_path):
+    made = make(given(tmp_path), "wltp", ExportOptions("car"))
+    wltp, co2mpas = (yaml.safe_load(made.files[f"car_{r}.yaml"]) for r in ("wltp", "co2mpas"))
+    f0, f1, f2 = (CAR[f"road_load_f{k}"][0] for k in range(3))
+    loads = {"f0": f0, "f1": f1 / 3.6, "f2": f2 / 3.6**2}
+    assert wltp == pytest.approx({"test_mass": 1430.0, **loads}, rel=1e-6)
+    assert co2mpas == pytest.approx({"vehicle_mass": 1430.0, **loads, "r_dynamic": 0.297}, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("form", "without"), [("fastsim", ("cg_to_front", "wheel_inertia")), ("wltp", ("wheel_radius",))]
+)
+def test_what_a_receiver_needs_is_told_at_once(tmp_path, form, without):
+    with pytest.raises(InputError) as error:
+        make(given(tmp_path, without=without), form, ExportOptions())
+    text = str(error.value)
+    assert all(name in text or name == "cg_to_front" for name in without)
+    assert all(finding.remedy for finding in error.value.findings)
+
+
+def test_a_road_load_that_co2mpas_refuses_is_not_written(tmp_path, monkeypatch):
+    monkeypatch.setattr("tests.export.cases.CAR", {**CAR, "road_load_f2": (-0.01, 0.02)})
+    with pytest.raises(InputError, match="CO2MPAS accepts f2 of 0 or more"):
+        make(given(tmp_path), "wltp", ExportOptions())

@@ -19,6 +19,8 @@ FORMATS: Mapping[str, str] = {
     "fmu": "the full vehicle for co-simulation (FMI 2.0), source inside",
     "tir": "the tire as a property file of the magic formula",
     "abc": "the road load as A, B, C and F0, F1, F2",
+    "fastsim": "the body of a FASTSim 3.1 vehicle file",
+    "wltp": "road load, mass and radius for wltp 1.1 and CO2MPAS 4.1 to 4.3",
     "mat": "every parameter as a MATLAB struct",
 }
 
