@@ -205,12 +205,31 @@ def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | 
     evidence = found.scores.evidence
     names = [n for n in found.testable if evidence[n] > POLICY.single_evidence]
     tried = candidate_model(strategy, sorted(names, key=lambda n: -evidence[n])[:1]) if names else None
-    while tried is not None and len(tried.effects) <= POLICY.most_effects:
-        if tried.sufficient:
-            several = len(tried.effects) > 1
-            return tried if several and all(_is_needed(strategy, tried, e) for e in tried.effects) else None
-        tried = _with_next(strategy, tried)
-    return None
+    while tried is not None and not tried.sufficient:
+        more = len(tried.effects) < POLICY.most_effects and not catalogue_falls_short(strategy, tried)
+        tried = _with_next(strategy, tried) if more else None
+    several = tried is not None and len(tried.effects) > 1
+    return tried if tried and several and all(_is_needed(strategy, tried, e) for e in tried.effects) else None
+
+
+def catalogue_falls_short(strategy: Strategy, tried: CandidateModel) -> bool:
+    """Whether all candidates together, beside those of a fit, leave much of the misfit: then no set of them suffices.
+
+    To first order at the fit, and by what a free profile still shows.
+    """
+    model = strategy.model
+    candidates, families = model.setup.candidates, model.setup.families
+    others = [n for n in candidates if n not in tried.effects]
+    free = [*model.with_base(tried.effects), *(a for n in others for a in model.amplitudes(n))]
+    system = tried.fitted.system
+    beside = scores(system, free, {n: model.amplitudes(n) for n in families})
+    strongest = beside.strongest()
+    if strongest is None or beside.evidence[strongest] < POLICY.large_t:
+        return False
+    left = beside.statistic[strongest] - beside.rank[strongest]
+    together = scores(system, model.with_base(tried.effects), {"": free[len(model.with_base(tried.effects)) :]})
+    explained = max(_explained(strategy, tried.fitted), 0.0) + together.statistic[""]
+    return left > (1 - POLICY.part_squares) * (explained + left)
 
 
 def _with_next(strategy: Strategy, tried: CandidateModel) -> CandidateModel | None:

@@ -17,6 +17,7 @@ from vdyn_cli.diagnosis.candidate_models import (
     CandidateModel,
     alternatives,
     beyond_range,
+    catalogue_falls_short,
     forward_selection,
     pairs,
     singles,
@@ -248,7 +249,9 @@ def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel
     """The candidate models that stand, and the single effects that were tried: singles, then pairs, then more."""
     model, tried = strategy.model, singles(strategy, found)
     answers = simplest(model, not_significantly_worse(model, tried), tried)
-    if answers or _one_profile_suffices(strategy):
+    best = min(tried, key=lambda t: t.cost, default=None)
+    short = best is not None and catalogue_falls_short(strategy, best)
+    if answers or short or _one_profile_suffices(strategy):
         return _with_rivals(strategy, answers or nearly_sufficient(tried), tried, found), tried
     two = pairs(strategy, tried, found)
     answers = simplest(model, not_significantly_worse(model, (*tried, *two)), two)

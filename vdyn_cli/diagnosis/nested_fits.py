@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel, FullModel
 from vdyn_cli.diagnosis.linearized_system import linearize, linearized_system
@@ -74,8 +76,9 @@ class NestedFits:
         most = PROFILE_ITERATIONS if effects and set(effects) <= set(self.model.setup.families) else MOST_ITERATIONS
         for held in (free, nominal) if shapes else (free,):
             regression = restricted(full, held, before.solution if before else None)
-            found = []
+            found: list[Solution] = []
             for start in (regression, *self.starts(regression, others, held is free)):
+                start = replace(start, reached=min((s.cost for s in found), default=np.inf))
                 try:
                     found.append(solve(start, tolerance=LEAST_STEP, most_iterations=most, unconverged=not effects))
                 except ResultError as error:

@@ -18,6 +18,7 @@ BLIND = 1e-3  # of an unknown's sensitivity left after one step
 SUFFICIENT = 1e-4  # of the predicted reduction of the cost that a step must achieve
 IDLE = 3  # steps in a row that gained less than the tolerance: a further one that fails ends the fit
 PARTS = (1.0, 0.3, 0.1, 0.03)
+OUTDONE = 4  # points in a row that do not promise to get below what another start has reached
 LEAST_DAMPING = 1e-13
 MOST_DAMPING = 1e12
 
@@ -54,7 +55,8 @@ def minimize(
 
     Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that are not at a bound, D the largest column
     norms so far; an unknown that would leave its range stops at the bound. mu falls where the linearization predicts
-    well and rises where it does not. A step is linearized only where the cost falls.
+    well and rises where it does not. A step is linearized only where the cost falls. The iteration ends where it does
+    not promise to get below the cost that another start has reached (``Regression.reached``).
 
     Parameters
     ----------
@@ -74,7 +76,7 @@ def minimize(
         raise ArithmeticError("the model has no finite value at the start")
     scale = _positive(point.system.column_norms())
     damping, growth = 1e-3, 2.0
-    idle = 0
+    idle = outdone = 0
     for iteration in range(most_iterations):
         active = _active(point, lower, upper)
         full = _step(point, active, scale, LEAST_DAMPING)
@@ -82,6 +84,9 @@ def minimize(
         variance = point.cost / max(point.n_rows - len(point.x), 1)  # halved as the cost is
         if promise <= max(NEGLIGIBLE * point.cost, tolerance * variance):
             return Minimum(point, active, True, promise, full, iteration)
+        outdone = outdone + 1 if point.cost - promise > evaluate.regression.reached - tolerance * variance else 0
+        if outdone == OUTDONE:
+            return Minimum(point, active, False, promise, full, iteration)
         while True:
             step = _step_within(point, active, scale, damping, lower, upper)
             x, predicted = _snapped(point.x + step, lower, upper), point.system.reduction(step)

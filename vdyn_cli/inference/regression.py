@@ -98,6 +98,7 @@ class Regression:
         they start: for models that cost less with fewer unknowns. None where nothing is saved.
     log_noise : sum of the logarithms of the rows' noise, log |L| with covariance L L'. Costs of regressions that
         estimate their own noise are comparable with it added: -log likelihood = cost + log |L| + constant.
+    reached : cost that a fit from another start has reached; one that does not promise less ends unconverged.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -106,6 +107,7 @@ class Regression:
     run_starts: Mapping[str, Array] = field(default_factory=dict)
     narrow: Callable[[Sequence[str]], Callable[[int, Array], Rows]] | None = None
     log_noise: float = 0.0
+    reached: float = np.inf
 
     @cached_property
     def shared(self) -> tuple[Unknown, ...]:
