@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.candidate_models import candidate_model, catalogue_falls_short
 from vdyn_cli.diagnosis.detection import detect, reachable_t
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.judgment import Judgment, judge
@@ -40,6 +41,14 @@ def test_nothing_hidden_is_adequate(seed: int) -> None:
     assert verdict.answer is None
     assert "No model error detected" in told(case, verdict)
     assert f"p = {verdict.detection.p_value:.2g}" in told(case, verdict)
+
+
+@pytest.mark.parametrize(("hidden", "short"), [({"bump": 30.0}, True), ({"wave": 30.0, "step": 20.0}, False)])
+def test_pairs_are_tried_only_where_the_whole_catalogue_could_do(hidden: dict[str, float], short: bool) -> None:
+    strategy = open_strategy(Campaign(7, hidden=hidden).setup(*CATALOGUE))
+    tried = [candidate_model(strategy, (e.name,)) for e in CATALOGUE]
+    best = min((t for t in tried if t is not None), key=lambda t: t.cost)
+    assert catalogue_falls_short(strategy, best) is short
 
 
 @pytest.mark.parametrize("runs", [8, 18])

@@ -127,6 +127,24 @@ def test_rosenbrock() -> None:
     assert found.point.x == pytest.approx([1.0, 1.0])
 
 
+@pytest.mark.parametrize("reached", [1e-12, 0.5])
+def test_a_start_that_cannot_beat_another_is_given_up(reached: float) -> None:
+    """Rosenbrock's valley with a floor of 1/2: one start has got below it, or just as far."""
+
+    def rows(run: int, x: np.ndarray) -> Rows:
+        residual = np.array([10 * (x[1] - x[0] ** 2), 1 - x[0], 1.0])
+        return Rows(residual, np.array([[-20 * x[0], 10.0], [-1.0, 0.0], [0.0, 0.0]]))
+
+    regression = Regression((Unknown("x", -1.2), Unknown("y", 1.0)), ("only",), rows)
+    end = minimize(Objective(regression), regression.start(), *regression.bounds(), 200)
+    given_up = minimize(
+        Objective(replace(regression, reached=reached)), regression.start(), *regression.bounds(), 200, 1e-9
+    )
+    assert end.converged
+    assert not given_up.converged
+    assert given_up.iterations < end.iterations
+
+
 def test_a_step_onto_a_plateau_is_not_taken() -> None:
     """From b = 1 a full step makes exp(-b t) vanish, and with it all knowledge of b."""
     t = np.array([1.0, 2, 3, 5, 7, 10])

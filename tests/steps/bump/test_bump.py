@@ -14,6 +14,8 @@ from tests.plant.obstacle import Bump
 from tests.plant.vehicle import GRAVITY, REFERENCE, Vehicle, random_vehicle
 from tests.plant.write_csv import csv_bytes
 from vdyn_cli.effects.asymmetric_damping import asymmetric_damping
+from vdyn_cli.effects.suspension_friction import suspension_friction
+from vdyn_cli.effects.tire_damping import tire_damping
 from vdyn_cli.inference import Unknown, solve
 from vdyn_cli.physics.models.half_car import SOUGHT
 from vdyn_cli.project.inputs import gather
@@ -380,3 +382,17 @@ def test_a_flat_profile_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bump.csv").write_text("distance [m],height [m]\n0,0\n0.1,0\n0.2,0.0001\n", encoding="utf-8")
     with pytest.raises(InputError, match="not the profile of a bump"):
         gather(STEP, described(tmp_path, bump={"shape": "profile", "profile": "bump.csv"}))
+
+
+def test_effects_linearized_one_by_one_have_the_columns_of_all_at_once() -> None:
+    problem = prepare(SPEC, BumpData(LOGS[:1]), known())
+    effects = (asymmetric_damping, suspension_friction, tire_damping, problem.profiles[1])
+    unknowns = [Unknown(n, 0.0) for e in effects for n in e.unknowns]
+    fit = problem.fit_with(effects, unknowns)
+    theta = fit.regression().start()
+    theta[[u.name for u in fit.shared].index("suspension_friction")] = 80.0
+    one_by_one, at_once = fit.linearized(0, theta), fit.simulate(0, theta)
+    for channel in fit.channels:
+        columns = at_once.sensitivities[channel]
+        assert np.array_equal(one_by_one.outputs[channel], at_once.outputs[channel])
+        assert one_by_one.sensitivities[channel] == pytest.approx(columns, abs=1e-10 * float(np.max(np.abs(columns))))
