@@ -27,7 +27,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.crossing import LOADS, Crossing
-from vdyn_cli.steps.bump.half_car_fit import BumpFit
+from vdyn_cli.steps.bump.half_car_fit import BumpFit, BumpRows
 from vdyn_cli.steps.bump.measured_profile import BumpData
 from vdyn_cli.steps.bump.problem import prepare
 from vdyn_cli.steps.bump.spec import BumpSpec
@@ -70,7 +70,7 @@ def reduced(fit: BumpFit) -> Regression:
     def rows(run: int, theta: Array) -> Rows:
         whole = np.zeros(len(fit.shared) + len(fit.own))
         whole[free] = theta
-        found = fit.rows(run, whole)
+        found = BumpRows(fit)(run, whole)
         return replace(found, jacobian=found.jacobian[:, free])
 
     starts = {"distance_front": np.array([c.distance for c in fit.crossings])}

@@ -24,6 +24,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.bump.half_car_fit import BumpRows
 from vdyn_cli.steps.bump.known_car import car_numbers
 from vdyn_cli.steps.bump.measured_profile import BumpData
 from vdyn_cli.steps.bump.problem import prepare
@@ -391,7 +392,7 @@ def test_effects_linearized_one_by_one_have_the_columns_of_all_at_once() -> None
     fit = problem.fit_with(effects, unknowns)
     theta = fit.regression().start()
     theta[[u.name for u in fit.shared].index("suspension_friction")] = 80.0
-    one_by_one, at_once = fit.linearized(0, theta), fit.simulate(0, theta)
+    one_by_one, at_once = BumpRows(fit).linearized(0, theta), fit.simulate(0, theta)
     for channel in fit.channels:
         columns = at_once.sensitivities[channel]
         assert np.array_equal(one_by_one.outputs[channel], at_once.outputs[channel])

@@ -6,7 +6,7 @@ import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.half_car import GIVEN, SOUGHT
-from vdyn_cli.steps.bump.half_car_fit import BumpFit
+from vdyn_cli.steps.bump.half_car_fit import BumpFit, BumpRows
 
 NOT_LISTED = ("antenna_offset", "outboard_mass")  # zero in most tests, so that 1 % of them is nothing
 
@@ -25,7 +25,7 @@ def sensitivity_to_known(fit: BumpFit, solution: Solution) -> dict[str, dict[str
     normal, right = np.zeros((s + g * m, s + g * m)), np.zeros((s + g * m, len(names)))
     for run, crossing in enumerate(fit.crossings):
         theta, scale = fit.local(solution, run), fit.scales[run]
-        jacobian = fit.rows(run, theta).jacobian
+        jacobian = BumpRows(fit)(run, theta).jacobian
         at_known = np.array([fit.known.values[n] for n in outside])
         simulated = simulator(crossing.drive, np.concatenate([at_known, theta[: scale.size] * scale]))
         by_known = np.concatenate(

@@ -158,45 +158,6 @@ class BumpFit:
         scale, drive = self.scales[run], self.crossings[run].drive
         return self.simulator(drive, theta[: scale.size] * scale, sensitivities=sensitivities, states=states)
 
-    def linearized(self, run: int, theta: Array) -> Simulated:
-        """One run with its sensitivities at its local unknowns ``theta`` (k,), as ``simulate`` gives them.
-
-        Effects that are zero do not act on each other: each is simulated with those that are not, which costs much
-        less than all at once.
-        """
-        values = dict(zip((u.name for u in self.shared), theta.tolist(), strict=False))
-        resting = [e for e in self.effects if not any(values.get(n) for n in e.unknowns if n not in e.nominal)]
-        if len(resting) < 2:
-            return self.simulate(run, theta)
-        acting = {n for e in self.effects if e not in resting for n in e.unknowns}
-        names, count = [u.name for u in (*self.shared, *self.own)], len(self.simulator.unknowns)
-        sensitivities: dict[str, Array] = {}
-        for effect in resting:
-            fit = self.only([*acting, *effect.unknowns])
-            at = [names.index(u.name) for u in (*fit.shared, *fit.own)]
-            found = fit.simulate(run, theta[at])
-            for channel in self.channels:
-                whole = sensitivities.setdefault(channel, np.zeros((found.time.size, count)))
-                whole[:, at[: len(fit.simulator.unknowns)]] = found.sensitivities[channel]
-        return replace(found, sensitivities=sensitivities)
-
-    def rows(self, run: int, theta: Array) -> Rows:
-        """Whitened residuals of one run: channel after channel, samples without a reading left out."""
-        crossing, scale = self.crossings[run], self.scales[run]
-        simulated = self.linearized(run, theta)
-        residuals, jacobians, times = [], [], []
-        for zero, name in enumerate(self.channels, start=scale.size):
-            measured = crossing.channels[name]
-            good = np.isfinite(measured)
-            weight = 1.0 / self.weights.deviation(crossing, name)
-            jacobian = np.zeros((int(np.count_nonzero(good)), theta.size))
-            jacobian[:, : scale.size] = simulated.sensitivities[name][good] * (weight * scale)
-            jacobian[:, zero] = weight
-            residuals.append((simulated.outputs[name][good] + theta[zero] - measured[good]) * weight)
-            jacobians.append(jacobian)
-            times.append(crossing.time[good])
-        return Rows(np.concatenate(residuals), np.concatenate(jacobians), time=np.concatenate(times))
-
     def local(self, solution: Solution, run: int) -> Array:
         """The run's local unknowns (k,) at a solution."""
         shared = [solution.values[u.name] for u in self.shared]
@@ -215,16 +176,52 @@ class BumpFit:
 
 @dataclass(frozen=True)
 class BumpRows:
-    """The rows of a fit, of which the residuals cost less without derivatives."""
+    """The whitened rows of a fit, of which the residuals cost less without derivatives."""
 
     fit: BumpFit
 
     def __call__(self, run: int, theta: Array) -> Rows:
-        """See ``BumpFit.rows``."""
-        return self.fit.rows(run, theta)
+        """Whitened residuals of one run: channel after channel, samples without a reading left out."""
+        fit, crossing, scale = self.fit, self.fit.crossings[run], self.fit.scales[run]
+        simulated = self.linearized(run, theta)
+        residuals, jacobians, times = [], [], []
+        for zero, name in enumerate(fit.channels, start=scale.size):
+            measured = crossing.channels[name]
+            good = np.isfinite(measured)
+            weight = 1.0 / fit.weights.deviation(crossing, name)
+            jacobian = np.zeros((int(np.count_nonzero(good)), theta.size))
+            jacobian[:, : scale.size] = simulated.sensitivities[name][good] * (weight * scale)
+            jacobian[:, zero] = weight
+            residuals.append((simulated.outputs[name][good] + theta[zero] - measured[good]) * weight)
+            jacobians.append(jacobian)
+            times.append(crossing.time[good])
+        return Rows(np.concatenate(residuals), np.concatenate(jacobians), time=np.concatenate(times))
+
+    def linearized(self, run: int, theta: Array) -> Simulated:
+        """One run with its sensitivities at its local unknowns ``theta`` (k,), as ``BumpFit.simulate`` gives them.
+
+        Effects that are zero do not act on each other: each is simulated with those that are not, which costs much
+        less than all at once.
+        """
+        fit = self.fit
+        values = dict(zip((u.name for u in fit.shared), theta.tolist(), strict=False))
+        resting = [e for e in fit.effects if not any(values.get(n) for n in e.unknowns if n not in e.nominal)]
+        if len(resting) < 2:
+            return fit.simulate(run, theta)
+        acting = {n for e in fit.effects if e not in resting for n in e.unknowns}
+        names, count = [u.name for u in (*fit.shared, *fit.own)], len(fit.simulator.unknowns)
+        sensitivities: dict[str, Array] = {}
+        for effect in resting:
+            some = fit.only([*acting, *effect.unknowns])
+            at = [names.index(u.name) for u in (*some.shared, *some.own)]
+            found = some.simulate(run, theta[at])
+            for channel in fit.channels:
+                whole = sensitivities.setdefault(channel, np.zeros((found.time.size, count)))
+                whole[:, at[: len(some.simulator.unknowns)]] = found.sensitivities[channel]
+        return replace(found, sensitivities=sensitivities)
 
     def residual(self, run: int, theta: Array) -> Array:
-        """The whitened residuals of one run, as in ``BumpFit.rows``."""
+        """The whitened residuals of one run, as in the rows."""
         fit, crossing, scale = self.fit, self.fit.crossings[run], self.fit.scales[run]
         outputs = fit.simulate(run, theta, sensitivities=False).outputs
         residuals = []
