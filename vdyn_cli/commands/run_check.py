@@ -92,6 +92,10 @@ def _clock_row(clock: ClockEntry) -> tuple[str, ...]:
     )
 
 
+def _peak(peak: float | None) -> str:
+    return "" if peak is None else f", at most {peak:.1f}"
+
+
 def _coast_lines(coasts: CoastBalance) -> Iterator[str]:
     yield "\nCoast-downs"
     yield from (f"  {s}" for s in coasts.sentences)
@@ -106,7 +110,7 @@ def _coast_lines(coasts: CoastBalance) -> Iterator[str]:
                 "-" if r.mean is None else f"{r.mean:.4f}",
                 "-" if r.influence is None else f"{100 * r.influence:+.2f} %",
                 "more than the others' 95 % interval" if r.material else "",
-                "" if r.wind_mean is None else f"wind {r.wind_mean:+.1f}, at most {r.wind_peak:.1f} m/s",
+                "" if r.wind_mean is None else f"wind {r.wind_mean:+.1f}{_peak(r.wind_peak)} m/s",
             )
             for r in coasts.runs
         ]

@@ -28,7 +28,7 @@ from pydantic_core import ErrorDetails, PydanticCustomError, core_schema
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.quantity import Given, Quantity, UnitError, parse
-from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 
 
 class Strict(BaseModel):
@@ -242,6 +242,12 @@ class Run(Strict):
     )
     temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = Field(
         None, description="air temperature during this run where it differs from the environment's, K"
+    )
+    wind_speed: Annotated[Given, si(CHANNELS["wind_speed"])] | None = Field(
+        None, description="mean wind against the motion during this run, measured beside the track, m/s"
+    )
+    crosswind: Annotated[Given, Si("m/s", 0, 60)] | None = Field(
+        None, description="mean wind across the road during this run, measured beside the track, m/s"
     )
     from_time: Annotated[Given, Si("s")] | None = Field(None, description="samples from this time on are used, s")
     to_time: Annotated[Given, Si("s")] | None = Field(None, description="samples up to this time are used, s")

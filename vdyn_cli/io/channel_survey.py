@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from vdyn_cli.io.log_formats import readers
-from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, Reader, ReadOptions, Recorded, is_clock
+from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, ReadOptions, Recorded, is_clock
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 
@@ -66,12 +66,10 @@ def survey(path: Path) -> tuple[ChannelFacts, ...]:
     ------
     InputError : the file cannot be read.
     """
-    known, _ = readers()
-    reader = next((r for r in known if r.matches(path)), known[-1])
     facts: list[ChannelFacts] = []
     seen: dict[str, str] = {}
     names: dict[tuple[str, str], int] = {}
-    for recorded in _recordings(reader, path):
+    for recorded in recordings(path):
         info = recorded.info
         names[info.group, info.name] = names.get((info.group, info.name), 0) + 1
         nth = names[info.group, info.name]
@@ -84,8 +82,15 @@ def survey(path: Path) -> tuple[ChannelFacts, ...]:
     return tuple(replace(f, repeated=sum(o.info.name == f.info.name for o in facts)) for f in facts)
 
 
-def _recordings(reader: Reader, path: Path) -> Iterator[Recorded]:
-    """Every channel with its samples; of a reader that cannot hand them out, as it reads them by name."""
+def recordings(path: Path) -> Iterator[Recorded]:
+    """Every channel with its samples; of a reader that cannot hand them out, as it reads them by name.
+
+    Raises
+    ------
+    InputError : the file cannot be read.
+    """
+    known, _ = readers()
+    reader = next((r for r in known if r.matches(path)), known[-1])
     if isinstance(reader, Browsable):
         yield from reader.recordings(path)
         return

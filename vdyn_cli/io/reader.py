@@ -95,6 +95,8 @@ class ChannelInfo:
     rate : written samples per second, NaN where the clock is not known.
     span : first and last time at which it is written, s; NaN where the clock is not known.
     group, source : the group and the device that the file names for it; empty where it names none.
+    begin : of a clock of times of day, when it counts zero: s since 1970, or since midnight where no date is stated;
+        NaN of all others.
     """
 
     name: str
@@ -103,6 +105,7 @@ class ChannelInfo:
     span: tuple[float, float]
     group: str = ""
     source: str = ""
+    begin: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,9 @@ from typing import Any
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import ChannelGuess, guess_channels
-from vdyn_cli.project.run_direction import logged_directions
+from vdyn_cli.project.run_conditions import run_conditions
+from vdyn_cli.project.run_direction import LoggedDirection, logged_directions
+from vdyn_cli.project.station_log import StationLog, is_station, station_log
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps import Step
@@ -77,7 +79,7 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
     if swings and not _decided(step, logs[0]):
         body, mapped, undecided = _pendulum(logs[0], swings[:1], parts, folder)
     else:
-        body, mapped, undecided = _drives(step, logs, parts, folder)
+        body, mapped, undecided = _drives(step, *_with_station(step, logs, parts), folder)
     text = "\n".join([*head, *body]) + "\n"
     return DescriptionDraft(text, mapped, (*undecided, *_marked(text)))
 
@@ -129,8 +131,18 @@ def _names(entry: str) -> list[str]:
     return [part for way in entry.split("|") for part in way.split("+")]
 
 
+def _with_station(
+    step: Step, logs: Sequence[_Guessed], parts: Mapping[str, Any]
+) -> tuple[list[_Guessed], Mapping[str, Any], StationLog | None]:
+    """The logs of the runs, the step's parts, and the log of a weather station beside them."""
+    stations = [log for log in logs if is_station(log.facts)] if "environment:" in parts.get("DRAFT", "") else []
+    if not stations or len(stations) == len(logs):
+        return list(logs), parts, None
+    return [log for log in logs if log not in stations], parts, station_log(stations[0].path, stations[0].facts)
+
+
 def _drives(
-    step: Step, logs: Sequence[_Guessed], parts: Mapping[str, Any], folder: Path
+    step: Step, logs: Sequence[_Guessed], parts: Mapping[str, Any], station: StationLog | None, folder: Path
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
     """Vehicle, channels and runs of a test that is driven."""
     body = parts.get("DRAFT", "").splitlines()
@@ -141,8 +153,13 @@ def _drives(
         others = _other_drives(logs, parts)
         kept = [log for log, other in zip(logs, others, strict=True) if not other] or list(logs)
         lines, mapped, undecided = _channels(step, kept[0], kept, required=True)
-        runs, decided = _runs(logs, names, others, str(parts.get("RUN", "")))
-        lines = ["channels:", *lines, "runs:", *runs]
+        key = str(parts.get("RUN", ""))
+        ways = logged_directions([log.facts for log in logs]) if key.startswith("direction") else ()
+        found = run_conditions([log.facts for log in kept], _of(kept, logs, ways), station, step.run_keys or ())
+        own = dict(zip((log.path for log in kept), found.keys, strict=True))
+        runs, decided = _runs(logs, names, others, (key, ways, own))
+        body = [_filled(line, found.air) for line in body]
+        lines = ["channels:", *lines, "runs:", *(f"  # {note}" for note in found.notes), *runs]
     body += lines
     if parts.get("RUN") and not parts["RUN"].startswith("side") and not decided:
         body.append(f"  # not decided by the logs, for each run: {parts['RUN']}")
@@ -151,9 +168,29 @@ def _drives(
     return body, tuple(dict.fromkeys(mapped)), tuple(undecided)
 
 
-def _runs(logs: Sequence[_Guessed], names: Sequence[str], others: Sequence[str], key: str) -> tuple[list[str], bool]:
-    """The lines of the runs, and whether each has its direction; logs of another drive stand as comments."""
-    ways = logged_directions([log.facts for log in logs]) if key.startswith("direction") else ()
+def _of(kept: Sequence[_Guessed], logs: Sequence[_Guessed], ways: Sequence[LoggedDirection]) -> list[LoggedDirection]:
+    """The directions of some of the logs."""
+    return [way for log, way in zip(logs, ways, strict=True) if log in kept] if ways else []
+
+
+def _filled(line: str, air: Sequence[tuple[str, str]]) -> str:
+    """A line of the environment with what a station measured."""
+    return next((f"  {name}: {text}" for name, text in air if line.strip().startswith(f'{name}: "?"')), line)
+
+
+def _runs(
+    logs: Sequence[_Guessed],
+    names: Sequence[str],
+    others: Sequence[str],
+    drawn: tuple[str, Sequence[LoggedDirection], Mapping[Path, str]],
+) -> tuple[list[str], bool]:
+    """The lines of the runs, and whether each has its direction; logs of another drive stand as comments.
+
+    Parameters
+    ----------
+    drawn : the key that each run needs; the direction of each log; further keys of the runs, as text.
+    """
+    key, ways, own = drawn
     lines, decided = [], bool(ways)
     for k, name in enumerate(names):
         log, way = f"{{log: {_quoted(name)}", ways[k].direction if ways else ""
@@ -161,10 +198,12 @@ def _runs(logs: Sequence[_Guessed], names: Sequence[str], others: Sequence[str],
         if others[k]:
             lines.append(f"  # - {log}}}  # left out: {others[k]}")
         elif way:
-            lines.append(f"  - {log}, direction: {way}}}{reason}")
+            lines.append(f"  - {log}, direction: {way}{own[logs[k].path]}}}{reason}")
         else:
             decided = False
-            lines.append(f"  - {log}" + (f", {key}" if key.startswith("side") else "") + f"}}{reason}")
+            lines.append(
+                f"  - {log}" + (f", {key}" if key.startswith("side") else "") + f"{own[logs[k].path]}}}{reason}"
+            )
     return lines, decided
 
 

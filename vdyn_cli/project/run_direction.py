@@ -25,10 +25,11 @@ _DEGREE = 111_200.0  # m of a degree of latitude
 
 @dataclass(frozen=True)
 class LoggedDirection:
-    """``out`` or ``back`` of a run, empty where its log does not tell, and what that rests on."""
+    """``out`` or ``back`` of a run, empty where its log does not tell, what that rests on, and degrees from north."""
 
     direction: str
     why: str
+    bearing: float | None = None
 
 
 def logged_directions(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[LoggedDirection, ...]:
@@ -57,10 +58,10 @@ def _along(first: float, bearing: float, by: str) -> LoggedDirection:
     off = abs((bearing - first + 180.0) % 360.0 - 180.0)
     why = f"{by} {bearing:.0f} deg"
     if off <= _WITHIN:
-        return LoggedDirection("out", why)
+        return LoggedDirection("out", why, bearing)
     if off >= 180.0 - _WITHIN:
-        return LoggedDirection("back", why)
-    return LoggedDirection("", f"{why}, neither along nor against the {first:.0f} deg of the first run")
+        return LoggedDirection("back", why, bearing)
+    return LoggedDirection("", f"{why}, neither along nor against the {first:.0f} deg of the first run", bearing)
 
 
 def _bearing(facts: Sequence[ChannelFacts]) -> tuple[float, str] | None:

@@ -9,7 +9,7 @@ from vdyn_cli.description.yaml_source import YamlSource
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps import Step, load_step, names
 
-RUN_KEYS = ("direction", "start", "temperature")  # of a run, which some steps read
+RUN_KEYS = ("direction", "start", "temperature", "wind_speed", "crosswind")  # of a run, which some steps read
 AIR = ("temperature", "pressure", "humidity", "air_density")
 
 

@@ -66,9 +66,9 @@ class RunDeceleration(Entry):
         description="change of the mean of all runs, both directions equal, without this run, as a share of it"
     )
     material: bool = Field(description="whether that exceeds the 95 % interval of the other runs' mean")
-    wind_mean: float | None = Field(description="mean measured wind along the road, m/s; null without a channel")
+    wind_mean: float | None = Field(description="mean measured wind along the road, m/s; null where it is not known")
     wind_peak: float | None = Field(
-        description="largest measured wind along the road, at the rate of the step (20 Hz), m/s; null without a channel"
+        description="largest measured wind along the road, at the rate of the step (20 Hz), m/s; null where not logged"
     )
 
 

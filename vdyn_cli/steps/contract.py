@@ -288,7 +288,7 @@ class Step:
     situations : tags of the effects to look for (``effects.SITUATIONS``, or the step's own); none: every effect whose
         laws its model calls.
     reads : keys of the vehicle and the air that the step reads beside ``needs``; None: it may read any of them.
-    run_keys : which of a run's direction, start and temperature it reads; None: it may read any of them.
+    run_keys : which of a run's direction, start, temperature and wind it reads; None: it may read any of them.
     scaled : channels that may be read from another one, times constants of the vehicle.
     rate : (spec) -> Hz, to which logs that are sampled twice as fast or more are averaged, since the model has no
         faster dynamics; None: as sampled.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
@@ -60,6 +60,7 @@ class Numbers:
     grouped : how many numbers had thousands separators.
     infinite : how many numbers were infinite; they count as not written.
     multiline : how many rows had a quoted line break, so that lines within a block are approximate.
+    begins : of columns of times of day, the first one: s since 1970, or since midnight where no date is stated.
     unfinished : whether the last row ends without a line end and short of fields.
     complete : whether the whole file was read.
     """
@@ -72,6 +73,7 @@ class Numbers:
     multiline: int = 0
     unfinished: bool = False
     complete: bool = True
+    begins: Mapping[int, float] = field(default_factory=dict)
 
 
 class _Growing:
@@ -132,10 +134,12 @@ def read_numbers(
         lines.append(line)
         if len(bad) > MOST_BAD:
             break
+    written = {p: g.values[np.isfinite(g.values)] for p, g in growing.items() if p in layout.instants}
+    begins = {p: float(values[0]) for p, values in written.items() if values.size}
     columns = {p: since_first(g.values) if p in layout.instants else g.values for p, g in growing.items()}
     where = Lines(tuple(rows), tuple(lines))
     unfinished = _unfinished(last, layout)
-    return Numbers(columns, tuple(bad), where, grouped, infinite, multiline, unfinished, len(bad) <= MOST_BAD)
+    return Numbers(columns, tuple(bad), where, grouped, infinite, multiline, unfinished, len(bad) <= MOST_BAD, begins)
 
 
 def _finite(values: Array) -> tuple[Array, int]:

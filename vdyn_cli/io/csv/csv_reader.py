@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -58,7 +59,8 @@ class CsvReader:
         time = _seconds(numbers.columns[clocks[0]], units[clocks[0]]) if clocks else None
         for i, name in names.items():
             values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
-            yield Recorded(channel_info(name, units[i], time, values), time, values)
+            info = channel_info(name, units[i], time, values)
+            yield Recorded(replace(info, begin=numbers.begins.get(i, math.nan)), time, values)
 
     def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
         """The mapped columns in the file's units; see ``vdyn_cli.io.reader.Reader``.

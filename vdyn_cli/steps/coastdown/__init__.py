@@ -26,6 +26,9 @@ Where only a wheel's speed is logged (rad/s or rpm), V = om r: a wheel that roll
 is part of the effective radius. The radius' standard deviation is a scale of the speed, which the intervals include.
 Likewise a motor's current times its torque constant is a drive torque.
 
+The mean wind of a run, measured beside the track, is the run's ``wind_speed`` (against the motion) where no channel of
+this name is logged; what it leaves of the wind is found as a headwind. ``crosswind`` is for ``vdyn check``.
+
 In a narrow window of speeds rolling resistance and drag area are collinear; ``settings: {fix: {drag_coefficient:
 0.25}}`` fixes one as the paper does. The result states the window of speeds that separates them.
 

@@ -192,6 +192,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     given = known_parameters(spec, logs, known)
     drive = drive_signal(spec.settings, logs)
     raise_all(f for log in logs for f in sign_findings(log, drive))
+    logs = _with_winds(spec, logs)
     logs, grades, by_elevation = _with_slopes(spec, logs, drive, given)
     selection = selected(spec, logs, drive, given)
     use = _accelerometer_use(selection.segments, spec)
@@ -226,6 +227,16 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     if drive == "coasting":
         findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
     return CoastdownProblem(spec, tuple(logs), known, campaign, selection, zeros, findings)
+
+
+def _with_winds(spec: CoastdownSpec, logs: Sequence[Log]) -> list[Log]:
+    """The logs with the mean wind that their runs state, unless they have measured it."""
+    return [
+        log.with_channels(wind_speed=np.full(log.time.size, run.wind_speed.value))
+        if run.wind_speed is not None and "wind_speed" not in log
+        else log
+        for log, run in zip(logs, spec.runs, strict=True)
+    ]
 
 
 def _with_slopes(

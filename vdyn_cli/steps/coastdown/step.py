@@ -40,7 +40,7 @@ STEP = Step(
         *("mass", "rotating_mass", "wheel_inertia", "wheel_radius", "gear_ratio", "driveline_efficiency"),
         *("air_density", "temperature", "pressure"),
     ),
-    run_keys=("direction", "start", "temperature"),
+    run_keys=("direction", "start", "temperature", "wind_speed", "crosswind"),
     prepare=prepare,
     rate=lambda spec: RATE,
     track_check=track_check,

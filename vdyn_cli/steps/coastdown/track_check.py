@@ -206,7 +206,7 @@ class _Coasts:
                     influence=None if shift is None else shift[0],
                     material=shift is not None and abs(shift[0]) > shift[1],
                     wind_mean=None if wind is None else float(np.nanmean(wind)),
-                    wind_peak=None if wind is None else float(np.nanmax(np.abs(wind))),
+                    wind_peak=None if wind is None or np.ptp(wind) == 0.0 else float(np.nanmax(np.abs(wind))),
                 )
             )
         return rows
@@ -217,8 +217,10 @@ class _Coasts:
         if not warm and "temperature" in known.estimates:
             warm = {known["temperature"].value}
         density = known["air_density"].value if "air_density" in known.estimates else None
-        wind = tuple((r.wind_mean, r.wind_peak) for r in runs if r.wind_mean is not None and r.wind_peak is not None)
-        return TestDay(tuple(sorted(warm)), density, wind, pairs, self.common, accuracy)
+        across = [r.crosswind.value for r in spec.runs if r.crosswind is not None]
+        wind = tuple((r.wind_mean, r.wind_peak) for r in runs if r.wind_mean is not None)
+        crosswinds = tuple(across) if len(across) == len(spec.runs) else ()
+        return TestDay(tuple(sorted(warm)), density, wind, pairs, self.common, accuracy, crosswinds)
 
 
 def _effects(found: Array, heading: Array, order: Array) -> _Effects | None:
@@ -290,7 +292,7 @@ def _sentences(b: CoastBalance) -> list[str]:
         said.append(text + cause)
     if b.scatter is not None:
         said.append(f"runs of one direction scatter by {100 * b.scatter:.1f} % of the mean deceleration")
-    measured = [r for r in b.runs if r.wind_mean is not None and r.wind_peak is not None]
+    measured = [r for r in b.runs if r.wind_mean is not None]
     if measured:
         strongest = max(measured, key=lambda r: abs(r.wind_mean or 0.0))
         said.append(f"strongest mean wind {strongest.wind_mean:+.1f} m/s along the road ({strongest.run})")
