@@ -28,7 +28,7 @@ CANDIDATES = {
         accelerometer_gain accelerometer_offset accelerometer_tilt brake_drag brake_drag_fading
         driveline_drag extra_drag_area grade_profile headwind mass_error road_grade rotating_mass
         speed_delay speed_dependent_rolling speed_scale temperature_rolling tire_warmup torque_delay
-        torque_gain torque_offset wheel_radius
+        torque_gain torque_lag torque_offset wheel_radius
     """,
     "inertia": """
         bearing_drag brake_drag brake_drag_fading clock_offset hub_torque_gain hub_torque_offset wheel_mass
@@ -45,8 +45,8 @@ CANDIDATES = {
         driveline_dry_loss driveline_loss driveline_viscous extra_drag_area felt_slope grade_profile headwind mass_error
         motor_inertia road_grade
         rotating_mass shaft_damping shaft_stiffness speed_delay speed_dependent_rolling speed_scale
-        temperature_rolling tire_relaxation tire_warmup torque_delay torque_gain torque_offset wheel_inertia
-        wheel_radius
+        temperature_rolling tire_relaxation tire_warmup torque_delay torque_gain torque_lag torque_offset
+        wheel_inertia wheel_radius
     """,
 }
 NAMES = {effect.name for effect in catalogue()}

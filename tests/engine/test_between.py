@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.engine.plants import ROAD, ROAD_LOAD
-from vdyn_cli.engine.lead import read_ahead
+from vdyn_cli.engine.lead import LEAD, read_ahead
 from vdyn_cli.engine.simulate import Drive, Simulator
 
 KNOTS, FORCE = np.array([0.0, 3.04, 3.46, 9.02, 9.17, 20.0]), np.array([0.0, 0.0, 1500.0, 1500.0, -300.0, -300.0])
@@ -40,7 +40,7 @@ def test_corners_are_read_ahead_with_their_input() -> None:
     late = Drive(
         TIME, {"force": np.interp(TIME - 0.25, KNOTS, FORCE)}, between={"force": (CORNERS[0] + 0.25, FORCE[1:-1])}
     )
-    ahead = read_ahead(late, {"force": 0.25})
+    ahead = read_ahead(late, {("force", LEAD): 0.25})
     assert ahead.between["force"][0] == pytest.approx(CORNERS[0])
     away = np.min(np.abs(TIME[:, None] - KNOTS[None, :]), axis=1) > 0.35
     assert ahead.inputs["force"][away] == pytest.approx(np.interp(TIME, KNOTS, FORCE)[away], abs=1e-6)

@@ -175,6 +175,9 @@ def _readings(plan: Pedals, trip: Trip, times: Array, q: Mapping[str, float]) ->
     late = times - q.get("torque_delay", 0.0)
     seen = times - q.get("speed_delay", 0.0)
     drive = np.interp(late, plan.knots, plan.drive)
+    edge = 1e-4  # s, over which a slope is taken
+    rising = (np.interp(late + edge, plan.knots, plan.drive) - np.interp(late - edge, plan.knots, plan.drive)) / edge
+    drive = drive + q.get("torque_lag", 0.0) * rising / 2  # the command that the torque follows
     speed = np.interp(seen, times, trip.speed)
     columns = {
         "Time [s]": times,

@@ -17,8 +17,8 @@ speed_dependent_rolling (s/m), tire_warmup (share at the start; fades with 600 s
 rotating_mass (kg), mass_error, wheel_radius, wheel_inertia, shaft_stiffness, shaft_damping, tire_relaxation (shares of
 the known value), motor_inertia (kg m^2 at the wheels), driveline_viscous and driveline_dry_loss (N m s and N m at the
 inner ends), backlash (rad, half the gap of each half-shaft), torque_gain, torque_offset (N m), torque_delay (s),
-speed_scale, speed_delay (s): the sensor reads more, or late. In no catalogue, for controls: drag_bump (N at 15 m/s,
-1.5 m/s wide).
+speed_scale, speed_delay (s): the sensor reads more, or late; torque_lag (s): it reads what the torque follows. In no
+catalogue, for controls: drag_bump (N at 15 m/s, 1.5 m/s wide).
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ EFFECTS = (
     *("backlash", "torque_gain", "torque_offset", "torque_delay", "speed_scale", "speed_delay", "drag_bump"),
     "driveline_viscous",
     "driveline_dry_loss",
+    "torque_lag",
 )
 BRAKE_FRONT = 0.65
 TOLERANCE = 1e-7

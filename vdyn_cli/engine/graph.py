@@ -24,8 +24,8 @@ class Graph:
     ``field(x, u, p) -> (rates of the states, readings)``: the constants ``p`` are the model's parameters,
     the effects' unknowns and the context, in the order of ``constants``. The readings are the outputs, followed by the
     rates of those in ``rated`` and the clock shifts of those in ``shifted``. What is shifted and not rated has no rate
-    that the graph knows: it must be found from the trace itself. ``leads(p)`` are the seconds by which the inputs in
-    ``leading`` are read ahead (see ``lead``).
+    that the graph knows: it must be found from the trace itself. ``leads(p)`` are the leads and lags of
+    ``leading``, pairs of an input and which of both (see ``lead``).
     """
 
     states: tuple[str, ...]
@@ -37,7 +37,7 @@ class Graph:
     shifted: tuple[str, ...]
     rated: tuple[str, ...]
     field: ca.Function
-    leading: tuple[str, ...]
+    leading: tuple[tuple[str, str], ...]
     leads: ca.Function
     _symbols: tuple[ca.SX, ca.SX, ca.SX]
     _start_laws: Mapping[str, ca.SX]
@@ -156,8 +156,8 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
         raise ValueError(
             f"model {model.name!r}: every state needs one rate, every rate one state: wrong for {sorted(odd)}"
         )
-    u |= {slope_of(name): slope for name, slope in leads.slope.items()}
-    now = {now_of(name): value for name, value in leads.now.items()}
+    u |= {slope_of(*key): slope for key, slope in leads.slope.items()}
+    now = {now_of(*key): value for key, value in leads.now.items()}
     constants = {**p, **q, **now, **c}
     rates = column(builder.rates[name] for name in x)
     readings = _readings(builder, column(x.values()), rates, column(u.values()))

@@ -1,8 +1,9 @@
-"""Inputs that were logged late: the simulation reads them ahead by a lead, which may be an unknown.
+"""Inputs that were logged late, or before or behind a low-pass: the simulation reads what acts.
 
-An input's lead law ``<input>_lead`` (0 without effects) gives the seconds by which the truth is ahead of the reading.
-The reading at t + lead enters the model as value + slope (lead - now): the simulator shifts the log itself and sets
-``now`` to the lead in force, so that the bracket is zero and only passes on the derivative.
+An input's lead law ``<input>_lead`` (0 without effects) gives the seconds by which the truth is ahead of the reading;
+its lag law ``<input>_lag`` the time constant with which the truth follows the reading (below zero: the reading follows
+the truth). The truth enters the model as value + slope (lead - now), and alike for the lag: the simulator moves the log
+itself and sets ``now`` to the lead in force, so that the bracket is zero and only passes on the derivative.
 """
 
 from __future__ import annotations
@@ -14,51 +15,56 @@ import casadi as ca
 import numpy as np
 
 from vdyn_cli.engine.drive import Drive
+from vdyn_cli.engine.lag import lagged_rate
 from vdyn_cli.engine.model_builder import ModelBuilder, Number
+
+LEAD, LAG = "lead", "lag"
 
 
 @dataclass(frozen=True, eq=False)
 class Leads:
-    """The inputs that are read ahead.
+    """The inputs that are not what acts.
 
     Parameters
     ----------
-    law : of each, the lead in seconds, from constants alone.
-    slope, now : of each, the symbols of the input's time derivative and of the lead in force.
+    law : of each pair (input, LEAD or LAG), the seconds, from constants alone.
+    slope, now : of each, the symbols of the input's derivative to them, and of those in force.
     """
 
-    law: Mapping[str, Number]
-    slope: Mapping[str, Number]
-    now: Mapping[str, Number]
+    law: Mapping[tuple[str, str], Number]
+    slope: Mapping[tuple[str, str], Number]
+    now: Mapping[tuple[str, str], Number]
 
     def seen(self, inputs: Mapping[str, Number]) -> dict[str, Number]:
-        """The inputs with their leads, as the model reads them."""
-        return {
-            name: value + self.slope[name] * (self.law[name] - self.now[name]) if name in self.law else value
-            for name, value in inputs.items()
-        }
+        """The inputs with their leads and lags, as the model reads them."""
+        read = dict(inputs)
+        for key, law in self.law.items():
+            read[key[0]] = read[key[0]] + self.slope[key] * (law - self.now[key])
+        return read
 
 
-def slope_of(name: str) -> str:
-    """Name of the further input that holds an input's time derivative."""
-    return f"{name}_slope"
+def slope_of(name: str, kind: str) -> str:
+    """Name of the further input that holds an input's derivative to its lead or lag."""
+    return f"{name}_{kind}_slope"
 
 
-def now_of(name: str) -> str:
-    """Name of the constant that holds the lead in force."""
-    return f"{name}_lead_now"
+def now_of(name: str, kind: str) -> str:
+    """Name of the constant that holds the lead or lag in force."""
+    return f"{name}_{kind}_now"
 
 
 def leads_of(builder: ModelBuilder, inputs: tuple[str, ...]) -> Leads:
-    """The leads of all inputs; inputs that no effect corrects have none."""
-    law = {name: builder(f"{name}_lead", value=0.0) for name in inputs}
-    law = {name: lead for name, lead in law.items() if not ca.SX(lead).is_zero()}
-    slope = {name: ca.SX.sym(slope_of(name)) for name in law}
-    return Leads(law, slope, {name: ca.SX.sym(now_of(name)) for name in law})
+    """The leads and lags of all inputs; inputs that no effect corrects have none."""
+    law = {(name, kind): builder(f"{name}_{kind}", value=0.0) for name in inputs for kind in (LEAD, LAG)}
+    law = {key: value for key, value in law.items() if not ca.SX(value).is_zero()}
+    slope = {key: ca.SX.sym(slope_of(*key)) for key in law}
+    return Leads(law, slope, {key: ca.SX.sym(now_of(*key)) for key in law})
 
 
-def read_ahead(drive: Drive, leads: Mapping[str, float]) -> Drive:
-    """The drive with inputs shifted by their leads (s), with their slopes; beyond the log they stay as they are.
+def read_ahead(drive: Drive, leads: Mapping[tuple[str, str], float]) -> Drive:
+    """The drive with its inputs as they act, and their slopes; beyond the log they stay as they are.
+
+    First shifted by the lead, then lagging, by the seconds of each pair (input, LEAD or LAG).
 
     Between samples they follow cubics: straight lines would take away 7 % of what swings at 12 Hz at half a sample of
     10 ms, which is then missed in the half-shafts. (Akima's slopes, modified, do not swing beside steps.)
@@ -66,16 +72,28 @@ def read_ahead(drive: Drive, leads: Mapping[str, float]) -> Drive:
     from scipy.interpolate import Akima1DInterpolator
 
     inputs, between = dict(drive.inputs), dict(drive.between)
-    for name, lead in leads.items():
-        at = drive.time + lead
-        inside = np.clip(at, drive.time[0], drive.time[-1])
+    for name in dict.fromkeys(name for name, _ in leads):
+        lead = leads.get((name, LEAD), 0.0)
         curve = Akima1DInterpolator(*drive.line(name), method="makima")
-        inputs[name] = curve(inside)
-        inputs[slope_of(name)] = np.where(inside == at, curve(inside, 1), 0.0)
+        early = between[name][0] - lead if name in between else np.zeros(0)
+        early = early[(early > drive.time[0]) & (early < drive.time[-1]) & ~np.isin(early, drive.time)]
+        where = np.searchsorted(drive.time, early)
+        at = np.insert(drive.time, where, early)
+        sample = np.isin(at, drive.time)
+        inside = np.clip(at + lead, drive.time[0], drive.time[-1])
+        moves = inside == at + lead
+        value, rate = curve(inside), np.where(moves, curve(inside, 1), 0.0)
+        if (name, LAG) in leads:
+            lag = leads[name, LAG]
+            bend = np.where(moves, curve(inside, 2), 0.0)
+            rates, changes = lagged_rate(at, np.column_stack([value, rate]), np.column_stack([rate, bend]), lag)
+            inputs[slope_of(name, LAG)] = (-rates[:, 0] - lag * changes[:, 0])[sample]
+            value, rate = value - lag * rates[:, 0], rate - lag * rates[:, 1]
+        if (name, LEAD) in leads:
+            inputs[slope_of(name, LEAD)] = rate[sample]
+        inputs[name] = value[sample]
         if name in between:
-            times, values = between[name]
-            early = times - lead
-            there = (early > drive.time[0]) & (early < drive.time[-1]) & ~np.isin(early, drive.time)
-            between[name] = early[there], values[there]
-    now = {now_of(name): lead for name, lead in leads.items()}
+            # Those that the lead moved onto a sample or out of the log are gone.
+            between[name] = early, value[~sample]
+    now = {now_of(*key): lead for key, lead in leads.items()}
     return Drive(drive.time, inputs, drive.start, {**drive.parameters, **now}, drive.context, between)

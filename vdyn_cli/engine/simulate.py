@@ -171,7 +171,7 @@ class Simulator:
         values |= drive.parameters
         values |= zip(self.unknowns, np.asarray(theta, dtype=np.float64).tolist(), strict=True)
         leads = graph.leads([values[name] for name in graph.constants]).full()[:, 0]
-        known = {name: lead for name, lead in zip(graph.leading, leads.tolist(), strict=True) if name in drive.inputs}
+        known = {key: lead for key, lead in zip(graph.leading, leads.tolist(), strict=True) if key[0] in drive.inputs}
         return read_ahead(drive, known)
 
     def step_error(self, drive: Drive, theta: ArrayLike = ()) -> dict[str, float]:

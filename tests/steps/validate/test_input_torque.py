@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.engine.lead import read_ahead
+from vdyn_cli.engine.lead import LEAD, read_ahead
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.steps.validate.input_torque import denoised
 
@@ -88,7 +88,7 @@ def test_corners_at_samples_stay_samples(offset: float) -> None:
     values, corners = denoised(time, np.round(TRUE, 1), 1e-3)
     assert not np.isin(corners[0], time).any()
     drive = Drive(time, {"torque": values}, between={"torque": corners})
-    ahead = read_ahead(drive, {"torque": 0.0}).inputs["torque"]
+    ahead = read_ahead(drive, {("torque", LEAD): 0.0}).inputs["torque"]
     assert ahead == pytest.approx(values, abs=1e-6)
 
 

@@ -1,13 +1,16 @@
-"""How long the steps of a simulated drive may be."""
+"""How long the steps of a simulated drive may be, and sensitivities to added effects."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.steps.validate.validate_cases import inputs, true_parameters
+from vdyn_cli.effects import catalogue
+from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.validate.problem import ValidateProblem
 from vdyn_cli.steps.validate.simulation import SHORTEST_STEP, SimulationSetup, with_accurate_step
@@ -41,3 +44,22 @@ def test_much_stiffer_shafts_want_shorter_steps(setup: SimulationSetup, times: f
 def test_shafts_that_no_step_can_follow_are_reported(setup: SimulationSetup) -> None:
     with pytest.raises(ResultError, match="not a finite number"):
         with_accurate_step(stiffer(setup, 1000.0))
+
+
+def test_an_effect_added_to_a_drive_that_begins_in_motion_has_the_sensitivities_of_that_drive(
+    root: Path, tmp_path: Path
+) -> None:
+    found = inputs(root, tmp_path, true_parameters())
+    logs = tuple(log.between(4.0, 7.0) for log in found.data[:1])
+    moving = ValidateProblem(found.spec, logs, found.known).baseline
+    slope, size = next(e for e in catalogue() if e.name == "road_grade"), 1e-4
+    assert moving.vector.first_speed(0) > 3.0
+
+    def added(at: float) -> SimulationSetup:
+        return moving.with_effects((slope,), (Unknown("road_grade", at, -1.0, 1.0, "", None),))
+
+    start = added(0.0)
+    told = start.first[0].sensitivities["speed"][:, start.vector.shared.index("road_grade")]
+    ends = [s.simulate(0, s.vector.start(0), slopes=False).values["speed"] for s in (added(size), added(-size))]
+    assert told == pytest.approx((ends[0] - ends[1]) / (2 * size), abs=1e-3 * float(np.abs(told).max()))
+    assert np.abs(told).max() > 10.0

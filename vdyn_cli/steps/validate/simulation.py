@@ -320,7 +320,8 @@ def _added_sensitivities(setup: SimulationSetup) -> tuple[Mapping[str, Array], .
     secants = _secant_sizes(setup)
 
     def added(segment: int) -> dict[str, Array]:
-        drive, s = setup.inputs.drives[segment], setup.segments[segment]
+        s, begun = setup.segments[segment], {"speed": setup.vector.first_speed(segment)}
+        drive = replace(setup.inputs.drives[segment], start=begun)
         without, slopes = ideal_readings(adding(drive, start), s)
         for i, size in secants.items():
             seen = adding(drive, start + size * (np.arange(start.size) == i), sensitivities=False)
