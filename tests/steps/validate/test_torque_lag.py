@@ -10,7 +10,7 @@ from tests.bench.hidden_logs import make
 from tests.plant.hidden import Scenario
 from vdyn_cli.project.execute import execute
 
-pytestmark = pytest.mark.slow  # whole diagnoses
+pytestmark = [pytest.mark.slow, pytest.mark.thorough]  # whole diagnoses of the full vehicle
 
 
 @pytest.mark.parametrize(("effect", "size"), [("torque_lag", 0.05), ("torque_delay", 0.05)])
