@@ -15,8 +15,11 @@ from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.coastdown.step import STEP
 
 
-def prepared(case: Case, position: bool, **settings: Any) -> PreparedStep:
-    """The step with what a tester states: mass, rotating mass and air density, directions and start times."""
+def prepared(case: Case, position: bool, split_times: bool = False, **settings: Any) -> PreparedStep:
+    """The step with what a tester states: mass, rotating mass and air density, directions and start times.
+
+    ``split_times``: the runs are the instants at which levels of speed were passed.
+    """
     logs = []
     for k, run in enumerate(case.runs, start=1):
         place = {"position": run.position} if position else {}
@@ -25,7 +28,8 @@ def prepared(case: Case, position: bool, **settings: Any) -> PreparedStep:
         {"log": log.name, "direction": run.direction, "start": run.start}
         for log, run in zip(logs, case.runs, strict=True)
     ]
-    spec = CoastdownSpec.model_validate({"test": "coastdown", "runs": runs, "settings": settings})
+    reading = {"reading": {"split_times": "elapsed"}} if split_times else {}
+    spec = CoastdownSpec.model_validate({"test": "coastdown", "runs": runs, "settings": settings, **reading})
     names = ("mass", "rotating_mass", "air_density")
     known = Parameters({n: Estimate.given(PARAMETERS[n], getattr(case.vehicle, n)) for n in names})
     return PreparedStep(STEP, spec, known, STEP.prepare(spec, tuple(logs), known))

@@ -55,10 +55,20 @@ def test_the_size_of_the_unexplained_is_found():
     sizes = []
     for _ in range(200):
         left = rng.normal(size=(60, 6))
-        sizes.append(unexplained_size(left, left @ (0.8 * rng.normal(size=6)) + rng.normal(size=60))[0])
+        sizes.append(unexplained_size(left, left, left @ (0.8 * rng.normal(size=6)) + rng.normal(size=60))[0])
     assert np.sqrt(np.mean(np.square(sizes))) == pytest.approx(0.8, rel=0.1)
-    quiet = [unexplained_size(rng.normal(size=(60, 6)), rng.normal(size=60))[0] for _ in range(200)]
+    quiet = [unexplained_size(left, left, rng.normal(size=60))[0] for left in rng.normal(size=(200, 60, 6))]
     assert np.median(quiet) < 0.05
+
+
+def test_a_direction_that_the_parameters_absorb_tells_no_size():
+    """What is left of it is the difference between a law and straight lines; any misfit there means a huge force."""
+    rng = np.random.default_rng(6)
+    whole = rng.normal(size=(60, 3))
+    left = whole * np.array([1.0, 1.0, 0.01])
+    size, visible = unexplained_size(whole, left, 500.0 * left[:, 2] + rng.normal(size=60))
+    assert visible == 2
+    assert size < 2.0
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -44,6 +44,12 @@ def test_straight_between_knots_and_constant_beyond_them(speed: float, values: l
     assert added == pytest.approx(np.interp(speed, AT, values), abs=1e-9)
 
 
+def test_knots_can_be_given() -> None:
+    few = profile("few", "driveline", "speed", [5.0, 19.0, 33.0], 100.0, "N")
+    assert list(few.unknowns) == ["few_1", "few_2", "few_3"]
+    assert law(few, 12.0, [0.0, 8.0, 0.0]) - drag(Signals(speed=12.0)) == pytest.approx(4.0)
+
+
 def test_a_sensor_that_sees_its_share_gets_it() -> None:
     ones = [1.0] * KNOTS
     assert law(FORCE, 20.0, ones, share=0.25) - drag(Signals(speed=20.0)) == pytest.approx(0.25)

@@ -8,8 +8,10 @@ profile's visible part S and u = S'y its score,
     u_i / l_i ~ N(0, tau^2 + 1 / l_i),     tau by maximum likelihood,
 
 and a parameter is off by B e, with B the bias by one unit of each e: half = t(r) tau |B|, r the number of visible
-directions. Independent coefficients instead of a walk would make the part that looks like a parameter (a level, a
-slope) as small as one wiggle. Source: empirical Bayes, Morris, J. Am. Stat. Assoc. 78 (1983) 47.
+directions: those of which refitting leaves ``least_visibility`` or more. What it leaves of the others is the error of
+the laws themselves, as of straight lines between knots beside a parabola, and tells no size. Independent coefficients
+instead of a walk would make the part that looks like a parameter (a level, a slope) as small as one wiggle. Source:
+empirical Bayes, Morris, J. Am. Stat. Assoc. 78 (1983) 47.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import numpy as np
 
 from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.linearized_system import orthonormal
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import ROUNDING
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
@@ -51,7 +54,7 @@ def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
     for family in model.setup.families:
         coefficients = system.of(model.amplitudes(family))
         whole = coefficients @ walk(coefficients.shape[1])
-        size, visible = unexplained_size(whole - basis @ (basis.T @ whole), y)
+        size, visible = unexplained_size(whole, whole - basis @ (basis.T @ whole), y)
         if size > 0.0:
             parts = t_quantile(visible) * size * _absorbed(known, whole)
             found.append({n: parts[i] for i, n in enumerate(fitted) if n in model.base})
@@ -76,15 +79,17 @@ def half_widths(found: Sequence[Bias]) -> dict[str, float]:
     return {n: max(float(np.linalg.norm(one[n])) for one in found) for n in sorted(names)}
 
 
-def unexplained_size(left: Array, y: Array) -> tuple[float, int]:
+def unexplained_size(whole: Array, left: Array, y: Array) -> tuple[float, int]:
     """The standard deviation of a profile's coefficients, and the number of directions in which they are visible.
 
     Parameters
     ----------
-    left : (n, k), whitened sensitivities to the coefficients less what is fitted. y : (n,), the residual.
+    whole : (n, k), whitened sensitivities to the coefficients. left : the same less what is fitted. y : (n,), the
+        residual.
     """
     values, axes = np.linalg.eigh(left.T @ left)
-    good = values > ROUNDING * max(float(values[-1]), 1e-300)
+    good = values > POLICY.least_visibility**2 * np.sum((whole @ axes) ** 2, axis=0)
+    good &= values > ROUNDING * max(float(values[-1]), 1e-300)
     if not good.any() or values[-1] <= 0:
         return 0.0, 0
     estimates = (axes[:, good].T @ (left.T @ y)) / values[good]

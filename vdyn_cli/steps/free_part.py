@@ -48,6 +48,7 @@ class Part:
         addition ("heading": it turns with the direction of driving).
     sensor : the addition is the error of a reading.
     alike : names of parts that these logs cannot tell from it, whatever their evidence.
+    order : highest of the cosines, less where the rows are too few to tell narrower shapes.
     """
 
     element: str
@@ -70,6 +71,7 @@ class Part:
     factor: str = ""
     sensor: bool = False
     alike: tuple[str, ...] = ()
+    order: int = ORDER
 
     @property
     def name(self) -> str:
@@ -84,7 +86,7 @@ class Part:
     @cached_property
     def orders(self) -> Array:
         """Orders of the cosines; an addition that is zero at zero needs no constant."""
-        return np.arange(1 if self.anchored else 0, ORDER + 1, dtype=float)
+        return np.arange(1 if self.anchored else 0, self.order + 1, dtype=float)
 
     @property
     def unknowns(self) -> tuple[str, ...]:
@@ -155,7 +157,7 @@ class Part:
         first = self._wave(x)
         zero = float(self._wave(0.0)) if self.anchored else 0.0
         waves, at_zero = [1.0, first], [1.0, zero]
-        for _ in range(ORDER - 1):  # cos((i + 1) t) = 2 cos(t) cos(i t) - cos((i - 1) t)
+        for _ in range(self.order - 1):  # cos((i + 1) t) = 2 cos(t) cos(i t) - cos((i - 1) t)
             waves.append(2.0 * first * waves[-1] - waves[-2])
             at_zero.append(2.0 * zero * at_zero[-1] - at_zero[-2])
         if self.anchored:

@@ -14,7 +14,7 @@ from vdyn_cli.quantities.quantity import Quantity
 KNOTS = 8  # shapes of a quarter of the span and longer are followed
 
 
-def profile(name: str, on: str, signal: str, span: tuple[float, float], size: float, unit: str) -> Effect:
+def profile(name: str, on: str, signal: str, span: Sequence[float], size: float, unit: str) -> Effect:
     """An addition to a law that is free over one of its signals: hats on equal knots, constant beyond the ends.
 
     F = law + share sum_k c_k hat_k(signal)
@@ -23,16 +23,16 @@ def profile(name: str, on: str, signal: str, span: tuple[float, float], size: fl
     ----------
     name : of the effect; the unknowns are ``<name>_1`` and so on.
     on, signal : the law, and the signal that it is called with.
-    span : of the signal, first and last knot.
+    span : of the signal, first and last of ``KNOTS`` knots; or all knots, equally spaced.
     size : plausible size of the coefficients, in ``unit``.
 
     Returns
     -------
     The effect. A law that acts on a part of the vehicle states ``share``, the part's share of the addition.
     """
-    at = np.linspace(*span, KNOTS)
+    at = np.linspace(span[0], span[-1], KNOTS if len(span) == 2 else len(span))
     width = float(at[1] - at[0])
-    names = [f"{name}_{k + 1}" for k in range(KNOTS)]
+    names = [f"{name}_{k + 1}" for k in range(at.size)]
     unknowns = tuple(
         Quantity(n, unit, f"free addition near {signal} {x:.3g}", "", -size, size)
         for n, x in zip(names, at, strict=True)

@@ -7,8 +7,10 @@ import pytest
 from scipy.ndimage import uniform_filter1d
 
 from tests.coast_cases import Array, known, logs_of, spec_of
-from tests.plant import coast
+from tests.messy_cases import prepared
+from tests.plant import coast, narrow_splits
 from tests.plant.vehicle import random_vehicle
+from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.step import STEP
@@ -44,3 +46,24 @@ def test_two_levels_are_too_few() -> None:
     tables = [split_table(log, LEVELS[:2]) for log in logs_of(runs)]
     with pytest.raises(ResultError, match="only 2 samples have a speed"):
         STEP.estimate(spec_of(runs, reading=SPLIT), tables, known(vehicle))
+
+
+def test_no_shape_is_freer_than_the_levels_tell() -> None:
+    """Narrower shapes follow each run's own start speed, by forces of thousands of newtons between the levels."""
+    case = narrow_splits.drive(5, narrow_splits.Report(runs=4))
+    problem = prepared(case, False, split_times=True).simulated
+    assert len(problem.profiles[0].unknowns) == len(narrow_splits.Report().levels) - 1
+    assert {p.order for p in problem.parts if p.coordinate == "speed"} == {5}
+
+
+@pytest.mark.slow  # a diagnosis of 3 s
+@pytest.mark.parametrize("seed", [40009, 40014])
+def test_a_narrow_range_of_speed_keeps_its_road_load(seed: int) -> None:
+    report = narrow_splits.drawn_report(seed)
+    ready = prepared(narrow_splits.drive(seed, report), False, split_times=True)
+    base = ready.problem.publish()
+    found = diagnosed(ready, base)
+    assert found.diagnosis is not None
+    assert found.diagnosis.verdict in ("adequate", "ambiguous")
+    for one in ("rolling_resistance", "drag_area"):
+        assert found.parameters[one].half_width < 2.0 * base.parameters[one].half_width

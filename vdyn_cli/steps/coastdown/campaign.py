@@ -97,6 +97,13 @@ class Campaign:
             return None
         return tuple(nodes(r.time, b) for r, b in zip(self.runs, self.bins, strict=True))
 
+    @cached_property
+    def intervals(self) -> int | None:
+        """Intervals between the speed levels of split times: no shape over the speed with more is seen; else None."""
+        if not all(r.split for r in self.runs):
+            return None
+        return max(np.unique(np.concatenate([r.speed for r in self.runs])).size - 1, 2)
+
     @property
     def model(self) -> Model:
         """The road load as these runs are driven and measured."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from vdyn_cli.engine.model_builder import Number, Signals
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.campaign import Campaign
-from vdyn_cli.steps.free_part import Part, sensor_part
+from vdyn_cli.steps.free_part import ORDER, Part, sensor_part
 from vdyn_cli.steps.free_profiles import span_of
 
 FORCE = 100.0  # N, plausible size: two thirds of a car's rolling resistance
@@ -74,7 +75,8 @@ def road_parts(campaign: Campaign) -> tuple[Part, ...]:
         )  # fmt: skip
     if campaign.speed_fitted:
         found.append(sensor_part("speed", speed, READING, "m/s", "the speed reading"))
-    return tuple(found)
+    order = min(ORDER, campaign.intervals or ORDER)
+    return tuple(replace(p, order=order) if p.coordinate in ("speed", "run_time", "value") else p for p in found)
 
 
 def _resistance(s: Signals) -> Number:

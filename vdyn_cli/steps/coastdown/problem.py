@@ -51,7 +51,7 @@ from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.coastdown.speed_gain import contradicted_gain, with_speed_gain
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
-from vdyn_cli.steps.free_profiles import profile, span_of
+from vdyn_cli.steps.free_profiles import KNOTS, profile, span_of
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 FREE_FORCE = 100.0  # N, plausible size of a free profile: two thirds of a car's rolling resistance
@@ -94,7 +94,8 @@ class CoastdownProblem(SimulatedProblem):
     @property
     def profiles(self) -> tuple[Effect, ...]:
         """Forces that are free over the speed and over the day."""
-        speed = span_of([r.speed for r in self.campaign.runs], 1.0)
+        low, high = span_of([r.speed for r in self.campaign.runs], 1.0)
+        speed = np.linspace(low, high, min(KNOTS, self.campaign.intervals or KNOTS)).tolist()
         day = span_of([r.start + r.time - r.time[0] for r in self.campaign.runs], 1.0)
         return (
             profile("force_over_speed", "driveline", "speed", speed, FREE_FORCE, "N"),
