@@ -120,6 +120,29 @@ def pipeline(
     raise typer.Exit(code)
 
 
+@app.command()
+def batch(
+    archives: Annotated[
+        list[Path], typer.Argument(metavar="ARCHIVE...", help="Folders, pipelines or tests.", show_default=False)
+    ],
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="TABLE.csv|-", help="The table; '-' writes to stdout.")
+    ] = "-",
+    results: Annotated[
+        Path | None, typer.Option("--results", metavar="DIR", help="Keep each campaign's JSON and reports here.")
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", min=1, help="Number of steps to run in parallel; as many as processors if not given."),
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Run many campaigns and write one table of their results; exit code 1 if one has no result."""
+    from vdyn_cli.commands.run_batch import run_batch
+
+    raise typer.Exit(run_batch(archives, output, results, jobs or os.cpu_count() or 1, _teller(quiet, False)))
+
+
 # Seven parameters: the options of the command line
 @app.command()
 def export(

@@ -12,6 +12,7 @@ from vdyn_cli.project.day_plan import plan
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.plan_schema import PlanDocument, PlannedParameter
+from vdyn_cli.report.typography import count
 
 SHOWN = 8  # pairs that are listed; the JSON has all
 
@@ -38,7 +39,7 @@ def run_plan(path: Path, known_files: tuple[Path, ...], runs: int | None, output
 def plan_lines(document: PlanDocument) -> Iterator[str]:
     """The text for a terminal, the answer first."""
     yield document.sentence
-    yield f"\nExpected accuracy of {document.runs} runs with the channels {', '.join(document.channels)}"
+    yield f"\nExpected accuracy of {count(document.runs, 'run')} with the channels {', '.join(document.channels)}"
     yield from table(
         ("parameter", "value", "standard error", "95 %", "", "unit", ""), [_row(p) for p in document.parameters]
     )

@@ -69,7 +69,7 @@ Narrate = Callable[[StepOutcome, float], None]
 
 def _run(tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, narrate: Narrate) -> tuple[StepOutcome, ...]:
     outcomes: dict[str, StepOutcome] = {}
-    attempt = partial(_attempt, folder=folder, keep_going=keep_going)
+    attempt = partial(attempt_step, folder=folder, keep_going=keep_going)
     if jobs > 1 and len(tasks) > 1:
         for outcome, seconds in side_by_side(tasks, jobs, attempt):
             outcomes[outcome.name] = outcome
@@ -82,8 +82,14 @@ def _run(tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, narra
     return tuple(outcomes.values())
 
 
-def _attempt(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, keep_going: bool) -> StepOutcome:
-    """Run, reuse or skip one step, given how the steps before it ended."""
+def attempt_step(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, keep_going: bool) -> StepOutcome:
+    """Run, reuse or skip one step, given how the steps before it ended.
+
+    Parameters
+    ----------
+    outcomes : of the steps that have ended, by name. folder : of the results.
+    keep_going : after a failure, run the steps that do not need the failed one.
+    """
     stopped = next((o for o in outcomes.values() if not o.good), None)
     if stopped is not None and not keep_going:
         return StepOutcome(task.name, "skipped", reason=f"skipped because {stopped.name} failed")

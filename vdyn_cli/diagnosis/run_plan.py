@@ -85,7 +85,7 @@ def _added(designer: ExperimentDesigner, questions: Sequence[Question]) -> tuple
     """Each manoeuvre of the step, and the same runs once more."""
     model = designer.strategy.model
     again = Manoeuvre(
-        lambda runs: f"{runs} more {model.setup.run}s of the same kind",
+        lambda runs: f"{runs} more {model.setup.run}{'' if runs == 1 else 's'} of the same kind",
         lambda: model.regression,
         round(designer.times * model.runs),
         1,

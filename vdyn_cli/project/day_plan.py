@@ -210,10 +210,11 @@ def _sentence(expected: _Expected, parameters: Sequence[PlannedParameter], runs:
     number = f"{runs} {name if runs == 1 else name + 's'}"
     lost = [p.name for p in parameters if not p.determined]
     source = "as in these logs" if basis == "logs" else "as planned"
+    verb = "determines" if runs == 1 else "determine"
     if lost:
-        return f"{number} {source} do not determine {', '.join(lost)}."
+        return f"{number} {source} {'does' if runs == 1 else 'do'} not determine {', '.join(lost)}."
     worst = max(parameters, key=lambda p: p.half95 / abs(p.value) if p.half95 and p.value else 0.0, default=None)
     if worst is None or not worst.value or not worst.half95:
-        return f"{number} {source} determine every parameter."
+        return f"{number} {source} {verb} every parameter."
     share = 100 * worst.half95 / abs(worst.value)
-    return f"{number} {source} determine every parameter, the least accurate to {share:.2g} % ({worst.name}, 95 %)."
+    return f"{number} {source} {verb} every parameter, the least accurate to {share:.2g} % ({worst.name}, 95 %)."
