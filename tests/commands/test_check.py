@@ -64,6 +64,18 @@ def frozen(first: float, last: float) -> Callable[[int, Column, Column], Column]
     return change
 
 
+def test_a_lost_signal_does_not_shorten_the_run_and_is_told_in_the_log_s_unit(tmp_path: Path) -> None:
+    def lost(run: int, time: Column, speed: Column) -> Column:
+        return np.where(
+            (run == 2) & (time >= 40.0) & (time < 44.0), 0.0, np.where((run == 3) & (time == 30.0), 99.0, speed)
+        )
+
+    document = checked(campaign(tmp_path, lost), tmp_path, 0)
+    notes = {r["run"]: r["why"] for r in document["runs"]}
+    assert not any("would be evaluated" in why for why in notes["coast_2.csv"])
+    assert "jumps to 99 km/h and back" in notes["coast_3.csv"][0]
+
+
 def test_the_sample_coast_downs_are_all_kept(tmp_path: Path) -> None:
     document = checked(ROOT / "configs" / "coastdown.yaml", tmp_path, 0)
     assert [r["verdict"] for r in document["runs"]] == ["keep"] * 8

@@ -23,15 +23,15 @@ from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.regulation_limits import TestDay, regulation_limits
 
 MORNING = datetime(2026, 5, 18, 11, 55, 0)
-NAMES = "FORMATTED DATE_TIME,Temperature,Barometric Pressure,Station Pressure,Wind Speed,Compass True Direction"
+NAMES = "DATE_TIME,Temperature,Relative Humidity,Barometric Pressure,Station Pressure,Wind Speed,Compass True Direction"
 
 
 def station(path: Path, rows: int = 240, hours: float = 0.0, heading: str = "90") -> Path:
     """Wind of 9 km/h from the east, and air that warms by 3 K an hour."""
-    lines = ["Device Name,WX", "Serial,1", NAMES, "yyyy-MM-dd hh:mm:ss a,°C,mb,mb,km/h,Deg,Data Type,Notes"]
+    lines = ["Device Name,WX", "Serial,1", NAMES, "yyyy-MM-dd hh:mm:ss a,°C,%,mb,mb,km/h,Deg,Data Type,Notes"]
     for k in range(rows):
         moment = MORNING + timedelta(seconds=10.0 * k, hours=hours)
-        lines.append(f"{moment:%Y-%m-%d %I:%M:%S %p},{20.0 + k / 120:.2f},1020,1002.1,9.0,{heading},point,")
+        lines.append(f"{moment:%Y-%m-%d %I:%M:%S %p},{20.0 + k / 120:.2f},46,1020,1002.1,9.0,{heading},point,")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 
@@ -58,6 +58,7 @@ def drafted(folder: Path, *paths: Path) -> tuple[str, dict[str, Any]]:
 def test_a_station_gives_air_and_wind_of_each_run(tmp_path: Path) -> None:
     text, data = drafted(tmp_path, *coasts(tmp_path), station(tmp_path / "wx.csv"))
     assert data["environment"]["pressure"] == "100.21 +- 0.01 kPa"
+    assert data["environment"]["humidity"] == "46 +- 1 %"
     assert "mean of 'Station Pressure' of wx.csv during the runs" in text
     assert [run["start"] for run in data["runs"]] == ["0.0 s", "600.0 s", "1200.0 s"]
     along, across = 2.5 * np.cos(np.radians(60.0)), 2.5 * np.sin(np.radians(60.0))

@@ -16,6 +16,7 @@ from vdyn_cli.project.redundancy import judged_together, tied_pairs
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, merge_similar
+from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
 from vdyn_cli.quantities.result_schema import ClockEntry, FindingEntry
 from vdyn_cli.steps import Step, load_step, names
@@ -104,8 +105,18 @@ def _of_runs(runs: Sequence[CheckedRun]) -> str:
 def _track_check(inputs: Inputs) -> TrackCheck:
     if inputs.step.track_check is None:
         return TrackCheck()
-    whole = tuple(inputs.ready(one.whole) for one in inputs.unsplit)
+    whole = tuple(inputs.ready(_bridged(one)) for one in inputs.unsplit)
     return inputs.step.track_check(inputs.spec, whole, inputs.data, inputs.known, run_of_parts(inputs))
+
+
+def _bridged(one: CutLog) -> Log:
+    """The log with straight lines where it is cut: how far its run goes does not depend on wrong samples."""
+    bridged = {}
+    for name, values in one.log.channels.items():
+        cut, known = np.isnan(values) & ~np.isnan(one.whole[name]), np.isfinite(values)
+        if cut.any() and known.any():
+            bridged[name] = np.where(cut, np.interp(one.log.time, one.log.time[known], values[known]), values)
+    return one.log.with_channels(**bridged)
 
 
 def _refused(inputs: Inputs) -> tuple[Finding, ...]:

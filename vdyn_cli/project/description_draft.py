@@ -158,7 +158,7 @@ def _drives(
         found = run_conditions([log.facts for log in kept], _of(kept, logs, ways), station, step.run_keys or ())
         own = dict(zip((log.path for log in kept), found.keys, strict=True))
         runs, decided = _runs(logs, names, others, (key, ways, own))
-        body = [_filled(line, found.air) for line in body]
+        body = [filled for line in body for filled in _filled(line, found.air)]
         lines = ["channels:", *lines, "runs:", *(f"  # {note}" for note in found.notes), *runs]
     body += lines
     if parts.get("RUN") and not parts["RUN"].startswith("side") and not decided:
@@ -173,9 +173,11 @@ def _of(kept: Sequence[_Guessed], logs: Sequence[_Guessed], ways: Sequence[Logge
     return [way for log, way in zip(logs, ways, strict=True) if log in kept] if ways else []
 
 
-def _filled(line: str, air: Sequence[tuple[str, str]]) -> str:
-    """A line of the environment with what a station measured."""
-    return next((f"  {name}: {text}" for name, text in air if line.strip().startswith(f'{name}: "?"')), line)
+def _filled(line: str, air: Sequence[tuple[str, str]]) -> list[str]:
+    """A line of the environment with what a station measured; humidity, which is not asked for, behind the pressure."""
+    own = [name for name in ("temperature", "pressure") if line.strip().startswith(f'{name}: "?"')]
+    wanted = [*own, *(["humidity"] if own == ["pressure"] else [])]
+    return [f"  {name}: {text}" for name, text in air if name in wanted] or [line]
 
 
 def _runs(

@@ -349,7 +349,7 @@ def _read_run(
         remedy = "give one log per entry of 'loggers', in the same order"
         raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
     problems = [f for key in ("columns", "signs") for f in _unmapped(run, spec, source, ("runs", index, key))]
-    read, no_unit = [], set[str]()
+    read, no_unit, units = [], set[str](), dict[str, str]()
     for name, logger, (channels, at) in zip(names, loggers, channel_maps(spec), strict=True):
         mapped = logged(channels)
         mapped |= {n: c.model_copy(update={"column": run.columns[n]}) for n, c in mapped.items() if n in run.columns}
@@ -359,6 +359,7 @@ def _read_run(
         wrong = {n for n, c in columns.items() if unit_problem(c, name) is not None}  # reported with the channels
         columns |= {n: replace(columns[n], unit=columns[n].si_unit) for n in wrong}
         no_unit |= wrong
+        units |= {n: c.unit for n, c in columns.items()}
         options = ReadOptions(**logger.reading.model_dump())
         called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
         file = source.path.parent / name
@@ -374,7 +375,7 @@ def _read_run(
     for one in read:
         files |= one[1] if one is not None else {}
     log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec))
-    found = with_cuts(log, _cut_orders(run))
+    found = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
     if run.from_time is not None or run.to_time is not None:
         start = run.from_time.value if run.from_time else log.time[0]
         stop = run.to_time.value if run.to_time else log.time[-1]
@@ -436,8 +437,8 @@ def _wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
 def _cut_orders(run: Run) -> CutOrders:
     """What the description says about cuts in this run."""
     listed = run.cuts if isinstance(run.cuts, list) else []
-    spans = [tuple(TimeSpan(s.channel, s.start.value, s.stop.value) for s in group) for group in (listed, run.keep)]
-    return CutOrders(run.cuts == "automatic", *spans)
+    cut, kept = (tuple(TimeSpan(s.channel, s.start.value, s.stop.value) for s in group) for group in (listed, run.keep))
+    return CutOrders(run.cuts == "automatic", cut, kept)
 
 
 def _within_physics(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:

@@ -11,7 +11,7 @@ from vdyn_cli.project.run_direction import LoggedDirection
 from vdyn_cli.project.station_log import REDUCED, StationLog, absolute_begin, between
 from vdyn_cli.quantities.quantity import from_si
 
-_AIR = {"temperature": ("degC", "K", 1), "pressure": ("kPa", "Pa", 2)}
+_AIR = {"temperature": ("degC", "K", 1), "pressure": ("kPa", "Pa", 2), "humidity": ("%", "", 0)}
 _ALIKE = 1.0  # K between runs, below which one temperature stands for all
 _LONGEST_TEST = 86400.0  # s between the first and the last run
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -41,11 +41,13 @@ class CutOrders:
     Parameters
     ----------
     automatic : cut the segments that fail a test. requested : cut these. kept : do not cut what lies in these.
+    units : of the file, in which messages state a channel's values.
     """
 
     automatic: bool = True
     requested: tuple[TimeSpan, ...] = ()
     kept: tuple[TimeSpan, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 AUTOMATIC = CutOrders()
@@ -93,7 +95,7 @@ def with_cuts(log: Log, orders: CutOrders = AUTOMATIC, policy: QualityPolicy = Q
     ----------
     log : channels in SI on one clock. orders : the description's; what is requested is cut whatever is to be kept.
     """
-    found = flags(log, policy)
+    found = flags(log, policy, orders.units)
     failed = (_row(log, f, orders) for f in found.faults if f.state == Flag.FAILED)
     rows = [
         *(r for r in failed if not any(_holds(span, r, log) for span in orders.requested)),

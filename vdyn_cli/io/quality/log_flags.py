@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -29,6 +29,7 @@ from vdyn_cli.io.quality.spikes import dropouts, level_step, spikes
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
+from vdyn_cli.quantities.quantity import from_si
 from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, TREMBLING
 
 Mask = NDArray[np.bool_]
@@ -49,6 +50,13 @@ class _Sampled:
     time: Array
     values: Array
     moving: Mask  # (m,)
+    unit: str  # in which messages state its values
+
+    def text(self, value: float, digits: int = 5, step: bool = False) -> str:
+        """A value, or the step between two, as a message states it."""
+        si_unit = CHANNELS[self.name].unit if self.name in CHANNELS else ""
+        shown = from_si(value, self.unit, si_unit) - (from_si(0.0, self.unit, si_unit) if step else 0.0)
+        return f"{shown:.{digits}g} {self.unit}".rstrip()
 
     @cached_property
     def resolution(self) -> float:
@@ -120,7 +128,7 @@ class _Sampled:
         return not (self.varies or self.name in COMMANDS)
 
 
-def flags(log: Log, policy: QualityPolicy = QUALITY) -> LogFlags:
+def flags(log: Log, policy: QualityPolicy = QUALITY, units: Mapping[str, str] | None = None) -> LogFlags:
     """The state of every sample of a log's channels, and the faults that the tests found.
 
     Failed: all channels frozen, or filled with straight lines, at once; one channel frozen, filled with straight lines,
@@ -131,12 +139,15 @@ def flags(log: Log, policy: QualityPolicy = QUALITY) -> LogFlags:
     Parameters
     ----------
     log : channels in SI, (n,) each, NaN where the logger wrote nothing. policy : the thresholds.
+    units : in which messages state a channel's values; SI of those that are not among them.
 
     Returns
     -------
     LogFlags : time is O(n log n), memory O(n), for each channel.
     """
-    sampled = [s for name in log.channels if (s := _sampled(log, name, policy)).rows.size >= _FEWEST]
+    known = {n: (units or {}).get(n, CHANNELS[n].unit) for n in log.channels if n in CHANNELS}
+    sampled = [_sampled(log, name, policy, known.get(name, "")) for name in log.channels]
+    sampled = [s for s in sampled if s.rows.size >= _FEWEST]
     together = _together(log, sampled, policy)
     found = list(together)
     taken = np.zeros(log.time.size, dtype=bool)
@@ -162,9 +173,9 @@ def _states(values: Array, name: str, evaluated: bool, faults: list[Fault]) -> N
     return states
 
 
-def _sampled(log: Log, name: str, policy: QualityPolicy) -> _Sampled:
+def _sampled(log: Log, name: str, policy: QualityPolicy, unit: str) -> _Sampled:
     rows = np.flatnonzero(np.isfinite(log[name]))
-    return _Sampled(name, rows, log.time[rows], log[name][rows], _moving(log, policy)[rows])
+    return _Sampled(name, rows, log.time[rows], log[name][rows], _moving(log, policy)[rows], unit)
 
 
 def _moving(log: Log, policy: QualityPolicy) -> Mask:
@@ -208,7 +219,7 @@ def _lasting(found: Spans, time: Array, policy: QualityPolicy) -> Spans:
 
 def _alone(channel: _Sampled, taken: Mask, log: Log, policy: QualityPolicy) -> Iterator[Fault]:
     """The faults of one channel outside of those of all channels."""
-    rows, values, unit = channel.rows, channel.values, _unit(channel.name)
+    rows, values = channel.rows, channel.values
     free = ~taken[rows]
     marked = ~free
 
@@ -217,7 +228,7 @@ def _alone(channel: _Sampled, taken: Mask, log: Log, policy: QualityPolicy) -> I
         return Fault(channel.name, int(rows[a]), int(rows[b - 1]) + 1, test, why)
 
     for a, b in _free(dropouts(values, policy), free) if channel.varies else ():
-        what = f"jumps to {values[a]:.5g} {unit} and back"
+        what = f"jumps to {channel.text(values[a])} and back"
         yield fault(a, b, "dropout" if b - a > 1 else "spike", what)
     if not channel.rests and np.ptp(values) > 0.0:
         for a, b, test, why in _regular(channel, marked, policy):
@@ -228,7 +239,12 @@ def _alone(channel: _Sampled, taken: Mask, log: Log, policy: QualityPolicy) -> I
     for i in spikes(values, channel.resolution, policy):
         if not marked[max(i - 1, 0) : i + 2].any():
             size = values[i] - 0.5 * (values[i - 1] + values[i + 1])
-            yield fault(int(i), int(i) + 1, "spike", f"leaves its neighbors by {size:.3g} {unit} for one sample")
+            yield fault(
+                int(i),
+                int(i) + 1,
+                "spike",
+                f"leaves its neighbors by {channel.text(size, 3, step=True)} for one sample",
+            )
 
 
 def _contradicted(
@@ -246,7 +262,7 @@ def _contradicted(
         between = channel.equal & off & ~marked
         found = improbable(between, channel.moving & ~marked, policy.longer_varying, policy)
         for a, b in _lasting(found, time, policy):
-            what = f"is constant at {values[a]:.5g} {_unit(channel.name)} for {time[b - 1] - time[a]:.3g} s"
+            what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"
             yield a, b, "frozen", f"{what}, between the steps at which it rests otherwise"
     if channel.name in ("drive_torque", "motor_current", "drive_force") and rests:
         force, speed = (
@@ -274,7 +290,7 @@ def _saturated(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
     values, rows = channel.values, channel.rows
     for a, b in saturated_spans(values):
         if not taken[rows[a:b]].any():
-            why = f"stands at its extreme value, {values[a]:.5g} {_unit(channel.name)}"
+            why = f"stands at its extreme value, {channel.text(values[a])}"
             yield Fault(channel.name, int(rows[a]), int(rows[b - 1]) + 1, "saturated", why, Flag.SUSPECT)
 
 
@@ -285,7 +301,7 @@ def _stepped(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
     at = level_step(channel.values, QUALITY)
     if at is not None and channel.moving[at - 1 : at + 1].all():
         jump = channel.values[at] - channel.values[at - 1]
-        why = f"jumps by {jump:.3g} {_unit(channel.name)} within one sample and stays: its gain or zero changed"
+        why = f"jumps by {channel.text(jump, 3, step=True)} within one sample and stays: its gain or zero changed"
         yield Fault(channel.name, int(channel.rows[at]), int(channel.rows[-1]) + 1, "level_step", why, Flag.SUSPECT)
 
 
@@ -300,7 +316,7 @@ def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator
         if not channel.varies and time[b - 1] - time[a] < policy.command_time:
             continue
         if not marked[a:b].any() and channel.breaks_off(a, b) and (channel.varies or not _extreme(channel, a)):
-            what = f"is constant at {values[a]:.5g} {_unit(channel.name)} for {time[b - 1] - time[a]:.3g} s"
+            what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"
             yield a, b, "frozen", what
     # A line that rests is a frozen channel, or none.
     lines = (channel.straight if channel.varies else channel.straight & ~channel.still) & ~marked
@@ -333,7 +349,3 @@ def _extreme(channel: _Sampled, at: int) -> bool:
 
 def _free(found: Spans, free: Mask) -> Spans:
     return [(a, b) for a, b in found if free[a:b].all()]
-
-
-def _unit(name: str) -> str:
-    return CHANNELS[name].unit if name in CHANNELS else ""

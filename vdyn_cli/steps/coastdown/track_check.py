@@ -53,8 +53,8 @@ def track_check(
 
     Parameters
     ----------
-    spec, data : runs and logs, split at long cuts. whole : the logs of the runs before all cuts. origin : (len(data),),
-        index in ``whole`` of each.
+    spec, data : runs and logs, split at long cuts. whole : the logs of the runs, bridged where they are cut.
+    origin : (len(data),), index in ``whole`` of each.
 
     Raises
     ------
