@@ -54,7 +54,7 @@ def test_names_that_are_repeated_are_shown_as_a_description_writes_them(tmp_path
     path = tmp_path / "run.csv"
     path.write_text("t [s];v [m/s];v [m/s];gear\n" + "".join(f"{i};{i % 7};{i % 5};D\n" for i in range(3000)))
     found = entries(path)
-    assert list(found) == ["t [s]", "v [m/s]", "v [m/s]#2", "gear"]
+    assert list(found) == ["t [s]", "v [m/s]#1", "v [m/s]#2", "gear"]
     assert (found["v [m/s]#2"]["repeated"], found["v [m/s]#2"]["unit"]) == (2, "m/s")
     assert found["gear"]["state"] == "text"
     assert "one of 2 of this name" in channels_table(path)

@@ -262,6 +262,15 @@ def test_a_coast_down_of_one_hertz_with_a_gap_is_a_run(tmp_path: Path) -> None:
     assert [run["log"] for run in description["runs"]] == ["run_0.csv"]
 
 
+def test_the_first_of_two_columns_of_one_name_is_drafted_as_it_is_read(tmp_path: Path) -> None:
+    time = np.arange(600) / 10.0
+    table = np.column_stack([time, 25.0 - 0.2 * time, 25.0 - 0.2 * time])
+    path = tmp_path / "run.csv"
+    np.savetxt(path, table, delimiter=",", header="time [s],speed [m/s],speed [m/s]", comments="", fmt="%.3f")
+    _, description = draft("coastdown", path)
+    assert description["channels"]["speed"]["column"] == "speed [m/s]#1"
+
+
 def facts(column: str, ends: tuple[float, float]) -> ChannelFacts:
     info = ChannelInfo(column, "", 10.0, (0.0, 60.0))
     return ChannelFacts(info, column, "varies", 600, min(ends), max(ends), ends=ends, angle=1j)

@@ -43,6 +43,19 @@ def test_what_the_message_prints_keeps_the_segment() -> None:
     assert doubt.doubt
 
 
+def test_a_message_on_a_clock_since_1970_keeps_the_segment_it_names() -> None:
+    channels = day()
+    channels["speed"][1000:1200] = channels["speed"][1000]
+    log = Log("run.csv", 1_777_843_842.36 + T, channels)
+    (row,) = with_cuts(log, CutOrders(units={"speed": "km/h"})).ledger
+    (finding,) = cut_findings([replace(row, test="straight_line")])
+    assert "from 1777843862.36 s to 1777843866.34 s" in finding.what
+    assert f"{3.6 * channels['speed'][1000]:.5g} km/h" in finding.what
+    first, last = (float(part.split(" s")[0]) for part in finding.remedy.split("from: ")[1].split("to: "))
+    kept = with_cuts(log, CutOrders(kept=(TimeSpan("speed", first, last),)))
+    assert kept.ledger[0].decision == "kept"
+
+
 def test_requested_cuts_replace_the_automatic_ones() -> None:
     one = frozen(CutOrders(automatic=False, requested=(TimeSpan("acceleration", 1.0, 1.98),)))
     assert np.count_nonzero(np.isnan(one.log["acceleration"])) == 50

@@ -11,6 +11,7 @@ from vdyn_cli.project.channel_sources import logged
 from vdyn_cli.project.check import check
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance, TiedPair
+from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.result_schema import ClockEntry
 from vdyn_cli.report.typography import run_name
 
@@ -58,7 +59,7 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
         rows = [
             (
                 *(run_name(f.run), f.channel, f.test, f.decision),
-                *(f"{f.start:.6g}", f"{f.stop:.6g}", str(f.segments), f"{100 * f.share:.1f} %"),
+                *(moment(f.start), moment(f.stop), str(f.segments), f"{100 * f.share:.1f} %"),
             )
             for f in document.flags
         ]

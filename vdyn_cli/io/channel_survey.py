@@ -32,7 +32,8 @@ class ChannelFacts:
     Parameters
     ----------
     info : name, unit, rate, span, group and source.
-    column : how a description names it, with ``#2`` for the second of its name where no group tells them apart.
+    column : how a description names it, with ``#2`` for the second of its name where no group tells them apart, and
+        then ``#1`` for the first.
     state : ``clock``, ``varies``, ``constant``, ``empty``, or ``text``.
     samples : written ones.
     lowest, highest : in the unit of the file; NaN where nothing is written.
@@ -79,7 +80,22 @@ def survey(path: Path) -> tuple[ChannelFacts, ...]:
         label = f"{info.group}.{column}" if info.group else column
         same = seen.setdefault(mark, label) if mark else label
         facts.append(replace(one, same_as="" if same == label else same))
-    return tuple(replace(f, repeated=sum(o.info.name == f.info.name for o in facts)) for f in facts)
+    # The first of several of one name is not to be had by the name alone, except for the clocks of a file's tables.
+    clocks = [f.info.name for f in facts if f.state == "clock"]
+    several = {
+        f.column: f"{f.column}#1"
+        for f in facts
+        if names[f.info.group, f.info.name] > 1 and f.column == f.info.name and clocks.count(f.info.name) < 2
+    }
+    return tuple(
+        replace(
+            f,
+            column=several.get(f.column, f.column),
+            same_as=several.get(f.same_as, f.same_as),
+            repeated=sum(o.info.name == f.info.name for o in facts),
+        )
+        for f in facts
+    )
 
 
 def recordings(path: Path) -> Iterator[Recorded]:

@@ -17,6 +17,7 @@ from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFla
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, merge_similar
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
 from vdyn_cli.quantities.result_schema import ClockEntry, FindingEntry
 from vdyn_cli.steps import Step, load_step, names
@@ -189,7 +190,11 @@ def _text(finding: Finding) -> str:
 def _flag_text(flag: CheckFlag) -> str:
     meaning = TESTS.get(flag.test, "")
     more = f", and {flag.segments - 1} more" if flag.segments > 1 else ""
-    at = f"at {flag.start:.6g} s" if flag.start == flag.stop else f"from {flag.start:.6g} to {flag.stop:.6g} s"
+    at = (
+        f"at {moment(flag.start)} s"
+        if flag.start == flag.stop
+        else f"from {moment(flag.start)} to {moment(flag.stop)} s"
+    )
     channel = "all channels" if flag.channel == EVERY else flag.channel
     why = flag.why if flag.why.startswith("all channels") else f"{channel} {flag.why}"
     return f"{why}, {at}{f' ({meaning})' if meaning else ''}{more}"

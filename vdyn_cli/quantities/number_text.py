@@ -32,3 +32,8 @@ def number(value: float, half: float) -> str:
     if not isfinite(half) or half <= 0:
         return f"{value:.5g}"
     return f"{value:.{decimals(half)}f}"
+
+
+def moment(time: float) -> str:
+    """A time of a log, s, as messages state it: to the millisecond where it counts from 1970 or from a day's begin."""
+    return f"{time:.6g}" if abs(time) < 1e4 else f"{time:.3f}".rstrip("0").rstrip(".")

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from vdyn_cli.io.quality.cuts import CutLog
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance
 from vdyn_cli.quantities.clock_difference import ClockDifference
+from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.report import typography
 from vdyn_cli.report.clock_table import clock_table
 from vdyn_cli.report.flag_figure import flag_figures
@@ -84,8 +85,8 @@ def _flags(document: CheckDocument) -> TextTable:
             f.channel,
             f.test.replace("_", " "),
             f.decision,
-            f"{f.start:.6g}",
-            f"{f.stop:.6g}",
+            moment(f.start),
+            moment(f.stop),
             str(f.segments),
             f"{100 * f.share:.1f} %",
             typography.prose(f.why),

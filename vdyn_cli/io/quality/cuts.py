@@ -13,6 +13,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.cut_ledger import Decision, LedgerRow
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
 from vdyn_cli.quantities.vocabulary import TREMBLING
 
@@ -149,7 +150,7 @@ def suspect_findings(cut: CutLog) -> Iterator[Finding]:
     """A fault of the data for each channel that jumps for good: which side of the jump is wrong, nothing tells."""
     for fault in cut.flags.faults:
         if fault.test == "level_step":
-            at = f"{cut.log.time[fault.first]:.6g} s"
+            at = f"{moment(cut.log.time[fault.first])} s"
             remedy = f"cut the run with from_time or to_time: {at}, or repeat the test"
             where = f"{cut.log.name}, channel '{fault.channel}'"
             yield Finding(where, f"{fault.why}, at {at}", "", remedy, fault=True, doubt=True)
@@ -165,12 +166,12 @@ def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
             continue  # the user knows
         longest = max(rows, key=lambda r: (r.samples, -r.start))
         where = log if channel == EVERY else f"{log}, channel '{channel}'"
-        at = f"{longest.start:.6g} s"
-        span = f"at {at}" if longest.samples == 1 else f"from {at} to {longest.stop:.6g} s"
+        at = f"{moment(longest.start)} s"
+        span = f"at {at}" if longest.samples == 1 else f"from {at} to {moment(longest.stop)} s"
         what = f"{longest.why}, {span} ({TESTS[test]})"
         if len(rows) > 1:
             what += f", and {len(rows) - 1} more such"
-        keep = f"{{channel: {channel}, from: {longest.start:.10g} s, to: {longest.stop:.10g} s}}"
+        keep = f"{{channel: {channel}, from: {longest.start:.15g} s, to: {longest.stop:.15g} s}}"
         if decision == "kept":
             remedy = "remove 'keep' or 'cuts' from the run to cut it"
             yield Finding(where, f"{what}; kept by the description", "", remedy, doubt=True)
