@@ -92,6 +92,32 @@ def test_more_runs_of_the_kind_that_is_logged_are_more_accurate(tmp_path: Path) 
     assert (now.basis, now.runs, later.runs) == ("logs", 4, 16)
     assert _std(later)["pitch_inertia"] == pytest.approx(_std(now)["pitch_inertia"] / 2, rel=0.01)
     assert set(_std(now)) >= set(cg.truth(random_vehicle(8124)))
+    smallest, then = ({d.effect: d.amplitude for d in one.detectable} for one in (now, later))
+    assert then["clock_offset"] == pytest.approx(smallest["clock_offset"] / 2, rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_torque_by_motor_current_holds_the_error_of_its_constant(tmp_path: Path) -> None:
+    """One per cent of a torque that mostly drives the car is most of what turns its wheel."""
+    names = ("hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleration")
+    logged = {n: {"column": n, "unit": u} for n, u in zip(names, ("N m", "rad/s", "N", "N", "m/s^2"), strict=True)}
+    logged = {"time": {"column": "t", "unit": "s"}, **logged}
+    by_current = {n: c for n, c in logged.items() if n != "hub_torque"}
+    by_current["motor_current"] = {"column": "I", "unit": "A"}
+    vehicle = {"wheel_mass": 18, "wheel_radius": 0.31, "torque_constant": "0.6 +- 0.006 N m/A", "gear_ratio": 9}
+    std = [
+        _std(plan(_described(tmp_path, "inertia", vehicle=vehicle, channels=channels)))["wheel_inertia"]
+        for channels in (logged, by_current)
+    ]
+    assert std[1] > 10 * std[0]
+
+
+def test_a_mapped_channel_that_no_day_has_is_named(tmp_path: Path) -> None:
+    channels = {n: {"column": n, "unit": u} for n, u in (("time", "s"), ("speed", "m/s"), ("wind_speed", "m/s"))}
+    test = planned_test(load_step("coastdown"), _described(tmp_path, "coastdown", channels=channels), (), 2)
+    (note,) = test.day(0).findings
+    assert note.where == "channel 'wind_speed'"
+    assert {n for log in test.day(0).logs for n in log.channels} == {"speed"}
 
 
 @pytest.mark.slow

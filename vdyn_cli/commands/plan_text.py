@@ -39,10 +39,27 @@ def run_plan(path: Path, known_files: tuple[Path, ...], runs: int | None, output
 def plan_lines(document: PlanDocument) -> Iterator[str]:
     """The text for a terminal, the answer first."""
     yield document.sentence
-    yield f"\nExpected accuracy of {count(document.runs, 'run')} with the channels {', '.join(document.channels)}"
-    yield from table(
-        ("parameter", "value", "standard error", "95 %", "", "unit", ""), [_row(p) for p in document.parameters]
-    )
+    channels = ", ".join(document.channels)
+    if document.parameters:
+        yield from _accuracy_lines(document, channels)
+    else:
+        yield f"\nChannels: {channels}"
+    yield from _effect_lines(document)
+    yield from _added_lines(document)
+    yield from _assumed_lines(document)
+    notes = [f for f in document.findings if not f.minor]
+    if notes:
+        yield "\nNotes"
+        yield from (f"  {f.where}: {f.what}" + (f" ({f.got})" if f.got else "") for f in notes)
+
+
+def _accuracy_lines(document: PlanDocument, channels: str) -> Iterator[str]:
+    yield f"\nExpected accuracy of {count(document.runs, 'run')} with the channels {channels}"
+    header = ("parameter", "value", "standard error", "95 %", "", "unit", "")
+    yield from table(header, [_row(p) for p in document.parameters])
+
+
+def _effect_lines(document: PlanDocument) -> Iterator[str]:
     if document.detectable:
         yield "\nCandidate effects that these runs could find, and the smallest size that they would"
         yield from table(
@@ -58,24 +75,22 @@ def plan_lines(document: PlanDocument) -> Iterator[str]:
         yield from table(("pair", "t"), rows)
         if len(document.confused) > SHOWN:
             yield f"  and {len(document.confused) - SHOWN} more, in the JSON"
-    yield from _added_lines(document)
+
+
+def _assumed_lines(document: PlanDocument) -> Iterator[str]:
     if document.assumed:
         yield "\nThe plan assumes (change with 'plan: {key: value}' in the description)"
-        numbers = [
+        rows = [
             (a.name, f"{a.value:.4g}", a.unit or "1", "stated" if a.stated else "default", a.meaning)
             for a in document.assumed
         ]
-        yield from table(("key", "value", "unit", "", ""), numbers)
-    notes = [f for f in document.findings if not f.minor]
-    if notes:
-        yield "\nNotes"
-        yield from (f"  {f.where}: {f.what}" + (f" ({f.got})" if f.got else "") for f in notes)
+        yield from table(("key", "value", "unit", "", ""), rows)
 
 
 def _row(p: PlannedParameter) -> tuple[str, ...]:
     if p.value is None or p.std is None or p.half95 is None:
         return p.name, "", "", "", "not determined", p.unit or "1", p.why
-    share = f"{100 * p.half95 / abs(p.value):.2g} %" if p.value else ""
+    share = f"{two_digits(100 * p.half95 / abs(p.value))} %" if p.value else ""
     value = number(p.value, p.half95)
     return p.name, value, two_digits(p.std), f"+- {two_digits(p.half95)}", share, p.unit or "1", p.why
 
@@ -86,8 +101,8 @@ def _added_lines(document: PlanDocument) -> Iterator[str]:
     yield "\nRuns to add, the least effort first"
     for one in document.added:
         yield f"  {one.manoeuvre}"
-        accuracy = ", ".join(f"{n} {two_digits(s)}" for n, s in one.std.items())
-        yield f"    standard error then: {accuracy}"
+        if one.std:
+            yield f"    standard error then: {', '.join(f'{n} {two_digits(s)}' for n, s in one.std.items())}"
         if one.separates:
             each = [f"{' from '.join(s.effects)} (t = {s.t:.1f})" for s in one.separates[:SHOWN]]
             more = f" and {len(one.separates) - SHOWN} more" if len(one.separates) > SHOWN else ""

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
+from math import sqrt
+
+import numpy as np
 
 from vdyn_cli.diagnosis.detectable import detectable
-from vdyn_cli.diagnosis.detection import detect
+from vdyn_cli.diagnosis.detection import detect, fewest_runs
 from vdyn_cli.diagnosis.diagnosis_record import not_testable
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
 from vdyn_cli.diagnosis.effect_unknowns import reach
 from vdyn_cli.diagnosis.experiment_design import Contrast, ExperimentDesigner
+from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.untestable import untestable
@@ -54,8 +58,9 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
     base, model = strategy.fitted(()), strategy.model
     assert base is not None
     designer = ExperimentDesigner(strategy, runs / model.runs)
+    base = _repeated(base, runs / model.runs)
     found = detect(strategy, base)
-    hidden = untestable(model, base, found)
+    hidden = [u for u in untestable(model, base, found) if u.obstacle != "runs" or runs < fewest_runs(POLICY.level)]
     amplitudes = {
         n: {next(iter(names)): POLICY.typical_share * reach(model.setup.candidates[n], next(iter(names)))}
         for n in model.setup.candidates
@@ -79,6 +84,13 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
         _added(designer, open_ones),
         designer.spread(),
     )
+
+
+def _repeated(base: FittedModel, times: float) -> FittedModel:
+    """The fitted baseline with every run ``times`` over: the sensitivities of its rows grow with the root of that."""
+    system = base.system
+    of_runs = (system.run[system.label] >= 0)[:, None]
+    return replace(base, system=replace(system, columns=np.where(of_runs, sqrt(times), 1.0) * system.columns))
 
 
 def _added(designer: ExperimentDesigner, questions: Sequence[Question]) -> tuple[AddedRuns, ...]:

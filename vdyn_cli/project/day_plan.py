@@ -17,6 +17,7 @@ from vdyn_cli.project.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.project.planned_inputs import DayDescription, planned_test
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
+from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.parameters import Estimate, wider_than_value
 from vdyn_cli.quantities.plan_schema import AddedRuns, Assumed, PlanDocument, PlannedParameter
 from vdyn_cli.quantities.result import Result
@@ -96,9 +97,10 @@ def _from_logs(inputs: Inputs, runs: int) -> _Expected:
 def _from_days(test: DayDescription) -> _Expected:
     """From simulated days: the root mean square of the standard errors that they give."""
     days = [test.day(seed) for seed in range(DAYS)]
-    found = [one for one in map(_published, days) if not isinstance(one, Failure)]
+    results = [(day, _published(day)) for day in days]
+    found = [with_input_uncertainty(one, day) for day, one in results if not isinstance(one, Failure)]
     if 2 * len(found) < DAYS:  # most days give no result
-        failure = next(one for one in map(_published, days) if isinstance(one, Failure))
+        failure = next(one for _, one in results if isinstance(one, Failure))
         return _Expected(days[0], failure.refused(test.step.name), {}, None)
     figures = {}
     for name in found[0].parameters:
@@ -114,6 +116,7 @@ def _rms(values: Sequence[float]) -> float:
 
 
 def _published(inputs: Inputs) -> Result | Failure:
+    """The result of the inputs without their own uncertainty."""
     try:
         return published(inputs.step.prepare(inputs.spec, inputs.data, inputs.known))
     except ResultError as error:
@@ -213,8 +216,10 @@ def _sentence(expected: _Expected, parameters: Sequence[PlannedParameter], runs:
     verb = "determines" if runs == 1 else "determine"
     if lost:
         return f"{number} {source} {'does' if runs == 1 else 'do'} not determine {', '.join(lost)}."
+    if not parameters:
+        return f"{number} {source}: '{expected.inputs.step.name}' estimates no parameter; it tests the model."
     worst = max(parameters, key=lambda p: p.half95 / abs(p.value) if p.half95 and p.value else 0.0, default=None)
     if worst is None or not worst.value or not worst.half95:
         return f"{number} {source} {verb} every parameter."
-    share = 100 * worst.half95 / abs(worst.value)
-    return f"{number} {source} {verb} every parameter, the least accurate to {share:.2g} % ({worst.name}, 95 %)."
+    share = two_digits(100 * worst.half95 / abs(worst.value))
+    return f"{number} {source} {verb} every parameter, the least accurate to {share} % ({worst.name}, 95 %)."

@@ -11,7 +11,7 @@ import numpy as np
 
 from vdyn_cli.description.test_description import TestSpec, load_spec
 from vdyn_cli.description.yaml_source import YamlSource
-from vdyn_cli.project.channel_sources import channel_maps, completed, known_channels, scalings
+from vdyn_cli.project.channel_sources import Scaling, channel_maps, completed, known_channels, scalings
 from vdyn_cli.project.inputs import (
     Inputs,
     attempt,
@@ -65,10 +65,28 @@ class DayDescription:
         raise_all(problems)
         mapped = {n for channels, _ in channel_maps(spec) for n in channels}
         mapped |= {one.channel.target for one in made}
-        logs = tuple(completed(_mapped(step, log, mapped), constants, ()) for log in logs)
+        absent = sorted(mapped - {"time", *constants, *logs[0].channels, *_sources(step)} - _parts(step))
+        what = "is mapped, and the simulated day has no such channel: the plan does without it"
+        findings = tuple(Finding(f"channel '{name}'", what) for name in absent)
+        logs = tuple(completed(_sourced(_mapped(step, log, mapped), made), constants, ()) for log in logs)
         used, _ = condensed_logs(logs, step.rate(spec))
         data: Any = used if step.load is None else step.load(spec, self.source.path.parent, used)[0]
-        return Inputs(step, spec, self.source, data, logs, self.known, {})
+        return Inputs(step, spec, self.source, data, logs, self.known, {}, findings, made)
+
+
+def _sources(step: Step) -> frozenset[str]:
+    """Channels from which others are made."""
+    return frozenset(one.source for one in step.scaled)
+
+
+def _parts(step: Step) -> set[str]:
+    """Channels that add up to others, such as the loads of an axle's wheels."""
+    return {n for entry in (*step.required, *step.optional) for way in entry.split("|")[1:] for n in way.split("+")}
+
+
+def _sourced(log: Log, made: Sequence[Scaling]) -> Log:
+    """The log with the channels from which the description makes others, whose constants are uncertain."""
+    return log.with_channels(**{one.channel.source: log[one.channel.target] / one.factor for one in made})
 
 
 def _mapped(step: Step, log: Log, mapped: set[str]) -> Log:
