@@ -73,6 +73,11 @@ class LineProblem:
     ) -> Regression:
         return self.data.regression(unknowns)
 
+    def chord_regression(
+        self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
+    ) -> Regression:
+        return self.regression(effects, unknowns, start)
+
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         return self.estimated(self.data, effects, unknowns)
 

@@ -139,6 +139,7 @@ class Campaign:
     def setup(self, *causes: Effect, profiles: Sequence[Effect] = (SHAPE,), **more: Any) -> DiagnosisSetup:
         return DiagnosisSetup(
             regression=lambda effects, extra, **begun: self.regression(extra),
+            chord_regression=lambda effects, extra, **begun: self.regression(extra),
             effects=causes,
             profiles=tuple(profiles),
             one_way="all runs have the same direction" if self.one_way else "",

@@ -46,6 +46,7 @@ class DiagnosisSetup:
     ----------
     regression : (effects, unknowns) -> the step's regression with effects in the model; ``start`` are values of the
         step's own unknowns about which a linearized problem is linearized.
+    chord_regression : the same with sensitivities to the step's own unknowns that may be those without the effects.
     effects : the candidates that model and data can take.
     lacking : the others of the catalogue that a channel would make testable, by name, and that channel.
     profiles : free profiles, each over one coordinate (speed, time, position ...).
@@ -68,6 +69,7 @@ class DiagnosisSetup:
     """
 
     regression: Callable[..., Regression]
+    chord_regression: Callable[..., Regression]
     effects: tuple[Effect, ...]
     profiles: tuple[Effect, ...]
     lacking: Mapping[str, str] = field(default_factory=dict)
@@ -116,6 +118,7 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
     linearized = diagnosable.linearized(spec)
     return DiagnosisSetup(
         regression=relaxed(problem.regression),
+        chord_regression=relaxed(problem.chord_regression),
         effects=effects,
         profiles=problem.profiles,
         lacking=lacking,

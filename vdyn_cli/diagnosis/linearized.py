@@ -67,7 +67,7 @@ class LinearizedStrategy:
         key = every, tuple(effects), tuple(sorted(fitted.values.items())), tuple(sorted(point.items()))
         if key not in self._predictions:
             try:
-                alone = self.relinearization.alone(every, fitted.values)
+                alone = self.relinearization.alone(every, fitted.values, chord=True)
                 runs = linearize(alone, point, initial_values(alone))
             except (ResultError, ArithmeticError):
                 return None

@@ -41,7 +41,7 @@ class Relinearization:
     base: tuple[str, ...]
     likely: dict[str, tuple[float, float] | None] = field(default_factory=dict)
     _fits: dict[tuple[str, ...], FittedModel] = field(default_factory=dict)
-    _last: dict[tuple[tuple[str, ...], tuple[tuple[str, float], ...]], Regression] = field(default_factory=dict)
+    _last: dict[tuple[object, ...], Regression] = field(default_factory=dict)
 
     def of(self, fitted: FittedModel) -> FittedModel:
         """The fit, linearized about its own amplitudes; unchanged where that fails.
@@ -141,14 +141,18 @@ class Relinearization:
                 self.likely[name] = None
         return self.likely.get(name)
 
-    def alone(self, effects: tuple[str, ...], about: Mapping[str, float]) -> Regression:
-        """The step's regression with these effects alone in the model, started at these values; the last is kept."""
-        key = effects, tuple(about.items())
+    def alone(self, effects: tuple[str, ...], about: Mapping[str, float], chord: bool = False) -> Regression:
+        """The step's regression with these effects alone in the model, started at these values; the last is kept.
+
+        ``chord``: sensitivities to the baseline's unknowns may be those without the effects.
+        """
+        key = effects, tuple(about.items()), chord
         if key not in self._last:
             every = [self.setup.candidates[e] for e in effects]
             extra = [started_at(u, about) for e in every for u in unknowns_of(e)]
             start = {n: v for n, v in about.items() if n in self.base}
-            self._last = {key: self.setup.regression(every, extra, start=start)}
+            regression = self.setup.chord_regression if chord else self.setup.regression
+            self._last = {key: regression(every, extra, start=start)}
         return self._last[key]
 
     def _settled(
@@ -168,12 +172,15 @@ class Relinearization:
         owner = {n: known[e] for e in effects if e in known for n in amplitudes_of(known[e])}
         point = {**about, **{n: stepped(e, n, 0.0, about[n]) for n, e in owner.items() if n in about}}
         before: FittedModel | None = None
+        chord = not self.setup.far_off  # far off, sensitivities differ by more than such an iteration bears
         for _ in range(POLICY.most_linearizations):
-            fit = self._once(effects, point)
+            fit = self._once(effects, point, chord)
             values, std = fit.values, fit.solution.std
             if all(abs(values[n] - point.get(n, 0.0)) < POLICY.settled_std * std[n] for n in owner):
-                break
-            if any(_is_stuck(point.get(n), values[n], bounds_of(e, n)) for n, e in owner.items()):
+                if not chord:
+                    break
+                chord = False
+            elif any(_is_stuck(point.get(n), values[n], bounds_of(e, n)) for n, e in owner.items()):
                 break
             if before is not None and stop is not None and stop(fit, before):
                 return fit, False
@@ -185,8 +192,8 @@ class Relinearization:
                 raise ResultError(Finding("fit", f"{n} leaves the possible range", f"{fit.values[n]:.3g}"))
         return fit, True
 
-    def _once(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
-        linear = relaxed(linearized(self.alone(effects, about)), self.setup)
+    def _once(self, effects: tuple[str, ...], about: Mapping[str, float], chord: bool = False) -> FittedModel:
+        linear = relaxed(linearized(self.alone(effects, about, chord)), self.setup)
         solution = solve(linear, tolerance=LEAST_STEP)
         runs = linearize(linear, solution.values, solution.per_run)
         return FittedModel(effects, solution, runs, linearized_system(runs))

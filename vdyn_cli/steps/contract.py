@@ -150,6 +150,15 @@ class SimulatedProblem(Problem, Protocol):
         """
         return self.regression(effects, unknowns, start)
 
+    def chord_regression(
+        self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
+    ) -> Regression:
+        """The regression with sensitivities to the step's own unknowns that may be those without the effects.
+
+        For the first iterations of a fit, and for predictions. Exact, unless a step says otherwise.
+        """
+        return self.regression(effects, unknowns, start)
+
     def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
         """The most likely size of a nondifferentiable effect alone in the model, and the gain in log likelihood.
 

@@ -219,6 +219,15 @@ class ValidateProblem(SimulatedProblem):
         base = _started(self, start if self.model.name == "vehicle" else NO_VALUES)
         return _whitened(self, base.with_effects(effects, unknowns))
 
+    def chord_regression(
+        self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
+    ) -> Regression:
+        """The regression with the bare car's sensitivities to its parameters; exact of a mass on a road."""
+        if self.model.name != "vehicle":
+            return self.regression(effects, unknowns, start)
+        extended = _started(self, start).with_effects(effects, unknowns)
+        return _whitened(self, replace(extended, chord=True))
+
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         """Simulate the drives and describe how well the model predicts them, extended by effects or not.
 

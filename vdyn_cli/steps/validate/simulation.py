@@ -69,6 +69,8 @@ class SimulationSetup:
     start_speeds : m/s, with which the simulation of each segment starts; empty: as measured.
     baseline : the setup without ``extra``, ``at`` and ``torque_zeros``; None: made when it is needed.
     extended : the setup that the effects were added to, whose simulation holds while their amplitudes are zero.
+    chord : whether the sensitivities to the parameters are those of the bare car, which costs a third: enough for
+        the first iterations of a fit (chord method).
     """
 
     inputs: DriveInputs
@@ -83,6 +85,7 @@ class SimulationSetup:
     start_speeds: tuple[float, ...] = ()
     baseline: SimulationSetup | None = None
     extended: SimulationSetup | None = None
+    chord: bool = False
 
     def with_effects(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> SimulationSetup:
         """The setup with further effects in the model."""
@@ -152,10 +155,17 @@ class SimulationSetup:
     @cached_property
     def simulator(self) -> Simulator:
         """Of all unknowns in ``vector.simulated``."""
-        unknowns = (*self.prior.names, *(u.name for u in self.extra), START)
+        return self._simulator_of((*self.prior.names, *(u.name for u in self.extra)))
+
+    @cached_property
+    def _chord_simulator(self) -> Simulator:
+        """Of the unknowns behind the parameters, which stay where they start."""
+        return self._simulator_of(tuple(u.name for u in self.extra))
+
+    def _simulator_of(self, shared: tuple[str, ...]) -> Simulator:
         if self.sensors.driving:
-            return _simulator(self, (*unknowns, TORQUE_ZERO), (*self.effects, drive_torque_zero))
-        return _simulator(self, unknowns, self.effects)
+            return _simulator(self, (*shared, START, TORQUE_ZERO), (*self.effects, drive_torque_zero))
+        return _simulator(self, (*shared, START), self.effects)
 
     @cached_property
     def first(self) -> tuple[SimulatedSegment, ...]:
@@ -165,6 +175,9 @@ class SimulationSetup:
         ------
         ResultError : the simulation is not finite.
         """
+        if self.unextended is None and self.chord:
+            assert self.bare.first and self._chord_simulator.outputs  # made before threads ask for them
+            return self.each(self._first_by_chord)
         if self.unextended is None:
             return self.each(lambda k: self.simulate(k, self.vector.start(k)))
         before, at = self.unextended.first, len(self.unextended.vector.shared)
@@ -213,21 +226,39 @@ class SimulationSetup:
         ResultError : the simulation is not finite.
         """
         drive = (self.inputs.perturbed_drives if perturbed else self.inputs.drives)[segment]
-        k, m, steady = len(self.prior.names), len(self.sensors.gain_std), len(self.vector.shared)
         seen = self.simulator(drive, theta[self.vector.simulated], sensitivities=slopes)
         values, derivatives = ideal_readings(seen, self.segments[segment])
-        gains, zeros = theta[k : k + m], theta[steady + 1 + self.sensors.driving :]
-        for name in values:
-            values[name], columns = self.sensors.read(name, values[name], gains, zeros)
-            if slopes:
-                moved = derivatives[name]
-                derivatives[name] = np.hstack([moved[:, :k], columns[0], moved[:, k:], columns[1]])
+        if not slopes:
+            return self._read(values, {}, {}, theta)
+        k = len(self.prior.names)
+        return self._read(
+            values, {n: d[:, :k] for n, d in derivatives.items()}, {n: d[:, k:] for n, d in derivatives.items()}, theta
+        )
+
+    def _first_by_chord(self, segment: int) -> SimulatedSegment:
+        theta, k = self.vector.start(segment), len(self.prior.names)
+        seen = self._chord_simulator(self.inputs.drives[segment], theta[self.vector.simulated][k:])
+        values, derivatives = ideal_readings(seen, self.segments[segment])
+        bare = {n: d[:, :k] for n, d in self.bare.first[segment].sensitivities.items()}
+        return self._read(values, bare, derivatives, theta)
+
+    def _read(
+        self, ideal: Mapping[str, Array], steady: Mapping[str, Array], others: Mapping[str, Array], theta: Array
+    ) -> SimulatedSegment:
+        """What the sensors read, with derivatives to parameters (``steady``), gains, ``others`` and zeros."""
+        k, m = len(self.prior.names), len(self.sensors.gain_std)
+        gains, zeros = theta[k : k + m], theta[len(self.vector.shared) + 1 + self.sensors.driving :]
+        values, derivatives = dict[str, Array](), dict[str, Array]()
+        for name, value in ideal.items():
+            values[name], columns = self.sensors.read(name, value, gains, zeros)
+            if name in others:
+                derivatives[name] = np.hstack([steady[name], columns[0], others[name], columns[1]])
         return SimulatedSegment(values, derivatives)
 
 
 def _simulator(setup: SimulationSetup, unknowns: tuple[str, ...], effects: tuple[Correction, ...]) -> Simulator:
     values = {**setup.prior.values, **setup.at, "wind_variance": 0.0}
-    own = {n: values[n] for n in setup.model.parameters}
+    own = {n: values[n] for n in (*setup.model.parameters, *setup.prior.names)}
     dense = max(_substeps(s.time, setup.step) for s in setup.segments)
     return Simulator(setup.model, own, unknowns, effects, dense)
 

@@ -132,7 +132,12 @@ class WhitenedDrives:
         start = self.setup.vector.start(run)
         same = theta.shape == start.shape and np.array_equal(theta, start)
         try:
-            outcome = self.setup.first[run] if same else self.setup.simulate(run, theta)
+            outcome = self.setup.first[run]
+            if not same and self.setup.chord:
+                values = self.setup.simulate(run, theta, slopes=False).values
+                outcome = SimulatedSegment(values, outcome.sensitivities)
+            elif not same:
+                outcome = self.setup.simulate(run, theta)
         except ResultError as error:  # far off, the step may be too long
             raise ArithmeticError(str(error)) from error
         return self.white(run, outcome, float(theta[len(self.setup.vector.shared)]))
