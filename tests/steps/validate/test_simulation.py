@@ -63,3 +63,17 @@ def test_an_effect_added_to_a_drive_that_begins_in_motion_has_the_sensitivities_
     ends = [s.simulate(0, s.vector.start(0), slopes=False).values["speed"] for s in (added(size), added(-size))]
     assert told == pytest.approx((ends[0] - ends[1]) / (2 * size), abs=1e-3 * float(np.abs(told).max()))
     assert np.abs(told).max() > 10.0
+
+
+def test_a_chord_keeps_the_bare_cars_sensitivities_to_parameters_and_takes_the_others_exactly(
+    setup: SimulationSetup,
+) -> None:
+    slope = next(e for e in catalogue() if e.name == "road_grade")
+    exact = setup.with_effects((slope,), (Unknown("road_grade", 0.02, -1.0, 1.0, "", None),))
+    chord, parameters = replace(exact, chord=True), len(setup.prior.names)
+    for one, other, bare in zip(chord.first, exact.first, setup.first, strict=True):
+        speed, whole, before = (s.sensitivities["speed"] for s in (one, other, bare))
+        assert one.values["speed"] == pytest.approx(other.values["speed"], abs=1e-12)
+        assert speed[:, parameters:] == pytest.approx(whole[:, parameters:], rel=1e-9, abs=1e-9)
+        assert np.array_equal(speed[:, :parameters], before[:, :parameters])
+        assert not np.allclose(whole[:, :parameters], before[:, :parameters], rtol=1e-3)

@@ -176,7 +176,8 @@ class SimulationSetup:
         ResultError : the simulation is not finite.
         """
         if self.unextended is None and self.chord:
-            assert self.bare.first and self._chord_simulator.outputs  # made before threads ask for them
+            assert self.bare.first  # both are made before threads ask for them
+            assert self._chord_simulator.outputs
             return self.each(self._first_by_chord)
         if self.unextended is None:
             return self.each(lambda k: self.simulate(k, self.vector.start(k)))
