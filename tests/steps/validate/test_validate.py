@@ -192,7 +192,7 @@ def test_a_law_that_an_earlier_step_learned_is_simulated(root: Path, tmp_path: P
     extended = replace(found.known, extensions={LEARNED: sizes}, laws={LEARNED: law})
     plain = prepared(found).baseline
     problem = prepared(replace(found, known=extended))
-    assert [e.name for e in problem.carried] == [LEARNED]
+    assert [e.name for e in carried_effects(problem)] == [LEARNED]
     assert not dropped_effects(problem)
     without, with_it = (t.first[0].values["speed"] for t in (plain, problem.baseline))
     assert np.max(without - with_it) > 0.05

@@ -130,15 +130,9 @@ class ValidateProblem(SimulatedProblem):
         return vehicle(s.driven, "sides" if _two_motors(self.spec, self.logs) else "axle", differential=s.differential)
 
     @cached_property
-    def carried(self) -> tuple[Effect, ...]:
-        """Effects that earlier steps accepted and that this model can take: they are in it from the start."""
-        listed = [e for e in catalogue() if e.name in self.known.extensions]
-        return applicable(self.model, [*listed, *learned_effects(self.known)])
-
-    @cached_property
     def prior(self) -> ParameterPrior:
         """The model's parameters, and the amplitudes of carried effects, before the drives."""
-        sizes = {n: e for one in self.carried for n, e in self.known.extensions[one.name].items()}
+        sizes = {n: e for one in carried_effects(self) for n, e in self.known.extensions[one.name].items()}
         return with_accepted_effects(parameter_prior(self.known, self.model.parameters), sizes)
 
     @cached_property
@@ -159,7 +153,7 @@ class ValidateProblem(SimulatedProblem):
         )
         is_vehicle = s.model == "vehicle"
         step = s.step.value if s.step else LONGEST_STEP if is_vehicle else ROAD_LOAD_STEP
-        made = SimulationSetup(inputs, self.model, prior, sensors, step, self.carried)
+        made = SimulationSetup(inputs, self.model, prior, sensors, step, carried_effects(self))
         return with_accurate_step(made) if is_vehicle and not s.step else made
 
     @cached_property
@@ -267,6 +261,12 @@ class ValidateProblem(SimulatedProblem):
         return likely_size(setup, self.reference, least, most)
 
 
+def carried_effects(problem: ValidateProblem) -> tuple[Effect, ...]:
+    """Effects that earlier steps accepted and that this model can take: they are in it from the start."""
+    listed = [e for e in catalogue() if e.name in problem.known.extensions]
+    return applicable(problem.model, [*listed, *learned_effects(problem.known)])
+
+
 def _started(problem: ValidateProblem, start: Mapping[str, float]) -> SimulationSetup:
     """The baseline started at these values; the diagnosis asks for the same few again and again."""
     key, begun = tuple(start.items()), problem._begun
@@ -290,7 +290,7 @@ def _whitened(problem: ValidateProblem, setup: SimulationSetup) -> Regression:
 
 def dropped_effects(problem: ValidateProblem) -> tuple[Finding, ...]:
     """A warning for each effect of earlier steps that this model cannot take, and is therefore without."""
-    taken, known = {e.name for e in problem.carried}, {e.name for e in catalogue()}
+    taken, known = {e.name for e in carried_effects(problem)}, {e.name for e in catalogue()}
     found = []
     for name in (n for n in problem.known.extensions if n not in taken):
         why = "its law is not in this model" if name in known else "no such effect is installed"

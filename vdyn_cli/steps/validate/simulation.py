@@ -155,17 +155,12 @@ class SimulationSetup:
     @cached_property
     def simulator(self) -> Simulator:
         """Of all unknowns in ``vector.simulated``."""
-        return self._simulator_of((*self.prior.names, *(u.name for u in self.extra)))
+        return _whole_simulator(self, (*self.prior.names, *(u.name for u in self.extra)))
 
     @cached_property
-    def _chord_simulator(self) -> Simulator:
+    def chord_simulator(self) -> Simulator:
         """Of the unknowns behind the parameters, which stay where they start."""
-        return self._simulator_of(tuple(u.name for u in self.extra))
-
-    def _simulator_of(self, shared: tuple[str, ...]) -> Simulator:
-        if self.sensors.driving:
-            return _simulator(self, (*shared, START, TORQUE_ZERO), (*self.effects, drive_torque_zero))
-        return _simulator(self, (*shared, START), self.effects)
+        return _whole_simulator(self, tuple(u.name for u in self.extra))
 
     @cached_property
     def first(self) -> tuple[SimulatedSegment, ...]:
@@ -177,8 +172,8 @@ class SimulationSetup:
         """
         if self.unextended is None and self.chord:
             assert self.bare.first  # both are made before threads ask for them
-            assert self._chord_simulator.outputs
-            return self.each(self._first_by_chord)
+            assert self.chord_simulator.outputs
+            return self.each(lambda k: _first_by_chord(self, k))
         if self.unextended is None:
             return self.each(lambda k: self.simulate(k, self.vector.start(k)))
         before, at = self.unextended.first, len(self.unextended.vector.shared)
@@ -230,31 +225,43 @@ class SimulationSetup:
         seen = self.simulator(drive, theta[self.vector.simulated], sensitivities=slopes)
         values, derivatives = ideal_readings(seen, self.segments[segment])
         if not slopes:
-            return self._read(values, {}, {}, theta)
+            return _read(self, values, {}, {}, theta)
         k = len(self.prior.names)
-        return self._read(
-            values, {n: d[:, :k] for n, d in derivatives.items()}, {n: d[:, k:] for n, d in derivatives.items()}, theta
-        )
+        steady, others = ({n: d[:, part] for n, d in derivatives.items()} for part in (slice(k), slice(k, None)))
+        return _read(self, values, steady, others, theta)
 
-    def _first_by_chord(self, segment: int) -> SimulatedSegment:
-        theta, k = self.vector.start(segment), len(self.prior.names)
-        seen = self._chord_simulator(self.inputs.drives[segment], theta[self.vector.simulated][k:])
-        values, derivatives = ideal_readings(seen, self.segments[segment])
-        bare = {n: d[:, :k] for n, d in self.bare.first[segment].sensitivities.items()}
-        return self._read(values, bare, derivatives, theta)
 
-    def _read(
-        self, ideal: Mapping[str, Array], steady: Mapping[str, Array], others: Mapping[str, Array], theta: Array
-    ) -> SimulatedSegment:
-        """What the sensors read, with derivatives to parameters (``steady``), gains, ``others`` and zeros."""
-        k, m = len(self.prior.names), len(self.sensors.gain_std)
-        gains, zeros = theta[k : k + m], theta[len(self.vector.shared) + 1 + self.sensors.driving :]
-        values, derivatives = dict[str, Array](), dict[str, Array]()
-        for name, value in ideal.items():
-            values[name], columns = self.sensors.read(name, value, gains, zeros)
-            if name in others:
-                derivatives[name] = np.hstack([steady[name], columns[0], others[name], columns[1]])
-        return SimulatedSegment(values, derivatives)
+def _first_by_chord(setup: SimulationSetup, segment: int) -> SimulatedSegment:
+    theta, k = setup.vector.start(segment), len(setup.prior.names)
+    seen = setup.chord_simulator(setup.inputs.drives[segment], theta[setup.vector.simulated][k:])
+    values, derivatives = ideal_readings(seen, setup.segments[segment])
+    bare = {n: d[:, :k] for n, d in setup.bare.first[segment].sensitivities.items()}
+    return _read(setup, values, bare, derivatives, theta)
+
+
+def _read(
+    setup: SimulationSetup,
+    ideal: Mapping[str, Array],
+    steady: Mapping[str, Array],
+    others: Mapping[str, Array],
+    theta: Array,
+) -> SimulatedSegment:
+    """What the sensors read, with derivatives to parameters (``steady``), gains, ``others`` and zeros."""
+    sensors, k = setup.sensors, len(setup.prior.names)
+    gains, zeros = theta[k : k + len(sensors.gain_std)], theta[len(setup.vector.shared) + 1 + sensors.driving :]
+    values, derivatives = dict[str, Array](), dict[str, Array]()
+    for name, value in ideal.items():
+        values[name], columns = sensors.read(name, value, gains, zeros)
+        if name in others:
+            derivatives[name] = np.hstack([steady[name], columns[0], others[name], columns[1]])
+    return SimulatedSegment(values, derivatives)
+
+
+def _whole_simulator(setup: SimulationSetup, shared: tuple[str, ...]) -> Simulator:
+    """Of shared unknowns and those of each segment that are simulated: start speed and zero of the drive torque."""
+    if setup.sensors.driving:
+        return _simulator(setup, (*shared, START, TORQUE_ZERO), (*setup.effects, drive_torque_zero))
+    return _simulator(setup, (*shared, START), setup.effects)
 
 
 def _simulator(setup: SimulationSetup, unknowns: tuple[str, ...], effects: tuple[Correction, ...]) -> Simulator:
