@@ -26,7 +26,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.contract import UnpublishedError
 from vdyn_cli.steps.validate.noise import DEPARTURE
-from vdyn_cli.steps.validate.problem import dropped_effects
+from vdyn_cli.steps.validate.problem import carried_effects, dropped_effects
 from vdyn_cli.steps.validate.segments import OUTPUTS
 from vdyn_cli.steps.validate.spec import ValidateSettings
 from vdyn_cli.steps.validate.whitening import whiten_drives
