@@ -90,7 +90,7 @@ def test_all_missing_columns_are_named_with_the_closest(tmp_path: Path) -> None:
         "grade": Column("xyz", "", "", where="run.yaml:6"),
     }
     message = refused(tmp_path, "t,gps speed [m/s],Motor Torque [Nm]\n0,1,2\n1,2,3\n", columns)
-    assert "run.yaml:4: channel 'speed': run.csv has no such column (got 'GPS-Speed [km/h]')" in message
+    assert "run.yaml:4: channel 'speed': no such column in run.csv (got 'GPS-Speed [km/h]')" in message
     assert "did you mean 'gps speed [m/s]'?" in message
     assert "run.yaml:5" in message
     assert "did you mean 'Motor Torque [Nm]'?" in message
@@ -107,8 +107,14 @@ def test_no_column_at_all_is_still_answered_with_names(tmp_path: Path) -> None:
 
 def test_a_repeated_header_asks_which(tmp_path: Path) -> None:
     message = refused(tmp_path, "t,v [m/s],v [m/s]\n0,1,2\n1,2,3\n")
-    assert "run.yaml:4: channel 'speed': run.csv has 2 columns of this name, numbers 2, 3" in message
+    assert "run.yaml:4: channel 'speed': 2 columns of this name, numbers 2, 3, in run.csv" in message
     assert "write column: 'v [m/s]#1' or 'v [m/s]#2'" in message
+
+
+def test_a_misspelled_name_of_two_columns_is_answered_with_both(tmp_path: Path) -> None:
+    """The plain name would be refused in the next round."""
+    message = refused(tmp_path, "t,V [m/s],V [m/s]\n0,1,2\n1,2,3\n")
+    assert "did you mean 'V [m/s]#1' or 'V [m/s]#2'?" in message
 
 
 @pytest.mark.parametrize(

@@ -166,3 +166,12 @@ def test_other_cells_are_no_time_of_day(cell: str) -> None:
 def test_a_clock_passes_midnight_twice() -> None:
     seconds = np.array([86399.0, np.nan, 1.0, 86399.5, 0.5])
     assert since_first(seconds) == pytest.approx([0.0, np.nan, 2.0, 86400.5, 86401.5], nan_ok=True)
+
+
+def test_a_clock_of_several_tables_is_offered_by_its_plain_name(tmp_path: Path) -> None:
+    """Each channel of a long table has a clock of its own, all called alike: ``SECONDS`` means each channel's."""
+    path = tmp_path / "long.csv"
+    path.write_text(LONG, encoding="utf-8")
+    columns = {"time": Column("SECOND", "s", "s"), "speed": Column("Vehicle speed", "km/h", "m/s")}
+    with pytest.raises(InputError, match=r"did you mean 'SECONDS'\?"):
+        read_log(path, columns)

@@ -55,10 +55,19 @@ def test_wrong_keys_missing_logs_units_columns_and_numbers_come_in_one_round(tmp
         "'settings.minimum_length' 'kg' is not a unit of the same kind as s",
         "unknown channel 'foo'",
         "'kmx' is not a unit",
-        "a.csv has no such column (got 'w')",
+        "no such column in a.csv (got 'w')",
         "b.csv: no such file",
     ):
         assert said in text, said
+
+
+def test_what_init_left_open_is_told_once_a_line_in_their_order(tmp_path: Path) -> None:
+    channels = {"time": {"column": "t", "unit": "s"}, "speed": {"column": "?", "unit": "?"}}
+    text = problems(tmp_path, channels=channels, vehicle={"mass": "?", "air_density": 1.2})
+    marked = [line for line in text.splitlines() if '"?"' in line and "->" not in line]
+    assert [line.split("'")[1] for line in marked] == ["vehicle.mass", "channels.speed"]
+    assert "is not a unit" not in text
+    assert "no such column" not in text
 
 
 def test_a_missing_number_of_the_vehicle_comes_in_the_same_round(tmp_path: Path) -> None:

@@ -349,6 +349,7 @@ class TestSpec(Strict):
 
 
 S = TypeVar("S", bound=BaseModel)
+MARK = "?"  # of what 'vdyn init' leaves to the user
 MOST_ROUNDS = 5  # of leaving wrong keys out: a check of the whole sees only what is right in its parts
 
 
@@ -460,13 +461,32 @@ def validate(source: YamlSource, model: type[S]) -> S:
     if not isinstance(source.data, dict):
         got = type(source.data).__name__
         raise InputError(Finding(source.path.name, "must be a mapping of keys to values", got))
+    marks = [(at, _undecided(at, source)) for at in dict.fromkeys(_marked(source.data))]
     try:
-        return model.model_validate(source.data)
+        spec = model.model_validate(source.data)
     except ValidationError as error:
         details = error.errors(include_url=False)
         within = {_location(d)[:k] for d in details for k in range(len(_location(d)))}
         told = [d for d in details if not (isinstance(d["input"], list) and _location(d) in within)]
-        raise InvalidSpecError([(_location(d), _explain(d, source, model)) for d in told]) from None
+        told = [d for d in told if not any(_location(d)[: len(at)] == at for at, _ in marks)]
+        raise InvalidSpecError([*marks, *((_location(d), _explain(d, source, model)) for d in told)]) from None
+    if marks:
+        raise InvalidSpecError(marks)
+    return spec
+
+
+def _marked(data: Any, at: Location = ()) -> Iterator[Location]:
+    """Where the mark of ``vdyn init`` stands; of a channel's column or unit, the place of the channel."""
+    if data == MARK:
+        yield at[:-1] if at[-1] in ("column", "unit") else at
+    for part, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
+        yield from _marked(value, (*at, part))
+
+
+def _undecided(at: Location, source: YamlSource) -> Finding:
+    what = f"'{'.'.join(map(str, at))}' is not decided: it holds the \"{MARK}\" that 'vdyn init' writes"
+    remedy = f'write the value in place of "{MARK}", or remove the line if the test has no such value'
+    return Finding(source.where(at), what, remedy=remedy)
 
 
 def with_vehicle_file(source: YamlSource) -> YamlSource:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 
 from vdyn_cli.io.file_units import BRACKET
@@ -21,16 +22,27 @@ def positions(names: Sequence[str], wanted: str) -> list[int]:
 
 
 def closest_names(names: Sequence[str], wanted: str) -> str:
-    """The remedy for a name that a file does not have: first those that differ in case, blanks or unit alone."""
-    named = [cell for cell in dict.fromkeys(names) if cell]
-    same = [cell for cell in named if _bare(cell) == _bare(wanted)]
-    bare = {_bare(cell): cell for cell in reversed(named)}
-    near = same or [bare[b] for b in close_names(_bare(wanted), bare)]
+    """The remedy for a name that a file does not have: first those that differ in case, blanks or unit alone.
+
+    Names are offered as a description writes them: of several of one name, ``Name#1`` and so on.
+    """
+    named = [cell for cell in _written(names) if cell]
+    bare: dict[str, list[str]] = {}
+    for cell in named:
+        bare.setdefault(_bare(cell), []).append(cell)
+    near = bare.get(_bare(wanted)) or [cell for b in close_names(_bare(wanted), bare) for cell in bare[b]]
     if near:
         return "did you mean " + " or ".join(f"'{cell[:100]}'" for cell in near[:3]) + "?"
     shown = ", ".join(f"'{cell[:60]}'" for cell in named[:12])
     return f"its columns are {shown}" + (f" and {len(named) - 12} more" if len(named) > 12 else "")
 
 
+def _written(names: Sequence[str]) -> list[str]:
+    count = Counter(names)
+    return [f"{name}#{n + 1}" if count[name] > 1 else name for name in count for n in range(count[name])]
+
+
 def _bare(name: str) -> str:
-    return re.sub(r"[\W_]+", "", BRACKET.sub("", name).casefold()) or name
+    nth = _NTH.fullmatch(name)
+    plain = nth[1] if nth else name
+    return re.sub(r"[\W_]+", "", BRACKET.sub("", plain).casefold()) or plain

@@ -191,7 +191,7 @@ def _chosen(
             what = f"channel '{channel}' is left out: no column '{column.column}'"
             findings.append(Finding(name, what, remedy=_instead(listed, column)))
         else:
-            what = f"channel '{channel}': {name} has no such column"
+            what = f"channel '{channel}': no such column in {name}"
             got = repr(column.column) + "".join(f" of {k} {v!r}" for k, v in _where(column).items())
             problems.append(Finding(column.where or name, what, got, _instead(listed, column)))
     return chosen, findings, problems
@@ -210,7 +210,7 @@ def _fitting(listed: Sequence[StoredChannel], column: Column) -> list[StoredChan
 
 
 def _several(column: Column, channel: str, fitting: Sequence[StoredChannel], name: str) -> Finding:
-    what = f"channel '{channel}': {name} has {len(fitting)} channels of this name"
+    what = f"channel '{channel}': {len(fitting)} channels of this name in {name}"
     for key in ("group", "source"):
         values = [getattr(c, key) for c in fitting]
         if len(set(values)) == len(values) and all(values):
@@ -229,7 +229,17 @@ def _instead(listed: Sequence[StoredChannel], column: Column) -> str:
     elsewhere = _fitting(listed, replace(column, group="", source="")) if where else []
     if elsewhere:
         return "; ".join(f"its {key} is {_either([getattr(c, key) for c in elsewhere])}" for key in where)
-    return closest_names([c.name for c in listed], column.column)
+    within = [c for c in listed if column.group in ("", c.group) and column.source in ("", c.source)]
+    return closest_names(_written(within or listed), column.column)
+
+
+def _written(listed: Sequence[StoredChannel]) -> list[str]:
+    """The names, one only for clocks of several tables and for channels that their groups tell apart."""
+    names: dict[str, list[StoredChannel]] = {}
+    for channel in listed:
+        names.setdefault(channel.name, []).append(channel)
+    plain = {n for n, same in names.items() if all(c.master for c in same) or len({c.group for c in same}) == len(same)}
+    return [n for n, same in names.items() for _ in (same[:1] if n in plain else same)]
 
 
 def _clock(listed: Sequence[StoredChannel], stored: StoredChannel, time: Column, name: str) -> StoredChannel:

@@ -51,7 +51,15 @@ from vdyn_cli.project.unlike_runs import other_units, with_run_signs
 from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.cut_ledger import DataQuality
-from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, raise_all
+from vdyn_cli.quantities.errors import (
+    Finding,
+    InputError,
+    ResultError,
+    did_you_mean,
+    in_file_order,
+    merge_logs,
+    raise_all,
+)
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import Estimate, Parameters
@@ -123,7 +131,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     described = load_partial(path, step.spec)
     spec, source, problems = described.spec, described.source, list(described.problems)
     if spec is None:
-        raise InputError(*problems, *missing_logs(source))
+        raise InputError(*in_file_order([*problems, *missing_logs(source)], source.path.name))
     step, known_files = step.of(spec), tuple(known_files)
     unreadable = wrong_channels(step, spec, source, described.dropped)
     problems += [*unreadable, *contradictory_keys(spec, source), *wrong_effects(step, spec, source)]
@@ -165,7 +173,8 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             found: list[Finding] = []
             attempt(found, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
             problems += [f for f in found if not _of_dropped(f, described.dropped) and f not in problems]
-        raise InputError(*with_run_signs(problems, logs))
+        names = [name for run in spec.runs for name in _log_names(run)]
+        raise InputError(*in_file_order(merge_logs(with_run_signs(problems, logs), names), source.path.name))
     findings = (*_overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
     findings += (*unread_keys(step, spec, source), *survey_note(road))
     findings += (*condensing, *(refused() if step.diagnosable else ()))

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 LONGEST_NAME = 100  # characters of names that are compared for a misspelling; headers of loggers have up to some 60
 MOST_COMPARED = 2000  # names that are compared, in about 0.1 s
+MOST_LOGS = 3  # logs that one message names; of more the number is said
 
 
 # What moves a terminal's cursor, sets its colors, ends a line, or turns the direction of writing; lone surrogates.
@@ -155,3 +156,36 @@ def merge_similar(findings: Sequence[Finding], least: int = 2) -> tuple[Finding,
             first = replace(first, where=where)
         merged.append(first)
     return tuple(merged)
+
+
+def in_file_order(findings: Sequence[Finding], file: str) -> tuple[Finding, ...]:
+    """The findings with those of a file's lines first, by line (``coast.yaml:12``)."""
+
+    def line(found: Finding) -> float:
+        place, _, number = found.where.rpartition(":")
+        return float(number) if place == file and number.isdecimal() else float("inf")
+
+    return tuple(sorted(findings, key=line))
+
+
+def merge_logs(findings: Sequence[Finding], logs: Sequence[str]) -> tuple[Finding, ...]:
+    """Merge findings that differ in the name of a log only: said once, with the first logs and how many more.
+
+    Parameters
+    ----------
+    findings : in the order in which they are reported; a finding about a log has its name in ``what``.
+    logs : names of the logs.
+    """
+    named = re.compile("|".join(rf"(?<!\S){re.escape(n)}(?![^\s,:])" for n in sorted(logs, key=len, reverse=True)))
+    groups: dict[Finding, list[str]] = {}
+    for found in findings:
+        log = named.search(found.what) if logs else None
+        hole = found if log is None else replace(found, what=f"{found.what[: log.start()]}\0{found.what[log.end() :]}")
+        names = groups.setdefault(hole, [])
+        names += [log[0]] if log is not None and log[0] not in names else []
+    return tuple(replace(hole, what=hole.what.replace("\0", _some(names))) for hole, names in groups.items())
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f" and {len(names) - MOST_LOGS} more logs" if len(names) > MOST_LOGS + 1 else ""
+    return ", ".join(names[:MOST_LOGS] if more else names) + more

@@ -44,7 +44,7 @@ def match_columns(layout: Layout, columns: Mapping[str, Column], name: str) -> M
             what = f"channel '{channel}' is left out: no column '{column.column}'"
             findings.append(Finding(name, what, remedy=closest_names(layout.header, column.column)))
         else:
-            what = f"channel '{channel}': {name} has no such column"
+            what = f"channel '{channel}': no such column in {name}"
             suggestion = _stray_quote(layout, column.column) or closest_names(layout.header, column.column)
             problems.append(Finding(column.where or name, what, repr(column.column), suggestion))
     return Match(position, tuple(findings), tuple(problems))
@@ -52,13 +52,13 @@ def match_columns(layout: Layout, columns: Mapping[str, Column], name: str) -> M
 
 def _no_groups(column: Column, channel: str, name: str) -> Finding:
     key = "group" if column.group else "source"
-    what = f"channel '{channel}': {name} is a text log, which has no groups or sources"
+    what = f"channel '{channel}': no groups or sources in the text log {name}"
     return Finding(column.where or name, what, repr(column.group or column.source), f"remove '{key}'")
 
 
 def _repeated(column: Column, channel: str, at: Sequence[int], name: str) -> Finding:
     places = ", ".join(str(i + 1) for i in at)
-    what = f"channel '{channel}': {name} has {len(at)} columns of this name, numbers {places}"
+    what = f"channel '{channel}': {len(at)} columns of this name, numbers {places}, in {name}"
     choices = " or ".join(f"'{column.column}#{n + 1}'" for n in range(min(len(at), 3)))
     return Finding(column.where or name, what, repr(column.column), f"write column: {choices}")
 
