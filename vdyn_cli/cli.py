@@ -17,7 +17,7 @@ import typer
 
 from vdyn_cli import steps
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.quantities.errors import InputError, VdynError, merge_lines, merge_similar, visible
+from vdyn_cli.quantities.errors import InputError, VdynError, merge_lines, merge_similar, raise_all, visible
 
 app = typer.Typer(
     help="Estimate and validate a longitudinal vehicle model from road-test logs.",
@@ -172,7 +172,13 @@ def channels(
     """Show the channels of a log: name, unit, rate, span, range, constant and duplicate ones; how more logs differ."""
     from vdyn_cli.commands.run_channels import channels_json, channels_table
 
-    typer.echo(channels_json(*logs) if as_json else channels_table(*logs), nl=not as_json)
+    if as_json:
+        typer.echo(channels_json(*logs), nl=False)
+        return
+    text, problems = channels_table(*logs)
+    if text:
+        typer.echo(text)
+    raise_all(problems)
 
 
 @app.command()

@@ -12,7 +12,7 @@ import pytest
 from tests.io.stored_logs import FORMATS, write
 from vdyn_cli.commands.run_channels import channels_json, channels_table
 from vdyn_cli.commands.schema import json_schema
-from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.errors import InputError, raise_all
 
 TIME = np.arange(3000) / 50.0
 SPEED = 20.0 - 0.1 * TIME + 0.01 * np.sin(1000.0 * TIME)
@@ -25,6 +25,12 @@ TABLE = {
     "flat": np.full(3000, 7.5),
     "none": TIME * np.nan,
 }
+
+
+def shown(*paths: Path) -> str:
+    text, problems = channels_table(*paths)
+    raise_all(problems)
+    return text
 
 
 def entries(path: Path) -> dict[str, dict[str, object]]:
@@ -47,7 +53,7 @@ def test_every_format_says_what_it_holds(kind: str, tmp_path: Path) -> None:
     assert found[pair[1]]["same_as"] == ("logger 1." if kind == "mf4" else "") + pair[0]
     assert found["frozen"]["rest"][:2] == [pytest.approx(20.02), pytest.approx(44.98)]  # type: ignore[index]
     assert found["flat"]["lowest"] == 7.5
-    assert "rests at" in channels_table(path)
+    assert "rests at" in shown(path)
 
 
 def test_names_that_are_repeated_are_shown_as_a_description_writes_them(tmp_path: Path) -> None:
@@ -57,7 +63,7 @@ def test_names_that_are_repeated_are_shown_as_a_description_writes_them(tmp_path
     assert list(found) == ["t [s]", "v [m/s]#1", "v [m/s]#2", "gear"]
     assert (found["v [m/s]#2"]["repeated"], found["v [m/s]#2"]["unit"]) == (2, "m/s")
     assert found["gear"]["state"] == "text"
-    assert "one of 2 of this name" in channels_table(path)
+    assert "one of 2 of this name" in shown(path)
 
 
 def test_several_logs_say_what_differs(tmp_path: Path) -> None:
@@ -67,7 +73,7 @@ def test_several_logs_say_what_differs(tmp_path: Path) -> None:
             [(TABLE, "km/h"), (TABLE, "km/h"), ({"time": 2.0 * TIME, "speed": SPEED, "yaw": FROZEN}, "m/s")]
         )
     ]
-    lines = channels_table(*paths).splitlines()
+    lines = shown(*paths).splitlines()
     differences = [line.strip() for line in lines if line.startswith("    against")]
     assert differences[0].endswith("the same columns and units")
     for said in ("lacks 'copy', ", "adds 'yaw'", "instead of", "clock of 25 Hz instead of 50 Hz"):
@@ -75,10 +81,21 @@ def test_several_logs_say_what_differs(tmp_path: Path) -> None:
     assert [d["log"] for d in json.loads(channels_json(*paths))] == [p.name for p in paths]
 
 
+def test_one_log_that_cannot_be_read_hides_no_other(tmp_path: Path) -> None:
+    paths = [tmp_path / f"run_{k}.csv" for k in range(3)]
+    for path in paths:
+        path.write_text("t [s],v [m/s]\n" + "".join(f"{i},{i % 7}\n" for i in range(100)))
+    paths[0].write_text("t [s],v [m/s]\n")
+    text, problems = channels_table(*paths)
+    assert "v [m/s]" in text
+    assert "run_2.csv: 2 channels" in text
+    assert [(p.where, p.what) for p in problems] == [("run_0.csv", "holds no numbers, at most a header")]
+
+
 def test_a_table_without_a_clock_says_so(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     path.write_text("x [m];y [m]\n1;2\n2;3\n3;5\n")
-    assert "No column rises like a clock" in channels_table(path)
+    assert "No column rises like a clock" in shown(path)
     assert entries(path)["x [m]"]["rate"] is None
 
 
@@ -106,7 +123,7 @@ def test_every_file_of_the_measurements_is_described_or_refused(shared_data: Pat
         known = KNOWN.get(name, None if path.suffix == ".xlsx" else ("Time [s]", 0, 0))
         if known is None:
             with pytest.raises(InputError):
-                channels_table(path)
+                shown(path)
             continue
         found = entries(path)
         assert [n for n, c in found.items() if c["state"] == "clock"] == [n for n in known[:1] if n], name
@@ -114,5 +131,5 @@ def test_every_file_of_the_measurements_is_described_or_refused(shared_data: Pat
         assert len(found) == known[1] or (known[1] == 0 and len(found) > 20), name
         if name.startswith("bmw_i3"):
             assert found["Velocity [km/h]"]["rate"] == pytest.approx(10.0, abs=0.01)
-            stands = "stand still together" in channels_table(path)
+            stands = "stand still together" in shown(path)
             assert stands == (path.name == "TripB34.csv.gz"), name

@@ -253,6 +253,40 @@ def test_a_drive_is_no_run_of_a_coast_down(tmp_path: Path) -> None:
     assert 'run_1.csv"}  # left out: no coast-down, the speed falls for at most' in found.text
 
 
+def test_of_a_folder_the_logs_that_are_no_runs_stand_as_comments(tmp_path: Path) -> None:
+    """Also where the first log is a foreign one; two kinds of logs over the same time are no loggers of one run."""
+    runs = [coast(tmp_path / f"run_{k}.csv", bearing, "heading") for k, bearing in enumerate((20.0, 200.0, 25.0))]
+    time = np.arange(600) / 10.0
+    tables = {
+        "air.csv": ("time [s],probe", 4.0 + np.sin(time)),
+        "dead.csv": ("time [s],speed [m/s]", 0.0 * time),
+        "phone_0.csv": ("t [s],Speed (mph)", 50.0 - 0.3 * time),
+        "phone_1.csv": ("t [s],Speed (mph)", 50.0 - 0.3 * time),
+    }
+    for name, (header, values) in tables.items():
+        np.savetxt(tmp_path / name, np.column_stack([time, values]), delimiter=",", header=header, comments="")
+    (tmp_path / "cut_off.csv").write_text("time [s],speed [m/s]\n")
+    others = [tmp_path / name for name in (*tables, "cut_off.csv")]
+    found, description = draft("coastdown", *others, *runs)
+    assert [(run["log"], run["direction"]) for run in description["runs"]] == [
+        ("run_0.csv", "out"),
+        ("run_1.csv", "back"),
+        ("run_2.csv", "out"),
+    ]
+    assert sorted(found.left) == sorted(path.name for path in others)
+    for said in (
+        "no speed: no column has such",
+        "is constant at 0",
+        "than run_0.csv (time, speed)",
+        "holds no numbers",
+    ):
+        assert said in found.text
+    with pytest.raises(InputError, match=r"no\.csv: no such file"):
+        draft("coastdown", *runs, tmp_path / "no.csv")
+    with pytest.raises(InputError, match="holds no numbers"):
+        draft("coastdown", tmp_path / "cut_off.csv")
+
+
 def test_a_coast_down_of_one_hertz_with_a_gap_is_a_run(tmp_path: Path) -> None:
     time = np.delete(np.arange(70.0), np.s_[30:36])
     paths = [tmp_path / f"run_{k}.csv" for k in range(2)]

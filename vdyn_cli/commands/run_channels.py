@@ -10,6 +10,7 @@ from pathlib import Path
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.io.csv.coastdown_report import HEAD
 from vdyn_cli.io.reader import clock_units
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.number_text import decimals
 from vdyn_cli.quantities.quantity import to_si
 from vdyn_cli.quantities.result_schema import ChannelEntry, ChannelsDocument
@@ -22,19 +23,24 @@ _MOST_NAMED = 6  # columns that a log lacks or adds; of more the number is said
 _SAME_TIME = 0.25  # s within which rests of several channels begin and end together
 
 
-def channels_table(path: Path, *others: Path) -> str:
-    """The channels of a log of any format, one line each, what is conspicuous below, and how further logs differ.
+def channels_table(*paths: Path) -> tuple[str, tuple[Finding, ...]]:
+    """The channels of the first log, one line each, what is conspicuous below, and how further logs differ.
 
-    Raises
-    ------
-    InputError : a file cannot be read.
+    Returns
+    -------
+    The text about the logs that can be read, and what is wrong with the others.
     """
-    facts = survey(path)
-    text = _table(path, facts)
-    for other in others:
-        found = survey(other)
-        text += "\n" + "\n".join([*_summary(other, found), *_differences(path, facts, found)])
-    return text
+    found: list[tuple[Path, tuple[ChannelFacts, ...]]] = []
+    problems: list[Finding] = []
+    for path in paths:
+        try:
+            found.append((path, survey(path)))
+        except InputError as error:
+            problems += error.findings
+    text = _table(*found[0]) if found else ""
+    for other, facts in found[1:]:
+        text += "\n" + "\n".join([*_summary(other, facts), *_differences(*found[0], facts)])
+    return text, tuple(problems)
 
 
 def _differences(path: Path, facts: Sequence[ChannelFacts], found: Sequence[ChannelFacts]) -> list[str]:

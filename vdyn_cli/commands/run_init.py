@@ -14,13 +14,15 @@ from vdyn_cli.steps import load_step, names
 
 Tell = Callable[..., None]
 
+_MOST_NAMED = 6  # logs that are left out; of more the number is said
+
 
 def run_init(step: str, logs: Sequence[Path], output: str, tell: Tell) -> None:
     """Write the draft to stdout, or to a new file for an output other than ``-``, and say what is left to decide.
 
     Raises
     ------
-    InputError : no such step, a log that cannot be read or is none, or a file that exists.
+    InputError : no such step, no log among the files, one that does not exist, or an output that exists.
     """
     closest_topic(step, names(), "step")
     if output != "-" and Path(output).exists():
@@ -34,3 +36,6 @@ def run_init(step: str, logs: Sequence[Path], output: str, tell: Tell) -> None:
         tell(output)
     tell(f"mapped: {', '.join(draft.mapped) or 'nothing'}")
     tell(f"to decide: {', '.join(draft.undecided) or 'nothing'}")
+    if draft.left:
+        more = f" and {len(draft.left) - _MOST_NAMED} more" if len(draft.left) > _MOST_NAMED else ""
+        tell(f"left out: {', '.join(draft.left[:_MOST_NAMED])}{more} (the comments in the description say why)")

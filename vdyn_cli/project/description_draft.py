@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -11,9 +12,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.io.channel_survey import survey
 from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import ChannelGuess, guess_channels
+from vdyn_cli.project.left_out_logs import GuessedLog, usual_log, why_left_out
 from vdyn_cli.project.run_conditions import run_conditions
 from vdyn_cli.project.run_direction import LoggedDirection, logged_directions
 from vdyn_cli.project.station_log import StationLog, is_station, station_log
@@ -22,33 +24,18 @@ from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps import Step
 
 _SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
-_LEAST_FALL = 10.0  # s at a time, or half of the log, that the speed of a log with a coast-down falls
 _HEAD = "# A first description by 'vdyn init'. \"?\" marks what the logs do not tell: write it there."
 _LONGEST = 150  # characters of a line with its comment, beyond which the comment stands above
 
 
 @dataclass(frozen=True)
 class DescriptionDraft:
-    """The text of a description, the channels that are mapped, and what is left to the user."""
+    """The text of a description, the channels that are mapped, what is left to the user, and logs that are no runs."""
 
     text: str
     mapped: tuple[str, ...]
     undecided: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _Guessed:
-    path: Path
-    facts: tuple[ChannelFacts, ...]
-    guesses: Mapping[str, ChannelGuess]
-
-    def columns(self) -> dict[str, tuple[str, str]]:
-        """Column and group of each channel that is decided."""
-        return {
-            channel: (guess.facts.column, guess.facts.info.group)
-            for channel, guess in self.guesses.items()
-            if guess.facts is not None
-        }
+    left: tuple[str, ...] = ()
 
 
 def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> DescriptionDraft:
@@ -56,12 +43,13 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
 
     Parameters
     ----------
-    paths : the logs, of any format: runs if they have the same columns, else several loggers of one run.
+    paths : the logs, of any format: runs if they have the same columns, else several loggers of one run. Of several
+        logs, those that cannot be runs stand as comments with the reason.
     folder : where the description is going to stand, from which logs are named.
 
     Raises
     ------
-    InputError : a step that reads no logs, a log that cannot be read, or a file that is no log.
+    InputError : a step that reads no logs, a file that does not exist, or no log among the files.
     """
     if not step.required:
         what = f"the step '{step.name}' reads no logs, so that nothing can be guessed"
@@ -73,15 +61,18 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
         text = "\n".join([_HEAD, f"test: {step.name}", *parts["DRAFT"].splitlines(), *table]) + "\n"
         return DescriptionDraft(text, ("time", "speed"), tuple(_marked(text)))
     logs, problems = _read(step, paths)
-    raise_all(problems)
+    if not logs or not all(path.exists() for path in paths):
+        raise_all(problems)
     swings = [c for c in parts.get("PENDULUM_CHANNELS", ()) if logs[0].guesses[c].facts is not None]
     head = [_HEAD, f"test: {step.name}"]
     if swings and not _decided(step, logs[0]):
         body, mapped, undecided = _pendulum(logs[0], swings[:1], parts, folder)
     else:
         body, mapped, undecided = _drives(step, *_with_station(step, logs, parts), folder)
+    body += [f"# left out: {f.where}, {f.what}" for f in problems]
     text = "\n".join([*head, *body]) + "\n"
-    return DescriptionDraft(text, mapped, (*undecided, *_marked(text)))
+    left = re.findall(r'^\s*# (?:- \{log: "(.+?)"\}  # )?left out: (?:(.+?),)?', text, re.MULTILINE)
+    return DescriptionDraft(text, mapped, (*undecided, *_marked(text)), tuple(a or b for a, b in left))
 
 
 def _table(parts: Mapping[str, Any], paths: Sequence[Path], folder: Path) -> list[str] | None:
@@ -92,10 +83,10 @@ def _table(parts: Mapping[str, Any], paths: Sequence[Path], folder: Path) -> lis
     return found
 
 
-def _read(step: Step, paths: Sequence[Path]) -> tuple[list[_Guessed], list[Finding]]:
+def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Finding]]:
     wanted = dict(step.channels())
     wanted |= {c: CHANNELS[c] for c in _parts(step).get("PENDULUM_CHANNELS", ())}
-    logs: list[_Guessed] = []
+    logs: list[GuessedLog] = []
     problems: list[Finding] = []
     for path in paths:
         try:
@@ -103,12 +94,13 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[_Guessed], list[Findi
         except InputError as error:
             problems += error.findings
             continue
-        guessed = _Guessed(path, facts, guess_channels(wanted, facts, path.name))
+        guessed = GuessedLog(path, facts, guess_channels(wanted, facts, path.name))
         if guessed.guesses["time"].facts is None:
             what = "is no log: no column rises like a clock"
             problems.append(
                 Finding(path.name, what, remedy="see its columns with 'vdyn channels', and map time yourself")
             )
+            continue
         logs.append(guessed)
     return logs, problems
 
@@ -122,9 +114,13 @@ def _parts(step: Step) -> Mapping[str, Any]:
         return {}
 
 
-def _decided(step: Step, log: _Guessed) -> bool:
+def _decided(step: Step, log: GuessedLog) -> bool:
     """Whether any channel that the step needs is found, beside the time."""
     return any(part in log.columns() for entry in step.required for part in _names(entry) if part != "time")
+
+
+def _needed(step: Step) -> set[str]:
+    return {n for entry in step.required for n in _names(entry)}
 
 
 def _names(entry: str) -> list[str]:
@@ -132,8 +128,8 @@ def _names(entry: str) -> list[str]:
 
 
 def _with_station(
-    step: Step, logs: Sequence[_Guessed], parts: Mapping[str, Any]
-) -> tuple[list[_Guessed], Mapping[str, Any], StationLog | None]:
+    step: Step, logs: Sequence[GuessedLog], parts: Mapping[str, Any]
+) -> tuple[list[GuessedLog], Mapping[str, Any], StationLog | None]:
     """The logs of the runs, the step's parts, and the log of a weather station beside them."""
     stations = [log for log in logs if is_station(log.facts)] if "environment:" in parts.get("DRAFT", "") else []
     if not stations or len(stations) == len(logs):
@@ -142,7 +138,7 @@ def _with_station(
 
 
 def _drives(
-    step: Step, logs: Sequence[_Guessed], parts: Mapping[str, Any], station: StationLog | None, folder: Path
+    step: Step, logs: Sequence[GuessedLog], parts: Mapping[str, Any], station: StationLog | None, folder: Path
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
     """Vehicle, channels and runs of a test that is driven."""
     body = parts.get("DRAFT", "").splitlines()
@@ -150,14 +146,14 @@ def _drives(
     if _several_loggers(step, logs):
         lines, mapped, undecided = _loggers(step, logs, names)
     else:
-        others = _other_drives(logs, parts)
-        kept = [log for log, other in zip(logs, others, strict=True) if not other] or list(logs)
-        lines, mapped, undecided = _channels(step, kept[0], kept, required=True)
+        usual = usual_log(logs, _needed(step))
+        others = why_left_out(logs, usual, _needed(step), parts.get("FALLING", ""), parts.get("DRIVE", ()))
+        kept = [log for log, other in zip(logs, others, strict=True) if not other]
+        lines, mapped, undecided = _channels(step, usual, kept, required=True)
         key = str(parts.get("RUN", ""))
-        ways = logged_directions([log.facts for log in logs]) if key.startswith("direction") else ()
-        found = run_conditions([log.facts for log in kept], _of(kept, logs, ways), station, step.run_keys or ())
-        own = dict(zip((log.path for log in kept), found.keys, strict=True))
-        runs, decided = _runs(logs, names, others, (key, ways, own))
+        ways = logged_directions([log.facts for log in kept]) if key.startswith("direction") else ()
+        found = run_conditions([log.facts for log in kept], ways, station, step.run_keys or ())
+        runs, decided = _runs(names, others, key, ways, found.keys)
         body = [filled for line in body for filled in _filled(line, found.air)]
         lines = ["channels:", *lines, "runs:", *(f"  # {note}" for note in found.notes), *runs]
     body += lines
@@ -168,11 +164,6 @@ def _drives(
     return body, tuple(dict.fromkeys(mapped)), tuple(undecided)
 
 
-def _of(kept: Sequence[_Guessed], logs: Sequence[_Guessed], ways: Sequence[LoggedDirection]) -> list[LoggedDirection]:
-    """The directions of some of the logs."""
-    return [way for log, way in zip(logs, ways, strict=True) if log in kept] if ways else []
-
-
 def _filled(line: str, air: Sequence[tuple[str, str]]) -> list[str]:
     """A line of the environment with what a station measured; humidity, which is not asked for, behind the pressure."""
     own = [name for name in ("temperature", "pressure") if line.strip().startswith(f'{name}: "?"')]
@@ -181,71 +172,51 @@ def _filled(line: str, air: Sequence[tuple[str, str]]) -> list[str]:
 
 
 def _runs(
-    logs: Sequence[_Guessed],
-    names: Sequence[str],
-    others: Sequence[str],
-    drawn: tuple[str, Sequence[LoggedDirection], Mapping[Path, str]],
+    names: Sequence[str], others: Sequence[str], key: str, ways: Sequence[LoggedDirection], own: Sequence[str]
 ) -> tuple[list[str], bool]:
-    """The lines of the runs, and whether each has its direction; logs of another drive stand as comments.
+    """The lines of the runs, and whether each has its direction; logs that are no runs stand as comments.
 
     Parameters
     ----------
-    drawn : the key that each run needs; the direction of each log; further keys of the runs, as text.
+    names, others : of each log, its path, and why it is no run. key : that each run needs.
+    ways, own : of each run, its direction, and further keys as text.
     """
-    key, ways, own = drawn
-    lines, decided = [], bool(ways)
-    for k, name in enumerate(names):
-        log, way = f"{{log: {_quoted(name)}", ways[k].direction if ways else ""
-        reason = f"  # {ways[k].why}" if ways and ways[k].why else ""
-        if others[k]:
-            lines.append(f"  # - {log}}}  # left out: {others[k]}")
-        elif way:
-            lines.append(f"  - {log}, direction: {way}{own[logs[k].path]}}}{reason}")
-        else:
-            decided = False
-            lines.append(
-                f"  - {log}" + (f", {key}" if key.startswith("side") else "") + f"{own[logs[k].path]}}}{reason}"
-            )
+    lines, decided, run = [], bool(ways), 0
+    for name, other in zip(names, others, strict=True):
+        log = f"{{log: {_quoted(name)}"
+        if other:
+            lines.append(f"  # - {log}}}  # left out: {other}")
+            continue
+        way = ways[run].direction if ways else ""
+        reason = f"  # {ways[run].why}" if ways and ways[run].why else ""
+        decided = decided and bool(way)
+        told = f", direction: {way}" if way else f", {key}" if key.startswith("side") else ""
+        lines.append(f"  - {log}{told}{own[run]}}}{reason}")
+        run += 1
     return lines, decided
 
 
-def _other_drives(logs: Sequence[_Guessed], parts: Mapping[str, Any]) -> list[str]:
-    """Why a log is no run of a test in which a channel falls; empty where it may be one, or all log what drives."""
-    drive = set(parts.get("DRIVE", ()))
-    if "FALLING" not in parts or all(drive & set(log.columns()) for log in logs):
-        return [""] * len(logs)
-    return [_no_coast(log.guesses[parts["FALLING"]].facts) for log in logs]
-
-
-def _no_coast(facts: ChannelFacts | None) -> str:
-    if facts is None:
-        return ""
-    fall, length = facts.longest_fall, facts.info.span[1] - facts.info.span[0]
-    if not fall < min(_LEAST_FALL, 0.5 * length):
-        return ""
-    return f"no coast-down, the speed falls for at most {fall:.0f} s of {length:.0f} s at a time"
-
-
-def _several_loggers(step: Step, logs: Sequence[_Guessed]) -> bool:
-    """Whether the logs are those of several loggers in one run: other columns, over about the same time."""
+def _several_loggers(step: Step, logs: Sequence[GuessedLog]) -> bool:
+    """Whether the logs are those of several loggers in one run: other columns each, over about the same time."""
     first = logs[0].columns()
     needed = [n for entry in step.required for n in _names(entry) if n in first]
     alike = len(needed) > 1 and all(log.columns().get(n) == first[n] for log in logs for n in needed)
     same = all({f.column for f in log.facts} == {f.column for f in logs[0].facts} for log in logs)
-    if len(logs) == 1 or alike or same:
+    kinds = [tuple(log.columns().items()) for log in logs if len(log.columns()) > 1]
+    if len(logs) == 1 or alike or same or len(set(kinds)) < len(kinds):
         return False
     starts, stops = zip(*(_span(log) for log in logs), strict=True)
     together, whole = min(stops) - max(starts), max(stops) - min(starts)
     return bool(together > _SAME_DRIVE * whole)
 
 
-def _span(log: _Guessed) -> tuple[float, float]:
+def _span(log: GuessedLog) -> tuple[float, float]:
     clock = log.guesses["time"].facts
     assert clock is not None
     return clock.info.span
 
 
-def _loggers(step: Step, logs: Sequence[_Guessed], names: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+def _loggers(step: Step, logs: Sequence[GuessedLog], names: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
     """Several loggers of one run: only those with a channel of the step beside the time."""
     useful = [(log, name) for log, name in zip(logs, names, strict=True) if len(log.columns()) > 1]
     lines = [
@@ -279,25 +250,20 @@ def _loggers(step: Step, logs: Sequence[_Guessed], names: Sequence[str]) -> tupl
 
 
 def _channels(
-    step: Step, log: _Guessed, logs: Sequence[_Guessed], required: bool
+    step: Step, log: GuessedLog, logs: Sequence[GuessedLog], required: bool
 ) -> tuple[list[str], list[str], list[str]]:
     """The lines of a log's channels, which are mapped, and which are needed and not decided."""
     lines: list[str] = []
     mapped: list[str] = []
     undecided: list[str] = []
     left: list[str] = []
-    needed = {n for entry in step.required for n in _names(entry)}
+    needed = _needed(step)
     for channel in _ways(step, log):
         guess = log.guesses[channel]
         missing = [o.path.name for o in logs if o.columns().get(channel) != log.columns().get(channel)]
-        if guess.facts is not None and (not missing or channel in needed):
+        if guess.facts is not None and not missing:
             lines += _line(channel, guess, log)
             mapped.append(channel)
-            if missing:
-                lines.append(
-                    f"  # another column in {', '.join(missing[:3])}: describe these runs in a file of their own"
-                )
-                undecided.append(f"{channel} of {', '.join(missing[:3])}")
             if guess.unit == "?":
                 undecided.append(f"unit of {channel}")
         elif channel in needed and required:
@@ -314,7 +280,7 @@ def _channels(
     return lines, mapped, undecided
 
 
-def _ways(step: Step, log: _Guessed) -> list[str]:
+def _ways(step: Step, log: GuessedLog) -> list[str]:
     """The channels of a step in order. Where a step takes one of several channels, the one that the log has."""
     found = log.columns()
     chosen: list[str] = []
@@ -325,7 +291,7 @@ def _ways(step: Step, log: _Guessed) -> list[str]:
     return list(dict.fromkeys(chosen))
 
 
-def _line(channel: str, guess: ChannelGuess, log: _Guessed) -> list[str]:
+def _line(channel: str, guess: ChannelGuess, log: GuessedLog) -> list[str]:
     assert guess.facts is not None
     info = guess.facts.info
     several = bool(info.group) and guess.facts.repeated > 1 and channel != "time"
@@ -354,7 +320,7 @@ def _unfound(step: Step, mapped: Sequence[str]) -> list[str]:
 
 
 def _pendulum(
-    log: _Guessed, swings: Sequence[str], parts: Mapping[str, Any], folder: Path
+    log: GuessedLog, swings: Sequence[str], parts: Mapping[str, Any], folder: Path
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
     body = str(parts["PENDULUM"]).splitlines()
     body += [f"  log: {_quoted(_from(folder, log.path))}", "  channels:"]
