@@ -179,6 +179,73 @@ def test_what_could_be_wrong_is_not_mapped(header: str, why: str, tmp_path: Path
     assert why in found.text
 
 
+def table(path: Path, **columns_: Any) -> Path:
+    """A log of columns; the last word of each name is its unit in brackets."""
+    named = [n.rsplit("_", 1) for n in columns_]
+    header = ",".join(f"{n} [{unit.replace('per', '/')}]" if unit else n for n, unit in named)
+    np.savetxt(path, np.column_stack(list(columns_.values())), delimiter=",", header=header, comments="", fmt="%.12g")
+    return path
+
+
+WAVE = np.sin(np.arange(600) / 30.0)
+
+
+@pytest.mark.parametrize(
+    ("step", "columns_", "expected"),
+    [
+        ("tire", {"FXW_N": 900 * WAVE, "FZW_N": -4000 + 9 * WAVE, "KAPPA_%": 9 * WAVE}, ("slip", "KAPPA [%]")),
+        (
+            "cg",
+            {"Fz FL_N": 4000 + WAVE, "Acc Long_mpers2": WAVE, "GyroY_degpers": WAVE},
+            ("pitch_rate", "GyroY [deg/s]"),
+        ),
+        ("cg", {"Fz FL_N": 4000 + WAVE, "Acc Long_mpers2": WAVE}, ("acceleration", "Acc Long [m/s2]")),
+        ("inertia", {"MY_Nm": 90 * WAVE, "VFZG_kmperh": 50 + WAVE}, ("vehicle_speed", "VFZG [km/h]")),
+        (
+            "coastdown",
+            {"Speed_mph": 60 - WAVE, "Accel X_g": 0.3 * WAVE, "Accel Y_g": 0.1 * WAVE},
+            ("acceleration", "Accel X [g]"),
+        ),
+    ],
+)
+def test_names_and_units_of_rigs_and_phones_are_known(
+    step: str, columns_: dict[str, Any], expected: tuple[str, str], tmp_path: Path
+) -> None:
+    time = np.arange(600) / 10.0
+    _, description = draft(step, table(tmp_path / "a.csv", **{"time_s": time, **columns_}))
+    channel, column = expected
+    assert description["channels"][channel]["column"] == column
+    assert "?" not in description["channels"][channel]["unit"]
+
+
+def test_a_needed_channel_without_a_name_is_offered_by_unit(tmp_path: Path) -> None:
+    columns_ = {"time_s": np.arange(600) / 10.0, "MY_Nm": 90 * WAVE, "N_1permin": 300 + WAVE, "T_degC": 50 + WAVE}
+    found, _ = draft("inertia", table(tmp_path / "a.csv", **columns_))
+    assert re.search(r'hub_torque: .*# needed: .*; by their unit: "MY \[Nm\]"\n', found.text)
+    assert re.search(r'wheel_speed: .*# needed: .*; by their unit: "N \[1/min\]"\n', found.text)
+
+
+def test_an_axis_that_varies_less_than_the_one_beside_it_is_not_decided(tmp_path: Path) -> None:
+    """A phone lies as it lies."""
+    axes = {"Speed_mph": 60 - WAVE, "Accel X_g": 0.05 * WAVE, "Accel Y_g": 0.3 * WAVE}
+    found, _ = draft("coastdown", table(tmp_path / "a.csv", **{"time_s": np.arange(600) / 10.0, **axes}))
+    assert "acceleration: not decided between 'Accel X [g]' by its name and 'Accel Y [g]', which varies" in found.text
+    assert "acceleration" not in found.mapped
+
+
+def test_a_second_clock_since_1970_gives_the_starts(tmp_path: Path) -> None:
+    time = np.arange(600) / 10.0
+    paths = [
+        table(
+            tmp_path / f"run_{k}.csv",
+            **{"Time_": time, "UTC Time_": 1.758e9 + 300.5 * k + time, "Speed_mph": 60 - time},
+        )
+        for k in range(2)
+    ]
+    _, description = draft("coastdown", *paths)
+    assert [run["start"] for run in description["runs"]] == ["0.0 s", "300.5 s"]
+
+
 def test_an_existing_file_is_not_overwritten(root: Path, tmp_path: Path) -> None:
     said: list[str] = []
     run_init("tire", [root / "sample_logs" / "slip_1.csv"], str(tmp_path / "tire.yaml"), said.append)

@@ -7,6 +7,7 @@ import re
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.quantity import UnitError, to_si
+from vdyn_cli.quantities.unit_grammar import written_powers
 
 _UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
 _DEGREES = str.maketrans({"℃": "°C", "℉": "°F"})
@@ -22,7 +23,9 @@ def is_unit(text: str) -> bool:
     """Whether a text from a file is a unit; what cannot be one is not given to the parser of units."""
     if _UNIT.fullmatch(text) is None:
         return False
-    for same in (text, text.lower()):  # Deg, Km/h, Meters/second
+    # m/s2, but not V2, which is a name as well.
+    plain = written_powers(text) if "/" in text else text
+    for same in (plain, plain.lower()):  # Deg, Km/h, Meters/second
         try:
             to_si(1.0, text, same)
         except UnitError:

@@ -14,7 +14,7 @@ Words = frozenset[str]
 
 # Other spellings of the words in the rules below, English and German.
 _SAME_WORD = {
-    **dict.fromkeys(("velocity", "vel", "spd", "v", "geschwindigkeit", "geschw", "tempo"), "speed"),
+    **dict.fromkeys(("velocity", "vel", "spd", "v", "geschwindigkeit", "geschw", "tempo", "vfzg"), "speed"),
     **dict.fromkeys(("acceleration", "acc", "beschleunigung", "specificforce"), "accel"),
     **dict.fromkeys(("longitudinal", "lon", "forward", "laengs", "längs"), "long"),
     **dict.fromkeys(("vertical", "vertikal"), "vert"),
@@ -25,6 +25,7 @@ _SAME_WORD = {
     **dict.fromkeys(("distance", "dist", "pos", "odometer", "weg"), "position"),
     **dict.fromkeys(("slope", "incline", "gradient", "steigung"), "grade"),
     **dict.fromkeys(("kraft",), "force"),
+    **{"fxw": "fx", "fzw": "fz", "kappa": "slip", "longslip": "slip"},  # of tire test rigs
     **dict.fromkeys(("vl", "lf"), "fl"),
     **dict.fromkeys(("vr", "rf"), "fr"),
     **dict.fromkeys(("hl", "lr"), "rl"),
@@ -74,7 +75,7 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "grade": (("grade",), ""),
     "wind_speed": (("wind speed", "headwind"), "cross"),
     "pitch": (("pitch",), "rate"),
-    "pitch_rate": (("pitch rate",), ""),
+    "pitch_rate": (("pitch rate", "gyro y"), ""),
     "front_load": (("front load", "front fz"), "fl fr"),
     "rear_load": (("rear load", "rear fz"), "rl rr"),
     "front_left_load": (("fl load", "fl fz"), ""),
@@ -145,6 +146,16 @@ def guess_channels(
     return found
 
 
+def columns_by_unit(quantity: Quantity, facts: Iterable[ChannelFacts]) -> list[str]:
+    """The columns whose stated unit and values fit a quantity, whatever their names."""
+    fitting: list[str] = []
+    for one in facts:
+        unit, _ = _unit(one, quantity, "", "")
+        if quantity.unit and unit not in ("", "?") and one.state == "varies" and not _unfit(one, quantity, unit):
+            fitting.append(one.column)
+    return fitting
+
+
 def _time(facts: Sequence[ChannelFacts]) -> ChannelGuess:
     clocks = [f for f in facts if f.state == "clock"]
     if not clocks:
@@ -183,6 +194,9 @@ def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file
             best = _distinct(ranked[min(ranked)])
             if len(best) == 1:
                 one, unit, how = best[0]
+                if (across := _livelier_axis(one, facts)) is not None:
+                    why = f"not decided between '{_label(one)}' by its name and '{_label(across)}', which varies more"
+                    return ChannelGuess(None, "", why)
                 by = "name and file name" if context else "name"
                 why = f"by its {by}; {how}; {_range(one, unit)}"
                 if channel.endswith(("_load", "force_z")) and one.highest <= 0.0:
@@ -191,6 +205,16 @@ def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file
             rivals = " and ".join(f"'{_label(f)}'" for f, _, _ in best[:4])
             return ChannelGuess(None, "", f"not decided between {rivals}")
     return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or "no column has such a name")
+
+
+def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelFacts | None:
+    """The y axis of the same accelerometer where it varies more than the x axis: a phone lies as it lies."""
+    words, _ = _words(one.column)
+    for x, y in (("x", "y"), ("ax", "ay")):
+        if x in words and words & {"accel", "ax"}:
+            across = [f for f in facts if f.state == "varies" and _words(f.column)[0] == words - {x} | {y}]
+            return next((f for f in across if f.highest - f.lowest > one.highest - one.lowest), None)
+    return None
 
 
 def _words(name: str) -> tuple[Words, str]:

@@ -14,7 +14,7 @@ from typing import Any
 
 from vdyn_cli.io.channel_survey import survey
 from vdyn_cli.io.tied_channels import ties
-from vdyn_cli.project.channel_guess import ChannelGuess, guess_channels
+from vdyn_cli.project.channel_guess import ChannelGuess, columns_by_unit, guess_channels
 from vdyn_cli.project.left_out_logs import GuessedLog, usual_log, why_left_out
 from vdyn_cli.project.run_conditions import run_conditions
 from vdyn_cli.project.run_direction import LoggedDirection, logged_directions
@@ -25,6 +25,7 @@ from vdyn_cli.steps import Step
 
 _SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
 _HEAD = "# A first description by 'vdyn init'. \"?\" marks what the logs do not tell: write it there."
+_MOST_NAMED = 4  # columns that could be a needed channel; of more the number is said
 _LONGEST = 150  # characters of a line with its comment, beyond which the comment stands above
 
 
@@ -267,7 +268,9 @@ def _channels(
             if guess.unit == "?":
                 undecided.append(f"unit of {channel}")
         elif channel in needed and required:
-            lines.append(f'  {channel}: {{column: "?", unit: "?"}}  # needed: {guess.why}')
+            lines.append(
+                f'  {channel}: {{column: "?", unit: "?"}}  # needed: {guess.why}{_by_unit(step, log, channel)}'
+            )
             undecided.append(channel)
         elif missing:
             lines.append(f"  # {channel}: has another column, or none, in {', '.join(missing[:3])}")
@@ -278,6 +281,17 @@ def _channels(
     if left:
         lines.append(f"  # optional, and no column has such a name: {', '.join(left)}")
     return lines, mapped, undecided
+
+
+def _by_unit(step: Step, log: GuessedLog, channel: str) -> str:
+    """Which unmapped columns have a unit of a channel's kind, as text; nothing where their names are rivals already."""
+    if "'" in log.guesses[channel].why:
+        return ""
+    used = log.columns().values()
+    free = [f for f in log.facts if (f.column, f.info.group) not in used]
+    found = columns_by_unit(step.channels()[channel], free)
+    more = f" and {len(found) - _MOST_NAMED} more" if len(found) > _MOST_NAMED else ""
+    return f"; by their unit: {', '.join(_quoted(c) for c in found[:_MOST_NAMED])}{more}" if found else ""
 
 
 def _ways(step: Step, log: GuessedLog) -> list[str]:

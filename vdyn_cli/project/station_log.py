@@ -17,6 +17,7 @@ from vdyn_cli.quantities.quantity import UnitError, to_si
 
 REDUCED = r"baro\w*( pressure)?"  # a pressure that may be reduced to sea level
 _DAY = 86400.0  # s
+_SECOND_CLOCK = 0.05  # share of its length by which a second clock of a log may differ: it is written more rarely
 _LONGEST_DAY = 30 * _DAY  # s since midnight; a later time counts from 1970
 # Names of a station's columns, the one to be preferred first: a pressure reduced to sea level, and a direction that
 # counts from the magnetic north, only for want of the other.
@@ -126,7 +127,23 @@ def absolute_begin(facts: Sequence[ChannelFacts]) -> float | None:
         return None
     if math.isfinite(clock.info.begin):
         return clock.info.begin
-    return 0.0 if 9e8 <= clock.info.span[0] <= 4e9 else None
+    if _since_1970(clock.info.span[0]):
+        return 0.0
+    return next((moment - clock.info.span[0] for f in facts if (moment := _second_clock(f, clock)) is not None), None)
+
+
+def _second_clock(facts: ChannelFacts, clock: ChannelFacts) -> float | None:
+    """The first time, s since 1970, of a column that counts from there as fast as the clock; None of any other."""
+    length = clock.info.span[1] - clock.info.span[0]
+    for scale in (1.0, 1e-3):  # s, ms
+        first, last = (scale * end for end in facts.ends)
+        if _since_1970(first) and abs(last - first - length) <= _SECOND_CLOCK * length:
+            return first
+    return None
+
+
+def _since_1970(time: float) -> bool:
+    return 9e8 <= time <= 4e9
 
 
 def between(first: float, second: float) -> float:
