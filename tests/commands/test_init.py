@@ -354,6 +354,21 @@ def test_of_a_folder_the_logs_that_are_no_runs_stand_as_comments(tmp_path: Path)
         draft("coastdown", tmp_path / "cut_off.csv")
 
 
+def test_each_coast_down_of_a_long_log_is_a_run(tmp_path: Path) -> None:
+    """A logger left running: away and back in one file, a brake and a rest between, each with its own heading."""
+    legs = [np.linspace(25.0, 6.0, 400), np.linspace(6.0, 0.0, 20), np.zeros(100), np.linspace(0.0, 25.0, 80)]
+    speed = np.concatenate([*legs, *legs[:3], legs[3], *legs[:3]])
+    heading = np.repeat([30.0, 210.0, 30.0], [550, 600, speed.size - 1150])
+    columns_ = {"time_s": np.arange(speed.size) / 4.0, "speed_mpers": speed, "Heading_deg": heading}
+    _, description = draft("coastdown", table(tmp_path / "long.csv", **columns_))
+    runs = description["runs"]
+    assert [run["direction"] for run in runs] == ["out", "back", "out"]
+    windows = [[float(run[key].split()[0]) for key in ("from_time", "to_time")] for run in runs]
+    assert np.all(np.diff(np.ravel(windows)) >= 0.0)
+    assert [begin for begin, _ in windows] == pytest.approx([0.0, 145.0, 295.0], abs=5.0)
+    assert all(105.0 <= end - 150.0 * k <= 130.0 for k, (_, end) in enumerate(windows))  # in the rest
+
+
 def test_a_coast_down_of_one_hertz_with_a_gap_is_a_run(tmp_path: Path) -> None:
     time = np.delete(np.arange(70.0), np.s_[30:36])
     paths = [tmp_path / f"run_{k}.csv" for k in range(2)]

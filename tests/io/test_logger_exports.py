@@ -175,3 +175,11 @@ def test_a_clock_of_several_tables_is_offered_by_its_plain_name(tmp_path: Path) 
     columns = {"time": Column("SECOND", "s", "s"), "speed": Column("Vehicle speed", "km/h", "m/s")}
     with pytest.raises(InputError, match=r"did you mean 'SECONDS'\?"):
         read_log(path, columns)
+
+
+def test_the_clock_of_a_vbox_file_states_its_time_of_day(tmp_path: Path) -> None:
+    path = tmp_path / "a.vbo"
+    path.write_text(VBO, encoding="utf-8")
+    (clock,) = [one for one in survey(path) if one.state == "clock"]
+    assert clock.info.begin == pytest.approx(86390.0)
+    assert clock.info.span[0] == 0.0

@@ -65,7 +65,8 @@ def infer(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
         few = len(units) < FEWEST_BLOCKS
         lacking = f"{len(units)} independent units are too few (needed: {FEWEST_BLOCKS})"
         if not few:
-            lacking = f"the effective number of units, {effective:.1f}, is too small (needed: {FEWEST_EFFECTIVE:g})"
+            shown = np.floor(10.0 * effective) / 10.0  # 3.96 is less than 4
+            lacking = f"the effective number of units, {shown:.1f}, is too small (needed: {FEWEST_EFFECTIVE:g})"
         warnings.append(f"the intervals come from the noise model alone: {lacking}")
     names = tuple(u.name for u in solved.regression.shared)
     values, std = solved.point.x[: solved.s], np.sqrt(np.diag(covariance))

@@ -22,6 +22,7 @@ _SWITCH = 16  # values; a channel of fewer is a switch or a gear, which may rest
 _REST = 0.1  # of the channel's duration: shorter rests are usual in traffic
 _SHORTEST_REST = 10.0  # s
 _ANGLES = 20_000  # samples that show a mean angle
+_LONG_FALL = 10.0  # s; shorter ones are those of brakes
 _FALL_STEP = 2.0  # s: a car that coasts loses more speed in it than a receiver's noise leaves in its mean
 
 
@@ -44,6 +45,7 @@ class ChannelFacts:
     ends : first and last written value, in the unit of the file; NaN where nothing is written.
     angle : mean of exp(i x), x read as degrees: its argument is the mean angle, its size 1 where all agree.
     longest_fall : s, of the longest time over which the means of two seconds fall one after the other.
+    falls : first and last time, s, of each fall by half of the channel's range, where one lasts 10 s.
     """
 
     info: ChannelInfo
@@ -58,10 +60,15 @@ class ChannelFacts:
     ends: tuple[float, float] = (math.nan, math.nan)
     angle: complex = 0.0
     longest_fall: float = 0.0
+    falls: tuple[tuple[float, float], ...] = ()
 
 
-def survey(path: Path) -> tuple[ChannelFacts, ...]:
+def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[ChannelFacts, ...]:
     """What each channel of a log holds, in the file's order.
+
+    Parameters
+    ----------
+    span : first and last time, s, of the part that is looked at; None: all of the log.
 
     Raises
     ------
@@ -70,7 +77,8 @@ def survey(path: Path) -> tuple[ChannelFacts, ...]:
     facts: list[ChannelFacts] = []
     seen: dict[str, str] = {}
     names: dict[tuple[str, str], int] = {}
-    for recorded in recordings(path):
+    for whole in recordings(path):
+        recorded = whole if span is None else _within(whole, span)
         info = recorded.info
         names[info.group, info.name] = names.get((info.group, info.name), 0) + 1
         nth = names[info.group, info.name]
@@ -123,6 +131,16 @@ def recordings(path: Path) -> Iterator[Recorded]:
         yield Recorded(info, log.time, values)
 
 
+def _within(recorded: Recorded, span: tuple[float, float]) -> Recorded:
+    """The samples of a span of time; all of a channel without a clock."""
+    time, values = recorded.time, recorded.values
+    if time is None or not (inside := (time >= span[0]) & (time <= span[1])).any():
+        return recorded
+    own = time[inside]
+    info = replace(recorded.info, span=(float(own[0]), float(own[-1])))
+    return Recorded(info, own, own if values is time else None if values is None else values[inside])
+
+
 def _facts(recorded: Recorded, column: str) -> ChannelFacts:
     info, time, values = recorded.info, recorded.time, recorded.values
     nan = float("nan")
@@ -141,19 +159,45 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
     angle = complex(np.mean(np.exp(1j * np.radians(some[:: -(-some.size // _ANGLES)]))))
     ends = float(some[0]), float(some[-1])
     facts = ChannelFacts(info, column, state, int(some.size), lowest, highest, rest)
-    return replace(facts, ends=ends, angle=angle, longest_fall=fall)
+    falls = _falls(time[written], some) if time is not None and fall >= _LONG_FALL else ()
+    return replace(facts, ends=ends, angle=angle, longest_fall=fall, falls=falls)
 
 
 def _longest_fall(time: Array, values: Array) -> float:
     """The longest time, s, over which each mean of two seconds, or sample where these are rarer, is below the last;
     without the gaps in it."""
-    bins = np.floor((time - time[0]) / _FALL_STEP)
-    first = np.flatnonzero(np.diff(bins, prepend=-1.0) > 0.0)
-    means = np.add.reduceat(values, first) / np.diff(first, append=values.size)
+    begins, means = _step_means(time, values)
     if means.size < 2:
         return 0.0
     turns = np.flatnonzero(np.concatenate([[True], np.diff(means) >= 0.0, [True]]))
-    return float((np.diff(turns).max() - 1) * np.median(np.diff(time[first])))
+    return float((np.diff(turns).max() - 1) * np.median(np.diff(begins)))
+
+
+def _falls(time: Array, values: Array) -> tuple[tuple[float, float], ...]:
+    """First and last time of each fall by half of the range, between turning points as far apart."""
+    begins, means = _step_means(time, values)
+    half = 0.5 * float(np.ptp(means))
+    found: list[tuple[float, float]] = []
+    high = low = 0
+    falling = False
+    for i, mean in enumerate(means.tolist()):
+        if falling and mean - means[low] >= half:
+            found.append((float(begins[high]), float(begins[low])))
+            falling, high = False, i
+        elif falling:
+            low = i if mean <= means[low] else low
+        elif means[high] - mean >= half:
+            falling, low = True, i
+        else:
+            high = i if mean >= means[high] else high
+    return (*found, (float(begins[high]), float(begins[low]))) if falling else tuple(found)
+
+
+def _step_means(time: Array, values: Array) -> tuple[Array, Array]:
+    """Begin, s, and mean of each step of two seconds that has samples."""
+    bins = np.floor((time - time[0]) / _FALL_STEP)
+    first = np.flatnonzero(np.diff(bins, prepend=-1.0) > 0.0)
+    return time[first], np.add.reduceat(values, first) / np.diff(first, append=values.size)
 
 
 def _rest(time: Array, values: Array) -> tuple[float, float, float] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -34,6 +35,7 @@ class StoredChannel:
     table : channels of one table share their rows, and so their clock.
     at : where the format finds it.
     master : whether it is the clock of its table by the format's own rules, in the unit that ``unit`` states.
+    begin : of a clock of times of day, when it counts zero, s since midnight; NaN of any other.
     """
 
     name: str
@@ -43,6 +45,7 @@ class StoredChannel:
     group: str = ""
     source: str = ""
     master: bool = False
+    begin: float = math.nan
 
     @property
     def path(self) -> str:
@@ -155,7 +158,8 @@ def _rising_clock(file: StoredFile, members: Sequence[StoredChannel]) -> tuple[S
 
 def _recorded(channel: StoredChannel, values: Array | None, time: Array | None, is_time: bool) -> Recorded:
     unit = "s" if is_time and channel.master else stated_unit(channel.name, channel.unit) or channel.unit
-    return Recorded(channel_info(channel.name, unit, time, values, channel.group, channel.source), time, values)
+    info = channel_info(channel.name, unit, time, values, channel.group, channel.source)
+    return Recorded(replace(info, begin=channel.begin), time, values)
 
 
 def _seconds(time: Array, unit: str) -> Array:

@@ -8,6 +8,7 @@ Format: Racelogic, "VBO file structure".
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -43,9 +44,12 @@ class _VboTable:
     row = "line"
 
     def __init__(self, names: Sequence[str], units: Sequence[str], values: Sequence[Array | None], first: int) -> None:
-        self._values, self._first = values, first
+        self._values = [v if v is None else _converted(n, v) for n, v in zip(names, values, strict=True)]
+        self._first = first
         self.listed = tuple(
-            StoredChannel(name, "s" if _is_time(name) else unit, "table", i, master=_is_time(name))
+            StoredChannel(name, "s", "table", i, master=True, begin=_begin(values[i]))
+            if _is_time(name)
+            else StoredChannel(name, unit, "table", i)
             for i, (name, unit) in enumerate(zip(names, units, strict=True))
         )
 
@@ -67,10 +71,7 @@ def _parsed(path: Path) -> _VboTable:
         raise InputError(Finding(path.name, f"has no section [{missing}]: cut off", remedy="copy it again"))
     names = " ".join(_section(lines, sections, "column names")).split()
     first = sections["data"] + 1
-    values = [
-        _converted(name, column)
-        for name, column in zip(names, _columns(lines[first:], len(names), f"{path.name}:{first + 1}"), strict=True)
-    ]
+    values = _columns(lines[first:], len(names), f"{path.name}:{first + 1}")
     titles, stated = (_section(lines, sections, key) for key in ("header", "channel units"))
     return _VboTable(names, _units(len(names), titles, stated), values, first + 1)
 
@@ -106,14 +107,21 @@ def _columns(rows: Sequence[str], count: int, where: str) -> list[Array | None]:
     return [c if np.isfinite(c).any() or not table[i].notna().any() else None for i, c in enumerate(columns)]
 
 
-def _converted(name: str, values: Array | None) -> Array | None:
-    if values is None:
-        return None
-    if _is_time(name):
-        hours, rest = np.divmod(values, 10000.0)
-        minutes, seconds = np.divmod(rest, 100.0)
-        return since_first(3600.0 * hours + 60.0 * minutes + seconds)
-    return values * _MINUTES.get(name.lower(), 1.0)
+def _converted(name: str, values: Array) -> Array:
+    return since_first(_of_day(values)) if _is_time(name) else values * _MINUTES.get(name.lower(), 1.0)
+
+
+def _of_day(values: Array) -> Array:
+    """Times written as hhmmss.ss, in s since midnight."""
+    hours, rest = np.divmod(values, 10000.0)
+    minutes, seconds = np.divmod(rest, 100.0)
+    return np.asarray(3600.0 * hours + 60.0 * minutes + seconds)
+
+
+def _begin(values: Array | None) -> float:
+    """The first time of day, s; NaN where none is written."""
+    written = np.empty(0) if values is None else _of_day(values[np.isfinite(values)])
+    return float(written[0]) if written.size else math.nan
 
 
 def _is_time(name: str) -> bool:

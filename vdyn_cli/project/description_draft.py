@@ -15,7 +15,7 @@ from typing import Any
 from vdyn_cli.io.channel_survey import survey
 from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import ChannelGuess, columns_by_unit, guess_channels
-from vdyn_cli.project.left_out_logs import GuessedLog, usual_log, why_left_out
+from vdyn_cli.project.left_out_logs import GuessedLog, single_coasts, usual_log, why_left_out
 from vdyn_cli.project.run_conditions import run_conditions
 from vdyn_cli.project.run_direction import LoggedDirection, logged_directions
 from vdyn_cli.project.station_log import StationLog, is_station, station_log
@@ -143,18 +143,21 @@ def _drives(
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
     """Vehicle, channels and runs of a test that is driven."""
     body = parts.get("DRAFT", "").splitlines()
-    names, decided = [_from(folder, log.path) for log in logs], False
+    falling, drive, decided = str(parts.get("FALLING", "")), parts.get("DRIVE", ()), False
     if _several_loggers(step, logs):
-        lines, mapped, undecided = _loggers(step, logs, names)
+        lines, mapped, undecided = _loggers(step, logs, [_from(folder, log.path) for log in logs])
     else:
+        logs = [part for log in logs for part in single_coasts(log, falling, drive)]
+        names = [_from(folder, log.path) for log in logs]
         usual = usual_log(logs, _needed(step))
-        others = why_left_out(logs, usual, _needed(step), parts.get("FALLING", ""), parts.get("DRIVE", ()))
+        others = why_left_out(logs, usual, _needed(step), falling, drive)
         kept = [log for log, other in zip(logs, others, strict=True) if not other]
         lines, mapped, undecided = _channels(step, usual, kept, required=True)
         key = str(parts.get("RUN", ""))
         ways = logged_directions([log.facts for log in kept]) if key.startswith("direction") else ()
         found = run_conditions([log.facts for log in kept], ways, station, step.run_keys or ())
-        runs, decided = _runs(names, others, key, ways, found.keys)
+        own = [log.window + keys for log, keys in zip(kept, found.keys, strict=True)]
+        runs, decided = _runs(names, others, key, ways, own)
         body = [filled for line in body for filled in _filled(line, found.air)]
         lines = ["channels:", *lines, "runs:", *(f"  # {note}" for note in found.notes), *runs]
     body += lines

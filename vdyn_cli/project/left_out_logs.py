@@ -7,19 +7,24 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.project.channel_guess import ChannelGuess
 
+_RUN_IN = 5.0  # s before a coast-down that its run holds
 _LEAST_FALL = 10.0  # s at a time, or half of the log, that the speed of a log with a coast-down falls
 
 
 @dataclass(frozen=True)
 class GuessedLog:
-    """A log, what it holds, and which of its columns could be which channel."""
+    """A log, or the part of one coast-down of several, what it holds, and which column could be which channel.
+
+    ``window``: the keys of a run that take that part of the log, as text.
+    """
 
     path: Path
     facts: tuple[ChannelFacts, ...]
     guesses: Mapping[str, ChannelGuess]
+    window: str = ""
 
     def columns(self) -> dict[str, tuple[str, str]]:
         """Column and group of each channel that is decided."""
@@ -28,6 +33,29 @@ class GuessedLog:
             for channel, guess in self.guesses.items()
             if guess.facts is not None
         }
+
+
+def single_coasts(log: GuessedLog, falling: str, drive: Collection[str]) -> list[GuessedLog]:
+    """The parts of a log with several coast-downs, each with the seconds before it; else the log.
+
+    Parameters
+    ----------
+    falling, drive : as in ``why_left_out``.
+    """
+    facts = log.guesses[falling].facts if falling else None
+    if facts is None or set(drive) & set(log.columns()):
+        return [log]
+    falls = [fall for fall in facts.falls if fall[1] - fall[0] >= _LEAST_FALL]
+    longest = max((stop - start for start, stop in falls), default=0.0)
+    coasts = [(start, stop) for start, stop in falls if stop - start >= 0.5 * longest]
+    if len(coasts) < 2:
+        return [log]
+    parts, last = [], facts.info.span[0]
+    for start, stop in coasts:
+        begin, last = max(start - _RUN_IN, last), stop
+        keys = f", from_time: {begin:.1f} s, to_time: {stop:.1f} s"
+        parts.append(GuessedLog(log.path, survey(log.path, (begin, stop)), log.guesses, keys))
+    return parts
 
 
 def usual_log(logs: Sequence[GuessedLog], needed: Collection[str]) -> GuessedLog:

@@ -172,13 +172,15 @@ def holding(solution: Solution, other: Mapping[str, float]) -> Solution:
 
 
 def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
-    """Shift of each published unknown when a run is left out, to first order, by run.
+    """Shift of each published unknown when a run is left out, to first order, by run; none of an only run.
 
     The sum over the run's units of their deletions (inference.intervals.Spread).
     """
     solution = fit.solution
     shared = [(i, n) for i, n in enumerate(solution.names) if n in ("rolling_resistance", "drag_area")]
     found: dict[str, dict[str, float]] = {}
+    if len(fit.campaign.runs) < 2:
+        return found
     for k, run in enumerate(fit.campaign.runs):
         change = sum((u.change for u in solution.units if u.run == k), np.zeros(len(solution.names)))
         found[run.name] = {n: float(change[i]) for i, n in shared}

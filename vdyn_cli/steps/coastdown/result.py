@@ -216,7 +216,7 @@ def result_of(
     fit = answer.fit
     tables = [text.coefficients(answer.loads), text.forces(answer.loads, answer.table_speeds)]
     tables += [text.times(answer.times, answer.load, fit.inertia)] if answer.times else []
-    tables += [answer.quality.table()]
+    tables += [answer.quality.table()] if answer.quality.shifts else []
     tables += [text.rejections(answer.selection.rejected)] if answer.selection.rejected else []
     parameters, extra = _parameters(answer, frontal_area), _extra(answer)
     restate = partial(text.sentence, fixed=answer.fixed, speed=answer.quoted, logs=_logs(fit.campaign))

@@ -118,6 +118,27 @@ def coast_segment(
     return CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64), split)
 
 
+def further_coasts(log: Log, used: CoastSegment) -> list[RejectedSegment]:
+    """Other coasts of a log than the one that is used, over half of its speeds and half of its duration at least."""
+    first, last = float(used.log.time[0]), float(used.log.time[-1])
+    speed = used.log["speed"]
+    window, shortest = (float(speed.max()), float(speed.min())), 0.5 * (last - first)
+    parts, found = [log.time < first, log.time > last], []
+    while parts:
+        part = rows(log, parts.pop(0))
+        one = coast_segment(used.run, part, window, shortest) if part.time.size >= FEWEST_SAMPLES else None
+        if not isinstance(one, CoastSegment):
+            continue
+        begin, end = float(one.log.time[0]), float(one.log.time[-1])
+        inside = (log.time >= part.time[0]) & (log.time <= part.time[-1])
+        parts = [inside & (log.time < begin), inside & (log.time > end), *parts]
+        why = (
+            f"another coast-down: list the log once more, with from_time and to_time around {begin:.0f} to {end:.0f} s"
+        )
+        found.append(RejectedSegment(log.name, begin, end, why))
+    return sorted(found, key=lambda one: one.start)
+
+
 def _smoothed(log: Log) -> Array:
     """The speed averaged over about a second, so that noise does not pass a limit before the car does."""
     bins = cut(log.time, SMOOTH)
@@ -125,10 +146,16 @@ def _smoothed(log: Log) -> Array:
 
 
 def _passage(smooth: Array, upper: float, lower: float) -> tuple[int, int]:
-    """First and last index of the fall from ``upper`` to ``lower``, or of what there is of it."""
+    """First and last index of the fall from ``upper`` to ``lower``, or of what there is of it.
+
+    The fall ends before a rise by half of these speeds: there another coast is prepared.
+    """
     peak = int(np.argmax(smooth))
-    below = np.flatnonzero(smooth[peak:] <= lower)
-    end = peak + int(below[0]) if below.size else peak + int(np.argmin(smooth[peak:]))
+    after = smooth[peak:]
+    rising = np.flatnonzero(after - np.minimum.accumulate(after) > 0.5 * (upper - lower))
+    after = after[: int(rising[0])] if rising.size else after
+    below = np.flatnonzero(after <= lower)
+    end = peak + int(below[0]) if below.size else peak + int(np.argmin(after))
     above = np.flatnonzero(smooth[: end + 1] >= upper)
     return (int(above[-1]) if above.size else peak), end
 

@@ -22,6 +22,7 @@ from vdyn_cli.steps.coastdown.segments import (
     RejectedSegment,
     coast_segment,
     driven_segment,
+    further_coasts,
     rows,
 )
 from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
@@ -99,6 +100,8 @@ def selected(
     if segments and settings.windows != "powered":
         segments, braked = _unbraked(spec, logs, segments, drive, known, window)
         rejected += braked
+    if drive == "coasting" and spec.reading.split_times is None:
+        rejected += [r for s in segments for r in further_coasts(usable(_own_rows(logs[s.run]), "coasting"), s)]
     if not segments:
         remedy = "check speed_window (with unit, such as [70 km/h, 25 km/h]), minimum_length and the channel map"
         nothing = Finding("runs", "no log has a sample above the lowest speed that is fitted", "", remedy)

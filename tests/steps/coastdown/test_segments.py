@@ -1,0 +1,39 @@
+"""Of a log with several coast-downs one is used, and the others are named."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.coast_cases import known, logs_of, spec_of
+from tests.plant import coast
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.step import STEP
+
+
+def joined(first: Log, second: Log) -> Log:
+    """Both runs in one log, with a brake, a rest of 20 s and a start between them."""
+    step = float(np.median(np.diff(first.time)))
+    ends = float(first["speed"][-1]), float(second["speed"][0])
+    between = np.concatenate(
+        [np.arange(ends[0], 0.0, -4.0 * step), np.zeros(round(20.0 / step)), np.arange(0.0, ends[1], 2.0 * step)]
+    )
+    speed = np.concatenate([first["speed"], between, second["speed"]])
+    return Log(first.name, step * np.arange(speed.size), {"speed": speed})
+
+
+def test_another_coast_down_of_the_log_is_named_with_its_times() -> None:
+    vehicle = random_vehicle(7)
+    runs = coast.campaign(vehicle, 7)
+    logs = logs_of(runs)
+    whole = [joined(logs[0], logs[2]), *logs[1:]]
+    whole = [log for k, log in enumerate(whole) if k != 2]
+    kept = [run for k, run in enumerate(runs) if k != 2]
+    result = STEP.estimate(spec_of(kept), whole, known(vehicle))
+    (found,) = [f for f in result.findings if "another coast-down" in f.what]
+    assert found.where == logs[0].name
+    left = np.sort([float(word) for word in found.what.replace(":", "").split() if word.replace(".", "").isdigit()])
+    assert left[0] > logs[0].time[-1]
+    alone = STEP.estimate(spec_of(kept), [logs[0], *whole[1:]], known(vehicle))
+    low, high = alone.parameters["drag_area"].interval95
+    assert low < result.parameters["drag_area"].value < high
