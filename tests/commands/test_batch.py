@@ -52,6 +52,7 @@ def test_one_table_holds_every_campaign_and_what_failed(archive: Path, tmp_path:
     (failed,) = [r for r in rows if r["campaign"] == "wednesday"]
     assert failed["verdict"] == "failed"
     assert "lost.csv" in failed["problem"]
+    assert any("the input is wrong: " in line and "lost.csv: no such file" in line for line in said)
     assert said[-1] == "2 of 3 campaigns are complete; not: wednesday"
     assert (tmp_path / "kept" / "tuesday" / "shaft.json").exists()
 
@@ -71,6 +72,14 @@ def test_an_archive_without_a_description_is_refused(tmp_path: Path) -> None:
         archived_campaigns([tmp_path])
     with pytest.raises(InputError, match="does not exist"):
         archived_campaigns([tmp_path / "nowhere"])
+    (tmp_path / "run.csv").write_text("t,v\n0,1\n", encoding="utf-8")
+    with pytest.raises(InputError, match="neither a folder nor a description"):
+        archived_campaigns([tmp_path / "run.csv"])
+
+
+def test_a_folder_is_no_table_and_says_so_before_anything_runs(archive: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="is a folder"):
+        run_batch([archive], str(tmp_path), None, 1, lambda text, detail=False: pytest.fail(text))
 
 
 def test_a_description_that_cannot_be_read_is_a_failed_campaign(tmp_path: Path) -> None:

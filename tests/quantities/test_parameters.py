@@ -62,6 +62,7 @@ def test_the_givers_are_the_steps_that_give() -> None:
         ("[]", "not a parameter file"),
         ('{"format": "x"}', "not a parameter file"),
         (f'{{"format": "{FORMAT}", "parameters": {{"wheel_radius": {{"value": "r"}}}}}}', "wheel_radius"),
+        (f'{{"format": "{FORMAT}", "parameters": {{"mass": {{"value": 1}}}}}}', "lacks std, interval95, unit, meaning"),
     ],
 )
 def test_a_file_that_is_none_is_refused(text: str, says: str, tmp_path: Path) -> None:

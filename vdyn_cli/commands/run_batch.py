@@ -18,6 +18,7 @@ from vdyn_cli.io.files import write_whole
 from vdyn_cli.io.folder_lock import pipeline_lock
 from vdyn_cli.project.archive import ArchivedCampaign, archived_campaigns
 from vdyn_cli.project.pipeline import StepOutcome, Task
+from vdyn_cli.quantities.errors import Finding, InputError
 
 COLUMNS = ("campaign", "step", "verdict", "parameter", "value", "low95", "high95", "unit", "problem")
 BETWEEN = "::"  # campaign and step in the name of a task; no path holds it
@@ -38,6 +39,10 @@ def run_batch(archives: Sequence[Path], output: str, results: Path | None, jobs:
     InputError : an archive does not exist or holds no description, or the output cannot be written.
     """
     campaigns = archived_campaigns(archives)
+    if output != "-" and Path(output).is_dir():
+        raise InputError(Finding(output, "is a folder", remedy="name the file of the table with -o, such as table.csv"))
+    for finding in (f for one in campaigns for f in one.problems):
+        tell(str(finding))
     with TemporaryDirectory() as temporary, pipeline_lock(results or Path(temporary)):
         outcomes = _run(campaigns, results or Path(temporary), jobs, tell)
     text = StringIO()
@@ -71,7 +76,8 @@ def _run(campaigns: Sequence[ArchivedCampaign], folder: Path, jobs: int, tell: T
         outcomes[outcome.name] = outcome
         campaign, _, step = outcome.name.rpartition(BETWEEN)
         place = f"[{len(outcomes)}/{len(tasks)}] {campaign} {step}"
-        tell(f"{place:<40} {outcome.status:<8} {seconds:5.1f} s  {outcome.sentence}")
+        why = "".join(f": {f.where}: {f.what}" for f in outcome.problems[:1])
+        tell(f"{place:<40} {outcome.status:<8} {seconds:5.1f} s  {outcome.sentence}{why}")
     return outcomes
 
 

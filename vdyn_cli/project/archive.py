@@ -11,6 +11,8 @@ from vdyn_cli.project.check import step_of
 from vdyn_cli.project.pipeline import Task, load_plan
 from vdyn_cli.quantities.errors import Finding, InputError
 
+_DESCRIPTIONS = (".yaml", ".yml")
+
 
 @dataclass(frozen=True)
 class ArchivedCampaign:
@@ -35,15 +37,18 @@ def archived_campaigns(archives: Sequence[Path]) -> tuple[ArchivedCampaign, ...]
 
     Raises
     ------
-    InputError : an archive does not exist, or holds no description.
+    InputError : an archive does not exist, holds no description, or is another file than one.
     """
     found: list[ArchivedCampaign] = []
     for archive in archives:
         if not archive.exists():
             raise InputError(Finding(str(archive), "does not exist", remedy="give folders, pipelines or tests"))
+        if archive.is_file() and archive.suffix not in _DESCRIPTIONS:
+            what = "is neither a folder nor a description of a test or a pipeline (.yaml)"
+            raise InputError(Finding(str(archive), what, remedy="write one for a log with 'vdyn init STEP LOG...'"))
         files = [archive]
         if archive.is_dir():
-            files = sorted(p for p in archive.rglob("*") if p.suffix in (".yaml", ".yml") and p.is_file())
+            files = sorted(p for p in archive.rglob("*") if p.suffix in _DESCRIPTIONS and p.is_file())
         root = archive if archive.is_dir() else archive.parent
         more = list(_campaigns(files, root, strict=not archive.is_dir()))
         if not more:

@@ -22,6 +22,8 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 MOST_BYTES = 64 << 20  # of a parameter file; those of 300 runs have some 1 MB
 ROUNDING = 1e-9  # by which a correlation may lie beyond 1
 _TEXT = {"unit": 60, "meaning": 200, "source": 40}  # longest texts of an entry, characters
+_AGAIN = "run the step that wrote the file again, or correct the number"
+_WRITTEN = "give a JSON that a vdyn step or pipeline wrote, such as out/parameters.json"
 
 
 @dataclass(frozen=True)
@@ -64,11 +66,10 @@ def read_document(path: Path) -> ParameterDocument:
     try:
         document = json.loads(data.decode("utf-8"))
     except (UnicodeDecodeError, ValueError, RecursionError) as error:
-        raise InputError(Finding(str(path), "is not JSON", str(error)[:80])) from None
+        raise InputError(Finding(str(path), "is not JSON, or only a part of it", str(error)[:80], _WRITTEN)) from None
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         got = repr(document.get("format"))[:60] if isinstance(document, dict) else type(document).__name__
-        remedy = "pass a JSON written by a vdyn step"
-        raise InputError(Finding(str(path), f"is not a parameter file of format {FORMAT}", got, remedy))
+        raise InputError(Finding(str(path), f"is not a parameter file of format {FORMAT}", got, _WRITTEN))
     if document.get("refused"):
         raise InputError(_of_refused(path, document))
     problems: list[Finding] = []
@@ -113,7 +114,8 @@ def _bytes(path: Path) -> bytes:
     try:
         return read_regular(path, MOST_BYTES)
     except OSError as error:
-        raise InputError(Finding(str(path), f"cannot be read: {error.strerror}")) from None
+        remedy = _WRITTEN if isinstance(error, FileNotFoundError) else ""
+        raise InputError(Finding(str(path), f"cannot be read: {error.strerror}", remedy=remedy)) from None
 
 
 def _mapping(document: Mapping[str, Any], key: str, path: Path, problems: list[Finding]) -> Mapping[str, Any]:
@@ -145,10 +147,17 @@ def _estimates(entries: Any, where: str, problems: list[Finding], known: Mapping
         except UnitError as error:
             problems.append(Finding(place, str(error), remedy="correct the unit, or the value and the unit"))
         except (KeyError, TypeError, ValueError, AttributeError):
-            problems.append(Finding(place, "lacks value, std, interval95, unit, meaning or source"))
+            problems.append(Finding(place, _misshapen(entry), remedy=_AGAIN))
         else:
             problems += _wrong_numbers(found[name], known.get(name), place)
     return found
+
+
+def _misshapen(entry: Any) -> str:
+    """What an entry that is no estimate lacks."""
+    keys = ("value", "std", "interval95", *_TEXT)
+    missing = [key for key in keys if key not in entry] if isinstance(entry, dict) else keys
+    return f"lacks {', '.join(missing)}" if missing else "has a value of a wrong type, or a name that is none"
 
 
 def _entry(name: str, entry: Any) -> Estimate:
@@ -206,14 +215,14 @@ def _wrong_numbers(estimate: Estimate, quantity: Quantity | None, place: str) ->
     low, high = estimate.interval95
     numbers = (estimate.value, estimate.std, low, high, estimate.baseline or 0.0)
     if not all(map(math.isfinite, numbers)):
-        yield Finding(place, "holds a number that is not finite", ", ".join(f"{n:g}" for n in numbers[:4]))
+        yield Finding(place, "holds a number that is not finite", ", ".join(f"{n:g}" for n in numbers[:4]), _AGAIN)
     elif estimate.std < 0.0:
-        yield Finding(place, "has a negative standard deviation", f"{estimate.std:g}")
+        yield Finding(place, "has a negative standard deviation", f"{estimate.std:g}", _AGAIN)
     elif low > high:
-        yield Finding(place, "has an interval whose lower end lies above the upper one", f"{low:g} to {high:g}")
+        yield Finding(place, "has an interval whose lower end lies above the upper one", f"{low:g} to {high:g}", _AGAIN)
     elif quantity is not None and not quantity.allows(estimate.value):
         span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
-        yield Finding(place, f"lies outside {span}", f"{estimate.value:g}")
+        yield Finding(place, f"lies outside {span}", f"{estimate.value:g}", _AGAIN)
 
 
 def _correlation(rows: Mapping[str, Any], where: str, problems: list[Finding]) -> dict[str, dict[str, float]]:

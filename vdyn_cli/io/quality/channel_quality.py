@@ -109,7 +109,7 @@ def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, every: _Rows) -
     """The finding about missing values, and whether they make the channel useless."""
     n = missing.size
     if rows.size == 0:
-        return Finding(where, "is empty", remedy="map another column, or remove the channel"), True
+        return Finding(where, "is empty", remedy="map another column, or leave out this run or this channel"), True
     steps = np.diff(rows)
     usual = float(np.median(steps)) if steps.size else 1.0
     near = np.abs(steps - usual) <= max(1.0, 0.25 * usual)
