@@ -183,3 +183,23 @@ def test_the_clock_of_a_vbox_file_states_its_time_of_day(tmp_path: Path) -> None
     (clock,) = [one for one in survey(path) if one.state == "clock"]
     assert clock.info.begin == pytest.approx(86390.0)
     assert clock.info.span[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("cell", "since_midnight"),
+    [("2026-05-01 09:05", 32700.0), ("5/1/2026 9:05 PM", 75900.0), ("9:05 pm", 75900.0), ("09:05", None)],
+)
+def test_a_minute_is_an_instant_behind_a_date_or_before_am_and_pm(cell: str, since_midnight: float | None) -> None:
+    """``09:05`` alone may be minutes and seconds."""
+    assert is_instant(cell) == (since_midnight is not None)
+    if since_midnight is not None:
+        assert written_seconds(np.array([cell], dtype=object))[0] % 86400.0 == since_midnight
+
+
+def test_a_table_with_date_minute_and_compass_columns_is_a_table(tmp_path: Path) -> None:
+    """A weather station's export: half of its columns are text."""
+    path = tmp_path / "station.txt"
+    lines = [f"17.09.25\t9:{m:02d}\t{21 + 0.1 * m:.1f}\tENE" for m in range(40)]
+    path.write_text("\n".join(["Date\tTime\tTemp Out\tWind Dir", *lines]) + "\n")
+    found = {one.column: one.state for one in survey(path)}
+    assert found == {"Date": "text", "Time": "text", "Temp Out": "varies", "Wind Dir": "text"}

@@ -12,15 +12,24 @@ from vdyn_cli.quantities.arrays import Array
 _LONGEST = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
 _DAY = 86400.0  # s
 _ZONE = r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
+_DATE = r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3,9}[- ]\d{2,4}"
+# Without seconds only behind a date or before AM and PM: 10:23 alone may be minutes and seconds.
 _INSTANT = re.compile(
-    r"(?:(\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3,9}[- ]\d{2,4})[ T]+)?"
-    r"(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*([AaPp][Mm])?" + _ZONE
+    rf"(?:({_DATE})[ T]+)?"
+    r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?)|(?=\s*[AaPp][Mm])|(?<=[ T]\d:\d{2})|(?<=[ T]\d{2}:\d{2}))"
+    r"\s*([AaPp][Mm])?" + _ZONE
 )
+_DAY_OR_MINUTE = re.compile(rf"{_DATE}|\d{{1,2}}:\d{{2}}")
 
 
 def is_instant(cell: str) -> bool:
-    """Whether a cell is a time of day, ``10:23:11.5``, with or without a date before it."""
+    """Whether a cell is a time of day, ``10:23:11.5``, with or without a date before it, ``2026-05-01 10:23``."""
     return ":" in cell[:_LONGEST] and len(cell) <= _LONGEST and _INSTANT.fullmatch(cell.strip()) is not None
+
+
+def is_day_or_minute(cell: str) -> bool:
+    """Whether a cell is a date alone, or hours and minutes alone: part of a time, and no name."""
+    return len(cell) <= _LONGEST and _DAY_OR_MINUTE.fullmatch(cell.strip()) is not None
 
 
 def written_seconds(cells: NDArray[np.object_]) -> Array:
@@ -38,7 +47,7 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
 
     parts = pd.Series(cells, dtype=object).str.strip().str.extract(f"^{_INSTANT.pattern}$")
     hours, minutes = (pd.to_numeric(parts[i], errors="coerce").to_numpy(float) for i in (1, 2))
-    seconds = pd.to_numeric(parts[3].str.replace(",", "."), errors="coerce").to_numpy(float)
+    seconds = pd.to_numeric(parts[3].str.replace(",", "."), errors="coerce").fillna(0.0).to_numpy(float)
     half = parts[4].str.lower()
     hours = np.where(half.notna(), hours % 12 + 12 * (half == "pm"), hours)
     counted: Array = _days(parts[0]) * _DAY + 3600.0 * hours + 60.0 * minutes + seconds

@@ -22,7 +22,7 @@ _LONGEST_DAY = 30 * _DAY  # s since midnight; a later time counts from 1970
 # Names of a station's columns, the one to be preferred first: a pressure reduced to sea level, and a direction that
 # counts from the magnetic north, only for want of the other.
 _NAMES: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    "temperature": ("K", (r"((air|outside|ambient|dry bulb) )?temp(erature)?s?", "(luft)?temperatur")),
+    "temperature": ("K", (r"((air|outside|ambient|dry bulb) )?temp(erature)?s?( out(side)?)?", "(luft)?temperatur")),
     "pressure": ("Pa", (r"station p(ress(ure)?)?", r"((abs(olute)?|air) )?pressure", "luftdruck", REDUCED)),
     "humidity": ("", (r"rel(ative)? hum(idity)?", "humidity", "rh")),
     "wind_speed": ("m/s", (r"((mean|average|avg) )?wind ?(speed|spd)", "windgeschwindigkeit")),

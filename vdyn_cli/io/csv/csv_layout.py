@@ -13,7 +13,7 @@ from typing import Literal
 from vdyn_cli.io.csv.csv_cells import decimal_mark, is_number, is_written, tidy
 from vdyn_cli.io.file_units import is_unit, unit_text
 from vdyn_cli.io.reader import ReadOptions
-from vdyn_cli.io.written_times import is_instant
+from vdyn_cli.io.written_times import is_day_or_minute, is_instant
 from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED, Finding, InputError
 
 # Bytes and lines to look at: the first is enough where the columns wanted are there, the last is for files of thousands
@@ -181,7 +181,7 @@ def _table(
 
 def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[str]:
     """The cells as column names; none in a row that begins with a number, which saves decoding the data."""
-    if not fields or is_number(fields[0]) or is_instant(fields[0]):
+    if not fields or _is_value(fields[0]):
         return []
     names = [_decoded(f, encoding) for f in fields]
     if names[0] not in wanted and len(names[0]) > 1:
@@ -246,7 +246,7 @@ def _share_of_numbers(fields: Sequence[str]) -> float:
 
 
 def _is_value(cell: str) -> bool:
-    return is_number(cell) or is_instant(cell)
+    return is_number(cell) or is_instant(cell) or is_day_or_minute(cell)
 
 
 def _instants(table: _Table) -> frozenset[int]:
