@@ -12,6 +12,7 @@ from vdyn_cli.io.folder_lock import refuse_busy
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.result_document import StepRecord, to_json
 from vdyn_cli.quantities.errors import merge_similar
+from vdyn_cli.report.parameter_table import spans_text
 from vdyn_cli.report.typography import estimate_text
 
 Tell = Callable[..., None]
@@ -46,12 +47,12 @@ def run_step(
         write_out(to_json(record.document))
     else:
         tell(f"{Path(output) / name}.json and .html")
-    _tell_result(record, tell)
+    tell_result(record, tell)
     if refused is not None:
         raise refused
 
 
-def _tell_result(record: StepRecord, tell: Tell) -> None:
+def tell_result(record: StepRecord, tell: Tell) -> None:
     """Print notes, warnings, parameters and the sentences of a record."""
     result = record.result
     for finding in merge_similar([f for f in result.findings if not f.doubt]):
@@ -60,6 +61,12 @@ def _tell_result(record: StepRecord, tell: Tell) -> None:
         tell(f"warning: {warning}")
     for key, estimate in result.parameters.items():
         tell(f"  {key:<30} {estimate_text(estimate)}")
+    wider = {
+        e.spans: [k for k, o in result.parameters.items() if o.spans == e.spans] for e in result.parameters.values()
+    }
+    for spans, keys in wider.items():
+        if spans:
+            tell(f"  the interval also includes the value with {spans_text(spans)}: {', '.join(keys)}")
     for key, why in result.withheld.items():
         tell(f"  {key:<30} withheld: {why}")
     tell(result.sentence)

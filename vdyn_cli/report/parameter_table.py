@@ -69,11 +69,16 @@ def _parameter_row(key: str, e: Estimate, mark: str) -> ParameterRow:
         typography.clean(e.source),
         before,
         shift,
-        ", ".join(_answer(one) for one in e.spans),
+        spans_text(e.spans),
         mark,
         any(one in OPEN for one in e.spans),
         wider_than_value(key, e),
     )
+
+
+def spans_text(spans: Sequence[str]) -> str:
+    """The answers, in words, whose values an interval also includes."""
+    return ", ".join(_answer(one) for one in spans)
 
 
 def _answer(name: str) -> str:
