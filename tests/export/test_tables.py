@@ -156,5 +156,5 @@ def test_what_a_receiver_needs_is_told_at_once(tmp_path, form, without):
 
 def test_a_road_load_that_co2mpas_refuses_is_not_written(tmp_path, monkeypatch):
     monkeypatch.setattr("tests.export.cases.CAR", {**CAR, "road_load_f2": (-0.01, 0.02)})
-    with pytest.raises(InputError, match="CO2MPAS accepts f2 of 0 or more"):
+    with pytest.raises(InputError, match="f2 is outside the range of CO2MPAS, 0 or more"):
         make(given(tmp_path), "wltp", ExportOptions())

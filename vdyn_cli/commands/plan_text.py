@@ -61,16 +61,16 @@ def _accuracy_lines(document: PlanDocument, channels: str) -> Iterator[str]:
 
 def _effect_lines(document: PlanDocument) -> Iterator[str]:
     if document.detectable:
-        yield "\nCandidate effects that these runs could find, and the smallest size that they would"
+        yield "\nCandidate effects that these runs can detect, and the smallest size that they detect"
         yield from table(
             ("effect", "size", "unit"),
             [(d.effect, two_digits(d.amplitude), d.unit or "1") for d in document.detectable],
         )
     if document.not_testable:
-        yield "\nCandidate effects that these runs could not find"
+        yield "\nCandidate effects that these runs cannot detect"
         yield from table(("effect", "because"), [(n.effect, n.because) for n in document.not_testable])
     if document.confused:
-        yield "\nPairs that these runs could not tell apart (t: standard errors, at half of the plausible range)"
+        yield "\nPairs that these runs cannot tell apart (t: standard errors, at half of the plausible range)"
         rows = [(f"{p.effects[0]} and {p.effects[1]}", f"{p.t:.1f}") for p in document.confused[:SHOWN]]
         yield from table(("pair", "t"), rows)
         if len(document.confused) > SHOWN:
@@ -106,4 +106,4 @@ def _added_lines(document: PlanDocument) -> Iterator[str]:
         if one.separates:
             each = [f"{' from '.join(s.effects)} (t = {s.t:.1f})" for s in one.separates[:SHOWN]]
             more = f" and {len(one.separates) - SHOWN} more" if len(one.separates) > SHOWN else ""
-            yield f"    would tell: {', '.join(each)}{more}"
+            yield f"    tells apart: {', '.join(each)}{more}"

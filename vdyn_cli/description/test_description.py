@@ -193,8 +193,8 @@ class Reading(Strict):
     )
     split_runs: Literal["columns", "rows"] = Field(
         "columns",
-        description="rows: each run is a row of the table, and the levels stand in its head, whose first cell is the "
-        "name of the speed's column; a run's 'columns: {time: NAME}' names the first cell of its row",
+        description="rows: each run is a row of the table. The header holds the speed levels; its first cell is the "
+        "name of the speed's column. 'columns: {time: NAME}' of a run names the first cell of its row",
     )
     levels: Annotated[list[list[Annotated[Given, Si("m/s", 0.0)]]], BeforeValidator(_grouped)] = Field(
         [],

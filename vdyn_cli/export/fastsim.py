@@ -38,7 +38,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     refuse_outside(parameter_file, [mass, *chassis], "FASTSim")
     lines = [
         f"# Body of: {parameter_file.title} ({parameter_file.name}), for FASTSim 3.1",
-        "# Put these keys over those of a FASTSim vehicle file with your powertrain (pt_type).",
+        "# Replace the same keys of a FASTSim vehicle file that holds your powertrain (pt_type).",
         f"name: {options.name}",
         mass.line,
         "chassis:",
@@ -48,7 +48,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
         "  cargo_mass_kilograms: ~",
     ]
     file = f"{options.name}_fastsim.yaml"
-    first = f"{file}: put these keys over those of a FASTSim 3.1 vehicle file with your powertrain"
+    first = f"{file}: replace the same keys of a FASTSim 3.1 vehicle file that holds your powertrain"
     return ExportedFiles(
         {file: ("\n".join(lines) + "\n").encode()}, (first, *notes, *left_out(parameter_file, "FASTSim"))
     )
@@ -65,18 +65,18 @@ def _chassis(parameter_file: ParameterFile, options: ExportOptions) -> tuple[lis
     if "frontal_area" in found:
         area_why = source("frontal_area")
     else:
-        notes.append(f"assumed frontal_area_square_meters {USUAL_AREA}: not given; Cd A is exact all the same")
+        notes.append(
+            f"frontal_area_square_meters is assumed as {USUAL_AREA}, since it is not given; Cd A is the estimate"
+        )
     friction, friction_why = found.value("tire_D", USUAL_FRICTION), "usual; the tire was not measured"
     if "tire_D" in found:
         friction_why = source("tire_D")
     else:
-        notes.append(f"assumed wheel_fric_coef {USUAL_FRICTION}: no tire_D")
+        notes.append(f"wheel_fric_coef is assumed as {USUAL_FRICTION}, since tire_D is not given")
     if "rotating_mass" in found:
         wheels = WHEELS * found["wheel_inertia"].value / found["wheel_radius"].value ** 2
         rest = found["rotating_mass"].value - wheels
-        notes.append(
-            f"left out {rest:.0f} kg of rotating_mass beside the wheels: FASTSim has no key for the driveline's"
-        )
+        notes.append(f"{rest:.0f} kg of rotating_mass, the driveline's, are left out: FASTSim has no key for them")
     share, share_why = _share(parameter_file, options.driven)
     keys = [
         ReceiverKey("drag_coef", found["drag_area"].value / area, f"{source('drag_area')}, over the area", 0.0),

@@ -55,8 +55,8 @@ def refuse_outside(parameter_file: ParameterFile, keys: Iterable[ReceiverKey], r
         if isinstance(key.value, str) or key.lower <= key.value <= key.upper:
             continue
         span = f"{key.lower:g} to {key.upper:g}" if math.isfinite(key.upper) else f"{key.lower:g} or more"
-        what = f"{receiver} accepts {key.name} of {span}"
-        remedy = f"check the test behind it ({key.why})"
+        what = f"{key.name} is outside the range of {receiver}, {span}"
+        remedy = f"check the test that gave it ({key.why})"
         found.append(Finding(parameter_file.name, what, f"{key.value:.6g}", remedy))
     raise_all(found)
 

@@ -20,7 +20,7 @@ class ClockPolicy:
         "Below, more than three quarters of the variance of one is something else, and the best delay is by chance.",
     )  # fmt: skip
     rival: float = threshold(
-        1.2, "of the misfit", "up to which another delay, beyond a clear loss of the match, is as good as the best",
+        1.2, "of the misfit", "up to which another delay counts as good as the best, if the match is lost between them",
         "Repeated manoeuvres leave misfits within some per cent of each other; without repetition all other delays "
         "have a misfit several times that of the best.",
     )  # fmt: skip

@@ -66,7 +66,7 @@ class DayDescription:
         mapped = {n for channels, _ in channel_maps(spec) for n in channels}
         mapped |= {one.channel.target for one in made}
         absent = sorted(mapped - {"time", *constants, *logs[0].channels, *_sources(step)} - _parts(step))
-        what = "is mapped, and the simulated day has no such channel: the plan does without it"
+        what = "is mapped, but the simulated day has no such channel; the plan does not use it"
         findings = tuple(Finding(f"channel '{name}'", what) for name in absent)
         logs = tuple(completed(_sourced(_mapped(step, log, mapped), made), constants, ()) for log in logs)
         used, _ = condensed_logs(logs, step.rate(spec))

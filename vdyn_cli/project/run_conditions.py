@@ -122,7 +122,7 @@ def _add_winds(
     if len(bearings) < len(keys):
         mean = station.mean("wind_speed", (spans[0][0], spans[-1][1]))
         wind = "" if mean is None else f"mean wind {mean[0]:.1f} m/s; "
-        return f"{station.name}: {wind}its direction along the road is not known, since not all logs tell their heading"
+        return f"{station.name}: {wind}its direction along the road is not known, since not every log has a heading"
     winds = [station.wind(bearing, span) for bearing, span in zip(bearings, spans, strict=True)]
     for own, one in zip(keys, winds, strict=True):
         if one is not None:

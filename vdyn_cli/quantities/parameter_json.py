@@ -157,7 +157,11 @@ def _misshapen(entry: Any) -> str:
     """What an entry that is no estimate lacks."""
     keys = ("value", "std", "interval95", *_TEXT)
     missing = [key for key in keys if key not in entry] if isinstance(entry, dict) else keys
-    return f"lacks {', '.join(missing)}" if missing else "has a value of a wrong type, or a name that is none"
+    return (
+        f"lacks {', '.join(missing)}"
+        if missing
+        else "has an entry of a wrong type, or a name that no parameter can have"
+    )
 
 
 def _entry(name: str, entry: Any) -> Estimate:

@@ -60,9 +60,11 @@ class PlanDocument(Entry):
     good: bool = Field(description="whether the runs determine every parameter")
     sentence: str = Field(description="the answer")
     parameters: list[PlannedParameter] = Field(description="expected accuracy")
-    detectable: list[Detectable] = Field(description="candidate effects that could be found, and their smallest size")
-    not_testable: list[NotTestable] = Field(description="candidate effects that could not be found, and why")
-    confused: list[Separation] = Field(description="pairs of effects that could not be told apart")
+    detectable: list[Detectable] = Field(
+        description="candidate effects that the runs can detect, and their smallest size"
+    )
+    not_testable: list[NotTestable] = Field(description="candidate effects that the runs cannot detect, and why")
+    confused: list[Separation] = Field(description="pairs of effects that the runs cannot tell apart")
     added: list[AddedRuns] = Field(description="runs to add, the least effort first")
     assumed: list[Assumed] = Field(description="what the simulated day assumes")
     findings: list[FindingEntry] = Field(description="notes on the description and the fit")

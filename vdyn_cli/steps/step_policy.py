@@ -24,7 +24,7 @@ class StepPolicy:
     # Coast-downs ------------------------------------------------------------------------------------------------------
     most_missing: float = threshold(
         0.2, "share of the rows", "of a coast without a speed, above which it is not used",
-        "Interval and speed range of what is left are those of another run.",
+        "What is left covers other speeds, and gives other intervals, than the whole coast.",
     )  # fmt: skip
     least_covered: float = threshold(
         0.5, "share of the speed window", "that a coast must cover",

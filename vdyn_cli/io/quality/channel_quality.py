@@ -156,7 +156,13 @@ def _held(values: Array, runs: _Runs, where: str) -> list[Finding]:
     if np.median(np.abs(np.diff(values[runs.start]))) < 1.5 * _quantum(values):
         return []
     what = f"changes only once in {usual} rows: a slower sensor whose value is held"
-    return [Finding(where, what, remedy="map a faster channel if there is one; its delay is up to one hold")]
+    return [
+        Finding(
+            where,
+            what,
+            remedy="map a faster channel if there is one: this one is late by up to the time for which a value is held",
+        )
+    ]
 
 
 def _interpolated(values: Array, where: str) -> list[Finding]:

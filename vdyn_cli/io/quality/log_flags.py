@@ -243,7 +243,7 @@ def _alone(channel: _Sampled, taken: Mask, log: Log, policy: QualityPolicy) -> I
                 int(i),
                 int(i) + 1,
                 "spike",
-                f"leaves its neighbors by {channel.text(size, 3, step=True)} for one sample",
+                f"differs from its neighbors by {channel.text(size, 3, step=True)} for one sample",
             )
 
 

@@ -51,7 +51,7 @@ class QualityPolicy:
         "Six values and more on one chord within their rounding are rare: 13 in 18 trips at 10 Hz at the most.",
     )  # fmt: skip
     fewest_flickers: int = threshold(
-        50, "samples", "that bend to and fro beside a frozen or straight segment, so that the channel has noise",
+        50, "samples", "whose slope changes sign beside a frozen or straight segment, so that the channel has noise",
         "Fewer do not show whether a channel has noise. A simulated log has none, and may rest and rise evenly.",
     )  # fmt: skip
     exit_jump: float = threshold(
@@ -210,9 +210,9 @@ class QualityPolicy:
         "between both gains leaves.",
     )  # fmt: skip
     lone_abrupt_share: float = threshold(
-        0.75, "share of the squares", "that it may leave in a single run, of what a gain leaves that drifts (a cubic "
-        "in time) or differs with the sign or size of the channel",
-        "No other run tells a sensor from what a model lacks, which leaves misfits of every shape.",
+        0.75, "share of the squares", "that a step of the gain may leave in an only run, of what remains with a gain "
+        "that drifts (a cubic in time) or depends on the sign or size of the channel",
+        "Without other runs a sensor's error cannot be told from a model's error, which has any shape.",
     )  # fmt: skip
     fewest_like_runs: int = threshold(
         3, "runs", "of a test, from which a change of the gain in one of them is compared with the others",

@@ -29,7 +29,7 @@ def _usual(name: str, spec: BumpSpec, known: Parameters) -> float:
 
 
 SETTINGS = (
-    setting("speed", 4.7, "m/s", "speed of a crossing; the crossings are spread over 25 % to either side", 30.0),
+    setting("speed", 4.7, "m/s", "speed of a crossing; the crossings vary by up to 25 % about it", 30.0),
     setting("rate", 500.0, "Hz", "samples a second", 5000.0),
     setting("load_noise", 17.0, "N", "white noise of an axle's load", 1000.0),
     setting("acceleration_noise", 0.03, "m/s^2", "white noise of the vertical acceleration", 2.0),
@@ -54,7 +54,11 @@ def _simulated(day: DayRequest) -> tuple[Log, ...]:
     assert isinstance(spec, BumpSpec)
     if spec.obstacle.profile is not None:
         remedy = "plan with 'bump: {height, width, shape}' of about the same size, or drive one crossing"
-        raise InputError(Finding("bump.profile", "a measured profile cannot be planned with", remedy=remedy))
+        raise InputError(
+            Finding(
+                "bump.profile", "a plan needs a bump of a known shape: it cannot use a measured profile", remedy=remedy
+            )
+        )
     values = dict(known_car(spec, day.known)[0].values)
     values |= {n: day.at[n] for n in SOUGHT}
     return tuple(_log(day, spec, values, k) for k in range(len(spec.runs)))

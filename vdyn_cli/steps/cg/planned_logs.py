@@ -23,7 +23,7 @@ SETTINGS = (
     setting("start_speed", 6.0, "m/s", "speed at which a run begins", 60.0),
     setting("acceleration_level", 2.5, "m/s^2", "acceleration of a throttle pulse", 10.0),
     setting("braking_level", 5.0, "m/s^2", "deceleration of a brake pulse", 12.0),
-    setting("pulse", 0.6, "s", "length of a throttle or brake pulse", 10.0),
+    setting("pulse", 0.6, "s", "duration of a throttle or brake pulse", 10.0),
     setting("gap", 0.5, "s", "time without throttle and brake between two pulses", 10.0),
     setting("pitch_frequency", 1.4, "Hz", "natural frequency of pitch", 5.0),
     setting("pitch_damping", 0.3, "", "damping ratio of pitch", 1.0),

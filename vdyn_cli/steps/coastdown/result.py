@@ -314,7 +314,7 @@ def _contradicted_givens(answer: RoadLoadAnswer) -> list[Finding]:
         mean, std = unknown.prior
         value = answer.fit.solution.values[unknown.name]
         if abs(value - mean) > NOTABLE_SHIFT * std:
-            what = f"given as {mean:.4g} +- {std:.2g}; together with the runs {value:.4g} is the better estimate"
+            what = f"given as {mean:.4g} +- {std:.2g}; the given value and the runs together give {value:.4g}"
             found.append(Finding(f"vehicle.{unknown.name}", what))
     return found
 

@@ -22,7 +22,7 @@ SETTINGS = (
     setting("speed_change", 6.5, "m/s", "speed gained in a throttle pulse and lost in a brake pulse", 40.0),
     setting("duration", 30.0, "s", "length of a drive", 3600.0),
     setting("wheel_load", 4000.0, "N", "vertical load of the wheel", 50_000.0),
-    setting("carried_mass", 635.0, "kg", "mass that the wheel's longitudinal force speeds up", 20_000.0),
+    setting("carried_mass", 635.0, "kg", "mass that the wheel's longitudinal force accelerates", 20_000.0),
     setting("rate", 200.0, "Hz", "samples a second", 5000.0),
     setting("torque_noise", 2.0, "N m", "white noise of the hub torque", 200.0),
     setting("force_noise", 12.0, "N", "white noise of the hub forces", 1000.0),
@@ -43,7 +43,7 @@ def _simulated(day: DayRequest) -> tuple[Log, ...]:
     spec = day.spec
     assert isinstance(spec, InertiaSpec)
     if spec.pendulum is not None:
-        remedy = "hang the wheel up once and record it: 'vdyn inertia' needs no more than that, and states its error"
+        remedy = "record one swing of the wheel: 'vdyn inertia' needs one log, and states its error"
         raise InputError(Finding("pendulum", "a pendulum cannot be planned", remedy=remedy))
     day.known.require("wheel_mass", "wheel_radius", where="inertia")
     return tuple(_log(day, spec, k) for k in range(len(spec.runs)))

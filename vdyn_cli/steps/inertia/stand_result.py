@@ -155,7 +155,7 @@ def _assumed_gain(settings: InertiaSettings) -> list[Finding]:
     if settings.gain_std is not None:
         return []
     what = (
-        f"the torque's gain is taken as certain to {100 * STAND_GAIN:g} %: an inertia is off by as much as its torque"
+        f"the torque's gain is assumed exact within {100 * STAND_GAIN:g} %: its relative error is that of the inertia"
     )
     remedy = "state the torque's accuracy as 'gain_std' under settings"
     return [Finding("settings.gain_std", what, "", remedy, minor=True)]

@@ -13,7 +13,7 @@ from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec
 
 SETTINGS = (
     setting("torque", 400.0, "N m", "torque of a tip-in", 20_000.0),
-    setting("duration", 4.0, "s", "length of a log: tip-in, and tip-out half way", 600.0),
+    setting("duration", 4.0, "s", "duration of a log: a tip-in, then a tip-out at half of it", 600.0),
     setting("frequency", 5.0, "Hz", "natural frequency of the driveline", 100.0),
     setting("damping_ratio", 0.08, "", "damping ratio of the driveline", 1.0),
     setting("wheel_speed_level", 20.0, "rad/s", "speed of the wheel", 300.0),

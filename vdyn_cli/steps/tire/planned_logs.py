@@ -19,7 +19,7 @@ SETTINGS = (
     setting("wheel_speed_noise", 0.25, "rad/s", "white noise of the wheel speed (a vibrating tire)", 5.0),
     setting("speed_noise", 0.1, "m/s", "white noise of the vehicle speed", 2.0),
     setting("force_noise", 30.0, "N", "white noise of the forces", 1000.0),
-    setting("slip_noise", 0.005, "", "white noise of the slip where it is logged itself", 0.2),
+    setting("slip_noise", 0.005, "", "white noise of the slip, where slip is logged", 0.2),
     *(guess(name, value) for name, value in zip(SHAPE, (10.0, 1.9, 1.0, 0.5), strict=True)),
 )
 
