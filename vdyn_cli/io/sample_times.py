@@ -174,7 +174,12 @@ def impossible_clock(log: Log) -> Iterator[Finding]:
 
 
 def lines_of(rows: Sequence[int] | NDArray[np.int64], line_of: LineOf, most: int = 4) -> str:
-    """The first few line numbers of some rows."""
+    """The first line numbers of some rows as text, ``3, 4, 5, 6, ...``.
+
+    Parameters
+    ----------
+    line_of : row -> its line in the file. most : number of lines that are named.
+    """
     shown = ", ".join(str(line_of(int(row))) for row in rows[:most])
     return shown + (", ..." if len(rows) > most else "")
 

@@ -197,7 +197,13 @@ def drifting(x: Array) -> Array:
 
 
 def stepped_share(y: Array, x: Array, k: int, rival: Array) -> float:
-    """The squares that a step of the gain at k leaves, as a share of what a rival design (n, m) leaves."""
+    """The squares that a step of the gain leaves, as a share of what a rival design leaves.
+
+    Parameters
+    ----------
+    y, x : (n,) the two tied channels, y = gain x. k : index of the first sample with the other gain.
+    rival : (n, m), columns that are fitted to y.
+    """
 
     def squares(design: Array) -> float:
         residual = y - design @ np.linalg.lstsq(design, y, rcond=None)[0]

@@ -50,7 +50,16 @@ def road_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Arra
 
 
 def met_slopes(campaign: Campaign, run: int) -> Array:
-    """Mean slope that a run meets in each of its bins, (b, m), for each of the shared road's unknowns at one."""
+    """Mean slope that a run meets in each of its bins, dimensionless.
+
+    Parameters
+    ----------
+    run : index of the run in the campaign.
+
+    Returns
+    -------
+    (b, m): in column j the shared road's unknown j is 1, and the others are 0.
+    """
     layout, bins = campaign.layout, campaign.bins[run]
     assert layout is not None
     sparse = bool(np.all(bins.count == 1))

@@ -64,7 +64,7 @@ def peak_by_priors(reach: float, peak: float) -> str:
 
 
 def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> list[Finding]:
-    """That the largest frictions in driving and braking differ, where one curve is fitted to both."""
+    """A note where one curve is fitted to driving and braking and their largest frictions differ; else none."""
     slip, friction = (np.concatenate(x) for x in ([s.slip for s in sweeps], [s.force / s.load for s in sweeps]))
     if slip.min() > -STEP_POLICY.peak_slip or slip.max() < STEP_POLICY.peak_slip:
         return []
