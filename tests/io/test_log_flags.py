@@ -162,3 +162,23 @@ def test_a_minute_at_1_khz_takes_far_less_than_a_second() -> None:
     begun = time.process_time()
     flags(log)
     assert time.process_time() - begun < 0.8
+
+
+@pytest.mark.parametrize("wheel", [False, True])
+@pytest.mark.parametrize("held", [1, 20])
+def test_a_stop_that_a_slow_receiver_sees_as_one_step_is_no_fault(held: int, wheel: bool) -> None:
+    """1 Hz, also written at 20 Hz: the brake takes 2.8 m/s away from one reading to the next."""
+    rng, radius = np.random.default_rng(8), 0.3 if wheel else 1.0
+    falling = 3.75 + 21.0 * (1.0 - np.arange(120) / 120.0) ** 1.5 + rng.normal(0.0, 0.03, 120)
+    stop = np.concatenate([falling, [0.98], np.zeros(20)])
+    assert "level_step" not in failed_tests(stop / radius, held, wheel)
+    # A gain that changes while the car rolls on is found at both rates.
+    changed = np.concatenate([falling[:60], 0.7 * falling[60:]])
+    assert "level_step" in failed_tests(changed / radius, held, wheel)
+
+
+def failed_tests(values: Array, held: int, wheel: bool) -> set[str]:
+    """The tests that a speed of 1 Hz fails, each value written so many times."""
+    time = np.arange(values.size * held) / held
+    log = Log("run.csv", time, {"wheel_speed" if wheel else "speed": np.repeat(values, held)})
+    return {fault.test for fault in flags(log).faults}

@@ -38,6 +38,8 @@ Rows = NDArray[np.intp]
 _FEWEST = 50  # samples of a channel, below which nothing is tested
 _SPEEDS = ("speed", "vehicle_speed", "wheel_speed", *(f"wheel_speed_{at}" for at in ("fl", "fr", "rl", "rr")))
 _LOADS = tuple(n for n in CHANNELS if n.endswith(("_load", "force_z")))
+_BESIDE = 5.0  # readings within which a speed comes to rest after a step, or was at rest before it
+_AT_REST = 0.05  # share of the step that a speed at rest may read
 _RADIUS = 0.3  # m, that makes a wheel's speed one of the car, roughly
 
 
@@ -299,10 +301,27 @@ def _stepped(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
     if channel.name not in (*_SPEEDS, *_LOADS) or taken[channel.rows].any():
         return
     at = level_step(channel.values, QUALITY)
-    if at is not None and channel.moving[at - 1 : at + 1].all():
+    if at is not None and channel.moving[at - 1 : at + 1].all() and not _stop_or_start(channel, at):
         jump = channel.values[at] - channel.values[at - 1]
         why = f"jumps by {channel.text(jump, 3, step=True)} within one sample and stays: its gain or zero changed"
         yield Fault(channel.name, int(channel.rows[at]), int(channel.rows[-1]) + 1, "level_step", why, Flag.SUSPECT)
+
+
+def _stop_or_start(channel: _Sampled, at: int) -> bool:
+    """Whether the step of a speed to sample ``at`` lies beside rest and is no faster than tires allow.
+
+    A reading that is held lasts from its first sample on.
+    """
+    if channel.name not in _SPEEDS:
+        return False
+    values, time = channel.values, channel.time
+    changes = np.flatnonzero(values[1:at] != values[: at - 1])
+    lasted = float(time[at] - time[int(changes[-1]) + 1 if changes.size else 0])
+    jump = abs(float(values[at] - values[at - 1]))
+    about = np.abs(time - time[at]) <= _BESIDE * lasted
+    rests = float(np.abs(values[about]).min()) <= _AT_REST * jump
+    radius = _RADIUS if channel.name.startswith("wheel") else 1.0
+    return rests and radius * jump <= QUALITY.hardest_stop * lasted
 
 
 def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator[tuple[int, int, str, str]]:

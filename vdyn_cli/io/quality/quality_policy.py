@@ -159,6 +159,10 @@ class QualityPolicy:
         1.5, "", "times the usual step of the clock, or its scatter, beyond the usual step: a gap or jump",
         "A lost row doubles a step; jitter of a software clock stays within its own scatter.",
     )  # fmt: skip
+    hardest_stop: float = threshold(
+        12.0, "m/s^2", "between two readings, up to which a step of a speed beside rest is a stop or a start",
+        "Road tires brake with up to 1.2 g; a receiver of 1 Hz sees a stop from 20 km/h as one step.",
+    )  # fmt: skip
     step_apart: float = threshold(
         2.5, "", "times the next largest step of a speed, at which its largest counts as a change of gain or zero",
         "A car changes its speed over many samples, so that many steps are nearly as large as the largest; where the "
