@@ -225,6 +225,18 @@ def test_a_needed_channel_without_a_name_is_offered_by_unit(tmp_path: Path) -> N
     assert re.search(r'wheel_speed: .*# needed: .*; by their unit: "N \[1/min\]"\n', found.text)
 
 
+def test_logs_of_a_clock_that_runs_on_have_starts(tmp_path: Path) -> None:
+    """Seconds since midnight, or since the logger was switched on; logs that all begin at zero tell nothing."""
+    time = np.arange(600) / 10.0
+    for begin, step, starts in ((62400.0, 300.5, ["0.0 s", "300.5 s"]), (0.0, 0.0, [None, None])):
+        paths = [
+            table(tmp_path / f"{begin:.0f}_{k}.csv", SECONDS_s=begin + k * step + time, Speed_mph=60 - time)
+            for k in range(2)
+        ]
+        _, description = draft("coastdown", *paths)
+        assert [run.get("start") for run in description["runs"]] == starts
+
+
 def test_an_axis_that_varies_less_than_the_one_beside_it_is_not_decided(tmp_path: Path) -> None:
     """A phone lies as it lies."""
     axes = {"Speed_mph": 60 - WAVE, "Accel X_g": 0.05 * WAVE, "Accel Y_g": 0.3 * WAVE}

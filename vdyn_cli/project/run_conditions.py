@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.project.run_direction import LoggedDirection
@@ -39,8 +40,9 @@ def run_conditions(
     read : the keys of a run that the step reads.
     """
     begins = [_first_moment(facts) for facts in logs]
+    common = _on_one_clock(logs) if not any(b is not None for b in begins) else []
     keys: list[list[str]] = [[] for _ in logs]
-    known = [b for b in begins if b is not None]
+    known = common or [b for b in begins if b is not None]
     if "start" in read and len(known) == len(logs) > 1:
         starts = [between(known[0], b) for b in known]
         if len(set(starts)) == len(starts) and max(starts) - min(starts) < _LONGEST_TEST:
@@ -60,6 +62,13 @@ def run_conditions(
         notes.append(_add_winds(keys, station, during, ways, read))
     air = tuple((name, text) for name in _AIR if (text := _air(station, name, whole)))
     return DayConditions(tuple(", ".join(("", *own)) for own in keys), air, tuple(note for note in notes if note))
+
+
+def _on_one_clock(logs: Sequence[Sequence[ChannelFacts]]) -> list[float]:
+    """The first time of each log, s, where no two overlap, as of one clock that runs on; else none."""
+    spans = [next(f for f in facts if f.state == "clock").info.span for facts in logs]
+    order = sorted(spans)
+    return [begin for begin, _ in spans] if all(a[1] <= b[0] for a, b in pairwise(order)) else []
 
 
 def _length(facts: Sequence[ChannelFacts]) -> float:
