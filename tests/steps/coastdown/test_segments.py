@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
@@ -37,3 +38,25 @@ def test_another_coast_down_of_the_log_is_named_with_its_times() -> None:
     alone = STEP.estimate(spec_of(kept), [logs[0], *whole[1:]], known(vehicle))
     low, high = alone.parameters["drag_area"].interval95
     assert low < result.parameters["drag_area"].value < high
+
+
+def held_before(log: Log, seconds: float, noise: float, rng: np.random.Generator) -> Log:
+    """The log at 2 Hz with a drive at its first speed before it, and a receiver's noise."""
+    step = 0.5
+    first = float(log["speed"][:20].mean())
+    falling = np.interp(np.arange(log.time[0], log.time[-1], step), log.time, log["speed"])
+    speed = np.concatenate([np.full(round(seconds / step), first), falling])
+    return Log(log.name, step * np.arange(speed.size), {"speed": speed + rng.normal(0.0, noise, speed.size)})
+
+
+@pytest.mark.parametrize("seed", [7, 8, 9])
+def test_a_speed_that_is_held_before_the_driver_lets_go_is_no_coast(seed: int) -> None:
+    vehicle = random_vehicle(seed)
+    runs = coast.campaign(vehicle, seed)[:6]
+    rng = np.random.default_rng(seed)
+    alone = STEP.estimate(spec_of(runs), [held_before(log, 0.0, 0.08, rng) for log in logs_of(runs)], known(vehicle))
+    held = STEP.estimate(spec_of(runs), [held_before(log, 15.0, 0.08, rng) for log in logs_of(runs)], known(vehicle))
+    for name in ("rolling_resistance", "drag_area"):
+        low, high = held.parameters[name].interval95
+        assert low < alone.parameters[name].value < high
+        assert high - low < 2.0 * np.ptp(alone.parameters[name].interval95)
