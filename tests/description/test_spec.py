@@ -90,3 +90,29 @@ runs:
 def test_refusals(tmp_path: Path, text: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
         load(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("test.yaml", b"test: coastdown\nruns:\n\t- {log: a.csv}\n", "test.yaml:3: .*\n    -> indent with blanks"),
+        ("run.csv", b"t;v\n0,1;2,3\n", "run.csv: is not a description of a test.*\n    -> .*'vdyn init STEP LOG"),
+        ("run.CSV", "t;H\u00f6he\n0;1\n".encode("latin-1"), "run.CSV: is not a description of a test"),
+        ("test.yaml", b"test: coastdown\nruns:\n  - a.csv\n", "-> write '{log: a.csv}'"),
+        (
+            "test.yaml",
+            b"test: coastdown\nvehicle: {mass: 3 sqm}\n",
+            "not a unit .*\n    -> write a number with its unit, .*1 kg",
+        ),
+    ],
+)
+def test_what_a_stranger_writes_has_a_remedy(name: str, content: bytes, says: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=says):
+        load_spec(tmp_path / name, TestSpec)
+
+
+def test_a_folder_is_answered_with_its_descriptions(tmp_path: Path) -> None:
+    (tmp_path / "coast.yaml").write_text(GOOD)
+    with pytest.raises(InputError, match=r"is a folder\n    -> name a description in it, such as '.*coast.yaml'"):
+        load_spec(tmp_path, TestSpec)

@@ -57,7 +57,7 @@ class Si:
         try:
             given = parse(value, self.unit)
         except UnitError as error:
-            raise PydanticCustomError("unit", "{why}", {"why": str(error)}) from None
+            raise PydanticCustomError("unit", "{why}", {"why": str(error), "unit": self.unit}) from None
         if not (self.lower <= given.value <= self.upper):
             span = f"{self.lower:g} to {self.upper:g} {self.unit}".strip()
             form = f"; a plain number is in K: write '{value} degC'" if self.unit == "K" and _plain(value) else ""
@@ -521,10 +521,16 @@ def _explain(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) -
     if kind == "missing":
         return Finding(where, f"'{key}' is missing", remedy=f"add the key '{location[-1]}'")
     if kind in ("model_type", "dict_type"):
-        return Finding(where, f"'{key}' must be a mapping of keys to values", got, "write its keys, or remove it")
+        remedy = "write its keys, or remove it"
+        if isinstance(detail["input"], str) and location[:-1] == ("runs",):
+            remedy = f"write '{{log: {detail['input'][:60]}}}'"
+        return Finding(where, f"'{key}' must be a mapping of keys to values", got, remedy)
     message = detail["msg"]
     message = message[0].lower() + message[1:]
-    return Finding(where, f"'{key}' {message}" if kind in ("unit", "range", "quantity") else f"'{key}': {message}", got)
+    unit = str(detail.get("ctx", {}).get("unit", "")) if kind == "unit" else ""
+    remedy = f"write a number with its unit, such as '1 {unit}'" if unit and "write" not in message else ""
+    what = f"'{key}' {message}" if kind in ("unit", "range", "quantity") else f"'{key}': {message}"
+    return Finding(where, what, got, remedy)
 
 
 def _location(detail: ErrorDetails) -> Location:

@@ -17,6 +17,7 @@ from vdyn_cli.quantities.input_file import read_regular
 Location = tuple[str | int, ...]
 
 MAX_BYTES = 1_000_000
+_SUFFIXES = (".yaml", ".yml")
 MAX_DEPTH = 30
 MAX_NODES = 50_000
 
@@ -48,8 +49,25 @@ def load_yaml(path: Path) -> YamlSource:
 
     Raises
     ------
-    InputError : missing, too large, not UTF-8, not YAML, nested or aliased beyond reason, a key given twice.
+    InputError : missing, too large, not UTF-8, not YAML, nested or aliased beyond reason, a key given twice; a file of
+        another kind, such as a log.
     """
+    named_so = path.suffix.lower() in _SUFFIXES or not path.is_file()
+    try:
+        source = _loaded(path)
+    except InputError:
+        if named_so:
+            raise
+    else:
+        if named_so or isinstance(source.data, dict):
+            return source
+    what = "is not a description of a test, which is a YAML file"
+    raise InputError(
+        Finding(str(path), what, remedy="for a log, 'vdyn init STEP LOG -o TEST.yaml' writes one")
+    ) from None
+
+
+def _loaded(path: Path) -> YamlSource:
     text, digest = _read_text(path)
     try:
         _refuse_bombs(text, path)
@@ -62,7 +80,10 @@ def load_yaml(path: Path) -> YamlSource:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        raise InputError(Finding(_line(path, mark), f"is not valid YAML: {error.problem or error.context}")) from None
+        what = f"is not valid YAML: {error.problem or error.context}"
+        tab = "indent with blanks instead of tabs" if "'\\t'" in what else ""
+        remedy = tab or "check indentation, colons, brackets and quotes there"
+        raise InputError(Finding(_line(path, mark), what, remedy=remedy)) from None
     except (yaml.YAMLError, ValueError, RecursionError, OverflowError) as error:
         raise InputError(Finding(path.name, f"is not valid YAML: {str(error).splitlines()[0][:100]}")) from None
     if walker.findings:
@@ -81,6 +102,10 @@ def _read_text(path: Path) -> tuple[str, str]:
         return data.decode("utf-8-sig"), sha256(data).hexdigest()
     except FileNotFoundError:
         raise InputError(Finding(str(path), "does not exist", remedy=_neighbors(path))) from None
+    except IsADirectoryError:
+        inside = [f"'{p}'" for p in sorted(path.iterdir()) if p.suffix in _SUFFIXES][:3]
+        remedy = f"name a description in it, such as {' or '.join(inside)}" if inside else "name a description (.yaml)"
+        raise InputError(Finding(str(path), "is a folder", remedy=remedy)) from None
     except OSError as error:
         if error.errno == errno.EFBIG:
             raise InputError(Finding(str(path), "is too large for a test description", str(error.strerror))) from None

@@ -156,6 +156,8 @@ def parse(text: str | float, si_unit: str) -> Given:
     if match is None:
         raise UnitError(f"'{text[:40]}' is not a number with a unit, such as '1 {si_unit}'")
     number, spread, unit = match.groups()
+    if re.match(r",\d", unit) and not spread:
+        raise UnitError(f"'{text[:40]}' has a decimal comma: write {number}.{unit[1:][:30]}")
     factor, offset = _scale(unit or si_unit, si_unit)
     return _finite(float(number) * factor + offset, abs(float(spread) * factor) if spread else 0.0, text)
 
