@@ -85,6 +85,26 @@ def test_the_sample_coast_downs_are_all_kept(tmp_path: Path) -> None:
     assert "<svg" in (tmp_path / "check.html").read_text(encoding="utf-8")
 
 
+def test_a_dead_log_leaves_order_and_pairs_of_the_others(tmp_path: Path) -> None:
+    """A third run that holds nothing, driven out like the second of the others that follows it."""
+    text = (ROOT / "configs" / "coastdown.yaml").read_text(encoding="utf-8")
+    logs = ROOT / "sample_logs"
+    text = text.replace("../sample_logs/", f"{logs}/").replace(
+        "vehicle: vehicle.yaml", f"vehicle: {logs.parent}/configs/vehicle.yaml"
+    )
+    head, *rows = (logs / "coast_3.csv").read_text(encoding="utf-8").splitlines()
+    dead = [",".join([row.split(",")[0], *["0"] * row.count(",")]) for row in rows]
+    (tmp_path / "dead.csv").write_text("\n".join([head, *dead]) + "\n", encoding="utf-8")
+    line = f"  - {{log: {logs}/coast_3.csv,"
+    (tmp_path / "test.yaml").write_text(
+        text.replace(line, "  - {log: dead.csv, direction: out, start: 1700 s}\n" + line), encoding="utf-8"
+    )
+    document = checked(tmp_path / "test.yaml", tmp_path / "out", 1)
+    assert [r["verdict"] for r in document["runs"]].count("repeat") == 1
+    assert document["coasts"]["alternating"]
+    assert document["coasts"]["pairs"] == 4
+
+
 def test_a_short_frozen_stretch_is_cut_and_the_run_kept(tmp_path: Path) -> None:
     document = checked(campaign(tmp_path, frozen(40.0, 45.0)), tmp_path, 0)
     flags = [(f["run"], f["test"], f["decision"]) for f in document["flags"]]

@@ -104,6 +104,6 @@ def _added_lines(document: PlanDocument) -> Iterator[str]:
         if one.std:
             yield f"    standard error then: {', '.join(f'{n} {two_digits(s)}' for n, s in one.std.items())}"
         if one.separates:
-            each = [f"{' from '.join(s.effects)} (t = {s.t:.1f})" for s in one.separates[:SHOWN]]
+            each = [f"{' against '.join(s.effects)} (t = {s.t:.1f})" for s in one.separates[:SHOWN]]
             more = f" and {len(one.separates) - SHOWN} more" if len(one.separates) > SHOWN else ""
-            yield f"    tells apart: {', '.join(each)}{more}"
+            yield f"    detects: {', '.join(each)}{more}"

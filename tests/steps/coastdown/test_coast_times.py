@@ -45,7 +45,7 @@ def test_runs_that_are_no_pair_are_not_paired() -> None:
 def test_a_dead_log_among_the_runs_takes_no_partner() -> None:
     kept = [segment(k, 0.2) for k in (0, 1, 3, 4, 5, 6)]
     directions = ["out", "back", "out", "out", "back", "out", "back"]  # the first of two runs out holds nothing
-    assert paired_runs(kept, directions) == [(0, 1), (2, 5), (4, 3)]
+    assert paired_runs(kept, directions) == [(0, 1), (2, 3), (4, 5)]
 
 
 def test_a_rejected_run_shifts_no_pair_across_directions() -> None:

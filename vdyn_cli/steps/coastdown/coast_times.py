@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -68,16 +67,21 @@ class CoastTimes:
 def paired_runs(segments: Sequence[CoastSegment], directions: Sequence[str | None]) -> list[tuple[int, int]]:
     """The k-th run out of the description with the k-th run back, as indices of segments; both must be kept.
 
-    Of runs whose partner is left out, those that follow each other in the description make a pair.
+    Where runs are left out, runs that follow each other in the description make a pair first: a dead log among them
+    shifts no pair.
     """
     at = {s.run: k for k, s in reversed(list(enumerate(segments)))}
     out, back = ([i for i, way in enumerate(directions) if way == wanted] for wanted in ("out", "back"))
-    pairs = [(a, b) for a, b in zip(out, back, strict=False) if a in at and b in at]
-    single = sorted(set(at) - {run for pair in pairs for run in pair})
-    for first, second in pairwise(single):
-        opposite = second == first + 1 and {directions[first], directions[second]} == {"out", "back"}
-        if opposite and not any(first in pair for pair in pairs):
-            pairs.append((first, second) if directions[first] == "out" else (second, first))
+    planned = [pair for pair in zip(out, back, strict=False) if at.keys() >= set(pair)]
+    if at.keys() >= {*out, *back}:
+        return [(at[a], at[b]) for a, b in planned]
+    pairs = [(a, b) for a, b in planned if abs(a - b) == 1]
+    free = set(at) - {run for pair in pairs for run in pair}
+    for run in sorted(free):
+        if {run, run + 1} <= free and {directions[run], directions[run + 1]} == {"out", "back"}:
+            pairs.append((run, run + 1) if directions[run] == "out" else (run + 1, run))
+            free -= {run, run + 1}
+    pairs += [pair for pair in planned if free >= set(pair)]
     return [(at[a], at[b]) for a, b in sorted(pairs, key=min)]
 
 

@@ -163,8 +163,9 @@ class _Coasts:
         pairs = paired_runs(self.segments, directions)
         partners = {self.segments[k].run for pair in pairs for k in pair}
         ways = [directions[s.run] for s in self.segments]
-        known = len(directions) > 1 and all(w in ("out", "back") for w in directions)
-        alternating = all(a != b for a, b in pairwise(directions)) if known else None
+        known = len(ways) > 1 and all(w in ("out", "back") for w in ways)
+        driven = [ways[i] for i in np.argsort(self.order, kind="stable")] if known else []
+        alternating = all(a != b for a, b in pairwise(driven)) if known else None
         accuracy = [
             TimeAccuracy(speed=3.6 * t.speed, time=t.mean, r83=t.r83, wltp=t.wltp)
             for t in coast_times(self.segments, directions)
