@@ -10,6 +10,7 @@ import pytest
 from tests.effects.recovered import Hidden, compare, given, unknowns
 from tests.plant import bump as plant
 from tests.plant.vehicle import random_vehicle
+from vdyn_cli.diagnosis.effect_unknowns import started_at
 from vdyn_cli.effects import candidates
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.quantities.errors import ResultError
@@ -52,13 +53,16 @@ def problem(hidden: Hidden, noise: float) -> BumpProblem:
 
 @cache
 def fitted(hidden: Hidden, noise: float) -> Result:
-    """The estimate with the effect in the model; its shape at nominal where the crossings do not determine it."""
-    effects = (hidden.effect,)
-    free = unknowns(effects)
+    """The estimate with the effect in the model; its shape freed from there; at nominal where it is not determined."""
+    effects, shapes = (hidden.effect,), hidden.effect.nominal
+    plain = problem(hidden, noise).publish(effects, [u for u in unknowns(effects) if u.name not in shapes])
+    if not shapes:
+        return plain
+    found = {n: e.value for n, e in plain.amplitudes.items()}
     try:
-        return problem(hidden, noise).publish(effects, free)
+        return problem(hidden, noise).publish(effects, [started_at(u, found) for u in unknowns(effects)])
     except ResultError:
-        return problem(hidden, noise).publish(effects, [u for u in free if u.name not in hidden.effect.nominal])
+        return plain
 
 
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)

@@ -3,29 +3,36 @@
 from __future__ import annotations
 
 from vdyn_cli.effects import effect
-from vdyn_cli.engine.maths import soft_abs, sqrt
+from vdyn_cli.engine.maths import soft_abs, sqrt, tanh
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
 
 STICK = 2e-4  # m, of stroke until a strut slips
 FASTEST = 2.5e-3  # s, within which friction turns in the fastest strokes
-STILL = 1e-4  # m/s, below which a strut is at rest
-DRY = 1e-5  # m/s, to which a turning rate of zero is rounded: a strut at rest then creeps for 20 s
+STILL = 5e-5  # m/s, below which a strut is at rest
+DRY = 1e-6  # m/s, to which a turning rate of zero is rounded
+RATED = 1e-4  # m/s, turning rate from which friction follows the rate rather than the stroke
+LAG = 5e-4  # s, with which it follows the rate: half a step of the integration
+BENT = 2e-6  # m, of stroke within which it follows: 600 N on an axle of 70 kg then swing at less than 2.5 / ms
 
 
 def bristle(s: Signals) -> Number:
     """Rate of the friction's sense z, from -1 to 1: it follows the stroke, and slips once it is fully bent.
 
-    z' = (v - |v| z^5 - w z) / sqrt(STICK^2 + (FASTEST v)^2)
+    z' = (1 - m^2) (v - |v| z^5) / sqrt(STICK^2 + (FASTEST v)^2) + m (tanh(v / w) - z) / (LAG + BENT / w)
 
-    The fifth power makes it a spring that slips rather than a soft bend. Its rate is limited: with steps of 1 ms the
-    integration stays stable. With a turning rate w, friction is not held at rest, and z is about tanh(v / w).
+    with m = w / (w + RATED).
+
+    The fifth power makes it a spring that slips rather than a soft bend. Both rates are limited: with steps of 1 ms
+    the integration stays stable. With a turning rate w, friction is not held at rest, and z is tanh(v / w).
     Source: after Dahl, A Solid Friction Model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968.
     """
-    w = s.suspension_friction_rate
-    creeping = 0.5 * (w + sqrt(w * w + DRY**2)) * s.bristle
-    slipping = s.stroke_rate - soft_abs(s.stroke_rate, STILL) * s.bristle**5 - creeping
-    return slipping / sqrt(STICK**2 + (FASTEST * s.stroke_rate) ** 2)
+    v, z, w = s.stroke_rate, s.bristle, s.suspension_friction_rate
+    turning = 0.5 * (w + sqrt(w * w + DRY**2))
+    slipping = (v - soft_abs(v, STILL) * z**5) / sqrt(STICK**2 + (FASTEST * v) ** 2)
+    turned = (tanh(v / turning) - z) * turning / (LAG * turning + BENT)
+    rated = turning / (turning + RATED)
+    return (1.0 - rated**2) * slipping + rated * turned
 
 
 @effect(

@@ -13,8 +13,10 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.half_car import BODY, BODY_OF, CROSSING, GIVEN, SOUGHT, sprung_body
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.crossing import Crossing
 from vdyn_cli.steps.bump.known_car import KnownCar, usual_car
@@ -150,7 +152,7 @@ class BumpFit:
             fit = replace(fit, weights=fit.weights.reweighted(misfit))
             return (fit, solve(fit.regression(solution), tolerance=TOLERANCE)), mismatch
 
-        first = (self, solve(self.regression(), tolerance=TOLERANCE))
+        first = (self, solve(self.regression(_beside_effects(self)), tolerance=TOLERANCE))
         return until_settled(reweight, first, REWEIGHTINGS, MISFIT).state
 
     def simulate(self, run: int, theta: Array, *, sensitivities: bool = True, states: bool = False) -> Simulated:
@@ -172,6 +174,20 @@ class BumpFit:
         at = {**self.known.values, **values}
         _, to_front = sprung_body(*(at[n] for n in BODY_OF))
         return {"front": to_front, "rear": to_front - at["wheelbase"]}
+
+
+def _beside_effects(fit: BumpFit) -> Solution | None:
+    """The fit of the car to effects as large as they begin; None where they begin at zero, or it fails.
+
+    From an ordinary car instead, an effect of the right size first changes for what is wrong in the car.
+    """
+    held = {u.name: u.start for u in fit.effect_unknowns}
+    if not any(held.values()):
+        return None
+    try:
+        return solve(restricted(fit.regression(), held), tolerance=TOLERANCE)
+    except ResultError:
+        return None
 
 
 @dataclass(frozen=True)
