@@ -61,7 +61,8 @@ class NestedFits:
     def _solved(self, effects: tuple[str, ...]) -> Solution:
         """The best of the fits from every start; with shapes at nominal where the data do not determine them.
 
-        It goes on from the best fit so far of some of these effects, and tries the other starts of the others.
+        Shapes are freed from the best fit with them at nominal. It goes on from the best fit so far of some of these
+        effects, and tries the other starts of the others.
         """
         full = self.model.regression
         known = [f for k, f in self._made.items() if f is not None and set(k) < set(effects)]
@@ -73,16 +74,18 @@ class NestedFits:
         free = self.model.held(effects)
         nominal = free | {u.name: u.start for u in full.shared if u.name in shapes}
         failed: list[ResultError] = []
+        best: list[Solution] = []
         most = PROFILE_ITERATIONS if effects and set(effects) <= set(self.model.setup.families) else MOST_ITERATIONS
-        for held in (free, nominal) if shapes else (free,):
-            regression = restricted(full, held, before.solution if before else None)
+        for held in (nominal, free) if shapes else (free,):
+            regression = restricted(full, held, best[0] if best else before.solution if before else None)
             found: list[Solution] = []
-            for start in (regression, *self.starts(regression, others, held is free)):
+            for start in (regression, *self.starts(regression, others, bool(shapes) and held is free)):
                 start = replace(start, reached=min((s.cost for s in found), default=np.inf))
                 try:
                     found.append(solve(start, tolerance=LEAST_STEP, most_iterations=most, unconverged=not effects))
                 except ResultError as error:
                     failed.append(error)
-            if found:
-                return min(found, key=lambda s: s.cost)
+            best = [min(found, key=lambda s: s.cost)] if found else best
+        if best:
+            return best[0]
         raise failed[-1]

@@ -71,7 +71,7 @@ class RefitStrategy:
 
     def _starts(self, regression: Regression, effects: Sequence[str], shapes: bool) -> Iterator[Regression]:
         candidates = [self.model.setup.candidates[e] for e in effects if e in self.model.setup.candidates]
-        for effect in candidates:
+        for effect in candidates if not shapes else ():
             for probe in spread_over(effect.probes, POLICY.most_probes):
                 # Bounded from below: a fit that returns to zero creeps, and the start at zero finds what is there.
                 floor = POLICY.probe_floor * min(effect.probes)
