@@ -125,6 +125,12 @@ def held_out_gain(
         if set(chosen) <= set(selection.candidates):
             chosen = _selected(strategy, Selection(selection.candidates, there), k, left_out(there), extended.effects)
         at = near if chosen == extended.effects else there
+        rival = strategy.fitted(chosen) if at is there and near is extended and len(chosen) == 1 else None
+        if rival is not None and len(extended.effects) == 1:
+            # Large effects bend the model: what one linearization prefers is compared with the answer, each on its own.
+            rival = cut_alike(rival, near)
+            at = min((rival, near), key=lambda one: _misfit(one, left_out(one), k, model.with_base(one.effects)))
+            chosen = at.effects
         first, fold = left_out(without).folds[k], left_out(at).folds[k]
         values = _values(at, left_out(at), k, model.with_base(chosen))
         baseline = _values(without, left_out(without), k, model.base)
@@ -188,6 +194,13 @@ def _values(at: FittedModel, folds: LeftOut, fold: int, names: Sequence[str]) ->
     step = _least_squares(rest.of([*names, *rest.own]), rest.y)
     point = _point(at.runs)
     return {n: point[n] + move for n, move in zip(names, step.tolist(), strict=False)}
+
+
+def _misfit(at: FittedModel, folds: LeftOut, fold: int, names: Sequence[str]) -> float:
+    """Sum of squares that a fit to all other rows leaves in them."""
+    rest = folds.rest(fold)
+    columns = rest.of([*names, *rest.own])
+    return float(np.sum((rest.y - columns @ _least_squares(columns, rest.y)) ** 2))
 
 
 def _point(runs: LinearizedRuns) -> dict[str, float]:
