@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+
+import numpy as np
 
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.strategy import Strategy
+from vdyn_cli.diagnosis.unexplained import half_widths, unexplained_biases
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.parameters import Estimate
 
@@ -28,6 +34,27 @@ def fitted_amplitudes(answer: CandidateModel, setup: DiagnosisSetup) -> dict[str
         for n in effect.unknowns
         if n in solution.values
     }
+
+
+def beside_remainder(
+    strategy: Strategy, judgment: Judgment, amplitudes: Mapping[str, Estimate]
+) -> dict[str, Estimate]:
+    """The amplitudes of a named answer with intervals that hold the bias by a significant remainder.
+
+    half' = sqrt(half^2 + bias^2), as of the published parameters; unchanged where the answer leaves none.
+    """
+    answer = judgment.answer
+    if judgment.verdict != "named" or answer is None or answer.sufficient:
+        return dict(amplitudes)
+    bias = half_widths(unexplained_biases(strategy.model, strategy.relinearized(answer.fitted)))
+    return {n: _wider(e, float(np.hypot(e.half_width, bias.get(n, 0.0)))) for n, e in amplitudes.items()}
+
+
+def _wider(one: Estimate, half: float) -> Estimate:
+    """The estimate with this half width, its standard deviation larger in proportion."""
+    more, low, high = half - one.half_width, *one.interval95
+    std = one.std * half / one.half_width if one.half_width > 0.0 else one.std
+    return replace(one, std=std, interval95=(low - more, high + more)) if more > 0.0 else one
 
 
 def with_meaning(amplitude: Estimate, effect: Effect, name: str) -> Estimate:

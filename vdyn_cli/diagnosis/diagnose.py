@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from vdyn_cli.diagnosis import diagnosis_record as record
-from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
+from vdyn_cli.diagnosis.amplitudes import beside_remainder, fitted_amplitudes
 from vdyn_cli.diagnosis.detectable import detectable
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
 from vdyn_cli.diagnosis.extension import Extension, extended
@@ -80,6 +80,7 @@ def _diagnosed(
     by_part = with_part(strategy, judgment, prepared.simulated)
     strategy, judgment = by_part.strategy, resized(by_part.strategy, by_part.judgment, judgment)
     judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, result)
+    extension = replace(extension, amplitudes=beside_remainder(strategy, judgment, extension.amplitudes))
     diagnosis = with_part_record(_described(prepared, strategy, judgment, extension, result), by_part)
     final = with_open_answers(strategy, judgment, extension, prepared.simulated, result)
     if extension.result is None:
@@ -106,7 +107,8 @@ def _described(
     assert prepared.step.diagnosable is not None
     # Beside other effects than the judgment's, what was taken in has another amplitude than the judgment has for it.
     as_named = any(set(answer.effects) == set(extension.effects) for answer in judgment.answers)
-    amplitudes = _fitted(judgment, setup) | (dict(extension.amplitudes) if as_named else {})
+    amplitudes = beside_remainder(strategy, judgment, _fitted(judgment, setup))
+    amplitudes |= extension.amplitudes if as_named else {}
     narrowed, last = isinstance(prepared.spec.diagnose.effects, list), extension.result
     metric = prepared.step.diagnosable.metric
     unit, exact = (
@@ -158,7 +160,7 @@ def _doubted(
     diagnosis: Diagnosis, extended_result: Result | None, last: Result, doubts: Sequence[Finding]
 ) -> Diagnosis:
     """The diagnosis with the first reason to doubt the result; an adequate model's sentence says it."""
-    stated = next((f"{f.where} {f.what}" for f in (*doubts, *last.findings) if f.doubt), "")
+    stated = next((f"{f.where}: {f.what}" for f in (*doubts, *last.findings) if f.doubt), "")
     doubt = stated or last.fit.misfit
     if not doubt and extended_result is not None:
         doubt = next(iter(extended_result.fit.warnings), "")

@@ -35,7 +35,7 @@ Bias = Mapping[str, Array]  # by fitted unknown, (k,): half intervals of indepen
 
 
 def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
-    """The bias of the baseline's shared unknowns by what a fit leaves unexplained, over every free profile.
+    """The bias of a fit's shared unknowns by what it leaves unexplained, over every free profile.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
         size, visible = unexplained_size(whole, whole - basis @ (basis.T @ whole), y)
         if size > 0.0:
             parts = t_quantile(visible) * size * _absorbed(known, whole)
-            found.append({n: parts[i] for i, n in enumerate(fitted) if n in model.base})
+            found.append({n: parts[i] for i, n in enumerate(fitted)})
     return tuple(found)
 
 
