@@ -108,4 +108,4 @@ def test_a_fifth_trip_moves_the_winter_whether_healthy_or_cut(root: Path, shared
         assert below < force < above
         assert (more - force) ** 2 < (0.5 * (high - low)) ** 2 - (0.5 * (above - below)) ** 2
     assert at_60(cut)[0] == pytest.approx(at_60(healthy)[0], rel=0.02)
-    assert any("TripB02" in warning and "without this run" in warning for warning in cut.fit.warnings)
+    assert any("TripB02" in f.where and "without this run" in f.what for f in cut.findings)

@@ -11,7 +11,7 @@ from vdyn_cli.diagnosis.held_out_gain import HeldOutGain
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.diagnosis import Detectable, Size
-from vdyn_cli.quantities.number_text import decimals
+from vdyn_cli.quantities.number_text import decimals, two_digits
 from vdyn_cli.quantities.parameters import Estimate
 
 # These choose words, no verdict.
@@ -59,7 +59,7 @@ def verdict_sentence(
 def _revealed(smallest: Detectable) -> str:
     """The effect with the amplitude, "brakes that drag (9 N)"."""
     value, unit = (smallest.amplitude, smallest.unit) if smallest.unit else (100.0 * smallest.amplitude, "%")
-    return f"{smallest.label} ({value:.2g} {unit})"
+    return f"{smallest.label} ({two_digits(value)} {unit})"
 
 
 def p_text(p: float) -> str:

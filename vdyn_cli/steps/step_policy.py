@@ -89,6 +89,11 @@ class StepPolicy:
         0.01, "probability", "of naming an outlying run on a day without one",
         "Stricter than the 5 % of the diagnosis, since no second test follows.",
     )  # fmt: skip
+    outlying_run: float = threshold(
+        0.05, "probability", "of a doubt about a run on a day on which all agree",
+        "The conventional 5 %, over all runs and unknowns together (Bonferroni): the runs' scatter decides, no noise "
+        "model.",
+    )  # fmt: skip
     outlier_degrees: int = threshold(
         3, "degrees of freedom", "that the other runs must have left",
         "With two, t would have to exceed 20.",

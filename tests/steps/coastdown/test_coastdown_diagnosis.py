@@ -290,4 +290,4 @@ def test_drag_above_a_nominal_coefficient_is_found(tmp_path: Path) -> None:
     assert "extra_drag_area" in answers
     assert not answers & {"headwind", "road_grade", "driveline_drag", "brake_drag"}
     (said,) = (f for f in found["findings"] if f["where"] == "vehicle.drag_area")
-    assert "together with the runs" in said["what"]
+    assert "the given value and the runs together" in said["what"]

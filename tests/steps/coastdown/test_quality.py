@@ -82,6 +82,20 @@ def test_a_disturbed_run_has_the_largest_influence() -> None:
     assert worst == "run_3.csv"
 
 
+@pytest.mark.parametrize("seed", [31, 32, 33])
+def test_runs_of_a_day_without_a_disturbance_are_not_named(seed: int) -> None:
+    found = quality_of(fitted(messy_day.drive(seed, replace(SHORT, runs=4)))).findings()
+    assert not [f for f in found if f.doubt and "without this run" in f.what]
+
+
+def test_a_disturbed_run_is_named() -> None:
+    case = messy_day.drive(15, replace(SHORT, runs=6))
+    run = case.runs[2]
+    slow = replace(run, speed=run.speed - 0.02 * (run.time - run.time[0]))
+    found = quality_of(fitted(replace(case, runs=(*case.runs[:2], slow, *case.runs[3:])))).findings()
+    assert {f.where for f in found if f.doubt and "without this run" in f.what} == {"run_3.csv"}
+
+
 def test_gusts_beyond_any_test_day_are_a_finding_and_no_noise() -> None:
     stormy = messy_day.drive(16, replace(SHORT, weather=messy_day.Weather(gust=4.0, drift=0.0)))
     fit = fitted(stormy)

@@ -19,6 +19,7 @@ from vdyn_cli.steps.coastdown.agreement import (
     holding,
     influence,
     local_forces,
+    outlying,
     shared_force,
 )
 from vdyn_cli.steps.coastdown.noise import LARGEST_GUST
@@ -35,6 +36,7 @@ LIMITS: Mapping[str, tuple[float, str]] = {
     ROUGHNESS: (0.005, "slope of the road"),
 }
 AT_LIMIT = 0.999  # of a largest size, from which the noise is as large as it may be
+FEWEST_COMPARED = 3  # runs, of which one can be off: of two that disagree, neither is known to be the wrong one
 LEAST_OTHERS = 0.05  # of the variance, that is taken as the other runs': the shift is to first order
 
 
@@ -111,26 +113,39 @@ class FitQuality:
             return []
         off = np.abs(self.local.measured - self.local.fitted) / self.local.half
         k = int(np.argmax(off))
+        measured, fitted, half = (
+            number(float(x[k]), float(self.local.half[k]))
+            for x in (self.local.measured, self.local.fitted, self.local.half)
+        )
         what = (
-            f"at {3.6 * self.local.speed[k]:.0f} km/h the logs decelerate with {self.local.measured[k]:.0f} N "
-            f"(+- {self.local.half[k]:.0f}), the fit has {self.local.fitted[k]:.0f} N; the intervals are widened"
+            f"at {3.6 * self.local.speed[k]:.0f} km/h the logs decelerate with {measured} N "
+            f"(+- {half}), the fit has {fitted} N; the intervals are widened"
         )
         remedy = "inspect the residual force over speed; narrow speed_window, or log what acts there"
         return [Finding("road_load", what, remedy=remedy, doubt=True)]
 
     def _runs(self) -> list[Finding]:
-        found = []
+        if len(self.shifts) < FEWEST_COMPARED:
+            return []
+        found, outliers = [], outlying(self.fit, STEP_POLICY.outlying_run)
         for run, shifts in self.shifts.items():
-            for name, shift in shifts.items():
-                low, high = self.fit.solution.interval95[name]
-                # The run's own deviation widens the interval: what the others leave of it is the measure.
-                others = 1.0 - (shift / self.fit.solution.std[name]) ** 2
-                if abs(shift) > 0.5 * (high - low) * np.sqrt(max(others, LEAST_OTHERS)):
-                    what = f"without this run {name} is {number(abs(shift), 0.1 * abs(shift))} "
-                    what += f"{'higher' if shift > 0 else 'lower'}: more than runs that agree shift it"
-                    remedy = "look for traffic, a brake or a gust in it; leave the run out only for such a reason"
-                    found.append(Finding(run, what, remedy=remedy, doubt=True))
+            moved = {n: s for n, s in shifts.items() if self._carries(n, s)}
+            if not moved:
+                continue
+            off = set(moved) & set(outliers.get(run, ()))
+            each = [f"{n} is {number(abs(s), 0.1 * abs(s))} {'higher' if s > 0 else 'lower'}" for n, s in moved.items()]
+            what = f"without this run {' and '.join(each)}: "
+            if off:
+                remedy = "look for traffic, a brake or a gust in it; leave the run out only for such a reason"
+                found.append(Finding(run, what + "it disagrees with the other runs", remedy=remedy, doubt=True))
+            else:
+                found.append(Finding(run, what + "the answer depends on it", remedy="repeat it, or drive more runs"))
         return found
+
+    def _carries(self, name: str, shift: float) -> bool:
+        """Whether a run moves an unknown by more than the interval of what the other runs leave of its variance."""
+        half, std = 0.5 * float(np.diff(self.fit.solution.interval95[name])[0]), self.fit.solution.std[name]
+        return bool(abs(shift) > half * np.sqrt(max(1.0 - (shift / std) ** 2, LEAST_OTHERS)))
 
     def table(self) -> Table:
         """Influence of each run, in half-widths of the 95 % interval."""
