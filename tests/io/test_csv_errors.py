@@ -45,6 +45,10 @@ def test_a_missing_file_names_similar_ones(tmp_path: Path) -> None:
 def test_what_is_no_file_or_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="is a folder, not a log"):
         read_csv(tmp_path, COLUMNS)
+    for name in ("a.log", "b.log", "coast.yaml"):
+        (tmp_path / name).touch()
+    with pytest.raises(InputError, match=r"name the logs in it, such as .*/\*\.log"):
+        read_csv(tmp_path, COLUMNS)
     with pytest.raises(InputError, match="cannot be opened"):
         read_csv(tmp_path / ("x" * 5000), COLUMNS)
     with pytest.raises(InputError, match="cannot be opened"):

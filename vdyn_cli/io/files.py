@@ -6,12 +6,14 @@ import contextlib
 import hashlib
 import os
 import tempfile
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.input_file import open_regular
 
+_NO_LOGS = ("", ".yaml", ".yml", ".json", ".html")
 TEMPORARY = ".vdyn-tmp"  # ending of files that are being written
 
 
@@ -98,3 +100,11 @@ def sha256(path: Path) -> str:
 def digest_of(content: str | bytes) -> str:
     """sha256 of the content of a file, text in UTF-8."""
     return hashlib.sha256(content.encode("utf-8") if isinstance(content, str) else content).hexdigest()
+
+
+def folder_as_log(path: Path) -> InputError:
+    """The error for a folder in the place of a log, with how to name the logs in it."""
+    kinds = Counter(p.suffix for p in path.iterdir() if p.is_file() and p.suffix not in _NO_LOGS)
+    usual = max(kinds, key=lambda suffix: kinds[suffix], default="")
+    remedy = f"name the logs in it, such as {path}/*{usual}" if usual else "name a file in it"
+    return InputError(Finding(str(path), "is a folder, not a log", remedy=remedy))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.column_names import closest_names, positions
 from vdyn_cli.io.file_units import contradiction, contradicts, stated_unit, unit_problem
+from vdyn_cli.io.files import folder_as_log
 from vdyn_cli.io.reader import Column, ReadOptions, Recorded, channel_info, is_clock, rises
 from vdyn_cli.io.sample_times import check_rising
 from vdyn_cli.io.split_times import split_instants
@@ -93,7 +94,7 @@ def not_there(path: Path) -> None:
         remedy = "check the path, from the folder of the description"
         raise InputError(Finding(str(path), "no such file", remedy=remedy))
     if path.is_dir():
-        raise InputError(Finding(str(path), "is a folder, not a log", remedy="name a file in it"))
+        raise folder_as_log(path)
 
 
 def read_stored(file: StoredFile, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:

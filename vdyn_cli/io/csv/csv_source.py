@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, cast
 
+from vdyn_cli.io.files import folder_as_log
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.input_file import open_regular
 
@@ -96,7 +97,7 @@ def _open(path: Path) -> Iterator[BinaryIO]:
     except FileNotFoundError:
         raise InputError(Finding(str(path), "no such file", remedy=_similar(path))) from None
     except IsADirectoryError:
-        raise InputError(Finding(str(path), "is a folder, not a log", remedy="name a file in it")) from None
+        raise folder_as_log(path) from None
     except PermissionError:
         raise InputError(Finding(str(path), "is not readable (permission denied)", remedy=f"chmod +r {path}")) from None
     except (OSError, ValueError) as error:
