@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -156,3 +157,31 @@ def test_logs_of_which_some_are_missing_are_named(tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
         plan(_described(tmp_path, "coastdown", runs=runs))
     assert "1 of 2 logs do not exist: b.csv" in error.value.findings[0].what
+
+
+@pytest.mark.parametrize("step", DESCRIPTIONS)
+def test_the_smallest_setting_gives_a_day_or_says_why_not(step: str, tmp_path: Path) -> None:
+    """A rate, a duration or a speed of zero was a bug in four of six steps."""
+    planned = load_step(step).planned
+    assert planned is not None
+    for quantity in (one.quantity for one in planned.settings if np.isfinite(one.quantity.lower)):
+        path = _described(tmp_path, step, plan={quantity.name: float(quantity.lower)})
+        with contextlib.suppress(InputError):
+            logs = planned_test(load_step(step), path, (), 1).day(0).logs
+            assert all(np.isfinite(v).all() for log in logs for v in log.channels.values())
+
+
+def test_all_that_is_wrong_in_a_plan_comes_in_one_round(tmp_path: Path) -> None:
+    wrong = {"drag_aera": 0.6, "start_speed": "100 kg", "end_speed": float("nan"), "rate": "fast"}
+    with pytest.raises(InputError) as refused:
+        planned_test(load_step("coastdown"), _described(tmp_path, "coastdown", plan=wrong), (), None)
+    said = [str(f) for f in refused.value.findings]
+    assert len(said) == len(wrong)
+    for part in ("did you mean drag_area", "not a unit of the same kind as m/s", "finite number", "'plan.rate'"):
+        assert sum(part in one for one in said) == 1, said
+
+
+def test_a_coast_that_ends_faster_than_it_begins_is_refused(tmp_path: Path) -> None:
+    path = _described(tmp_path, "coastdown", plan={"start_speed": "20 km/h", "end_speed": "100 km/h"})
+    with pytest.raises(InputError, match="end_speed below the start_speed"):
+        planned_test(load_step("coastdown"), path, (), None).day(0)

@@ -469,6 +469,8 @@ def validate(source: YamlSource, model: type[S]) -> S:
         within = {_location(d)[:k] for d in details for k in range(len(_location(d)))}
         told = [d for d in details if not (isinstance(d["input"], list) and _location(d) in within)]
         told = [d for d in told if not any(_location(d)[: len(at)] == at for at, _ in marks)]
+        other = {_location(d) for d in told if d["type"] != "string_type"}  # of a union what is said of its numbers
+        told = [d for d in told if d["type"] != "string_type" or _location(d) not in other]
         raise InvalidSpecError([*marks, *((_location(d), _explain(d, source, model)) for d in told)]) from None
     if marks:
         raise InvalidSpecError(marks)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vdyn_cli.description.test_description import TestSpec, load_spec
+from vdyn_cli.description.test_description import TestSpec, load_partial
 from vdyn_cli.description.yaml_source import YamlSource
 from vdyn_cli.project.channel_sources import Scaling, channel_maps, completed, known_channels, scalings
 from vdyn_cli.project.inputs import (
@@ -22,7 +22,7 @@ from vdyn_cli.project.inputs import (
     wrong_channels,
     wrong_effects,
 )
-from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, in_file_order, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import UnitError, parse
@@ -112,22 +112,25 @@ def planned_test(step: Step, path: Path, known_files: Sequence[Path], runs: int 
     ------
     InputError : whatever is wrong in the description or the parameter files; a step that cannot plan without a log.
     """
-    spec, source = load_spec(path, step.spec)
+    described = load_partial(path, step.spec)
+    spec, source = described.spec, described.source
+    if spec is None:
+        raise InputError(*described.problems)
     step = step.of(spec)
     if step.planned is None:
         what = f"'{step.name}' cannot be planned without a log: how this test excites the car is not known"
         remedy = "drive one run, list its log under runs, and plan from it with --runs"
         raise InputError(Finding(source.where(("test",)), what, "", remedy))
-    problems: list[Finding] = [*wrong_effects(step, spec, source)]
+    problems: list[Finding] = [*described.problems, *wrong_effects(step, spec, source)]
     known = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     for file in known_files:
         if (later := attempt(problems, read_known, file)) is not None:
             known = known.updated(later[0])
     spec = spec.model_copy(update={"runs": _runs(step.spec, spec, step.planned, runs)})
     if any(channels for channels, _ in channel_maps(spec)):
-        problems += wrong_channels(step, spec, source)
+        problems += wrong_channels(step, spec, source, described.dropped)
     at = _settings(step.planned, spec, source, known, problems)
-    raise_all(dict.fromkeys(problems))
+    raise_all(in_file_order(tuple(dict.fromkeys(problems)), source.path.name))
     return DayDescription(step, spec, source, known, at, frozenset(spec.plan))
 
 

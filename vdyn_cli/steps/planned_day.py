@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+
+FEWEST = 20  # samples of a run: no step evaluates fewer
 
 if TYPE_CHECKING:
     from vdyn_cli.description.test_description import TestSpec
@@ -26,9 +29,9 @@ class PlanSetting:
     default: Callable[[Any, Parameters], float]
 
 
-def setting(name: str, default: float, unit: str, meaning: str, most: float) -> PlanSetting:
-    """A setting from 0 to ``most``; ``default`` and ``most`` in ``unit``, which is SI."""
-    return PlanSetting(Quantity(name, unit, meaning, "", 0.0, most), lambda spec, known: default)
+def setting(name: str, default: float, unit: str, meaning: str, most: float, least: float = 0.0) -> PlanSetting:
+    """A setting from ``least`` to ``most``; these and ``default`` in ``unit``, which is SI."""
+    return PlanSetting(Quantity(name, unit, meaning, "", least, most), lambda spec, known: default)
 
 
 def guess(name: str, default: float | Callable[[Any, Parameters], float]) -> PlanSetting:
@@ -54,8 +57,18 @@ class DayRequest:
     rng: np.random.Generator
 
     def clock(self, duration: float) -> Array:
-        """Sample times (n,) from 0 to ``duration`` s at the planned rate."""
-        return np.arange(round(duration * self.at["rate"]) + 1) / self.at["rate"]
+        """Sample times (n,) from 0 to ``duration`` s at the planned rate.
+
+        Raises
+        ------
+        InputError : fewer than ``FEWEST`` samples.
+        """
+        rate = self.at["rate"]
+        count = round(duration * rate) + 1
+        if count < FEWEST:
+            what = f"a run of {duration:.3g} s at {rate:.3g} Hz has {count} samples, fewer than {FEWEST}"
+            raise InputError(Finding("plan", what, remedy="plan with a higher rate, or with longer runs"))
+        return np.arange(count) / rate
 
     def read(self, true: Array, noise: str, zero: float = 0.0) -> Array:
         """The readings of a true signal (n,): white noise of the setting ``noise``, and one zero for the run.

@@ -29,8 +29,8 @@ def _usual(name: str, spec: BumpSpec, known: Parameters) -> float:
 
 
 SETTINGS = (
-    setting("speed", 4.7, "m/s", "speed of a crossing; the crossings vary by up to 25 % about it", 30.0),
-    setting("rate", 500.0, "Hz", "samples a second", 5000.0),
+    setting("speed", 4.7, "m/s", "speed of a crossing; the crossings vary by up to 25 % about it", 30.0, 0.5),
+    setting("rate", 500.0, "Hz", "samples a second", 5000.0, 1.0),
     setting("load_noise", 17.0, "N", "white noise of an axle's load", 1000.0),
     setting("acceleration_noise", 0.03, "m/s^2", "white noise of the vertical acceleration", 2.0),
     setting("pitch_rate_noise", 8.7e-4, "rad/s", "white noise of the pitch rate", 0.2),

@@ -20,14 +20,14 @@ PULSES = 4  # of the throttle and of the brake in a run
 RAMP = 0.15  # s in which a pulse builds up
 BUILD_UP = 2.5  # s of throttle that gains the speed which the brake pulses then take
 SETTINGS = (
-    setting("start_speed", 6.0, "m/s", "speed at which a run begins", 60.0),
-    setting("acceleration_level", 2.5, "m/s^2", "acceleration of a throttle pulse", 10.0),
-    setting("braking_level", 5.0, "m/s^2", "deceleration of a brake pulse", 12.0),
-    setting("pulse", 0.6, "s", "duration of a throttle or brake pulse", 10.0),
+    setting("start_speed", 6.0, "m/s", "speed at which a run begins", 60.0, 1.0),
+    setting("acceleration_level", 2.5, "m/s^2", "acceleration of a throttle pulse", 10.0, 0.1),
+    setting("braking_level", 5.0, "m/s^2", "deceleration of a brake pulse", 12.0, 0.1),
+    setting("pulse", 0.6, "s", "duration of a throttle or brake pulse", 10.0, 0.05),
     setting("gap", 0.5, "s", "time without throttle and brake between two pulses", 10.0),
-    setting("pitch_frequency", 1.4, "Hz", "natural frequency of pitch", 5.0),
+    setting("pitch_frequency", 1.4, "Hz", "natural frequency of pitch", 5.0, 0.1),
     setting("pitch_damping", 0.3, "", "damping ratio of pitch", 1.0),
-    setting("rate", 100.0, "Hz", "samples a second", 2000.0),
+    setting("rate", 100.0, "Hz", "samples a second", 2000.0, 1.0),
     setting("load_noise", 17.0, "N", "white noise of an axle's load", 1000.0),
     setting("acceleration_noise", 0.05, "m/s^2", "white noise of the acceleration", 2.0),
     setting("pitch_rate_noise", 8.7e-4, "rad/s", "white noise of the pitch rate", 0.2),

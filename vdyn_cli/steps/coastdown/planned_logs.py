@@ -9,6 +9,7 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.known_parameters import ROTATING_SHARE
@@ -18,9 +19,11 @@ FINE = 0.05  # s, of the simulated motion: two steps a sample at 10 Hz
 LONGEST = 900.0  # s, of a simulated coast
 BETWEEN = 200.0  # s from the start of one coast to the next, where the description does not say
 SETTINGS = (
-    setting("start_speed", 80 / 3.6, "m/s", "speed at which a coast begins; speed_window where it is stated", 80.0),
+    setting(
+        "start_speed", 80 / 3.6, "m/s", "speed at which a coast begins; speed_window where it is stated", 80.0, 1.0
+    ),
     setting("end_speed", 20 / 3.6, "m/s", "speed at which a coast ends; speed_window where it is stated", 60.0),
-    setting("rate", 10.0, "Hz", "samples a second", 1000.0),
+    setting("rate", 10.0, "Hz", "samples a second", 1000.0, 1.0),
     setting("speed_noise", 0.03, "m/s", "white noise of the speed", 1.0),
     setting("position_noise", 0.3, "m", "white noise of the position", 10.0),
     setting("acceleration_noise", 0.03, "m/s^2", "white noise of the acceleration", 2.0),
@@ -42,12 +45,16 @@ def _simulated(day: DayRequest) -> tuple[Log, ...]:
 
     Raises
     ------
-    MissingParameterError : mass or air density is not known.
+    MissingParameterError : mass or air density is not known. InputError : the coasts have no fall of speed.
     """
     day.known.require("mass", "air_density", where="coastdown")
     at, rng, n = day.at, day.rng, len(day.spec.runs)
     window = getattr(day.spec, "settings").speed_window  # noqa: B009
     upper, lower = (w.value for w in window) if window else (at["start_speed"], at["end_speed"])
+    if upper <= lower:
+        got = f"start_speed {upper:.4g}, end_speed {lower:.4g} m/s"
+        remedy = "plan with an end_speed below the start_speed"
+        raise InputError(Finding("plan", "the coasts end at the speed at which they begin, or above it", got, remedy))
     mass = day.known["mass"].value
     inertia = mass + day.known.value("rotating_mass", ROTATING_SHARE * mass)
     rolling = at["rolling_resistance"] * mass * GRAVITY * (1.0 + at["rolling_scatter"] * rng.standard_normal(n))

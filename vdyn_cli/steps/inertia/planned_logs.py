@@ -17,13 +17,13 @@ SLIP_STIFFNESS = 20.0  # 1, friction over slip of a car's tire near zero slip
 HUMPS = 6  # waves of the road, of 1 % of the load each
 LAG = 0.07  # s, of throttle and brake, twice in a row
 SETTINGS = (
-    setting("start_speed", 12.0, "m/s", "speed at which a drive begins", 60.0),
-    setting("acceleration_level", 2.8, "m/s^2", "acceleration and deceleration of a pulse", 10.0),
-    setting("speed_change", 6.5, "m/s", "speed gained in a throttle pulse and lost in a brake pulse", 40.0),
-    setting("duration", 30.0, "s", "length of a drive", 3600.0),
-    setting("wheel_load", 4000.0, "N", "vertical load of the wheel", 50_000.0),
-    setting("carried_mass", 635.0, "kg", "mass that the wheel's longitudinal force accelerates", 20_000.0),
-    setting("rate", 200.0, "Hz", "samples a second", 5000.0),
+    setting("start_speed", 12.0, "m/s", "speed at which a drive begins", 60.0, 1.0),
+    setting("acceleration_level", 2.8, "m/s^2", "acceleration and deceleration of a pulse", 10.0, 0.1),
+    setting("speed_change", 6.5, "m/s", "speed gained in a throttle pulse and lost in a brake pulse", 40.0, 0.1),
+    setting("duration", 30.0, "s", "length of a drive", 3600.0, 5.0),
+    setting("wheel_load", 4000.0, "N", "vertical load of the wheel", 50_000.0, 100.0),
+    setting("carried_mass", 635.0, "kg", "mass that the wheel's longitudinal force accelerates", 20_000.0, 1.0),
+    setting("rate", 200.0, "Hz", "samples a second", 5000.0, 1.0),
     setting("torque_noise", 2.0, "N m", "white noise of the hub torque", 200.0),
     setting("force_noise", 12.0, "N", "white noise of the hub forces", 1000.0),
     setting("wheel_speed_noise", 0.01, "rad/s", "white noise of the wheel speed", 5.0),

@@ -12,12 +12,12 @@ from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec
 
 SETTINGS = (
-    setting("torque", 400.0, "N m", "torque of a tip-in", 20_000.0),
-    setting("duration", 4.0, "s", "duration of a log: a tip-in, then a tip-out at half of it", 600.0),
-    setting("frequency", 5.0, "Hz", "natural frequency of the driveline", 100.0),
+    setting("torque", 400.0, "N m", "torque of a tip-in", 20_000.0, 1.0),
+    setting("duration", 4.0, "s", "duration of a log: a tip-in, then a tip-out at half of it", 600.0, 0.5),
+    setting("frequency", 5.0, "Hz", "natural frequency of the driveline", 100.0, 0.1),
     setting("damping_ratio", 0.08, "", "damping ratio of the driveline", 1.0),
-    setting("wheel_speed_level", 20.0, "rad/s", "speed of the wheel", 300.0),
-    setting("rate", 1000.0, "Hz", "samples a second", 20_000.0),
+    setting("wheel_speed_level", 20.0, "rad/s", "speed of the wheel", 300.0, 0.1),
+    setting("rate", 1000.0, "Hz", "samples a second", 20_000.0, 1.0),
     setting("torque_noise", 1.5, "N m", "white noise of the shaft torque", 200.0),
     setting("twist_noise", 5.2e-5, "rad", "white noise of the twist", 0.1),
     setting("wheel_speed_noise", 0.015, "rad/s", "white noise of both speeds", 5.0),

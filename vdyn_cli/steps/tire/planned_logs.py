@@ -11,11 +11,11 @@ from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
 LOADS = (0.7, 1.35)  # of the wheel's load, from the first sweep to the last
 SETTINGS = (
-    setting("speed", 15.0, "m/s", "speed of the vehicle", 80.0),
-    setting("largest_slip", 0.3, "", "largest slip of a sweep, driven and braked", 1.0),
-    setting("duration", 12.0, "s", "length of a sweep", 3600.0),
-    setting("wheel_load", 4000.0, "N", "vertical load of the wheel", 50_000.0),
-    setting("rate", 100.0, "Hz", "samples a second", 5000.0),
+    setting("speed", 15.0, "m/s", "speed of the vehicle", 80.0, 0.5),
+    setting("largest_slip", 0.3, "", "largest slip of a sweep, driven and braked", 1.0, 0.001),
+    setting("duration", 12.0, "s", "length of a sweep", 3600.0, 2.0),
+    setting("wheel_load", 4000.0, "N", "vertical load of the wheel", 50_000.0, 100.0),
+    setting("rate", 100.0, "Hz", "samples a second", 5000.0, 1.0),
     setting("wheel_speed_noise", 0.25, "rad/s", "white noise of the wheel speed (a vibrating tire)", 5.0),
     setting("speed_noise", 0.1, "m/s", "white noise of the vehicle speed", 2.0),
     setting("force_noise", 30.0, "N", "white noise of the forces", 1000.0),
