@@ -33,6 +33,21 @@ def test_quantities_are_si_and_the_vehicle_may_stand_in_its_own_file(tmp_path: P
     assert spec.runs[0].direction == "out"
 
 
+@pytest.mark.parametrize(
+    ("line", "remedy"),
+    [
+        ("settings: {mass: 1500 kg}", "move it to 'vehicle'"),
+        ("vehicle: {temperature: 20 degC}", "move it to 'environment'"),
+        ("settings: {direction: out}", "move it to every run"),
+        ("diagnose: {title: today}", "move it to the top level"),
+    ],
+)
+def test_a_key_in_the_wrong_place_is_sent_to_its_own(tmp_path: Path, line: str, remedy: str) -> None:
+    text = "test: coastdown\nchannels: {time: {column: T, unit: s}}\nruns:\n  - {log: a.csv}\n"
+    with pytest.raises(InputError, match=f"unknown key .*\n.*{remedy}"):
+        load(tmp_path, f"{text}{line}\n")
+
+
 def test_everything_wrong_is_said_at_once(tmp_path: Path) -> None:
     text = """test: coastdown
 vehicle: vehicle.yaml

@@ -510,6 +510,10 @@ def _from(finding: Finding, where: str) -> Finding:
     return Finding(where, f"{finding.where} {finding.what}", finding.got, finding.remedy)
 
 
+RUN: Location = ("runs", 0)
+HOMES: tuple[Location, ...] = (("vehicle",), ("environment",), ("settings",), RUN, ("diagnose",), ())
+
+
 def _explain(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) -> Finding:
     location = _location(detail)
     key = ".".join(str(p) for p in location) or "the description"
@@ -518,8 +522,10 @@ def _explain(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) -
     got = repr(detail["input"])
     got = got if len(got) <= 60 else got[:57] + "..."
     if kind == "extra_forbidden":
-        remedy = _closest(str(location[-1]), fields_at(model, location[:-1]))
-        return Finding(where, f"unknown key '{location[-1]}'", remedy=remedy)
+        name, known = str(location[-1]), fields_at(model, location[:-1])
+        homes = [home for home in HOMES if name in fields_at(model, home)]
+        remedy = f"move it to {_place(homes[0])}" if homes else _closest(name, known)
+        return Finding(where, f"unknown key '{name}'", remedy=remedy)
     if kind == "missing":
         return Finding(where, f"'{key}' is missing", remedy=f"add the key '{location[-1]}'")
     if kind in ("model_type", "dict_type"):
@@ -545,6 +551,10 @@ def _is_branch(part: str | int) -> bool:
         part.startswith(("literal[", "list[", "dict[", "function-", "nullable"))
         or part in ("str", "float", "int", LOGGED, KNOWN)
     )
+
+
+def _place(home: Location) -> str:
+    return "every run" if home == RUN else f"'{home[0]}'" if home else "the top level"
 
 
 def _closest(name: str, known: list[str]) -> str:
