@@ -36,9 +36,9 @@ def test_quantities_are_si_and_the_vehicle_may_stand_in_its_own_file(tmp_path: P
 @pytest.mark.parametrize(
     ("line", "remedy"),
     [
-        ("settings: {mass: 1500 kg}", "move it to 'vehicle'"),
+        ("environment: {mass: 1500 kg}", "move it to 'vehicle'"),
         ("vehicle: {temperature: 20 degC}", "move it to 'environment'"),
-        ("settings: {direction: out}", "move it to every run"),
+        ("environment: {direction: out}", "move it to every run"),
         ("diagnose: {title: today}", "move it to the top level"),
     ],
 )

@@ -523,7 +523,8 @@ def _explain(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) -
     got = got if len(got) <= 60 else got[:57] + "..."
     if kind == "extra_forbidden":
         name, known = str(location[-1]), fields_at(model, location[:-1])
-        homes = [home for home in HOMES if name in fields_at(model, home)]
+        top = fields_at(model, ())
+        homes = [home for home in HOMES if (not home or home[0] in top) and name in fields_at(model, home)]
         remedy = f"move it to {_place(homes[0])}" if homes else _closest(name, known)
         return Finding(where, f"unknown key '{name}'", remedy=remedy)
     if kind == "missing":
