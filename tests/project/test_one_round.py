@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
+from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import Inputs, gather
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.steps import load_step
@@ -74,6 +76,20 @@ def test_a_missing_number_of_the_vehicle_comes_in_the_same_round(tmp_path: Path)
     text = problems(tmp_path, titel="x", vehicle={"air_density": 1.2})
     assert "unknown key 'titel'" in text
     assert "mass (vehicle mass as tested) is needed" in text
+
+
+def test_a_missing_number_is_told_at_the_vehicle_of_the_description(tmp_path: Path) -> None:
+    """Alone, and beside what else is wrong; in the place of the step's name."""
+    assert re.search(
+        r"^test\.yaml:\d+: mass \(", problems(tmp_path, titel="x", vehicle={"air_density": 1.2}), re.MULTILINE
+    )
+    read(tmp_path, vehicle={"air_density": 1.2})
+    with pytest.raises(InputError, match=r"^test\.yaml:\d+: mass \("):
+        execute("coastdown", tmp_path / "test.yaml")
+    (tmp_path / "car.yaml").write_text("# a car\nair_density: 1.2\n")
+    read(tmp_path, vehicle="car.yaml")
+    with pytest.raises(InputError, match=r"^car\.yaml:2: mass \("):
+        execute("coastdown", tmp_path / "test.yaml")
 
 
 def test_a_misspelled_channel_is_not_told_as_missing_too(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.quality.cuts import TESTS, CutLog
 from vdyn_cli.project.check_policy import CHECK
-from vdyn_cli.project.inputs import Inputs, gather
+from vdyn_cli.project.inputs import Inputs, at_vehicle, gather
 from vdyn_cli.project.redundancy import judged_together, tied_pairs
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision
 from vdyn_cli.quantities.cut_ledger import LedgerRow
@@ -107,7 +107,8 @@ def _track_check(inputs: Inputs) -> TrackCheck:
     if inputs.step.track_check is None:
         return TrackCheck()
     whole = tuple(inputs.ready(_bridged(one)) for one in inputs.unsplit)
-    return inputs.step.track_check(inputs.spec, whole, inputs.data, inputs.known, run_of_parts(inputs))
+    with at_vehicle(inputs.step, inputs.source):
+        return inputs.step.track_check(inputs.spec, whole, inputs.data, inputs.known, run_of_parts(inputs))
 
 
 def _bridged(one: CutLog) -> Log:

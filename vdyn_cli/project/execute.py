@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.cut_changes import with_changes
 from vdyn_cli.project.exact_values import exact_values, out_of_proportion
 from vdyn_cli.project.input_uncertainty import with_input_uncertainty
-from vdyn_cli.project.inputs import Inputs, gather
+from vdyn_cli.project.inputs import Inputs, at_vehicle, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
 from vdyn_cli.project.simulated_gains import simulated_gain_findings
 from vdyn_cli.project.unlike_runs import with_run_signs
@@ -76,7 +77,8 @@ def execute(
 def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result, Result]:
     """The baseline, and the diagnosed result; where neither it nor an extension can be published, with the reasons."""
     try:
-        problem = step.prepare(inputs.spec, inputs.data, inputs.known)
+        with at_vehicle(step, inputs.source):
+            problem = step.prepare(inputs.spec, inputs.data, inputs.known)
     except ResultError as error:
         failed = Failure.from_error(error).refused(step.name)
         return failed, failed
@@ -110,6 +112,8 @@ def _data_faults(inputs: Inputs) -> tuple[Finding, ...]:
 
 def _placed(finding: Finding, inputs: Inputs) -> Finding:
     """The finding with file and line where its place is a key of the description: ``settings.step``."""
+    if re.search(r":\d+$", finding.where):
+        return finding
     location = tuple(finding.where.split("."))
     # A step or a log may have the name of a key.
     another = finding.where == inputs.spec.test or finding.where.startswith(tuple(log.name for log in inputs.logs))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -62,7 +62,7 @@ from vdyn_cli.quantities.errors import (
 )
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameter_json import read_document
-from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.parameters import Estimate, MissingParameterError, Parameters
 from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
@@ -171,7 +171,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     if problems:
         if data is not None and not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
             found: list[Finding] = []
-            attempt(found, _prepared, step, spec.model_copy(update={"runs": there}), data, known)
+            attempt(found, _prepared, step, spec.model_copy(update={"runs": there}), data, known, source)
             problems += [f for f in found if not _of_dropped(f, described.dropped) and f not in problems]
         names = [name for run in spec.runs for name in _log_names(run)]
         raise InputError(*in_file_order(merge_logs(with_run_signs(problems, logs), names), source.path.name))
@@ -194,10 +194,21 @@ def _of_dropped(finding: Finding, dropped: Iterable[Location]) -> bool:
     return any(finding.what.startswith(f"{n} (") for n in names)
 
 
-def _prepared(step: Step, spec: TestSpec, data: Any, known: Parameters) -> None:
+def _prepared(step: Step, spec: TestSpec, data: Any, known: Parameters, source: YamlSource) -> None:
     """Prepare the step, so that what it lacks is reported together with everything else."""
-    with suppress(ResultError):
+    with suppress(ResultError), at_vehicle(step, source):
         step.prepare(spec, data, known)
+
+
+@contextmanager
+def at_vehicle(step: Step, source: YamlSource) -> Iterator[None]:
+    """Report a parameter that a step misses at the vehicle of the description, and not at the step's name."""
+    try:
+        yield
+    except MissingParameterError as error:
+        place = source.where(("vehicle",))
+        found = (replace(f, where=place) if f.where == step.name else f for f in error.findings)
+        raise MissingParameterError(*found) from None
 
 
 def missing_logs(source: YamlSource) -> list[Finding]:

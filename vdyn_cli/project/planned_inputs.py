@@ -14,6 +14,7 @@ from vdyn_cli.description.yaml_source import YamlSource
 from vdyn_cli.project.channel_sources import Scaling, channel_maps, completed, known_channels, scalings
 from vdyn_cli.project.inputs import (
     Inputs,
+    at_vehicle,
     attempt,
     condensed_logs,
     given_air,
@@ -58,7 +59,8 @@ class DayDescription:
         step, spec = self.step, self.spec
         assert step.planned is not None
         rng = np.random.default_rng(seed)
-        logs = step.planned.logs(DayRequest(spec, self.known, self.at, rng))
+        with at_vehicle(step, self.source):
+            logs = step.planned.logs(DayRequest(spec, self.known, self.at, rng))
         problems: list[Finding] = []
         constants = known_channels(step, spec, self.source, problems)
         made = attempt(problems, scalings, step, spec, self.known) or ()
