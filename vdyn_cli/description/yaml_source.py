@@ -52,7 +52,7 @@ def load_yaml(path: Path) -> YamlSource:
     InputError : missing, too large, not UTF-8, not YAML, nested or aliased beyond reason, a key given twice; a file of
         another kind, such as a log.
     """
-    named_so = path.suffix.lower() in _SUFFIXES or not path.is_file()
+    named_so = path.suffix.lower() in _SUFFIXES or not _is_file(path)
     try:
         source = _loaded(path)
     except InputError:
@@ -65,6 +65,13 @@ def load_yaml(path: Path) -> YamlSource:
     raise InputError(
         Finding(str(path), what, remedy="for a log, 'vdyn init STEP LOG -o TEST.yaml' writes one")
     ) from None
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long
+        return False
 
 
 def _loaded(path: Path) -> YamlSource:
