@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +10,11 @@ import numpy as np
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.probable_answers import probable_answers
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.diagnosis.unexplained import half_widths, unexplained_biases
 from vdyn_cli.effects import Effect
+from vdyn_cli.inference.mixture import mixture_interval
 from vdyn_cli.quantities.parameters import Estimate
 
 
@@ -36,18 +38,32 @@ def fitted_amplitudes(answer: CandidateModel, setup: DiagnosisSetup) -> dict[str
     }
 
 
-def beside_remainder(
-    strategy: Strategy, judgment: Judgment, amplitudes: Mapping[str, Estimate]
-) -> dict[str, Estimate]:
-    """The amplitudes of a named answer with intervals that hold the bias by a significant remainder.
+def open_amplitudes(strategy: Strategy, judgment: Judgment, amplitudes: Mapping[str, Estimate]) -> dict[str, Estimate]:
+    """The amplitudes of a named answer with intervals that know the verdict, as those of the published parameters.
 
-    half' = sqrt(half^2 + bias^2), as of the published parameters; unchanged where the answer leaves none.
+    Where the answer leaves no significant remainder: those of its mixture with answers of one effect more. Else with
+    the bias by that remainder, half' = sqrt(half^2 + bias^2).
     """
     answer = judgment.answer
-    if judgment.verdict != "named" or answer is None or answer.sufficient:
+    if judgment.verdict != "named" or answer is None or not amplitudes:
         return dict(amplitudes)
+    if answer.sufficient:
+        probable = probable_answers(strategy, answer.fitted)
+        each = [(p, fitted_amplitudes(one, strategy.model.setup)) for one, p in probable]
+        return {n: _mixed(e, [(p, o[n].interval95) for p, o in each if n in o]) for n, e in amplitudes.items()}
     bias = half_widths(unexplained_biases(strategy.model, strategy.relinearized(answer.fitted)))
     return {n: _wider(e, float(np.hypot(e.half_width, bias.get(n, 0.0)))) for n, e in amplitudes.items()}
+
+
+def _mixed(one: Estimate, others: Sequence[tuple[float, tuple[float, float]]]) -> Estimate:
+    """The estimate with the interval of its mixture with others, where that is wider; its value stays."""
+    others = [(p, (low, high)) for p, (low, high) in others if high > low]
+    if not others or one.half_width <= 0.0:
+        return one
+    mixed = mixture_interval(one.interval95, others)
+    low, high = min(one.interval95[0], mixed[0]), max(one.interval95[1], mixed[1])
+    reach = max(high - one.value, one.value - low)
+    return replace(one, std=one.std * max(reach / one.half_width, 1.0), interval95=(low, high))
 
 
 def _wider(one: Estimate, half: float) -> Estimate:

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from vdyn_cli.diagnosis import diagnosis_record as record
-from vdyn_cli.diagnosis.amplitudes import beside_remainder, fitted_amplitudes
+from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes, open_amplitudes
 from vdyn_cli.diagnosis.detectable import detectable
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
 from vdyn_cli.diagnosis.extension import Extension, extended
@@ -80,7 +80,7 @@ def _diagnosed(
     by_part = with_part(strategy, judgment, prepared.simulated)
     strategy, judgment = by_part.strategy, resized(by_part.strategy, by_part.judgment, judgment)
     judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, result)
-    extension = replace(extension, amplitudes=beside_remainder(strategy, judgment, extension.amplitudes))
+    extension = replace(extension, amplitudes=open_amplitudes(strategy, judgment, extension.amplitudes))
     diagnosis = with_part_record(_described(prepared, strategy, judgment, extension, result), by_part)
     final = with_open_answers(strategy, judgment, extension, prepared.simulated, result)
     if extension.result is None:
@@ -107,7 +107,7 @@ def _described(
     assert prepared.step.diagnosable is not None
     # Beside other effects than the judgment's, what was taken in has another amplitude than the judgment has for it.
     as_named = any(set(answer.effects) == set(extension.effects) for answer in judgment.answers)
-    amplitudes = beside_remainder(strategy, judgment, _fitted(judgment, setup))
+    amplitudes = open_amplitudes(strategy, judgment, _fitted(judgment, setup))
     amplitudes |= extension.amplitudes if as_named else {}
     narrowed, last = isinstance(prepared.spec.diagnose.effects, list), extension.result
     metric = prepared.step.diagnosable.metric
