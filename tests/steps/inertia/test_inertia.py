@@ -69,6 +69,18 @@ def test_the_inertia_is_recovered_near_the_bound(seed: int) -> None:
     assert len(result.figures) == 2
 
 
+def test_a_noisy_wheel_speed_raises_the_noise_floor() -> None:
+    vehicle = random_vehicle(5)
+    random = np.random.default_rng(5)
+    noisy = []
+    for log in logs(vehicle, 5):
+        speed = log.channels["wheel_speed"]
+        noisy.append(replace(log, channels={**log.channels, "wheel_speed": speed + random.normal(0, 0.5, speed.size)}))
+    fit = STEP.estimate(SPEC, InertiaData(tuple(noisy)), known(vehicle)).fit
+    assert fit.rms == pytest.approx(fit.noise_floor, rel=0.3)
+    assert not fit.misfit
+
+
 def test_a_differentiated_speed_is_biased_where_the_integral_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
     # At 1 kHz the noise of a differentiated wheel speed takes away half of the inertia, smoothed over three samples
     # still a seventh; smoothed over a second it adds. The integral form does not mind.

@@ -27,15 +27,18 @@ class WindowNoise:
     spread: Array
     adjoining: NDArray[np.bool_]
 
+    def variance(self, inertia: float) -> Array:
+        """Variance of each window's impulse, (w,) (N m s)^2: of the torque's integral and two readings of the speed."""
+        return np.asarray((self.torque * self.spread) ** 2 + 2.0 * (inertia * self.speed) ** 2)
+
     def factor(self, inertia: float) -> Array:
         """Banded Cholesky factor, (2, w), of the covariance of the windows' impulses, (N m s)^2.
 
         Adjoining windows share one reading of the speed, whose error enters them with opposite signs.
         """
-        shared = (inertia * self.speed) ** 2
         band = np.zeros((2, self.spread.size))
-        band[0] = (self.torque * self.spread) ** 2 + 2 * shared
-        band[1, :-1] = np.where(self.adjoining, -shared, 0.0)
+        band[0] = self.variance(inertia)
+        band[1, :-1] = np.where(self.adjoining, -((inertia * self.speed) ** 2), 0.0)
         return factored(band)
 
     def speed_covariance(self, vector: Array) -> Array:

@@ -72,7 +72,8 @@ def _summary(road: RoadInertia | None, pendulum: PendulumInertia | None) -> FitS
         warnings.append(f"road and pendulum disagree by {apart:.0f} standard deviations: one of them is wrong")
     if road is not None:
         off = np.concatenate([measured - simulated for measured, simulated in road.torque])
-        floor = np.concatenate([r.noise.torque * r.noise.spread / r.duration for r in road.runs])
+        inertia = road.solution.values["wheel_inertia"]
+        floor = np.concatenate([np.sqrt(r.noise.variance(inertia)) / r.duration for r in road.runs])
         numbers, unit = (_rms(off), _rms(floor)), "N m"
     elif swing is not None:
         off = swing.recording.values - swing.simulated

@@ -57,13 +57,8 @@ def stand_result(
         torque_in_windows(run, solution, white) for run, white in zip(balance.runs, solution.residuals, strict=True)
     ]
     off = np.concatenate([measured - simulated for measured, simulated in torques])
-    speed_noise = [2**0.5 * solution.values["wheel_inertia"] * r.noise.speed for r in balance.runs]
-    floor = np.concatenate(
-        [
-            np.hypot(r.noise.torque * r.noise.spread, s) / r.duration
-            for r, s in zip(balance.runs, speed_noise, strict=True)
-        ]
-    )
+    inertia = solution.values["wheel_inertia"]
+    floor = np.concatenate([np.sqrt(r.noise.variance(inertia)) / r.duration for r in balance.runs])
     names = (*solution.names, *solution.per_run)
     summary = FitSummary(
         tuple(run.log.name for run in balance.runs),
