@@ -71,6 +71,7 @@ OTHERS = _named(
         Q("tire_D_brake", "", "peak friction of the magic formula in braking, tire_D in driving", "Db", 0.05, 3),
         Q("tire_load_sensitivity", "1/N", "loss of peak friction per wheel load beyond that at rest", "k", 0, 1e-3),
         Q("tire_cornering_stiffness", "1/rad", "lateral tire force per load and slip angle", "ca", 0.5, 100),
+        Q("tire_rest_damping", "s/m", "tire force per peak friction, load and sliding speed at rest", "c0", 0, 5),
         Q("torque_constant", "N m/A", "torque of a motor per ampere of its torque-producing current", "kt", 1e-4, 100),
         Q("gear_ratio", "", "turns of the torque sensor's shaft per turn of the wheel", "i", 0.05, 100),
         Q("driveline_efficiency", "", "share of the drive torque that reaches the wheels", "eta", 0.3, 1),

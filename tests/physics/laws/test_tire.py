@@ -7,7 +7,7 @@ import pytest
 
 from vdyn_cli.engine.model_builder import Signals
 from vdyn_cli.physics.laws.tire_forces import cornering, friction, tire
-from vdyn_cli.physics.laws.tire_slip import TREAD_DAMPING, damped_slip, fresh_tread, slip_rate
+from vdyn_cli.physics.laws.tire_slip import damped_slip, fresh_tread, slip_rate
 
 CURVE = Signals(load=4000.0, tire_B=12.0, tire_C=1.6, tire_D=1.0, tire_E=0.3, static_load=4000.0)
 STILL = Signals(speed=0.0, sliding=0.0, sideways=0.0, slip=0.0, lateral_slip=0.0)
@@ -60,6 +60,6 @@ def test_a_spin_on_the_spot_winds_the_tread_up_only_so_far() -> None:
 
 
 def test_near_rest_the_tread_damps() -> None:
-    s = Signals(slip=0.1, sliding=0.5, speed=0.0, stiffness=12.0)
-    assert float(damped_slip(s)) == pytest.approx(0.1 + 0.5 * TREAD_DAMPING / 12)
+    s = Signals(slip=0.1, sliding=0.5, speed=0.0, stiffness=12.0, tire_rest_damping=0.3)
+    assert float(damped_slip(s)) == pytest.approx(0.1 + 0.5 * 0.3 / 12)
     assert float(damped_slip(s.but(speed=10.0))) == pytest.approx(0.1, abs=1e-5)

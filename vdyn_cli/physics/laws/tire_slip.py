@@ -6,7 +6,6 @@ from vdyn_cli.engine.maths import soft_abs, sqrt
 from vdyn_cli.engine.model_builder import Number, Signals
 
 QUICKEST = 1e-3  # s, shortest time constant of the slip, for a fixed integration step
-TREAD_DAMPING = 1.0  # s/m, per stiffness: slip per sliding speed
 STILL = 1e-4  # m/s, speed below which slip does not decay
 WIDEST = 2.0  # slip beyond which sliding deflects the tread no further
 
@@ -55,15 +54,16 @@ def slip_rate(s: Signals) -> Number:
 def damped_slip(s: Signals) -> Number:
     """Slip with the damping of the tread near rest.
 
-    s + c/k vs / (1 + v^4),   c = 1 s/m
+    s + c/k vs / (1 + v^4)
 
     Parameters
     ----------
-    s : slip, sliding vs m/s, speed v m/s, stiffness k (of the force over the slip, per peak friction and load).
+    s : slip, sliding vs m/s, speed v m/s, stiffness k (of the force over the slip, per peak friction and load),
+        tire_rest_damping c s/m.
 
     Notes
     -----
     Without it a car that has stopped rocks on its tires for ever. Above 5 m/s nothing is left of it. A stiffer tire
     damps no more: a fixed step of 1 ms must follow a light wheel on it.
     """
-    return s.slip + s.sliding * (TREAD_DAMPING / s.stiffness / (1.0 + s.speed**4))
+    return s.slip + s.sliding * (s.tire_rest_damping / s.stiffness / (1.0 + s.speed**4))

@@ -31,7 +31,7 @@ BODY = (
 TIRES = (
     *("tire_vertical_stiffness", "tire_vertical_damping", "wheel_inertia", "wheel_radius"),
     *("tire_B", "tire_C", "tire_D", "tire_E", "tire_load_sensitivity", "tire_relaxation_length"),
-    *("tire_cornering_stiffness", "rolling_resistance", "rolling_speed"),
+    *("tire_cornering_stiffness", "tire_rest_damping", "rolling_resistance", "rolling_speed"),
 )
 AIR = ("drag_area", "drag_height", "air_density", "wind_variance")
 AXLE_TORQUE = ("gear_ratio", "driveline_efficiency")

@@ -114,11 +114,12 @@ def _contact(
         tire_D=p.tire_D,
         tire_load_sensitivity=p.tire_load_sensitivity,
     )
+    rest = {"speed": speed, "tire_rest_damping": p.tire_rest_damping}
     forward = e(
         tire,
         name,
         load=load,
-        slip=e(damped_slip, name, slip=slip, sliding=sliding, speed=speed, stiffness=p.tire_B),
+        slip=e(damped_slip, name, slip=slip, sliding=sliding, stiffness=p.tire_B, **rest),
         tire_B=p.tire_B,
         tire_C=p.tire_C,
         tire_D=grip,
@@ -133,8 +134,8 @@ def _contact(
             f"_lateral{name}",
             slip=lateral,
             sliding=-sideways,
-            speed=speed,
             stiffness=p.tire_cornering_stiffness,
+            **rest,
         ),
         tire_D=grip,
         tire_cornering_stiffness=p.tire_cornering_stiffness,

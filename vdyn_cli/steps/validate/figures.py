@@ -24,7 +24,8 @@ def comparisons(v: Validation) -> tuple[Comparison, ...]:
 
     Returns
     -------
-    Simulated and measured in SI over the time in the drive, s.
+    Simulated and measured in SI over the time in the drive, s. Near rest, where tires and brakes damp as no parameter
+    tells, samples do not enter the fit.
     """
     made = []
     for name in v.outputs:
@@ -33,7 +34,8 @@ def comparisons(v: Validation) -> tuple[Comparison, ...]:
             if one is not None:
                 since, unit = s.time - s.time[0], CHANNELS[name].unit
                 simulated = one.measured + one.error
-                made.append(Comparison(s.name, name, unit, since, "time in the drive [s]", one.measured, simulated))
+                label, used = "time in the drive [s]", s.smooth_speed > s.creeping
+                made.append(Comparison(s.name, name, unit, since, label, one.measured, simulated, used=used))
     return tuple(made)
 
 

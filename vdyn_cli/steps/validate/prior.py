@@ -33,13 +33,15 @@ RELATIVE: Mapping[str, float] = {
 }
 ABSOLUTE: Mapping[str, float] = {
     "tire_load_sensitivity": 2e-5,  # 1/N: friction falls by 0 to 4 % per kN
+    "tire_rest_damping": 0.3,  # s/m: 0 to 20 % of critical damping of a braked car that rocks on its tires
     "tire_vertical_damping": 100.0,  # N s/m: a few per cent of critical for the wheel hop
 }
 # Of no effect on a straight and level drive, or (side gears; the motor's reaction, 0.1 % of the load) of hardly any:
 # assuming them needs no line in the report.
 UNFELT = frozenset(
     {"roll_inertia", "yaw_inertia", "track_front", "track_rear", "tire_cornering_stiffness", "tire_vertical_damping",
-     "rolling_speed", "wind_variance", "cg_to_front", "drag_area", "side_gear_inertia", "motor_reaction"}
+     "tire_rest_damping", "rolling_speed", "wind_variance", "cg_to_front", "drag_area", "side_gear_inertia",
+     "motor_reaction"}
 )  # fmt: skip
 
 SIGNED = ("hub_swing", "driveline_pitch", "motor_reaction", "rolling_speed")  # may lie on either side of zero
