@@ -12,8 +12,14 @@ APART = 1e-5  # rad of play that lets flanks part
 SOFT = 0.1  # N m
 
 
+def on_a_flank(rest_twist: Law, s: Signals, q: Signals) -> Number:
+    """The flank on which a shaft rests at first: that which its torque presses; in the middle without a torque."""
+    return rest_twist(s) + q.backlash * s.torque / sqrt(s.torque * s.torque + SOFT**2)
+
+
 @effect(
     on="shaft",
+    also={"rest_twist": on_a_flank},
     unknowns=(Quantity("backlash", "rad", "free play of each half-shaft to either side", "b", 0.0, 0.06),),
     reference="free play of final drive and joints at the wheel: 0.5 to 3 deg in all",
     probes=(

@@ -1,4 +1,4 @@
-"""A half-shaft between its two ends."""
+"""A half-shaft between its two ends, turning and at rest."""
 
 from __future__ import annotations
 
@@ -14,3 +14,13 @@ def shaft(s: Signals) -> Number:
     ``damping`` c (N m s/rad). Assumes no free play; source: SAE 2017-01-1574, equation (26) for the bar.
     """
     return s.stiffness * s.twist + s.damping * s.twist_rate
+
+
+def rest_twist(s: Signals) -> Number:
+    """Twist with which a half-shaft begins that carries a steady torque, rad.
+
+    phi = T / k
+
+    with ``torque`` T (N m) and ``stiffness`` k (N m/rad). Assumes no free play.
+    """
+    return s.torque / s.stiffness

@@ -8,7 +8,7 @@ from typing import Literal
 
 from vdyn_cli.engine.model_builder import ModelBuilder, Number
 from vdyn_cli.physics.laws.differential import FOLLOW, side_gears
-from vdyn_cli.physics.laws.torsion_shaft import shaft
+from vdyn_cli.physics.laws.torsion_shaft import rest_twist, shaft
 from vdyn_cli.physics.models.vehicle_parts import Body, Corner
 
 Differential = Literal["open", "locked"]
@@ -122,7 +122,8 @@ def _carried(e: ModelBuilder, body: Body) -> Number:
 
 
 def _twist(e: ModelBuilder, at: Corner, torque: Number) -> Number:
-    return e.state(f"twist{at.name}", torque / getattr(e.p, f"shaft_stiffness_{at.side}"))
+    stiffness = getattr(e.p, f"shaft_stiffness_{at.side}")
+    return e.state(f"twist{at.name}", e(rest_twist, at.name, torque=torque, stiffness=stiffness))
 
 
 def _torque(
