@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.validate.impacts import impact_samples
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
 from vdyn_cli.steps.validate.segments import WHEELS, DriveSegment
 
@@ -127,23 +128,25 @@ class RowLayout:
 def row_layout(
     s: DriveSegment, channels: tuple[str, ...], radius: float, simulated: Mapping[str, Array], finest: float = FINEST
 ) -> RowLayout:
-    """The rows of a segment: where the car moves and every fitted channel holds a number.
+    """The rows of a segment: where the car moves, every fitted channel holds a number and no flanks meet.
 
     Below 2 m/s (``DriveSegment.creeping``) the tread's damping and the friction of brakes dominate, which are not
     parameters; a gust moves the instant at which the car stops, and with it a jump of the deceleration.
     """
     fitted = [n for n in channels if n in s.outputs]
-    there = np.all([np.isfinite(s.outputs[n]) for n in fitted], axis=0) & (s.smooth_speed > s.creeping)
+    levels = {n: max(s.noise_levels[n], LEAST[n]) for n in fitted}
+    others = tuple(n for n in TORQUES if n in fitted)
+    impacts = np.any([np.zeros(s.time.size, bool), *(impact_samples(s.outputs[n], levels[n]) for n in others)], axis=0)
+    there = np.all([np.isfinite(s.outputs[n]) for n in fitted], axis=0) & (s.smooth_speed > s.creeping) & ~impacts
     keep = np.flatnonzero(there)
     time = s.time[keep]
     usual = float(np.median(np.diff(s.time)))
-    part = np.r_[0, np.cumsum(np.diff(time) > 3 * usual)].astype(np.int64)
+    holes = (np.diff(time) > 3 * usual) | (np.diff(np.cumsum(impacts)[keep]) > 0)
+    part = np.r_[0, np.cumsum(holes)].astype(np.int64)
     covered = float(np.sum(np.diff(time)[np.diff(part) == 0]))
     bins = cut(time, max(ROUGH if SLOPE_CHANNEL in s.inputs else WIDTH, covered / MOST_BINS), part)
     fine = cut(time, finest, part) if usual < 0.75 * finest else _each(time)
-    levels = {n: max(s.noise_levels[n], LEAST[n]) for n in fitted}
     speeds = tuple(n for n in ("speed", *WHEELS) if n in fitted)
-    others = tuple(n for n in TORQUES if n in fitted)
     speed = simulated["speed"][keep]
     slipping = np.array(
         [
