@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from tests.plant import drive
 from tests.plant.drive_information import GAINS, measured
 from tests.plant.drive_motion import BRAKE_FRONT
 from tests.plant.hidden import Scenario
+from tests.plant.vehicle import Vehicle
 
 Writer = Callable[[Scenario, Path], Path]
 
@@ -82,9 +83,12 @@ DRIVE_KNOWN = (
 
 
 def _validate(scenario: Scenario, folder: Path) -> Path:
+    runs = drive.campaign(scenario.vehicle, scenario.drawn, scenario.effects)
+    return validation(scenario.vehicle, scenario.seed, runs, folder)
+
+
+def validation(vehicle: Vehicle, seed: int, runs: Sequence[drive.Run], folder: Path) -> Path:
     """Drives, and parameters as measured before them: each off by about the standard deviation that it states."""
-    vehicle = scenario.vehicle
-    runs = drive.campaign(vehicle, scenario.drawn, scenario.effects)
     known: dict[str, float | str] = {name: float(getattr(vehicle, name)) for name in DRIVE_KNOWN}
     known |= {
         "air_density": drive.RIG.air_density,
@@ -95,7 +99,7 @@ def _validate(scenario: Scenario, folder: Path) -> Path:
         "hub_swing": 0.0,
         "driveline_pitch": 0.0,
     }
-    for name, (value, sd) in measured(vehicle, scenario.seed).items():
+    for name, (value, sd) in measured(vehicle, seed).items():
         known[name] = f"{value!r} +- {sd!r} {UNITS.get(name, '')}".strip()
     settings = {
         "driven": "front",

@@ -133,12 +133,13 @@ def trips(
     effects: Mapping[str, float] | None = None,
     times: list[Array] | None = None,
     tolerance: float = TOLERANCE,
+    motion: type[Drive] = Drive,
 ) -> list[Trip]:
     """The true signals of each drive at its sample times (100 Hz where none are given)."""
     clocks = times or [sensors.regular(plan.knots[-1], RATE) for plan in plans]
     starts = [0.0 if plan.uphill > 0 else 1300.0 for plan in plans]
     return [
-        Drive(vehicle, plan, effects).travel(clock, start, tolerance)
+        motion(vehicle, plan, effects).travel(clock, start, tolerance)
         for plan, clock, start in zip(plans, clocks, starts, strict=True)
     ]
 
@@ -162,12 +163,15 @@ def noise_free(
     effects: Mapping[str, float] | None = None,
     times: list[Array] | None = None,
     tolerance: float = TOLERANCE,
+    motion: type[Drive] = Drive,
 ) -> list[dict[str, Array]]:
     """What perfect sensors would log, SI, by column header; sensor effects included."""
     clocks = times or [sensors.regular(plan.knots[-1], RATE) for plan in plans]
     return [
         _readings(plan, trip, clock, effects or {})
-        for plan, trip, clock in zip(plans, trips(vehicle, plans, effects, clocks, tolerance), clocks, strict=True)
+        for plan, trip, clock in zip(
+            plans, trips(vehicle, plans, effects, clocks, tolerance, motion), clocks, strict=True
+        )
     ]
 
 
@@ -199,7 +203,12 @@ def campaign(
 
 
 def logged(
-    vehicle: Vehicle, pressed: list[Pedals], seed: int, effects: Mapping[str, float] | None = None, rig: Rig = RIG
+    vehicle: Vehicle,
+    pressed: list[Pedals],
+    seed: int,
+    effects: Mapping[str, float] | None = None,
+    rig: Rig = RIG,
+    motion: type[Drive] = Drive,
 ) -> tuple[Run, ...]:
     """Drives with these pedals as logged: gusts, mean winds, clocks and noise from a seed."""
     rng = np.random.default_rng([seed, 0xD2])
@@ -214,7 +223,7 @@ def logged(
         plans.append(replace(plan, gust=wind, temperature=float(temperature), air_density=rig.air_density))
     times = [sensors.regular(plan.knots[-1], RATE) for plan in plans]
     times = [sensors.jitter(clock, rig.jitter, rng) if rig.jitter else clock for clock in times]
-    clean = noise_free(vehicle, plans, effects, times)
+    clean = noise_free(vehicle, plans, effects, times, motion=motion)
     return tuple(
         Run(_logged(true, rig, rng), "out" if plan.uphill > 0 else "back", plan.temperature)
         for plan, true in zip(plans, clean, strict=True)

@@ -200,11 +200,14 @@ class Drive:
             *faster,
         ]  # fmt: skip
 
+    def rest(self, position: float) -> list[float]:
+        """The state at rest at this road coordinate, half-shafts in the middle of their play."""
+        return [position] + [0.0] * 17
+
     def travel(self, times: Array, start: float = 0.0, tolerance: float = TOLERANCE) -> Trip:
         """The true signals at ``times`` of a drive that begins at rest at road coordinate ``start``."""
-        begin = [start] + [0.0] * 17
         solution = solve_ivp(
-            lambda t, x: self.rates(t, x.tolist()), (0.0, float(times[-1])), begin, "LSODA", times,
+            lambda t, x: self.rates(t, x.tolist()), (0.0, float(times[-1])), self.rest(start), "LSODA", times,
             rtol=tolerance, atol=1e-2 * tolerance, max_step=0.2,
         )  # fmt: skip
         state = solution.y

@@ -97,7 +97,7 @@ class LinearizedStrategy:
         base = there.fitted(())
         if there is self or base is None:
             return self, found
-        seen = detect(there, base)
+        seen = _with_likely(self.relinearization, found, detect(there, base))
         if there is local and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in large.items())):
             self._refit_others(local, strongest, large)
             shown = {n for n, fit in large.items() if fit is not None}  # in the unit of a scale that is large itself
@@ -203,6 +203,13 @@ class LinearizedStrategy:
         return there
 
 
+def _with_likely(relinearization: Relinearization, found: Detection, seen: Detection) -> Detection:
+    """With nondifferentiable effects that were testable before: a slope tells less than a whole amplitude."""
+    sharp = {n for n in found.testable if relinearization.nondifferentiable((n,))}
+    testable = tuple(n for n in found.scores.names if n in sharp or n in seen.testable)
+    return replace(seen, testable=testable)
+
+
 def large_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, FittedModel | None]:
     """The strongest large candidates, each fitted alone on its own linearization; None where that fails.
 
@@ -216,8 +223,8 @@ def large_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, Fit
     fits: dict[str, FittedModel | None] = {}
     for name in names[: POLICY.most_relinearized]:
         linear = strategy.fitted((name,))
-        if linear is not None and strategy.relinearization.nondifferentiable((name,)):
-            fits[name] = strategy.relinearized(linear)
+        if strategy.relinearization.nondifferentiable((name,)):  # whatever the first linearization makes of it
+            fits[name] = strategy.relinearization.about_likely(name) or linear
             continue
         step = found.scores.estimate[name].tolist() if linear is None else ()
         start = linear.values if linear else dict(zip(strategy.model.amplitudes(name), step, strict=True))

@@ -176,6 +176,15 @@ def test_a_size_beside_the_best_comes_back_to_it_from_sizes_that_can_be_simulate
     assert spread == pytest.approx(DISAGREE * 1e-4)
 
 
+def test_large_play_is_found_although_all_that_is_smaller_fits_worse_than_none(
+    monkeypatch: pytest.MonkeyPatch, setups: Callable[[float], SimulationSetup], reference: DifferentiableReference
+) -> None:
+    stubbed(monkeypatch, lambda size: 50.0 * ((size - 0.02) / 0.005) ** 2 - 100.0 if size else 0.0)
+    size, rise = likely_size(setups, reference, 1e-4, 0.06)
+    assert size == pytest.approx(0.02, rel=0.05)
+    assert rise > 90.0
+
+
 @pytest.mark.parametrize("apart", [0.0, 1e-4, 3e-4])
 def test_drives_that_disagree_tell_less_than_they_say(
     monkeypatch: pytest.MonkeyPatch,

@@ -15,8 +15,13 @@ import numpy as np
 from vdyn_cli.inference import Regression, Solution, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.linearized_regression import linearized
-from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.validate.nondifferentiable import DifferentiableReference, profile_estimates
+from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.steps.validate.nondifferentiable import (
+    AROUND,
+    DifferentiableReference,
+    likely_cost,
+    profile_estimates,
+)
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 
@@ -77,10 +82,42 @@ def fit_effects(
         last = _settled(replace(last.setup, extra=extra), regression)
         profiled = profile_estimates(last.setup, reference)
     solution = last.solution
-    spreads = {n: float(np.hypot(std, at - solution.values[n])) for n, (at, std) in profiled.items()}
+    # Among local minima, what the last pass moved is as uncertain as what two estimates differ by.
+    spreads = {
+        n: float(np.linalg.norm([std, at - solution.values[n], last.moves[n]])) for n, (at, std) in profiled.items()
+    }
     std = {**solution.std, **spreads}
     moved = max((move / std[n] for n, move in last.moves.items() if std[n] > 0.0), default=0.0)
     return FittedEffects(replace(last.setup, at={}), solution, last.linearized, spreads, moved)
+
+
+def size_beside_parameters(
+    setups: Callable[[float], SimulationSetup],
+    regression: Callable[[SimulationSetup], Regression],
+    reference: DifferentiableReference,
+    size: float,
+) -> tuple[float, float] | None:
+    """The amplitude of play from which one linearized fit of all unknowns leads to the best likelihood.
+
+    The time to cross a gap goes with the cube root of gap times inertia. With an inertia that is 5 % off, gaps that are
+    15 % off fit best until both are fitted together.
+
+    Parameters
+    ----------
+    setups : amplitude -> the setup with the effect of this amplitude. size : rad, likeliest at the prior parameters.
+
+    Returns
+    -------
+    Amplitude, rad, after that fit, and the negative log likelihood there; None where nothing can be simulated.
+    """
+    found: dict[float, float] = {}
+    for share in AROUND:
+        try:
+            after = _relinearized(setups(share * size), regression)[0].setup
+            found[after.extra[0].start] = likely_cost(reference, after)
+        except (ResultError, ArithmeticError):
+            continue
+    return min(found.items(), key=lambda one: one[1], default=None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,6 @@ WIDEST = 1.5  # standard deviations of a zero within which zeros are tried: fart
 FEWEST, MOST = 3, 25  # zeros that are tried of a drive; odd, so that the likeliest is one of them
 COARSEST = 0.5  # N m between them, if that takes no more
 SPACING = 0.01  # sqrt(rad): the time to cross a gap goes with its root, and simulated and measured impact must coincide
-TELLING = 0.2  # of the largest amplitude: large play makes some amplitude below this fit better than none
 HALVINGS = 3  # of the distance to the best amplitude's neighbors
 AROUND = (0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)  # of an amplitude: the log likelihood is near a parabola
 PARABOLA = 3  # amplitudes that determine one
@@ -156,8 +155,8 @@ def likely_size(
 ) -> tuple[float, float]:
     """The likeliest amplitude of play, rad, and the gain in log likelihood over none.
 
-    Amplitudes from ``least`` up are tried as far as a share of ``most``, and on to ``most`` if one of them fits better
-    than none; then the distances about the best are halved.
+    Amplitudes from ``least`` to ``most`` are tried, far from the true one of which each may fit worse than none; then
+    the distances about the best are halved.
 
     Parameters
     ----------
@@ -167,20 +166,17 @@ def likely_size(
     ------
     ResultError : the simulation is not finite.
     """
-    without, without_few = (sum(_zeros(reference, setups(0.0), few)[1]) for few in (False, True))
+    without = likely_cost(reference, setups(0.0))
 
     def cost(size: float, few: bool = False) -> float:
         try:
-            return sum(_zeros(reference, setups(size), few)[1])
+            return likely_cost(reference, setups(size), few)
         except ResultError:
             return np.inf
 
     count = max(3, round((np.sqrt(most) - np.sqrt(least)) / SPACING) + 1)
     sizes = np.linspace(np.sqrt(least), np.sqrt(most), count) ** 2
-    costs: dict[float, float] = {}
-    for size in sizes.tolist():
-        if not costs or size < TELLING * most or min(costs.values()) < without_few:
-            costs[size] = cost(size, few=True)
+    costs = {size: cost(size, few=True) for size in sizes.tolist()}
     costs |= {size: cost(size) for size in [min(costs, key=costs.__getitem__)]}
     better = min(costs.values()) < without
     for _ in range(HALVINGS if better else 0):
@@ -192,6 +188,20 @@ def likely_size(
     if not np.isfinite(costs[best]):
         _zeros(reference, setups(best))  # raises the reason
     return best, without - costs[best]
+
+
+def likely_cost(reference: DifferentiableReference, setup: SimulationSetup, few: bool = False) -> float:
+    """Negative log likelihood of all drives where a setup starts, each with the best of its likely zeros.
+
+    Parameters
+    ----------
+    few : of the two likely zeros that are farthest apart.
+
+    Raises
+    ------
+    ResultError : the simulation is not finite.
+    """
+    return sum(_zeros(reference, setup, few)[1])
 
 
 def profile_estimates(setup: SimulationSetup, reference: DifferentiableReference) -> dict[str, tuple[float, float]]:

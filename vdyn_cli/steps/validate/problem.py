@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -15,7 +16,7 @@ from vdyn_cli.inference import Regression, Solution, Unknown
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
@@ -25,12 +26,13 @@ from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.learned_effect import learned_effects
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
-from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted
+from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted, size_beside_parameters
 from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, foreign, refuse_coarse, refuse_sparse
 from vdyn_cli.steps.validate.input_torque import DriveInputs
 from vdyn_cli.steps.validate.nondifferentiable import (
     DifferentiableReference,
     differentiable_reference,
+    likely_cost,
     likely_size,
     with_best_zeros,
 )
@@ -59,6 +61,7 @@ ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
 ROOM_TEMPERATURE = 293.15  # K, where no temperature is given
 FREE_FORCE = 100.0  # N, prior standard deviation of a free profile
 LEAST_ACCELERATION = 0.8  # share of the samples in which an accelerometer must hold a number to show the road's slope
+CERTAIN_PLAY = 18.0  # gain in log likelihood, six standard errors: from there its size is fitted beside parameters
 STARTS = 4  # linearization points of the baseline that are kept with their simulations
 
 
@@ -81,6 +84,7 @@ class ValidateProblem(SimulatedProblem):
     logs: tuple[Log, ...]
     known: Parameters
     _begun: dict[tuple[tuple[str, float], ...], SimulationSetup] = field(default_factory=dict, init=False, repr=False)
+    _likely: dict[str, tuple[float, float]] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def roads(self) -> tuple[RoadProfile, ...]:
@@ -211,7 +215,8 @@ class ValidateProblem(SimulatedProblem):
         wants more damping.
         """
         base = _started(self, start if self.model.name == "vehicle" else NO_VALUES)
-        return _whitened(self, base.with_effects(effects, unknowns))
+        extended = base.with_effects(effects, unknowns)
+        return _whitened(self, replace(extended, secants=_likely_secants(self, effects, unknowns)))
 
     def chord_regression(
         self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
@@ -257,8 +262,15 @@ class ValidateProblem(SimulatedProblem):
         def setup(size: float) -> SimulationSetup:
             return self.baseline.with_effects((effect,), start(size))
 
-        least, *_, most = effect.probes
-        return likely_size(setup, self.reference, least, most)
+        if effect.name not in self._likely:
+            least, *_, most = effect.probes
+            size, gain = likely_size(setup, self.reference, least, most)
+            if gain > CERTAIN_PLAY:
+                best = size_beside_parameters(setup, partial(_whitened, self), self.reference, size)
+                without = likely_cost(self.reference, setup(0.0))
+                size, gain = (best[0], without - best[1]) if best and without - best[1] > gain else (size, gain)
+            self._likely[effect.name] = size, gain
+        return self._likely[effect.name]
 
 
 def carried_effects(problem: ValidateProblem) -> tuple[Effect, ...]:
@@ -276,6 +288,27 @@ def _started(problem: ValidateProblem, start: Mapping[str, float]) -> Simulation
             del begun[next(iter(begun))]
         begun[key] = with_best_zeros(made, problem.reference)
     return begun[key]
+
+
+def _likely_secants(
+    problem: ValidateProblem, effects: Sequence[Effect], unknowns: Sequence[Unknown]
+) -> dict[str, float]:
+    """The likely amplitude of each nondifferentiable effect that starts at zero, where one can be simulated.
+
+    Large play moves an impact by more than it lasts: what small play would do tells nothing of it.
+    """
+    found = {}
+    for effect in (e for e in effects if e.probes):
+        own = {u.name: u for u in unknowns if u.name in effect.unknowns}
+        first = next(iter(effect.unknowns))
+        if not own[first].start:
+            with suppress(ResultError):
+                found[first], _ = problem.likely_size(effect, partial(_started_at, own, first))
+    return found
+
+
+def _started_at(own: Mapping[str, Unknown], first: str, amplitude: float) -> tuple[Unknown, ...]:
+    return tuple(replace(u, start=amplitude) if n == first else u for n, u in own.items())
 
 
 def _whitened(problem: ValidateProblem, setup: SimulationSetup) -> Regression:

@@ -69,6 +69,7 @@ class SimulationSetup:
     start_speeds : m/s, with which the simulation of each segment starts; empty: as measured.
     baseline : the setup without ``extra``, ``at`` and ``torque_zeros``; None: made when it is needed.
     extended : the setup that the effects were added to, whose simulation holds while their amplitudes are zero.
+    secants : amplitudes over which sensitivities to nondifferentiable effects are taken; others: over a probe.
     chord : whether the sensitivities to the parameters are those of the bare car, which costs a third: enough for
         the first iterations of a fit (chord method).
     """
@@ -85,6 +86,7 @@ class SimulationSetup:
     start_speeds: tuple[float, ...] = ()
     baseline: SimulationSetup | None = None
     extended: SimulationSetup | None = None
+    secants: Mapping[str, float] = field(default_factory=dict)
     chord: bool = False
 
     def with_effects(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> SimulationSetup:
@@ -375,4 +377,5 @@ def _secant_sizes(setup: SimulationSetup) -> dict[int, float]:
     """Index of each nondifferentiable unknown, and the amplitude over which its secant is taken."""
     places = {u.name: i for i, u in enumerate(setup.extra)}
     sizes = {next(iter(e.unknowns)): e.probes[len(e.probes) // 3] for e in setup.effects if e.probes}
+    sizes |= setup.secants
     return {places[n]: size for n, size in sizes.items() if n in places}
