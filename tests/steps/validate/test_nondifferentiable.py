@@ -179,10 +179,19 @@ def test_a_size_beside_the_best_comes_back_to_it_from_sizes_that_can_be_simulate
 def test_large_play_is_found_although_all_that_is_smaller_fits_worse_than_none(
     monkeypatch: pytest.MonkeyPatch, setups: Callable[[float], SimulationSetup], reference: DifferentiableReference
 ) -> None:
-    stubbed(monkeypatch, lambda size: 50.0 * ((size - 0.02) / 0.005) ** 2 - 100.0 if size else 0.0)
+    misfit = float(reference.freedom)  # twice what noise leaves
+    stubbed(monkeypatch, lambda size: misfit + (50.0 * ((size - 0.02) / 0.005) ** 2 - 100.0 if size else 0.0))
     size, rise = likely_size(setups, reference, 1e-4, 0.06)
     assert size == pytest.approx(0.02, rel=0.05)
     assert rise > 90.0
+
+
+def test_large_play_is_not_tried_where_the_car_without_it_leaves_noise_alone(
+    monkeypatch: pytest.MonkeyPatch, setups: Callable[[float], SimulationSetup], reference: DifferentiableReference
+) -> None:
+    tried = stubbed(monkeypatch, lambda size: 0.45 * reference.freedom + 1e5 * size)
+    assert likely_size(setups, reference, 1e-4, 0.06)[1] < 0.0
+    assert max(tried) < 5e-3
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-4, 3e-4])

@@ -27,6 +27,7 @@ WIDEST = 1.5  # standard deviations of a zero within which zeros are tried: fart
 FEWEST, MOST = 3, 25  # zeros that are tried of a drive; odd, so that the likeliest is one of them
 COARSEST = 0.5  # N m between them, if that takes no more
 SPACING = 0.01  # sqrt(rad): the time to cross a gap goes with its root, and simulated and measured impact must coincide
+SMALL = 4e-3  # rad; of larger play a small one fits better than none (5 mrad), or none leaves twice the noise (10, 30)
 HALVINGS = 3  # of the distance to the best amplitude's neighbors
 AROUND = (0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)  # of an amplitude: the log likelihood is near a parabola
 PARABOLA = 3  # amplitudes that determine one
@@ -84,6 +85,11 @@ class DifferentiableReference:
             self._drive(w.white(k, o, w.setup.vector.start_speed(k)[0]), w.setup.vector.start(k))
             for k, o in enumerate(w.setup.first)
         )
+
+    @property
+    def freedom(self) -> int:
+        """Rows less unknowns: the square of the whitened residual that noise alone leaves, on average."""
+        return sum(one.basis.shape[0] - one.basis.shape[1] for one in self.explained)
 
     def _drive(self, rows: Rows, start: Array) -> _Explained:
         known = prior_rows(self._unknowns, start)
@@ -155,8 +161,9 @@ def likely_size(
 ) -> tuple[float, float]:
     """The likeliest amplitude of play, rad, and the gain in log likelihood over none.
 
-    Amplitudes from ``least`` to ``most`` are tried, far from the true one of which each may fit worse than none; then
-    the distances about the best are halved.
+    Amplitudes from ``least`` up are tried, and on to ``most`` where a small one fits better than no play, or no play
+    leaves more than noise: far from the true amplitude, each may fit worse than none. Then the distances about the best
+    are halved.
 
     Parameters
     ----------
@@ -167,6 +174,7 @@ def likely_size(
     ResultError : the simulation is not finite.
     """
     without = likely_cost(reference, setups(0.0))
+    misfit = without > reference.freedom / 2
 
     def cost(size: float, few: bool = False) -> float:
         try:
@@ -176,7 +184,10 @@ def likely_size(
 
     count = max(3, round((np.sqrt(most) - np.sqrt(least)) / SPACING) + 1)
     sizes = np.linspace(np.sqrt(least), np.sqrt(most), count) ** 2
-    costs = {size: cost(size, few=True) for size in sizes.tolist()}
+    costs: dict[float, float] = {}
+    for size in sizes.tolist():
+        if size <= SMALL or misfit or min(costs.values()) < without:
+            costs[size] = cost(size, few=True)
     costs |= {size: cost(size) for size in [min(costs, key=costs.__getitem__)]}
     better = min(costs.values()) < without
     for _ in range(HALVINGS if better else 0):
