@@ -147,21 +147,22 @@ def _estimates(entries: Any, where: str, problems: list[Finding], known: Mapping
         except UnitError as error:
             problems.append(Finding(place, str(error), remedy="correct the unit, or the value and the unit"))
         except (KeyError, TypeError, ValueError, AttributeError):
-            problems.append(Finding(place, _misshapen(entry), remedy=_AGAIN))
+            problems.append(Finding(place, _misshapen(name, entry), remedy=_AGAIN))
         else:
             problems += _wrong_numbers(found[name], known.get(name), place)
     return found
 
 
-def _misshapen(entry: Any) -> str:
-    """What an entry that is no estimate lacks."""
+def _misshapen(name: str, entry: Any) -> str:
+    """Why an entry is no estimate."""
+    if not name.isidentifier():
+        return "has a name that no parameter can have"
     keys = ("value", "std", "interval95", *_TEXT)
     missing = [key for key in keys if key not in entry] if isinstance(entry, dict) else keys
-    return (
-        f"lacks {', '.join(missing)}"
-        if missing
-        else "has an entry of a wrong type, or a name that no parameter can have"
-    )
+    if missing:
+        return f"lacks {', '.join(missing)}"
+    wrong = [key for key in ("value", "std") if not isinstance(entry[key], int | float)]
+    return f"holds no number as {' and '.join(wrong)}" if wrong else "holds an entry of a wrong type"
 
 
 def _entry(name: str, entry: Any) -> Estimate:
