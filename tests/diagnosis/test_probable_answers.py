@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.candidate_models import candidate_model
+from vdyn_cli.diagnosis.diagnosis_setup import stated_errors
 from vdyn_cli.diagnosis.probable_answers import bayes_factor, probable_answers
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.effects.headwind import headwind
+from vdyn_cli.effects.wheel_mass import wheel_mass
+from vdyn_cli.effects.wheel_radius import wheel_radius
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 
 def test_the_bayes_factor_is_the_ratio_of_densities():
@@ -27,3 +35,20 @@ def test_an_effect_that_shows_is_probable_and_one_that_does_not_is_not(slope: fl
     assert answer is not None
     found = probable_answers(strategy, answer.fitted)
     assert [one.effects for one, _ in found] == ([("wave", "slope")] if slope else [])
+
+
+@pytest.mark.parametrize(("stated", "probable"), [(None, True), (10.0, True), (0.01, False)])
+def test_what_the_description_knows_better_than_the_data_is_no_answer(stated: float | None, probable: bool):
+    """Beside a wave of 5, a slope of 4 shows; but not where it corrects what is stated to a hundredth."""
+    setup = Campaign(11, hidden={"wave": 5.0, "slope": 4.0}).setup(cause("slope"), cause("wave"))
+    strategy = open_strategy(replace(setup, stated={} if stated is None else {"slope": stated}))
+    answer = candidate_model(strategy, ("wave",))
+    assert answer is not None
+    assert bool(probable_answers(strategy, answer.fitted)) == probable
+
+
+def test_a_stated_standard_deviation_is_in_the_unit_of_the_effect():
+    known = Parameters({n: Estimate.given(PARAMETERS[n], 20.0, 0.1) for n in ("wheel_mass", "wheel_radius")})
+    assert stated_errors((wheel_mass, wheel_radius, headwind), known) == pytest.approx(
+        {"wheel_mass_error": 0.1, "wheel_radius_error": 0.005}
+    )

@@ -63,6 +63,7 @@ class DiagnosisSetup:
         the baseline is far off: candidates are then tried from coarse starts, and an error is certain. None elsewhere.
     likely_size : (effect, start) -> the most likely amplitude of a nondifferentiable effect alone in the model and its
         gain in log likelihood; ``start(amplitude)`` are its unknowns. None where such effects are not looked for.
+    stated : by unknown of an effect, the standard deviation with which the description states what it corrects.
     learned : names of those effects that were learned from these data.
     manoeuvres : (regression with every candidate in, its shared unknowns at the baseline's fit) -> what could be
         driven next, the least effort first.
@@ -82,6 +83,7 @@ class DiagnosisSetup:
     nondifferentiable: bool = False
     coarse_error: Callable[[Sequence[Effect], Sequence[Unknown]], float] | None = None
     likely_size: Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], tuple[float, float] | None] | None = None
+    stated: Mapping[str, float] = field(default_factory=dict)
     learned: frozenset[str] = frozenset()
     manoeuvres: Callable[[Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = lambda regression, values: ()
 
@@ -131,8 +133,20 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
         nondifferentiable=any(e.probes for e in carried),
         coarse_error=problem.coarse_error if linearized else None,
         likely_size=problem.likely_size if linearized else None,
+        stated=stated_errors(effects, prepared.known),
         manoeuvres=problem.plans,
     )
+
+
+def stated_errors(effects: Sequence[Effect], known: Parameters) -> dict[str, float]:
+    """The stated standard deviations of what effects correct, in the units of their first unknowns."""
+    found = {}
+    for effect in effects:
+        one = known.estimates.get(effect.corrects)
+        if one is not None and one.std > 0.0 and one.value:
+            name, quantity = next(iter(effect.unknowns.items()))
+            found[name] = one.std if quantity.unit else one.std / abs(one.value)
+    return found
 
 
 def relaxed(regression: Callable[..., Regression], wide: bool = False) -> Callable[..., Regression]:

@@ -8,7 +8,8 @@ as not, which one being equally likely, and amplitudes a ~ N(0, sigma^2):
     P_k ~ (1 / m) B_k,   P_0 ~ 1,   B_k = s / sqrt(s^2 + sigma^2) exp(a^2 sigma^2 / (2 s^2 (s^2 + sigma^2)))
 
 with a and s the score test's estimate and standard error of candidate k of m, and sigma ``catalogue_prior`` of its
-plausible range. Source: Kass and Raftery, Bayes factors, J. Am. Stat. Assoc. 90 (1995) 773.
+plausible range, or the standard deviation with which the description states what it corrects, if that is smaller.
+Source: Kass and Raftery, Bayes factors, J. Am. Stat. Assoc. 90 (1995) 773.
 """
 
 from __future__ import annotations
@@ -36,8 +37,11 @@ def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[C
     for name in beside.names:
         if beside.spread[name].size == 1 and is_testable(model, beside, name):
             effect = model.setup.candidates[name]
-            sigma = POLICY.catalogue_prior * reach(effect, model.amplitudes(name)[0])
-            odds[name] = bayes_factor(float(beside.estimate[name][0]), float(beside.spread[name][0]), sigma)
+            first, std = model.amplitudes(name)[0], float(beside.spread[name][0])
+            sigma = POLICY.catalogue_prior * reach(effect, first)
+            stated = model.setup.stated.get(first, sigma)
+            if std < stated:  # else the description knows it better, and the intervals have its standard deviation
+                odds[name] = bayes_factor(float(beside.estimate[name][0]), std, min(sigma, stated))
     total = len(odds) + sum(odds.values())
     found: list[tuple[CandidateModel, float]] = []
     for name, factor in odds.items():

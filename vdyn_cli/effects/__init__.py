@@ -84,6 +84,7 @@ class Effect:
         plausible range: a factor of 3.6 in a speed.
     mistakes : of a scale 1 + e, the factors that a usual mistake makes, each with the mistake: (3.6, "km/h read as
         m/s").
+    corrects : the stated parameter that the first unknown corrects, by itself or by a share of it; empty for others.
     """
 
     name: str
@@ -104,6 +105,7 @@ class Effect:
     covers: tuple[str, ...]
     possible: Mapping[str, tuple[float, float]]
     mistakes: tuple[tuple[float, str], ...]
+    corrects: str
 
     @property
     def law(self) -> EffectLaw:
@@ -168,6 +170,7 @@ def effect(
     covers: tuple[str, ...] = (),
     possible: Mapping[str, tuple[float, float]] = MappingProxyType({}),
     mistakes: tuple[tuple[float, str], ...] = (),
+    corrects: str = "",
 ) -> Callable[[EffectLaw], Effect]:
     """Make a function ``law(element, s, q)`` an effect; it takes the name, and the docstring gives the summary.
 
@@ -196,6 +199,7 @@ def effect(
             covers=covers,
             possible=dict(possible),
             mistakes=mistakes,
+            corrects=corrects,
         )
 
     return make

@@ -20,6 +20,7 @@ from vdyn_cli.quantities.quantity import Quantity
     possible={"mass_error": (-0.6, 2.0)},
     mistakes=((1 / 2.20462, "lb read as kg"), (2.20462, "kg read as lb")),
     tags={"open_road"},
+    corrects="mass",
 )
 def mass_error(parameters: Law, s: Signals, q: Signals) -> Number:
     """A vehicle that is heavier or lighter than the description says.

@@ -18,6 +18,7 @@ from vdyn_cli.quantities.quantity import Quantity
     alike=("rotating_mass", "motor_inertia", "torque_gain", "mass_error"),
     confirm="Swing a wheel on a pendulum.",
     tags={"driving"},
+    corrects="wheel_inertia",
 )
 def wheel_inertia(parameters: Law, s: Signals, q: Signals) -> Number:
     """Wheels that are harder or easier to turn than the model says.

@@ -20,6 +20,7 @@ from vdyn_cli.quantities.quantity import Quantity
     alike=("wheel_inertia", "hub_torque_gain", "wheel_radius"),
     confirm="Weigh wheel, tire and the sensor's rotating half.",
     tags={"of_a_car", "wheel_spin"},
+    corrects="wheel_mass",
 )
 def wheel_mass(parameters: Law, s: Signals, q: Signals) -> Number:
     """A wheel whose mass is not the stated one, so that hub and road forces differ by more than thought.

@@ -21,6 +21,7 @@ from vdyn_cli.quantities.quantity import Quantity
     possible={"wheel_radius_error": (-0.6, 1.2)},
     mistakes=((0.5, "the diameter stated as radius"),),
     tags={"open_road", "wheel_spin"},
+    corrects="wheel_radius",
 )
 def wheel_radius(parameters: Law, s: Signals, q: Signals) -> Number:
     """Wheels that are larger or smaller than the description says.
