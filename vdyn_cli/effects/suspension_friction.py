@@ -55,7 +55,7 @@ def bristle(s: Signals) -> Number:
 def suspension_friction(damper: Law, s: Signals, q: Signals) -> Number:
     """Dry friction of struts, bushings and seals, the same force at every stroke rate, against the motion.
 
-    F = C v + Fc z, z from -1 to 1 following the stroke over some tenths of a millimeter, or its rate over w. A call
-    that stands for a part of the axle takes its share.
+    F = C v + Fc z, z from -1 to 1 following the stroke over some tenths of a millimeter, or as tanh(v / w). A call that
+    stands for a part of the axle takes its share.
     """
     return damper(s) + s.share * q.suspension_friction * s.bristle
