@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from vdyn_cli.diagnosis.learned_law import Learned
 from vdyn_cli.diagnosis.part_curve import Curve
 from vdyn_cli.diagnosis.part_finding import LawWithin, PartFinding
 from vdyn_cli.diagnosis.part_judgment import PartJudgment, label_of
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.verdict_text import is_plural
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.diagnosis import CurvePoint, Diagnosis, FaultyPart, LearnedLaw, PartLaw
 from vdyn_cli.steps.learned_effect import LAW_FORMS
 
@@ -44,7 +47,7 @@ def _record(finding: PartFinding, law: LawWithin | None) -> FaultyPart:
         coordinate=first.coordinate,
         coordinate_unit=first.coordinate_unit,
         unit=first.unit,
-        curve=tuple(p for c in finding.curves for p in points_of(c)),
+        curve=tuple(p for c, v in zip(finding.curves, _followed(finding, law), strict=True) for p in points_of(c, v)),
         baseline=tuple(float(v) for c in finding.curves for v in c.baseline),
         gauge=ERROR if first.sensor else WHOLE if first.law is not None else ADDITION,
         share_of_rms=finding.share_of_rms,
@@ -54,11 +57,25 @@ def _record(finding: PartFinding, law: LawWithin | None) -> FaultyPart:
     )
 
 
-def points_of(curve: Curve) -> tuple[CurvePoint, ...]:
-    """The points of a curve with their intervals."""
+def _followed(finding: PartFinding, law: LawWithin | None) -> tuple[Array | None, ...]:
+    """The values of the law that follows the curves, of each; None where none does."""
+    return law.values if law is not None and law.follows and law.values else (None,) * len(finding.curves)
+
+
+def points_of(curve: Curve, law: Array | None = None) -> tuple[CurvePoint, ...]:
+    """The points of a curve with their intervals.
+
+    half' = sqrt(half^2 + (value - law)^2)
+
+    Parameters
+    ----------
+    law : (n,), another estimate of the same curve: a law of the catalogue that follows it. The band holds both, since
+        the free curve rounds what turns more sharply than its shapes.
+    """
+    half = curve.half if law is None else np.hypot(curve.half, curve.value - law)
     return tuple(
         CurvePoint(at=x, value=v, interval95=(v - h, v + h), place=curve.part.place)
-        for x, v, h in zip(curve.at.tolist(), curve.value.tolist(), curve.half.tolist(), strict=True)
+        for x, v, h in zip(curve.at.tolist(), curve.value.tolist(), half.tolist(), strict=True)
     )
 
 
