@@ -127,7 +127,7 @@ def held_out_gain(
         at = near if chosen == extended.effects else there
         rival = strategy.fitted(chosen) if at is there and near is extended and len(chosen) == 1 else None
         if rival is not None and len(extended.effects) == 1:
-            # Large effects bend the model: what one linearization prefers is compared with the answer, each on its own.
+            # Beside a large effect one linearization misleads: compare its choice and the answer, each on its own.
             rival = cut_alike(rival, near)
             at = min((rival, near), key=lambda one: _misfit(one, left_out(one), k, model.with_base(one.effects)))
             chosen = at.effects

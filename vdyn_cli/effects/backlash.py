@@ -13,7 +13,7 @@ SOFT = 0.1  # N m
 
 
 def on_a_flank(rest_twist: Law, s: Signals, q: Signals) -> Number:
-    """The flank on which a shaft rests at first: that which its torque presses; in the middle without a torque."""
+    """The twist at which a shaft begins: on the flank that its torque presses, or in mid gap without a torque."""
     return rest_twist(s) + q.backlash * s.torque / sqrt(s.torque * s.torque + SOFT**2)
 
 
