@@ -94,7 +94,7 @@ def test_a_drive_begins_at_the_zero_with_which_its_flanks_rest_as_the_real_ones(
 
 @pytest.mark.parametrize(("std", "count"), [(0.1, 3), (0.66, 5), (50.0, 25)])
 def test_the_likeliest_zero_is_tried_and_others_to_either_side(std: float, count: int) -> None:
-    zeros = _Explained(np.zeros((1, 1)), 0.7, std).zeros
+    zeros = _Explained(np.zeros((1, 1)), 0.7, std, 0.0).zeros
     assert zeros.size == count
     assert zeros[count // 2] == pytest.approx(0.7)
     assert count == 25 or np.diff(zeros).max() <= 0.5
@@ -192,6 +192,17 @@ def test_large_play_is_not_tried_where_the_car_without_it_leaves_noise_alone(
     tried = stubbed(monkeypatch, lambda size: 0.45 * reference.freedom + 1e5 * size)
     assert likely_size(setups, reference, 1e-4, 0.06)[1] < 0.0
     assert max(tried) < 5e-3
+
+
+def test_no_play_is_tried_where_the_car_without_it_leaves_no_more_than_the_noise_of_its_rows(
+    setups: Callable[[float], SimulationSetup], reference: DifferentiableReference
+) -> None:
+    assert reference.misfit
+    quiet = replace(reference)
+    left = sum(w.factor.shape[0] for w in reference.whitened.whitenings)
+    vars(quiet)["explained"] = tuple(replace(one, left=float(left)) for one in reference.explained)
+    assert not quiet.misfit
+    assert likely_size(setups, quiet, 1e-4, 0.06) == (1e-4, 0.0)
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-4, 3e-4])

@@ -18,6 +18,7 @@ import numpy as np
 from vdyn_cli.inference import Rows, Unknown
 from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
 from vdyn_cli.steps.validate.unknowns import TORQUE_ZERO
@@ -44,11 +45,13 @@ class _Explained:
     ----------
     basis : (n, k), orthonormal, of the sensitivities of whitened rows and prior rows to all unknowns.
     zero, std : N m, estimate of the drive torque's zero without play.
+    left : square of the whitened residual that it does not explain.
     """
 
     basis: Array
     zero: float
     std: float
+    left: float
 
     @property
     def zeros(self) -> Array:
@@ -91,18 +94,34 @@ class DifferentiableReference:
         """Rows less unknowns: the square of the whitened residual that noise alone leaves, on average."""
         return sum(one.basis.shape[0] - one.basis.shape[1] for one in self.explained)
 
+    @property
+    def misfit(self) -> bool:
+        """Whether it leaves more than the noise of its rows (one-sided 97.5 %): only then play can be in the drives.
+
+        Fast rows have a variance below one by their caution. The sum of squares of many rows is nearly normal.
+        """
+        mean = variance = 0.0
+        for one, whitening in zip(self.explained, self.whitened.whitenings, strict=True):
+            slow, quick = whitening.factor.shape[0], whitening.caution**-2.0
+            fast = one.basis.shape[0] - one.basis.shape[1] - slow
+            mean += slow + fast * quick
+            variance += 2.0 * (slow + fast * quick**2)
+        return sum(one.left for one in self.explained) > mean + NORMAL95 * float(np.sqrt(variance))
+
     def _drive(self, rows: Rows, start: Array) -> _Explained:
         known = prior_rows(self._unknowns, start)
         matrix = np.vstack([rows.jacobian, known[:, :-1]])
         scale = np.linalg.norm(matrix, axis=0)
         scale[scale == 0.0] = 1.0
         basis, triangle = np.linalg.qr(matrix / scale)
+        residual = np.concatenate([rows.residual, known[:, -1]])
+        along = basis.T @ residual
+        left = float(residual @ residual - along @ along)
         at = [i for i, u in enumerate(self._unknowns) if u.name == TORQUE_ZERO]
         if not at:
-            return _Explained(basis, 0.0, 0.0)
+            return _Explained(basis, 0.0, 0.0, left)
         back = np.linalg.pinv(triangle)[at[0]] / scale[at[0]]
-        zero = start[at[0]] - back @ (basis.T @ np.concatenate([rows.residual, known[:, -1]]))
-        return _Explained(basis, float(zero), float(np.linalg.norm(back)))
+        return _Explained(basis, float(start[at[0]] - back @ along), float(np.linalg.norm(back)), left)
 
     def cost(self, setup: SimulationSetup, run: int, zero: float) -> float:
         """Negative log likelihood of a segment with its drive torque's zero here (N m), minimized over other unknowns.
@@ -163,7 +182,7 @@ def likely_size(
 
     Amplitudes from ``least`` up are tried, and on to ``most`` where a small one fits better than no play, or no play
     leaves more than noise: far from the true amplitude, each may fit worse than none. Then the distances about the best
-    are halved.
+    are halved. Where no play leaves no more than noise, none is tried and the gain is zero.
 
     Parameters
     ----------
@@ -173,6 +192,8 @@ def likely_size(
     ------
     ResultError : the simulation is not finite.
     """
+    if not reference.misfit:
+        return least, 0.0
     without = likely_cost(reference, setups(0.0))
     misfit = without > reference.freedom / 2
 

@@ -215,8 +215,8 @@ class ValidateProblem(SimulatedProblem):
         wants more damping.
         """
         base = _started(self, start if self.model.name == "vehicle" else NO_VALUES)
-        extended = base.with_effects(effects, unknowns)
-        return _whitened(self, replace(extended, secants=_likely_secants(self, effects, unknowns)))
+        extended, secants = base.with_effects(effects, unknowns), _likely_secants(self, effects, unknowns)
+        return _whitened(self, replace(extended, secants=secants) if secants else extended)  # what it simulated holds
 
     def chord_regression(
         self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
