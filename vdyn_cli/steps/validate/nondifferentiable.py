@@ -62,11 +62,11 @@ class _Explained:
 
 @dataclass(frozen=True, eq=False)
 class DifferentiableReference:
-    """The car without play: how it weights errors, and what it can explain of them by itself.
+    """A car without play: how it weights errors, and what it can explain of them.
 
     Parameters
     ----------
-    setup : the bare car, free of nondifferentiable effects.
+    setup : the bare car, or with effects whose amplitudes are unknown too, which explain their share.
     """
 
     setup: SimulationSetup

@@ -215,8 +215,14 @@ class ValidateProblem(SimulatedProblem):
         wants more damping.
         """
         base = _started(self, start if self.model.name == "vehicle" else NO_VALUES)
-        extended, secants = base.with_effects(effects, unknowns), _likely_secants(self, effects, unknowns)
-        return _whitened(self, replace(extended, secants=secants) if secants else extended)  # what it simulated holds
+        extended = base.with_effects(effects, unknowns)
+        if not _tried_from_zero(effects, unknowns):
+            return _whitened(self, extended)
+        full = DifferentiableReference(extended)
+        if not full.misfit:  # the effects together explain the drives, of which no larger play is a part
+            return full.whitened.regression
+        secants = _likely_secants(self, effects, unknowns)
+        return _whitened(self, full.whitened.setup.with_secants(secants))
 
     def chord_regression(
         self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
@@ -298,13 +304,18 @@ def _likely_secants(
     Large play moves an impact by more than it lasts: what small play would do tells nothing of it.
     """
     found = {}
-    for effect in (e for e in effects if e.probes):
+    for effect in _tried_from_zero(effects, unknowns):
         own = {u.name: u for u in unknowns if u.name in effect.unknowns}
         first = next(iter(effect.unknowns))
-        if not own[first].start:
-            with suppress(ResultError):
-                found[first], _ = problem.likely_size(effect, partial(_started_at, own, first))
+        with suppress(ResultError):
+            found[first], _ = problem.likely_size(effect, partial(_started_at, own, first))
     return found
+
+
+def _tried_from_zero(effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> tuple[Effect, ...]:
+    """The nondifferentiable effects whose amplitude starts at zero."""
+    starts = {u.name: u.start for u in unknowns}
+    return tuple(e for e in effects if e.probes and not starts[next(iter(e.unknowns))])
 
 
 def _started_at(own: Mapping[str, Unknown], first: str, amplitude: float) -> tuple[Unknown, ...]:

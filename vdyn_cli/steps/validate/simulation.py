@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from vdyn_cli.effects import Effect, effect
+from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Correction, Law, Number, Signals
 from vdyn_cli.engine.simulate import Simulator
@@ -95,6 +96,13 @@ class SimulationSetup:
             return self
         added = (*self.effects, *effects)
         return replace(self, effects=added, extra=tuple(unknowns), baseline=self.bare, extended=self)
+
+    def with_secants(self, secants: Mapping[str, float]) -> SimulationSetup:
+        """The setup whose sensitivities to nondifferentiable effects are taken over these amplitudes."""
+        made = replace(self, secants=secants)
+        if self.unextended is not None and "first" in vars(self):  # what it simulated holds, but for those columns
+            vars(made)["first"] = _with_other_secants(made, self.first)
+        return made
 
     def begun_at(self, values: Mapping[str, float]) -> SimulationSetup:
         """The setup with its parameters starting at these values, within 5 standard deviations of the prior."""
@@ -355,22 +363,70 @@ def with_accurate_step(setup: SimulationSetup) -> SimulationSetup:
 
 def _added_sensitivities(setup: SimulationSetup) -> tuple[Mapping[str, Array], ...]:
     """The sensitivities of every segment to the unknowns of effects; a secant where the derivative is useless."""
-    adding = _simulator(setup, tuple(u.name for u in setup.extra), setup.effects)
-    assert adding.outputs  # made before threads ask for it
-    start = np.array([u.start for u in setup.extra])
-    secants = _secant_sizes(setup)
+    secant = _secant(setup)
 
     def added(segment: int) -> dict[str, Array]:
-        s, begun = setup.segments[segment], {"speed": setup.vector.first_speed(segment)}
-        drive = replace(setup.inputs.drives[segment], start=begun)
-        without, slopes = ideal_readings(adding(drive, start), s)
-        for i, size in secants.items():
-            seen = adding(drive, start + size * (np.arange(start.size) == i), sensitivities=False)
-            for n, value in ideal_readings(seen, s)[0].items():
-                slopes[n][:, i] = (value - without[n]) / size
+        without, slopes = ideal_readings(secant.adding(secant.drive(segment), secant.start), setup.segments[segment])
+        for i in secant.sizes:
+            for n, column in secant.column(segment, i, without).items():
+                slopes[n][:, i] = column
         return slopes
 
     return setup.each(added)
+
+
+def _with_other_secants(setup: SimulationSetup, seen: Sequence[SimulatedSegment]) -> tuple[SimulatedSegment, ...]:
+    """Simulated segments of the same setup, with the sensitivities that are secants taken anew."""
+    assert setup.unextended is not None
+    secant, at = _secant(setup), len(setup.unextended.vector.shared)
+
+    def changed(segment: int) -> SimulatedSegment:
+        outcome = seen[segment]
+        without = ideal_readings(
+            secant.adding(secant.drive(segment), secant.start, sensitivities=False), setup.segments[segment]
+        )[0]
+        slopes = {n: d.copy() for n, d in outcome.sensitivities.items()}
+        for i in secant.sizes:
+            for n, column in secant.column(segment, i, without).items():
+                slopes[n][:, at + i] = column
+        return SimulatedSegment(outcome.values, slopes)
+
+    return setup.each(changed)
+
+
+@dataclass(frozen=True, eq=False)
+class _Secant:
+    """How secants of a setup are taken.
+
+    Parameters
+    ----------
+    adding : simulator of the unknowns of effects. start : (k,) where they start.
+    sizes : index of each nondifferentiable unknown, and the amplitude over which its secant is taken.
+    """
+
+    setup: SimulationSetup
+    adding: Simulator
+    start: Array
+    sizes: Mapping[int, float]
+
+    def drive(self, segment: int) -> Drive:
+        """What drives a segment."""
+        begun = {"speed": self.setup.vector.first_speed(segment)}
+        return replace(self.setup.inputs.drives[segment], start=begun)
+
+    def column(self, segment: int, index: int, without: Mapping[str, Array]) -> dict[str, Array]:
+        """The secant of every channel, each (n,), from its readings without the effect."""
+        size = self.sizes[index]
+        moved = self.start + size * (np.arange(self.start.size) == index)
+        seen = self.adding(self.drive(segment), moved, sensitivities=False)
+        values = ideal_readings(seen, self.setup.segments[segment])[0]
+        return {n: (value - without[n]) / size for n, value in values.items()}
+
+
+def _secant(setup: SimulationSetup) -> _Secant:
+    adding = _simulator(setup, tuple(u.name for u in setup.extra), setup.effects)
+    assert adding.outputs  # made before threads ask for it
+    return _Secant(setup, adding, np.array([u.start for u in setup.extra]), _secant_sizes(setup))
 
 
 def _secant_sizes(setup: SimulationSetup) -> dict[int, float]:
