@@ -66,7 +66,7 @@ class DifferentiableReference:
 
     Parameters
     ----------
-    setup : the bare car, or with effects whose amplitudes are unknown too, which explain their share.
+    setup : the bare car, or with effects whose amplitudes are unknown too; all but play explain their share.
     """
 
     setup: SimulationSetup
@@ -109,19 +109,20 @@ class DifferentiableReference:
         return sum(one.left for one in self.explained) > mean + NORMAL95 * float(np.sqrt(variance))
 
     def _drive(self, rows: Rows, start: Array) -> _Explained:
+        kept = [i for i, u in enumerate(self._unknowns) if u.name not in self.setup.nondifferentiable]
         known = prior_rows(self._unknowns, start)
-        matrix = np.vstack([rows.jacobian, known[:, :-1]])
+        matrix = np.vstack([rows.jacobian, known[:, :-1]])[:, kept]
         scale = np.linalg.norm(matrix, axis=0)
         scale[scale == 0.0] = 1.0
         basis, triangle = np.linalg.qr(matrix / scale)
         residual = np.concatenate([rows.residual, known[:, -1]])
         along = basis.T @ residual
         left = float(residual @ residual - along @ along)
-        at = [i for i, u in enumerate(self._unknowns) if u.name == TORQUE_ZERO]
+        at = [k for k, i in enumerate(kept) if self._unknowns[i].name == TORQUE_ZERO]
         if not at:
             return _Explained(basis, 0.0, 0.0, left)
         back = np.linalg.pinv(triangle)[at[0]] / scale[at[0]]
-        return _Explained(basis, float(start[at[0]] - back @ along), float(np.linalg.norm(back)), left)
+        return _Explained(basis, float(start[kept[at[0]]] - back @ along), float(np.linalg.norm(back)), left)
 
     def cost(self, setup: SimulationSetup, run: int, zero: float) -> float:
         """Negative log likelihood of a segment with its drive torque's zero here (N m), minimized over other unknowns.
