@@ -187,32 +187,6 @@ def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
     return found
 
 
-def outlying(fit: RoadLoadFit, level: float) -> dict[str, tuple[str, ...]]:
-    """The published unknowns that a run shifts by more than runs that agree would, by run.
-
-    With d_b the changes by the run's n_k units and s the scatter of the others' n - n_k about their mean, the shift
-    sum d_b has the standard deviation s sqrt(n_k n / (n - n_k)): a studentized residual, Student's t with n - n_k - 1
-    degrees of freedom.
-
-    Parameters
-    ----------
-    level : chance that any run of a campaign without outliers is named, over all runs and unknowns (Bonferroni).
-    """
-    solution, runs = fit.solution, fit.campaign.runs
-    shared = [(i, n) for i, n in enumerate(solution.names) if n in ("rolling_resistance", "drag_area")]
-    found: dict[str, tuple[str, ...]] = {}
-    for k, run in enumerate(runs):
-        mine = np.array([u.change for u in solution.units if u.run == k])
-        rest = np.array([u.change for u in solution.units if u.run != k])
-        if len(mine) == 0 or len(rest) < 2:
-            continue
-        count = len(mine) + len(rest)
-        std = rest.std(axis=0, ddof=1) * np.sqrt(len(mine) * count / len(rest))
-        limit = t_quantile(len(rest) - 1, 1.0 - 0.5 * level / (len(runs) * max(len(shared), 1))) * std
-        found[run.name] = tuple(n for i, n in shared if abs(mine[:, i].sum()) > limit[i])
-    return found
-
-
 def shared_force(fit: RoadLoadFit) -> Mapping[float, tuple[float, float]]:
     """Mean correlation of the residual force between runs of a direction, and the force that they share, N rms.
 

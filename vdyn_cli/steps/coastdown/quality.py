@@ -19,11 +19,11 @@ from vdyn_cli.steps.coastdown.agreement import (
     holding,
     influence,
     local_forces,
-    outlying,
     shared_force,
 )
 from vdyn_cli.steps.coastdown.noise import LARGEST_GUST
 from vdyn_cli.steps.coastdown.one_way import one_way
+from vdyn_cli.steps.coastdown.outlying_runs import influential_runs
 from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadFit
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -127,7 +127,7 @@ class FitQuality:
     def _runs(self) -> list[Finding]:
         if len(self.shifts) < FEWEST_COMPARED:
             return []
-        found, outliers = [], outlying(self.fit, STEP_POLICY.outlying_run)
+        found, outliers = [], influential_runs(self.fit, STEP_POLICY.outlying_run)
         for run, shifts in self.shifts.items():
             moved = {n: s for n, s in shifts.items() if self._carries(n, s)}
             if not moved:

@@ -29,7 +29,7 @@ from vdyn_cli.steps.coastdown.expected_accuracy import (
 )
 from vdyn_cli.steps.coastdown.lasting_force import lasting_force, resists
 from vdyn_cli.steps.coastdown.noise import noise_of
-from vdyn_cli.steps.coastdown.outlying_run import outlying_run
+from vdyn_cli.steps.coastdown.outlying_runs import outlying_run
 from vdyn_cli.steps.coastdown.quality import FitQuality, physical_sizes
 from vdyn_cli.steps.coastdown.reference_conditions import (
     ROLLING_BY_TEMPERATURE,

@@ -25,7 +25,7 @@ from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.coastdown.coast_times import coast_times, falling_speed, paired_runs
-from vdyn_cli.steps.coastdown.outlying_run import outlying_run
+from vdyn_cli.steps.coastdown.outlying_runs import outlying_run
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem, prepare
 from vdyn_cli.steps.coastdown.regulation_limits import TestDay, regulation_limits
 from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, coast_segment
