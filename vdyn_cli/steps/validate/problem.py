@@ -52,7 +52,7 @@ from vdyn_cli.steps.validate.segments import (
     drive_segments,
 )
 from vdyn_cli.steps.validate.sensors import Sensors
-from vdyn_cli.steps.validate.simulation import SimulationSetup, rms_speed_error, with_accurate_step
+from vdyn_cli.steps.validate.simulation import SimulationSetup, rms_speed_error, with_accurate_step, with_secants
 from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.whitening import whiten_drives
@@ -221,8 +221,7 @@ class ValidateProblem(SimulatedProblem):
         full = DifferentiableReference(extended)
         if not full.misfit:  # the effects together explain the drives, of which no larger play is a part
             return full.whitened.regression
-        secants = _likely_secants(self, effects, unknowns)
-        return _whitened(self, full.whitened.setup.with_secants(secants))
+        return _whitened(self, with_secants(full.whitened.setup, _likely_secants(self, effects, unknowns)))
 
     def chord_regression(
         self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]

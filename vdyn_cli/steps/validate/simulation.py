@@ -97,13 +97,6 @@ class SimulationSetup:
         added = (*self.effects, *effects)
         return replace(self, effects=added, extra=tuple(unknowns), baseline=self.bare, extended=self)
 
-    def with_secants(self, secants: Mapping[str, float]) -> SimulationSetup:
-        """The setup whose sensitivities to nondifferentiable effects are taken over these amplitudes."""
-        made = replace(self, secants=secants)
-        if self.unextended is not None and "first" in vars(self):  # what it simulated holds, but for those columns
-            vars(made)["first"] = _with_other_secants(made, self.first)
-        return made
-
     def begun_at(self, values: Mapping[str, float]) -> SimulationSetup:
         """The setup with its parameters starting at these values, within 5 standard deviations of the prior."""
         return replace(self, at=near_prior(self.prior, values), baseline=self.bare)
@@ -373,6 +366,14 @@ def _added_sensitivities(setup: SimulationSetup) -> tuple[Mapping[str, Array], .
         return slopes
 
     return setup.each(added)
+
+
+def with_secants(setup: SimulationSetup, secants: Mapping[str, float]) -> SimulationSetup:
+    """The setup whose sensitivities to nondifferentiable effects are taken over these amplitudes."""
+    made = replace(setup, secants=secants)
+    if setup.unextended is not None:  # what it simulated holds, but for those columns
+        vars(made)["first"] = _with_other_secants(made, setup.first)
+    return made
 
 
 def _with_other_secants(setup: SimulationSetup, seen: Sequence[SimulatedSegment]) -> tuple[SimulatedSegment, ...]:
