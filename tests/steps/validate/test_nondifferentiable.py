@@ -28,7 +28,7 @@ from vdyn_cli.steps.validate.nondifferentiable import (
     with_best_zeros,
 )
 from vdyn_cli.steps.validate.problem import ValidateProblem
-from vdyn_cli.steps.validate.simulation import SimulationSetup
+from vdyn_cli.steps.validate.simulation import SimulationSetup, with_secants
 from vdyn_cli.steps.validate.unknowns import TORQUE_ZERO
 from vdyn_cli.steps.validate.whitening import whiten_drives
 
@@ -203,6 +203,16 @@ def test_no_play_is_tried_where_the_car_without_it_leaves_no_more_than_the_noise
     vars(quiet)["explained"] = tuple(replace(one, left=float(left)) for one in reference.explained)
     assert not quiet.misfit
     assert likely_size(setups, quiet, 1e-4, 0.06) == (1e-4, 0.0)
+
+
+def test_other_secants_keep_what_was_simulated(drive: ValidateProblem) -> None:
+    probed = simulated(drive, 0.0)
+    (kept,) = with_secants(probed, {"backlash": 2e-3}).first
+    (anew,) = replace(simulated(drive, 0.0), secants={"backlash": 2e-3}).first
+    for channel, values in anew.sensitivities.items():
+        np.testing.assert_array_equal(kept.sensitivities[channel], values)
+        np.testing.assert_array_equal(kept.values[channel], anew.values[channel])
+    assert not np.array_equal(probed.first[0].sensitivities["speed"], anew.sensitivities["speed"])
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-4, 3e-4])
