@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -140,6 +140,56 @@ def test_logs_of_one_drive_are_loggers(shared_data: Path) -> None:
     assert [Path(p).stem for p in description["runs"][0]["logs"]] == list(names[:3])
     assert "left out: imu_gyro_radps.csv" in found.text
     assert "its clock is aligned by channels 'speed' and 'acceleration'" in found.text
+
+
+def log_name(names: str, logger: str, run: int) -> str:
+    """The name of a log; ``other`` counts downwards on the car's bus."""
+    return names.format(logger=logger, run=run, other=7 - run if logger == "can" else run)
+
+
+def write_loggers(folder: Path, begins: Sequence[float], names: str) -> list[Path]:
+    """Four coast-downs, each by the car's bus and by a receiver with a heading; all clocks count from ``begins``."""
+    paths = []
+    for run, begin in enumerate(begins, 1):
+        time = np.arange(0.0, 60.0, 0.1)
+        speed = 72.0 - 0.7 * time
+        heading = 30.0 if run % 2 else 210.0
+        tables = {
+            "can": {"Time [s]": time + begin, "Vehicle Speed [km/h]": speed},
+            "vbox3": {"t [s]": time + begin + 3.0, "GPS Speed [km/h]": speed, "Heading [deg]": heading + 0.0 * time},
+        }
+        for logger, table in tables.items():
+            path = folder / log_name(names, logger, run)
+            np.savetxt(path, np.column_stack(list(table.values())), "%.3f", ",", header=",".join(table), comments="")
+            paths.append(path)
+    return sorted(paths)
+
+
+@pytest.mark.parametrize(
+    ("begins", "names"),
+    [
+        ((0.0, 0.0, 0.0, 0.0), "{logger}_run{run}_2026.csv"),
+        ((1.7e9, 1.7e9 + 200.0, 1.7e9 + 400.0, 1.7e9 + 600.0), "{logger}_{other}.csv"),
+    ],
+)
+def test_each_run_has_a_log_of_each_logger(tmp_path: Path, begins: Sequence[float], names: str) -> None:
+    found, description = draft("coastdown", *write_loggers(tmp_path, begins, names))
+    assert [columns(one["channels"])["speed"][0] for one in description["loggers"]] == [
+        "Vehicle Speed [km/h]",
+        "GPS Speed [km/h]",
+    ]
+    pairs = sorted(tuple(Path(log).name for log in run["logs"]) for run in description["runs"])
+    wanted = [(log_name(names, "can", run), log_name(names, "vbox3", run)) for run in (1, 2, 3, 4)]
+    assert pairs == sorted(wanted)
+    ways = {Path(run["logs"][1]).name: run["direction"] for run in description["runs"]}
+    by_run = [ways[pair[1]] for pair in wanted]
+    assert by_run in (["out", "back"] * 2, ["back", "out"] * 2)  # out is that of the first in the order of the names
+    assert not any("direction" in key for key in found.undecided)
+
+
+def test_logs_of_two_loggers_that_cannot_be_matched_are_not(tmp_path: Path) -> None:
+    _, description = draft("coastdown", *write_loggers(tmp_path, (0.0,) * 4, "{logger}_{other}.csv"))
+    assert "loggers" not in description
 
 
 def test_rivals_and_groups_of_an_mdf_file(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from vdyn_cli.io.channel_survey import survey
 from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import ChannelGuess, columns_by_unit, guess_channels
 from vdyn_cli.project.left_out_logs import GuessedLog, single_coasts, usual_log, why_left_out
+from vdyn_cli.project.logger_runs import Runs, logger_runs
 from vdyn_cli.project.run_conditions import run_conditions
 from vdyn_cli.project.run_direction import LoggedDirection, logged_directions
 from vdyn_cli.project.station_log import StationLog, is_station, station_log
@@ -23,7 +24,8 @@ from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps import Step
 
-_SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
+_ONE_RUN = "# The logs have other columns over the same time, so they are taken for several loggers of one run; if they"
+_SEVERAL_RUNS = "# The logs are of several loggers, one of each for a run; check which belong together:"
 _HEAD = "# A first description by 'vdyn init'. \"?\" marks what the logs do not tell: write it there."
 _MOST_NAMED = 4  # columns that could be a needed channel; of more the number is said
 _LONGEST = 150  # characters of a line with its comment, beyond which the comment stands above
@@ -144,8 +146,9 @@ def _drives(
     """Vehicle, channels and runs of a test that is driven."""
     body = parts.get("DRAFT", "").splitlines()
     falling, drive, decided = str(parts.get("FALLING", "")), parts.get("DRIVE", ()), False
-    if _several_loggers(step, logs):
-        lines, mapped, undecided = _loggers(step, logs, [_from(folder, log.path) for log in logs])
+    needed = [n for entry in step.required for n in _names(entry)]
+    if of_loggers := logger_runs(logs, needed):
+        lines, mapped, undecided, decided = _loggers(step, of_loggers, folder, str(parts.get("RUN", "")))
     else:
         logs = [part for log in logs for part in single_coasts(log, falling, drive)]
         names = [_from(folder, log.path) for log in logs]
@@ -200,39 +203,32 @@ def _runs(
     return lines, decided
 
 
-def _several_loggers(step: Step, logs: Sequence[GuessedLog]) -> bool:
-    """Whether the logs are those of several loggers in one run: other columns each, over about the same time."""
-    first = logs[0].columns()
-    needed = [n for entry in step.required for n in _names(entry) if n in first]
-    alike = len(needed) > 1 and all(log.columns().get(n) == first[n] for log in logs for n in needed)
-    same = all({f.column for f in log.facts} == {f.column for f in logs[0].facts} for log in logs)
-    kinds = [tuple(log.columns().items()) for log in logs if len(log.columns()) > 1]
-    if len(logs) == 1 or alike or same or len(set(kinds)) < len(kinds):
-        return False
-    starts, stops = zip(*(_span(log) for log in logs), strict=True)
-    together, whole = min(stops) - max(starts), max(stops) - min(starts)
-    return bool(together > _SAME_DRIVE * whole)
+def _loggers(step: Step, runs: Runs, folder: Path, key: str) -> tuple[list[str], list[str], list[str], bool]:
+    """Several loggers of each run: only those with a channel of the step beside the time.
 
+    Parameters
+    ----------
+    key : that each run needs.
 
-def _span(log: GuessedLog) -> tuple[float, float]:
-    clock = log.guesses["time"].facts
-    assert clock is not None
-    return clock.info.span
-
-
-def _loggers(step: Step, logs: Sequence[GuessedLog], names: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
-    """Several loggers of one run: only those with a channel of the step beside the time."""
-    useful = [(log, name) for log, name in zip(logs, names, strict=True) if len(log.columns()) > 1]
-    lines = [
-        "# The logs have other columns over the same time, so they are taken for several loggers of one run; if they"
-    ]
-    lines += ["# are runs of their own, write one description for each.", "loggers:"]
+    Returns
+    -------
+    lines, mapped channels, what is not decided, and whether each run has its direction.
+    """
+    useful = [k for k, log in enumerate(runs[0]) if len(log.columns()) > 1]
+    lines = [_ONE_RUN, "# are runs of their own, write one description for each.", "loggers:"]
+    if len(runs) > 1:
+        lines = [
+            _SEVERAL_RUNS,
+            "# they overlap in time, or the numbers in their names are the same.",
+            "loggers:",
+        ]
     mapped: list[str] = []
     undecided: list[str] = []
-    for log, _ in useful:
-        own, found, open_ones = _channels(step, log, (log,), required=False)
+    for k in useful:
+        own, found, open_ones = _channels(step, runs[0][k], [run[k] for run in runs], required=False)
+        log = runs[0][k]
         if "speed" not in found:
-            tied = ties(useful[0][0].columns(), found)
+            tied = ties(runs[0][useful[0]].columns(), found)
             how = (
                 f"its clock is aligned by {tied[0]}"
                 if tied
@@ -245,12 +241,28 @@ def _loggers(step: Step, logs: Sequence[GuessedLog], names: Sequence[str]) -> tu
         undecided += [f"{key} ({log.path.name})" for key in open_ones]
     lines += [f"# {name}: not found in any of the logs, and needed" for name in _unfound(step, mapped)]
     undecided += _unfound(step, mapped)
-    for log in logs:
-        if log.path not in [one.path for one, _ in useful]:
+    for k, log in enumerate(runs[0]):
+        if k not in useful:
             reasons = [f"{c}: {g.why}" for c, g in log.guesses.items() if g.facts is None and "'" in g.why]
-            lines.append(f"# left out: {log.path.name}, " + ("; ".join(reasons) or "no column fits this step"))
-    lines += ["runs:", f"  - logs: [{', '.join(_quoted(name) for _, name in useful)}]"]
-    return lines, mapped, undecided
+            names = ", ".join(run[k].path.name for run in runs)
+            lines.append(f"# left out: {names}, " + ("; ".join(reasons) or "no column fits this step"))
+    ways = _ways_of(runs, useful) if key.startswith("direction") else ()
+    lines.append("runs:")
+    for number, run in enumerate(runs):
+        names = ", ".join(_quoted(_from(folder, run[k].path)) for k in useful)
+        if not ways:
+            lines.append(f"  - logs: [{names}]")
+            continue
+        way = ways[number]
+        told = f", direction: {way.direction}" if way.direction else ""
+        lines.append(f"  - {{logs: [{names}]{told}}}" + (f"  # {way.why}" if way.why else ""))
+    return lines, mapped, undecided, bool(ways) and all(way.direction for way in ways)
+
+
+def _ways_of(runs: Runs, useful: Sequence[int]) -> tuple[LoggedDirection, ...]:
+    """The direction of each run by the first logger that tells it."""
+    by_logger = (logged_directions([run[k].facts for run in runs]) for k in useful)
+    return next((ways for ways in by_logger if any(way.direction for way in ways)), ())
 
 
 def _channels(

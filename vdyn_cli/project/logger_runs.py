@@ -1,0 +1,85 @@
+"""Which logs of several loggers belong to one run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from vdyn_cli.project.left_out_logs import GuessedLog
+
+_SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
+_SAME_RUN = 0.2  # of the longer log: a logger that starts late records a part of the run at least
+_DATE = 1e8  # s: a clock beyond counts from an epoch, so that logs of one run overlap
+
+Runs = tuple[tuple[GuessedLog, ...], ...]
+
+
+def logger_runs(logs: Sequence[GuessedLog], needed: Sequence[str]) -> Runs:
+    """The logs of each run, in the same order of loggers; empty where every log is a run, or they cannot be matched.
+
+    One run: logs of other columns over about the same time. Several runs: as many logs of each kind, matched by clocks
+    that count from an epoch, else by the numbers in the names of their files.
+
+    Parameters
+    ----------
+    needed : channels of which a run needs some; logs that all have the same ones are runs.
+    """
+    if len(logs) == 1 or _alike(logs, needed):
+        return ()
+    kinds: dict[tuple[str, ...], list[GuessedLog]] = {}
+    for log in logs:
+        kinds.setdefault(tuple(sorted(f.column for f in log.facts)), []).append(log)
+    if len(kinds) < 2 or len({len(kind) for kind in kinds.values()}) > 1:
+        return (tuple(logs),) if len(kinds) > 1 and _one_drive(logs) else ()
+    first, *others = kinds.values()
+    if len(first) == 1:
+        return (tuple(logs),) if _one_drive(logs) else ()
+    matched = [_partners(first, other) for other in others]
+    return tuple(zip(first, *matched, strict=True)) if all(matched) else ()
+
+
+def _alike(logs: Sequence[GuessedLog], needed: Sequence[str]) -> bool:
+    first = logs[0].columns()
+    there = [n for n in needed if n in first]
+    return len(there) > 1 and all(log.columns().get(n) == first[n] for log in logs for n in there)
+
+
+def _one_drive(logs: Sequence[GuessedLog]) -> bool:
+    mapped = [tuple(log.columns().items()) for log in logs if len(log.columns()) > 1]
+    if len(set(mapped)) < len(mapped):
+        return False
+    starts, stops = zip(*(_span(log) for log in logs), strict=True)
+    together, whole = min(stops) - max(starts), max(stops) - min(starts)
+    return bool(together > _SAME_DRIVE * whole)
+
+
+def _partners(logs: Sequence[GuessedLog], others: Sequence[GuessedLog]) -> list[GuessedLog]:
+    """Of each log the one of another logger; empty where that is not certain."""
+    if all(_span(log)[0] > _DATE for log in (*logs, *others)):
+        found = [[other for other in others if _common(log, other) > _SAME_RUN] for log in logs]
+    else:
+        numbers = list(zip(_numbers(others), others, strict=True))
+        found = [[o for key, o in numbers if key == mine] for mine in _numbers(logs)]
+    certain = all(len(each) == 1 for each in found) and len({id(each[0]) for each in found}) == len(logs)
+    return [each[0] for each in found] if certain else []
+
+
+def _common(log: GuessedLog, other: GuessedLog) -> float:
+    """The time that both have, as a share of the longer one's."""
+    (a, b), (c, d) = _span(log), _span(other)
+    return (min(b, d) - max(a, c)) / max(b - a, d - c)
+
+
+def _numbers(logs: Sequence[GuessedLog]) -> list[tuple[int, ...]]:
+    """The numbers in the name of each file, without those that are the same in all at their place."""
+    found = [[int(n) for n in re.findall(r"\d+", log.path.stem)] for log in logs]
+    if len({len(numbers) for numbers in found}) > 1:
+        return [tuple(numbers) for numbers in found]
+    varying = [k for k, column in enumerate(zip(*found, strict=True)) if len(set(column)) > 1]
+    return [tuple(numbers[k] for k in varying) for numbers in found]
+
+
+def _span(log: GuessedLog) -> tuple[float, float]:
+    clock = log.guesses["time"].facts
+    assert clock is not None
+    return clock.info.span
