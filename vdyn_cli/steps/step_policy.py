@@ -60,26 +60,17 @@ class StepPolicy:
         "The slope of 0.5 % that SAE J1263 allows is 0.05 m/s^2.",
     )  # fmt: skip
     clutch_runs: int = threshold(
-        4, "runs", "from which a clutch that drags at the start of all runs is looked for",
-        "Two runs a direction leave two degrees of freedom, t(2) = 22 at clutch_chance; three runs leave one, t(1) = "
-        "318.",
+        4, "runs", "from which a clutch that drags, or a filter that lags, at the start of all runs is looked for",
+        "Two runs a direction. A lag is tested by the runs' scatter: t(3) = 10 at clutch_chance, t(2) = 22.",
     )  # fmt: skip
     clutch_least: float = threshold(
         0.05, "m/s^2", "of excess that such a start must have in each direction",
         "The slope of 0.5 % that SAE J1263 allows on a test road.",
     )  # fmt: skip
-    clutch_ended: float = threshold(
-        0.25, "share of the start's excess", "that may be left just after it",
-        "A brake that fades within 10 s leaves 0.38, within 20 s 0.46: those are effects, and nothing is cut.",
-    )  # fmt: skip
-    clutch_cut: float = threshold(
-        0.1, "share of the largest excess", "above which an interval is still cut",
-        "What stays in the fit is below a tenth of the force that was found.",
-    )  # fmt: skip
     clutch_chance: float = threshold(
         1e-3, "probability", "of such a cut on a day without that force",
-        "Student's t over the scatter of runs of one direction. A cut removes data, so that it must be rarer than a "
-        "finding.",
+        "Student's t: of a clutch over what later parts of the same runs show, divided by the number of ends that are "
+        "tried; of a filter over the scatter of runs. A cut removes data, so that it must be rarer than a finding.",
     )  # fmt: skip
     filter_share: float = threshold(
         0.3, "", "from one, of the share of a filter's transient that a lag at the start of all runs may have",

@@ -1,4 +1,4 @@
-"""A clutch that drags at the start of every run is cut from all; a fading brake and a clean day are not."""
+"""A clutch that drags at the start of every run is cut from all; nothing is of a fading brake or a clean day."""
 
 from __future__ import annotations
 
@@ -26,8 +26,32 @@ def test_a_clutch_that_drags_in_all_runs_is_cut_from_all() -> None:
     assert all(4.0 <= s <= 8.0 for s in found)
 
 
+@pytest.mark.parametrize("release", [1.2, 2.0, 3.0])
+@pytest.mark.parametrize("rate", [5.0, 20.0])
+def test_a_clutch_that_drags_shortly_is_cut_soon_after(release: float, rate: float) -> None:
+    day = replace(DAY, rms=0.001, late_clutch=release, logger=messy_day.Logger(rate=rate))
+    case = messy_day.drive(54, day)
+    segments = prepared(case, False).problem.selection.segments  # type: ignore[attr-defined]
+    begins = [float(s.log.time[0]) for s in segments]
+    assert len(begins) == 8
+    assert all(0.95 * release <= begin <= 1.35 * release + 1.0 / rate for begin in begins)
+
+
+def test_a_clutch_that_slips_softly_is_cut_until_it_is_gone() -> None:
+    found = cuts(replace(DAY, brake=350.0, brake_time=1.0), 55)
+    assert len(found) == 8
+    assert all(2.0 <= s <= 5.0 for s in found)
+
+
 @pytest.mark.parametrize(
-    "day", [DAY, replace(DAY, rms=0.003), replace(DAY, brake=180.0, brake_time=15.0)], ids=["clean", "road", "fading"]
+    "day",
+    [
+        DAY,
+        replace(DAY, rms=0.003),
+        replace(DAY, brake=180.0, brake_time=15.0),
+        replace(DAY, brake=350.0, brake_time=5.0),
+    ],
+    ids=["clean", "road", "fading", "fading soon"],
 )
 def test_other_days_are_not_cut(day: messy_day.Day) -> None:
     assert not cuts(day, 52)

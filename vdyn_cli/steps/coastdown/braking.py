@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.coastdown.late_clutch import shared_start
+from vdyn_cli.steps.coastdown.late_clutch import RELEASED
 from vdyn_cli.steps.coastdown.segments import (
     CoastSegment,
     Mask,
@@ -24,10 +24,7 @@ from vdyn_cli.steps.coastdown.segments import (
 )
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-Spans = Sequence[tuple[float, float]]
-
 INTERVAL = 2.0  # s, over which a deceleration is taken
-RELEASED = 6.0  # s at the start of a coast in which a clutch may still slip
 
 
 @dataclass(frozen=True)
@@ -105,37 +102,6 @@ def braked_before(
         if late:
             found[each.segment.run] = [(float(each.time[k]), each.reason(k)) for k in late]
     return found
-
-
-def without_late_clutch(
-    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], kept: Sequence[Spans]
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without the first seconds where a clutch drags in all of them alike (``late_clutch``).
-
-    Parameters
-    ----------
-    known, directions : as in ``without_braking``. kept : spans (s, s) of each segment's run that must not be cut.
-    """
-    compared = _compared(segments, known, directions)
-    last = shared_start([one.excess for one in compared], directions)
-    if last is None:
-        return list(segments), []
-    found: list[CoastSegment] = []
-    rejected: list[RejectedSegment] = []
-    for each, spans in zip(compared, kept, strict=True):
-        one = each.segment
-        begin, until = float(one.log.time[0]), float(each.time[last]) + INTERVAL
-        if any(start <= begin + INTERVAL and until - INTERVAL <= stop for start, stop in spans):
-            found.append(one)
-            continue
-        size = float(np.mean([e.excess[: last + 1].max() for e in compared]))
-        why = (
-            f"all runs slow by up to {size:.2f} m/s^2 more at their start than later: clutch or driveline? To use it, "
-            f"add 'keep: [{{channel: speed, from: {begin:.6g} s, to: {until:.6g} s}}]' to the run"
-        )
-        found.append(one.rows(one.log.time > until))
-        rejected.append(RejectedSegment(one.name, begin, until, why))
-    return found, rejected
 
 
 def without_outliers(

@@ -65,7 +65,7 @@ def without_filtered_start(
     ----------
     logs : of each segment's run, whole. kept : spans (s, s) of it that must not be cut.
     """
-    starts = [_from_start(one.log, log) for one, log in zip(segments, logs, strict=True)]
+    starts = [from_start(one.log, log) for one, log in zip(segments, logs, strict=True)]
     lag = filter_lag(starts)
     if lag is None:
         return list(segments), []
@@ -86,7 +86,7 @@ def without_filtered_start(
     return found, rejected
 
 
-def _from_start(coast: Log, whole: Log) -> Log:
+def from_start(coast: Log, whole: Log) -> Log:
     """The coast with the rows of its log before it, where the log begins with the coast.
 
     A coast begins at the largest smoothed speed, half a second after the first row of a log that was cut there.

@@ -15,8 +15,9 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.coastdown.braking import braked_before, without_braking, without_late_clutch, without_outliers
+from vdyn_cli.steps.coastdown.braking import braked_before, without_braking, without_outliers
 from vdyn_cli.steps.coastdown.filtered_start import without_filtered_start
+from vdyn_cli.steps.coastdown.late_clutch import without_late_clutch
 from vdyn_cli.steps.coastdown.segments import (
     CoastSegment,
     RejectedSegment,
@@ -241,9 +242,9 @@ def _unbraked(
     every = [s.log["speed"] for s in segments]
     upper, lower = window or (max(float(v.max()) for v in every), min(float(v.min()) for v in every))
     kept = [[(k.start.value, k.stop.value) for k in spec.runs[s.run].keep] for s in segments]
-    segments, filtered = without_filtered_start(segments, [logs[s.run] for s in segments], kept)
-    pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
-    segments, late = without_late_clutch(segments, pushed, directions, kept)
+    wholes = [logs[s.run] for s in segments]
+    segments, filtered = without_filtered_start(segments, wholes, kept)
+    segments, late = without_late_clutch(segments, wholes, directions, kept)
     pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
     segments, braked = without_braking(segments, pushed, directions, upper - lower)
     return segments, [*filtered, *late, *braked]
