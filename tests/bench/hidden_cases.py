@@ -54,7 +54,7 @@ COASTDOWN = (
     *_each("coastdown", "powered", "named", headwind=1.5),
     *_each("coastdown", "powered", "class", speed_delay=0.03),  # a torque that comes early
     # With the drag coefficient fixed, all that scales the forces looks like drag that the tester does not know of.
-    *_each("coastdown", "fixed", "class", extra_drag_area=0.05, rotating_mass=100.0, mass_error=0.08, speed_scale=0.07),
+    *_each("coastdown", "fixed", "class", extra_drag_area=0.05, rotating_mass=100.0, mass_error=0.08),
     *_each("coastdown", "powered", "class", torque_gain=0.01, wheel_radius=0.01, mass_error=0.012, rotating_mass=18.0),
     *_each("coastdown", "wide", "unknown", drag_bump=25.0),
     *_each("coastdown", "fixed", "unknown", drag_bump=25.0),
@@ -63,7 +63,10 @@ COASTDOWN = (
     _pair("coastdown", "wide", headwind=1.5, brake_drag_fading=130.0),
     _pair("coastdown", "wide", road_grade=6e-4, tire_warmup=0.3),
     *_each("coastdown", "wide", "not_testable", extra_drag_area=0.1, brake_drag=40.0, driveline_drag=40.0),
-    *_each("coastdown", "wide", "not_testable", rotating_mass=80.0, speed_delay=0.15, speed_scale=0.03),
+    *_each("coastdown", "wide", "not_testable", rotating_mass=80.0, speed_delay=0.15),
+    # Speed and the logged position contradict each other: one of the sensors has a wrong gain.
+    *_each("coastdown", "wide", "fault", speed_scale=0.03),
+    *_each("coastdown", "fixed", "fault", speed_scale=0.07),
     *_each("coastdown", "one_way", "not_testable", road_grade=1e-3, headwind=2.0),
     *_each("coastdown", "powered", "not_testable", torque_offset=3.0),
     Cell("coastdown", "wide", {}, "nothing"),
