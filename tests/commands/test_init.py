@@ -184,6 +184,8 @@ def test_each_run_has_a_log_of_each_logger(tmp_path: Path, begins: Sequence[floa
     ways = {Path(run["logs"][1]).name: run["direction"] for run in description["runs"]}
     by_run = [ways[pair[1]] for pair in wanted]
     assert by_run in (["out", "back"] * 2, ["back", "out"] * 2)  # out is that of the first in the order of the names
+    starts = [run.get("start") for run in description["runs"]]
+    assert [one is not None for one in starts] == [begins[0] > 0.0] * 4  # only clocks that count from an epoch tell it
     assert not any("direction" in key for key in found.undecided)
 
 

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from vdyn_cli.io.channel_survey import survey
+from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import ChannelGuess, columns_by_unit, guess_channels
 from vdyn_cli.project.left_out_logs import GuessedLog, single_coasts, usual_log, why_left_out
@@ -24,8 +24,14 @@ from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps import Step
 
-_ONE_RUN = "# The logs have other columns over the same time, so they are taken for several loggers of one run; if they"
-_SEVERAL_RUNS = "# The logs are of several loggers, one of each for a run; check which belong together:"
+_ONE_RUN = (
+    "# The logs have other columns over the same time, so they are taken for several loggers of one run; if they",
+    "# are runs of their own, write one description for each.",
+)
+_SEVERAL_RUNS = (
+    "# The logs are of several loggers, one of each for a run; check which belong together: they overlap in time, or",
+    "# the numbers in their names are the same.",
+)
 _HEAD = "# A first description by 'vdyn init'. \"?\" marks what the logs do not tell: write it there."
 _MOST_NAMED = 4  # columns that could be a needed channel; of more the number is said
 _LONGEST = 150  # characters of a line with its comment, beyond which the comment stands above
@@ -144,29 +150,33 @@ def _drives(
     step: Step, logs: Sequence[GuessedLog], parts: Mapping[str, Any], station: StationLog | None, folder: Path
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
     """Vehicle, channels and runs of a test that is driven."""
-    body = parts.get("DRAFT", "").splitlines()
-    falling, drive, decided = str(parts.get("FALLING", "")), parts.get("DRIVE", ()), False
-    needed = [n for entry in step.required for n in _names(entry)]
-    if of_loggers := logger_runs(logs, needed):
-        lines, mapped, undecided, decided = _loggers(step, of_loggers, folder, str(parts.get("RUN", "")))
+    falling, drive, key = str(parts.get("FALLING", "")), parts.get("DRIVE", ()), str(parts.get("RUN", ""))
+    if of_loggers := logger_runs(logs, [n for entry in step.required for n in _names(entry)]):
+        useful = [k for k, log in enumerate(of_loggers[0]) if len(log.columns()) > 1]
+        lines, mapped, undecided = _loggers(step, of_loggers, useful)
+        kept, others = [run[useful[0]] for run in of_loggers], [""] * len(of_loggers)
+        names = [", ".join(_quoted(_from(folder, run[k].path)) for k in useful) for run in of_loggers]
+        entries = [f"logs: [{each}]" for each in names]
+        tell = [[run[k].facts for run in of_loggers] for k in useful]
     else:
         logs = [part for log in logs for part in single_coasts(log, falling, drive)]
-        names = [_from(folder, log.path) for log in logs]
         usual = usual_log(logs, _needed(step))
         others = why_left_out(logs, usual, _needed(step), falling, drive)
         kept = [log for log, other in zip(logs, others, strict=True) if not other]
         lines, mapped, undecided = _channels(step, usual, kept, required=True)
-        key = str(parts.get("RUN", ""))
-        ways = logged_directions([log.facts for log in kept]) if key.startswith("direction") else ()
-        found = run_conditions([log.facts for log in kept], ways, station, step.run_keys or ())
-        own = [log.window + keys for log, keys in zip(kept, found.keys, strict=True)]
-        runs, decided = _runs(names, others, key, ways, own)
-        body = [filled for line in body for filled in _filled(line, found.air)]
-        lines = ["channels:", *lines, "runs:", *(f"  # {note}" for note in found.notes), *runs]
+        lines = ["channels:", *lines]
+        entries = [f"log: {_quoted(_from(folder, log.path))}" for log in logs]
+        tell = [[log.facts for log in kept]]
+    ways = _told_directions(tell) if key.startswith("direction") else ()
+    found = run_conditions([log.facts for log in kept], ways, station, step.run_keys or ())
+    own = [log.window + keys for log, keys in zip(kept, found.keys, strict=True)]
+    runs, decided = _runs(entries, others, key, ways, own)
+    body = [filled for line in parts.get("DRAFT", "").splitlines() for filled in _filled(line, found.air)]
+    lines += ["runs:", *(f"  # {note}" for note in found.notes), *runs]
     body += lines
-    if parts.get("RUN") and not parts["RUN"].startswith("side") and not decided:
-        body.append(f"  # not decided by the logs, for each run: {parts['RUN']}")
-        undecided.append(f"{parts['RUN'].split(':')[0]} of each run")
+    if key and not key.startswith("side") and not decided:
+        body.append(f"  # not decided by the logs, for each run: {key}")
+        undecided.append(f"{key.split(':')[0]} of each run")
     body += parts.get("SETTINGS", "").splitlines()
     return body, tuple(dict.fromkeys(mapped)), tuple(undecided)
 
@@ -178,19 +188,25 @@ def _filled(line: str, air: Sequence[tuple[str, str]]) -> list[str]:
     return [f"  {name}: {text}" for name, text in air if name in wanted] or [line]
 
 
+def _told_directions(loggers: Sequence[Sequence[Sequence[ChannelFacts]]]) -> tuple[LoggedDirection, ...]:
+    """The direction of each run by the first logger that tells any, else without one."""
+    found = [logged_directions(runs) for runs in loggers]
+    return next((ways for ways in found if any(way.direction for way in ways)), found[0])
+
+
 def _runs(
-    names: Sequence[str], others: Sequence[str], key: str, ways: Sequence[LoggedDirection], own: Sequence[str]
+    entries: Sequence[str], others: Sequence[str], key: str, ways: Sequence[LoggedDirection], own: Sequence[str]
 ) -> tuple[list[str], bool]:
     """The lines of the runs, and whether each has its direction; logs that are no runs stand as comments.
 
     Parameters
     ----------
-    names, others : of each log, its path, and why it is no run. key : that each run needs.
+    entries, others : of each run, its log or logs as text, and why it is no run. key : that each run needs.
     ways, own : of each run, its direction, and further keys as text.
     """
     lines, decided, run = [], bool(ways), 0
-    for name, other in zip(names, others, strict=True):
-        log = f"{{log: {_quoted(name)}"
+    for entry, other in zip(entries, others, strict=True):
+        log = f"{{{entry}"
         if other:
             lines.append(f"  # - {log}}}  # left out: {other}")
             continue
@@ -203,25 +219,14 @@ def _runs(
     return lines, decided
 
 
-def _loggers(step: Step, runs: Runs, folder: Path, key: str) -> tuple[list[str], list[str], list[str], bool]:
-    """Several loggers of each run: only those with a channel of the step beside the time.
+def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], list[str], list[str]]:
+    """The lines of several loggers, which channels are mapped, and what is not decided.
 
     Parameters
     ----------
-    key : that each run needs.
-
-    Returns
-    -------
-    lines, mapped channels, what is not decided, and whether each run has its direction.
+    useful : places of the loggers with a channel of the step beside the time.
     """
-    useful = [k for k, log in enumerate(runs[0]) if len(log.columns()) > 1]
-    lines = [_ONE_RUN, "# are runs of their own, write one description for each.", "loggers:"]
-    if len(runs) > 1:
-        lines = [
-            _SEVERAL_RUNS,
-            "# they overlap in time, or the numbers in their names are the same.",
-            "loggers:",
-        ]
+    lines = [*(_ONE_RUN if len(runs) == 1 else _SEVERAL_RUNS), "loggers:"]
     mapped: list[str] = []
     undecided: list[str] = []
     for k in useful:
@@ -246,23 +251,7 @@ def _loggers(step: Step, runs: Runs, folder: Path, key: str) -> tuple[list[str],
             reasons = [f"{c}: {g.why}" for c, g in log.guesses.items() if g.facts is None and "'" in g.why]
             names = ", ".join(run[k].path.name for run in runs)
             lines.append(f"# left out: {names}, " + ("; ".join(reasons) or "no column fits this step"))
-    ways = _ways_of(runs, useful) if key.startswith("direction") else ()
-    lines.append("runs:")
-    for number, run in enumerate(runs):
-        names = ", ".join(_quoted(_from(folder, run[k].path)) for k in useful)
-        if not ways:
-            lines.append(f"  - logs: [{names}]")
-            continue
-        way = ways[number]
-        told = f", direction: {way.direction}" if way.direction else ""
-        lines.append(f"  - {{logs: [{names}]{told}}}" + (f"  # {way.why}" if way.why else ""))
-    return lines, mapped, undecided, bool(ways) and all(way.direction for way in ways)
-
-
-def _ways_of(runs: Runs, useful: Sequence[int]) -> tuple[LoggedDirection, ...]:
-    """The direction of each run by the first logger that tells it."""
-    by_logger = (logged_directions([run[k].facts for run in runs]) for k in useful)
-    return next((ways for ways in by_logger if any(way.direction for way in ways)), ())
+    return lines, mapped, undecided
 
 
 def _channels(
