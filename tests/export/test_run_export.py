@@ -39,6 +39,15 @@ def test_every_format_writes_its_files_and_says_which(tmp_path, form):
     assert all(name.startswith("car") for name in files)
 
 
+def test_a_misspelled_parameter_is_told_with_the_one_that_is_needed(tmp_path):
+    path = written(tmp_path)
+    path.write_text(path.read_text(encoding="utf-8").replace("tire_vertical_stiffness", "tire_virtical_stiffness"))
+    text = refused(path, "tir")
+    assert text.startswith("parameters.json, parameters.tire_virtical_stiffness: no such parameter")
+    assert "-> rename it to tire_vertical_stiffness" in text
+    assert "vdyn bump" not in text
+
+
 def test_missing_parameters_are_told_at_once_with_the_step_that_gives_them(tmp_path):
     without = ("mass", "tire_B", "tire_C", "cg_height", "shaft_stiffness_left")
     text = refused(written(tmp_path, without=without))

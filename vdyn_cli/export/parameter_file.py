@@ -11,10 +11,11 @@ from typing import Any
 from vdyn_cli.effects import catalogue, extensions_in_si
 from vdyn_cli.export.quantity_texts import of_parameter
 from vdyn_cli.physics.models.vehicle_defaults import FOLLOWING, complete
-from vdyn_cli.quantities.errors import Finding, raise_all
+from vdyn_cli.quantities.errors import Finding, close_names, raise_all
 from vdyn_cli.quantities.parameter_json import one_line, read_document
 from vdyn_cli.quantities.parameters import GIVERS, Parameters
 from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 LONGEST_TITLE = 200  # characters; the header of a .tir line and of an FMU's description are not longer
 
@@ -127,13 +128,20 @@ def refuse_missing(parameter_file: ParameterFile, names: Iterable[str], what: st
 
     Raises
     ------
-    InputError : a finding for each step that estimates some of them, and one for those that a description states.
+    InputError : a finding for each name that is misspelled, for each step that estimates some of the others, and one
+        for those that a description states.
     """
     by_giver: dict[str | None, list[str]] = {}
-    for name in names:
-        if name not in parameter_file.parameters:
+    misspelled: list[Finding] = []
+    unknown = [n for n in parameter_file.parameters if n not in PARAMETERS]
+    for name in (n for n in names if n not in parameter_file.parameters):
+        if near := close_names(name, unknown):
+            where = f"{parameter_file.name}, parameters.{near[0]}"
+            remedy = f"rename it to {name} if it is meant, else state {name}"
+            misspelled.append(Finding(where, f"no such parameter, and {what} needs {name}", remedy=remedy))
+        else:
             by_giver.setdefault(GIVERS.get(name), []).append(name)
-    raise_all([_missing(parameter_file, giver, absent, what) for giver, absent in by_giver.items()])
+    raise_all([*misspelled, *(_missing(parameter_file, giver, absent, what) for giver, absent in by_giver.items())])
 
 
 def _missing(parameter_file: ParameterFile, giver: str | None, names: list[str], what: str) -> Finding:
