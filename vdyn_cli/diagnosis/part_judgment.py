@@ -96,11 +96,16 @@ def _named_law(judgment: Judgment, finding: PartFinding) -> LawWithin | None:
 
 
 def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
-    """Whether the part explains much more than each answer: an answer that leaves so much is not the cause."""
+    """Whether the part explains much more than each answer: an answer that leaves so much is not the cause.
+
+    Where an answer's fit is refused here, as one at a bound is, that it leaves no more than noise is enough.
+    """
     search = finding.search
     most = search.explained(finding.fitted)
     for answer in judgment.answers:
         fitted = search.refitted((), answer.effects)
+        if fitted is None and answer.sufficient:
+            return False
         if fitted is None:
             continue
         explained = search.explained(fitted)
