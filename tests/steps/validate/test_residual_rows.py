@@ -41,7 +41,8 @@ def test_rows_do_not_reach_across_a_hole() -> None:
     assert len(found.white(rng.standard_normal((200, 2, 1)), part)) == 200 - 2 * 4
 
 
-def driven() -> DriveSegment:
+def driven(slower: int = 1) -> DriveSegment:
+    """A drive at 100 Hz, whose speed is written only once in so many rows."""
     rng = np.random.default_rng(5)
     time = np.arange(0.0, 30.0, 0.01)
     speed = 10.0 + np.sin(0.2 * time)
@@ -51,6 +52,7 @@ def driven() -> DriveSegment:
         "wheel_speed_rl": speed / RADIUS + 0.01 * rng.standard_normal(time.size),
         "drive_torque": np.full(time.size, 20.0) + 0.1 * rng.standard_normal(time.size),
     }
+    channels["speed"][np.arange(time.size) % slower > 0] = np.nan
     (made,), _ = drive_segments([Log("a.csv", time, channels)], [RunConditions()], Segmentation("vehicle"))
     return made
 
@@ -75,3 +77,14 @@ def test_the_slower_sensor_of_the_same_speed_counts_less() -> None:
     found = row_layout(s, SPEEDS, RADIUS, {"speed": true, **{n: true / RADIUS for n in SPEEDS[1:]}})
     each = np.array([0.02, 0.01 * RADIUS, 0.01 * RADIUS])
     assert found.common_level == pytest.approx(np.sum(each**-2.0) ** -0.5, rel=0.1)
+
+
+@pytest.mark.parametrize("slower", [5, 10])
+def test_a_slower_speed_leaves_no_holes(slower: int) -> None:
+    """Holes at every sample would leave a bin for each, and no row with the predecessors that whitening needs."""
+    s = driven(slower)
+    true = 10.0 + np.sin(0.2 * s.time)
+    found = row_layout(s, SPEEDS, RADIUS, {"speed": true, **{n: true / RADIUS for n in SPEEDS[1:]}})
+    assert found.keep.size == pytest.approx(s.time.size / slower, abs=1)
+    assert found.part.max() == 0
+    assert found.bins.time.size <= 61

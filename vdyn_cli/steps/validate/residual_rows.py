@@ -131,16 +131,18 @@ def row_layout(
     """The rows of a segment: where the car moves, every fitted channel holds a number and no flanks meet.
 
     Below 2 m/s (``DriveSegment.creeping``) the tread's damping and the friction of brakes dominate, which are not
-    parameters; a gust moves the instant at which the car stops, and with it a jump of the deceleration.
+    parameters; a gust moves the instant at which the car stops, and with it a jump of the deceleration. Of channels
+    logged at several rates, the slowest sets the spacing of what is kept: its empty rows are no holes.
     """
     fitted = [n for n in channels if n in s.outputs]
     levels = {n: max(s.noise_levels[n], LEAST[n]) for n in fitted}
     others = tuple(n for n in TORQUES if n in fitted)
     impacts = np.any([np.zeros(s.time.size, bool), *(impact_samples(s.outputs[n], levels[n]) for n in others)], axis=0)
-    there = np.all([np.isfinite(s.outputs[n]) for n in fitted], axis=0) & (s.smooth_speed > s.creeping) & ~impacts
+    complete = np.all([np.isfinite(s.outputs[n]) for n in fitted], axis=0)
+    there = complete & (s.smooth_speed > s.creeping) & ~impacts
     keep = np.flatnonzero(there)
     time = s.time[keep]
-    usual = float(np.median(np.diff(s.time)))
+    usual = float(np.median(np.diff(s.time[complete]))) if complete.sum() > 1 else 0.0
     holes = (np.diff(time) > 3 * usual) | (np.diff(np.cumsum(impacts)[keep]) > 0)
     part = np.r_[0, np.cumsum(holes)].astype(np.int64)
     covered = float(np.sum(np.diff(time)[np.diff(part) == 0]))

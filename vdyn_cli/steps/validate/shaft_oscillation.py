@@ -41,13 +41,13 @@ class ShaftOscillation:
 def shaft_oscillation(
     s: DriveSegment, p: RowLayout, denoised: Mapping[str, Array], perturbed: Mapping[str, Array], level: float
 ) -> ShaftOscillation | None:
-    """The rows of a segment; None where no half-shaft's torque is measured, or none oscillates.
+    """The rows of a segment; None where no half-shaft's torque is measured, or none oscillates within the calm rows.
 
     Parameters
     ----------
     denoised : inputs of the simulation. perturbed : response of the outputs to further noise. level : N m, of it.
     """
-    if not p.others:
+    if not p.others or p.fine.count.max() < 2:
         return None
     torque = driving(denoised)
     half = RAMP / 2
