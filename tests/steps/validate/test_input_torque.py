@@ -7,7 +7,10 @@ import pytest
 
 from vdyn_cli.engine.lead import LEAD, read_ahead
 from vdyn_cli.engine.simulate import Drive
-from vdyn_cli.steps.validate.input_torque import denoised
+from vdyn_cli.physics.models.vehicle import vehicle
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.validate.input_torque import DriveInputs, denoised
+from vdyn_cli.steps.validate.segments import RunConditions, Segmentation, drive_segments
 
 TIME = np.arange(0.0, 20.0, 0.01)
 TRUE = np.interp(TIME, [0, 3, 3.15, 8, 8.2, 11, 11.1, 20], [0, 0, 300, 300, 20, 20, 250, 180])
@@ -165,3 +168,17 @@ def test_corners_are_not_rounded_off(rate: int, slope: int) -> None:
         errors.append((found - np.interp(fine, knots, torques))[near])
     assert np.sqrt(np.mean(np.mean(errors, axis=0) ** 2)) < 0.12  # some 0.4 where every sample is seen by itself
     assert np.std(errors) < 0.45
+
+
+def test_a_torque_of_a_slower_logger_keeps_its_corners() -> None:
+    """Rows between its samples are empty; lines through them would cut corners off, and hide the noise's level."""
+    rng = np.random.default_rng(21)
+    torque = np.where(np.arange(TIME.size) % 2 == 0, BETWEEN + rng.standard_normal(TIME.size), np.nan)
+    log = Log("a.csv", TIME, {"drive_torque": torque, "speed": 10.0 + 0.01 * rng.standard_normal(TIME.size)})
+    (segment,), _ = drive_segments([log], [RunConditions()], Segmentation("vehicle"))
+    assert segment.noise_levels["drive_torque"] == pytest.approx(1.0, rel=0.15)
+    (drive,) = DriveInputs((segment,), vehicle()).drives
+    times, values = drive.line("drive_torque")
+    near = np.abs(times[:, None] - KNOTS[1:-1]).min(axis=1) < 0.1
+    error = values[near] - np.interp(times[near], KNOTS, [0, 0, 300, 300, 20, 20, 250, 180])
+    assert np.sqrt(np.mean(error**2)) < 1.5

@@ -56,8 +56,7 @@ def with_corners(
     torque : (n,) samples with white noise of ``level``. values : (n,) as lines give them one by one.
     lines : before and after each sample.
     """
-    spacing = float(np.median(np.diff(time)))
-    found = _seen(lines, spacing)
+    found = _seen(lines, float(np.median(np.diff(time))))
     values, times, heights = values.copy(), [], []
     for group, least, most in _groups(found, lines, time.size):
         middle = 0.5 * (time[group] + time[group + 1])
@@ -69,9 +68,14 @@ def with_corners(
     if not times:
         return values, (np.zeros(0), np.zeros(0))
     at, height = np.concatenate(times), np.concatenate(heights)
-    nearest = np.abs(at - time[np.clip(np.searchsorted(time, at) - [[1], [0]], 0, time.size - 1)]).min(axis=0)
-    between = (nearest > EDGE * spacing) & (np.diff(at, prepend=-np.inf) > 0.0)
+    between = off_samples(at, time) & (np.diff(at, prepend=-np.inf) > 0.0)
     return values, (at[between], height[between])
+
+
+def off_samples(at: Array, time: Array) -> NDArray[np.bool_]:
+    """Which instants (c,) are none of the samples' (n,), s."""
+    nearest = np.abs(at - time[np.clip(np.searchsorted(time, at) - [[1], [0]], 0, time.size - 1)]).min(axis=0)
+    return np.asarray(nearest > EDGE * float(np.median(np.diff(time))))
 
 
 def _seen(lines: tuple[LineFits, LineFits], spacing: float) -> Index:

@@ -22,9 +22,9 @@ from vdyn_cli.engine.drive import Drive, Points
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.validate.broken_lines import with_corners
+from vdyn_cli.steps.validate.broken_lines import off_samples, with_corners
 from vdyn_cli.steps.validate.line_fits import lines_after, lines_before
-from vdyn_cli.steps.validate.segments import DriveSegment, driving
+from vdyn_cli.steps.validate.segments import DriveSegment, Mask, driving
 
 TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
 NOISY_INPUTS = (*TORQUES, "brake_torque")  # inputs whose noise shakes the simulated car
@@ -107,14 +107,15 @@ def _segment_torques(run: int, s: DriveSegment, inputs: tuple[str, ...], denoise
     rng = np.random.default_rng([SEED, run])
     noise = rng.standard_normal((len(NOISY_INPUTS), s.time.size))
     names = [n for n in NOISY_INPUTS if n in inputs]
-    levels = {n: max(white_level(torques[n], s.time), LEAST_TORQUE) for n in names}
+    read = {n: s.sampled.get(n, np.ones(s.time.size, dtype=bool)) for n in names}
+    levels = {n: max(white_level(torques[n][read[n]], s.time[read[n]]), LEAST_TORQUE) for n in names}
     if not denoise:
         more = {n: torques[n] + levels[n] * noise[k] for k, n in enumerate(names)}
         return SegmentTorques(TorqueSignals({n: torques[n] for n in names}, {}), TorqueSignals(more, {}))
     zeros = {n: zero if n in TORQUES else 0.0 for n in names}
-    clean = {n: denoised(s.time, torques[n], levels[n], zeros[n]) for n in names}
+    clean = {n: _between_samples(s.time, torques[n], read[n], levels[n], zeros[n]) for n in names}
     more = {n: clean[n][0] + levels[n] * noise[k] for k, n in enumerate(names)}
-    again = {n: denoised(s.time, more[n], levels[n], zeros[n]) for n in names}
+    again = {n: _between_samples(s.time, more[n], read[n], levels[n], zeros[n]) for n in names}
     return SegmentTorques(_torques(clean), _torques(again))
 
 
@@ -122,6 +123,20 @@ def _torques(found: Mapping[str, tuple[Array, Points]]) -> TorqueSignals:
     return TorqueSignals(
         {n: values for n, (values, _) in found.items()}, {n: c for n, (_, c) in found.items() if c[0].size}
     )
+
+
+def _between_samples(time: Array, torque: Array, read: Mask, level: float, zero: float) -> tuple[Array, Points]:
+    """The torque (n,) as ``denoised`` from the samples that were read, and its corners between those of the clock.
+
+    A torque of a slower logger lies on straight lines between its samples, which cut corners off and hold no noise.
+    """
+    values, (at, heights) = denoised(time[read], torque[read], level, zero)
+    if read.all():
+        return values, (at, heights)
+    where = np.searchsorted(time[read], at)
+    whole = np.interp(time, np.insert(time[read], where, at), np.insert(values, where, heights))
+    apart = off_samples(at, time)
+    return whole, (at[apart], heights[apart])
 
 
 def denoised(time: Array, torque: Array, level: float, zero: float = 0.0) -> tuple[Array, Points]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Literal
@@ -57,6 +57,7 @@ class DriveSegment:
     start, end : m/s, speed at the first and last sample from the second beside it, each with its standard deviation.
     since : s from the start of the drive to the first sample.
     creeping : m/s, below which rows are not used.
+    sampled : of each input (n,), where the log holds a value; elsewhere it lies on the straight line between these.
     """
 
     run: int
@@ -71,6 +72,7 @@ class DriveSegment:
     end: tuple[float, float]
     since: float = 0.0
     creeping: float = CREEPING
+    sampled: Mapping[str, Mask] = field(default_factory=dict)
 
     @cached_property
     def stopping(self) -> Mask:
@@ -85,7 +87,8 @@ class DriveSegment:
     @cached_property
     def noise_levels(self) -> Mapping[str, float]:
         """White noise of one sample of every input and output that holds numbers."""
-        every = {**self.inputs, **self.outputs}
+        read = {n: np.where(self.sampled.get(n, True), v, np.nan) for n, v in self.inputs.items()}
+        every = {**read, **self.outputs}
         return {n: white_level(v, self.time) for n, v in every.items() if np.isfinite(v).sum() >= FEWEST_DIFFERENCED}
 
     @property
@@ -143,7 +146,8 @@ def drive_segments(
         top = float(np.nanmax(np.abs(whole["speed"])))
         parts = _parts(whole, cut, top, braked.braked) if top > MOVING else []
         made = [_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
-        made = [replace(s, creeping=min(CREEPING, CREEPING_SHARE * top)) for s in made]
+        slow = min(CREEPING, CREEPING_SHARE * top)
+        made = [replace(s, creeping=slow, sampled=_sampled(log, s)) for s in made]
         made = [s for s in made if np.count_nonzero(s.smooth_speed > s.creeping) >= FEWEST // 2]
         found += made
         if not made:
@@ -210,6 +214,15 @@ def _whole(log: Log) -> tuple[Log, list[Finding]]:
     for name in INPUTS:
         channels.setdefault(name, np.zeros(time.size))
     return Log(log.name, time, channels, log.findings), doubts
+
+
+def _sampled(log: Log, s: DriveSegment) -> dict[str, Mask]:
+    """Where the log holds the inputs of a segment; its ends count, since nothing is read beyond them."""
+    at, found = np.searchsorted(log.time, s.time), {}
+    for name in (n for n in s.inputs if n in log):
+        found[name] = np.isfinite(log[name][at])
+        found[name][[0, -1]] = True
+    return found
 
 
 def _uncovered(log: Log, needed: Sequence[str]) -> list[Finding]:
