@@ -177,7 +177,7 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
             evidence[name] = max(evidence.get(name, 0.0), beside.evidence[name])
     names = sorted((n for n in evidence if evidence[n] > POLICY.pair_evidence), key=lambda n: -evidence[n])
     models = [candidate_model(strategy, p) for p in _best_pairs(strategy, names[: POLICY.pair_pool])]
-    return tuple(m for m in models if m is not None and all(_is_needed(strategy, m, e) for e in m.effects))
+    return tuple(m for m in models if m is not None and all_needed(strategy, m))
 
 
 def _best_pairs(strategy: Strategy, names: Sequence[str]) -> list[tuple[str, str]]:
@@ -207,9 +207,9 @@ def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | 
     tried = candidate_model(strategy, sorted(names, key=lambda n: -evidence[n])[:1]) if names else None
     while tried is not None and not tried.sufficient:
         more = len(tried.effects) < POLICY.most_effects and not catalogue_falls_short(strategy, tried)
-        tried = _with_next(strategy, tried) if more else None
+        tried = with_next(strategy, tried) if more else None
     several = tried is not None and len(tried.effects) > 1
-    return tried if tried and several and all(_is_needed(strategy, tried, e) for e in tried.effects) else None
+    return tried if tried and several and all_needed(strategy, tried) else None
 
 
 def catalogue_falls_short(strategy: Strategy, tried: CandidateModel) -> bool:
@@ -232,7 +232,7 @@ def catalogue_falls_short(strategy: Strategy, tried: CandidateModel) -> bool:
     return left > (1 - POLICY.part_squares) * (explained + left)
 
 
-def _with_next(strategy: Strategy, tried: CandidateModel) -> CandidateModel | None:
+def with_next(strategy: Strategy, tried: CandidateModel) -> CandidateModel | None:
     """The candidate model with the effect that shows most beside it, of those whose refit is possible."""
     beside = strategy.model.scores(tried.fitted, list(strategy.model.setup.candidates))
     shown = [n for n in beside.names if beside.evidence[n] >= POLICY.needed_t]
@@ -264,11 +264,16 @@ def alternatives(strategy: Strategy, answer: CandidateModel, found: Detection) -
             if rival in answer.effects or beside[effect] - beside[rival] > POLICY.needed_t**2:
                 continue
             tried = candidate_model(strategy, (*others, rival))
-            if tried is None or tried.unphysical or not all(_is_needed(strategy, tried, e) for e in tried.effects):
+            if tried is None or tried.unphysical or not all_needed(strategy, tried):
                 continue
             if 2 * (tried.cost - answer.cost) <= POLICY.needed_t**2:
                 result.append(tried)
     return tuple(result)
+
+
+def all_needed(strategy: Strategy, tried: CandidateModel) -> bool:
+    """Whether each effect of a candidate model is significant beside the others."""
+    return all(_is_needed(strategy, tried, e) for e in tried.effects)
 
 
 def _is_needed(strategy: Strategy, tried: CandidateModel, effect: str) -> bool:

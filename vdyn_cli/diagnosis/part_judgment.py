@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.diagnosis.candidate_models import candidate_model
-from vdyn_cli.diagnosis.held_out_gain import Selection, held_out_gain
+from vdyn_cli.diagnosis.candidate_models import CandidateModel, all_needed, candidate_model, with_next
+from vdyn_cli.diagnosis.held_out_gain import HeldOutGain, Selection, held_out_gain
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.learned_judgment import with_learned_law
 from vdyn_cli.diagnosis.learned_law import Learned
@@ -126,13 +126,24 @@ def _beside_a_law(strategy: Strategy, judgment: Judgment, finding: PartFinding) 
 
 
 def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:
-    """The judgment that names a law of the catalogue; None where its fit fails or its gain is not positive."""
-    base = judgment.base
+    """The judgment that names a law of the catalogue; None where its fit fails or its gain is not positive.
+
+    Where the law leaves much that one further effect explains, both are named if held-out runs are predicted better.
+    """
     answer = candidate_model(strategy, (law.effect,))
     if answer is None:
         return None
-    gain = held_out_gain(strategy, base, answer.fitted, Selection((law.effect,), base))
+    gain = _gain_of(strategy, judgment, answer)
+    more = None if answer.explains_most else with_next(strategy, answer)
+    if gain is not None and more is not None and more.explains_most and all_needed(strategy, more):
+        further = _gain_of(strategy, judgment, more)
+        if further is not None and further.after < min(gain.before, gain.after):
+            answer, gain = more, further
     if gain is not None and not gain.before > gain.after:
         return None
     tried = (*(t for t in judgment.tried if t.effects != answer.effects), answer)
     return replace(judgment, verdict="named", why="", answers=(answer,), tried=tried, gain=gain, closest=None)
+
+
+def _gain_of(strategy: Strategy, judgment: Judgment, answer: CandidateModel) -> HeldOutGain | None:
+    return held_out_gain(strategy, judgment.base, answer.fitted, Selection(answer.effects, judgment.base))
