@@ -134,6 +134,18 @@ def test_merging_says_delay_error_and_resampling() -> None:
     np.testing.assert_allclose(merged["altitude"][there], 3.0 * (ours.time[there] + delay), atol=1e-6)
 
 
+def test_a_slower_loggers_own_samples_are_handed_on() -> None:
+    ours, theirs, _ = pair()
+    theirs = replace(theirs.with_channels(altitude=np.sin(theirs.time)), time=theirs.time * (1.0 + 8e-4))
+    merged, (clock,) = merge(ours, [theirs], "speed")
+    time, values = merged.samples["altitude"]
+    np.testing.assert_allclose(clock.stamp(time), theirs.time, atol=1e-9)
+    assert np.array_equal(values, theirs["altitude"])
+    inside = np.isfinite(merged["altitude"])
+    np.testing.assert_allclose(merged["altitude"][inside], np.interp(ours.time[inside], time, values), atol=1e-9)
+    assert not merged.with_channels(altitude=2.0 * merged["altitude"]).samples
+
+
 def test_a_faster_logger_is_averaged_and_gaps_stay_empty() -> None:
     fast, slow, _ = pair()
     noisy = fast.with_channels(load=np.random.default_rng(3).normal(size=fast.time.size))

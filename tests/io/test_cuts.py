@@ -76,3 +76,11 @@ def test_the_ledger_is_read_back_as_it_was_written() -> None:
     quality = DataQuality({"a": {"speed": {"good": 6, "failed": 3}}}, rows)
     assert DataQuality.from_json(quality.to_json()) == quality
     assert quality.to_json()["ledger"][1]["changes"] == "not evaluated"
+
+
+def test_samples_of_another_logger_are_cut_with_the_rows_between_them() -> None:
+    time, own = np.arange(0.0, 4.0, 0.01), np.arange(0.005, 4.0, 0.02)
+    log = Log("a.csv", time, {"torque": np.interp(time, own, own)}, samples={"torque": (own, own)})
+    orders = CutOrders(automatic=False, requested=(TimeSpan("torque", 1.0, 2.0),))
+    left, _ = with_cuts(log, orders).log.samples["torque"]
+    assert np.array_equal(left, own[(own < 0.99) | (own > 2.01)])

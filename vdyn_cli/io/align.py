@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,10 +15,12 @@ from vdyn_cli.io.tied_channels import ChannelTie, tie_of, ties, tying
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError
-from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.log import Log, Samples
 
 AlignOn = str | tuple[str, str] | None
 """The channel that both loggers recorded, the reference's channel and the other's, or None: found by itself."""
+
+LINES = "straight lines between samples"  # how a slower logger's channel is resampled
 
 
 def merge(reference: Log, others: Sequence[Log], align_on: AlignOn = None) -> tuple[Log, tuple[ClockDifference, ...]]:
@@ -33,7 +35,7 @@ def merge(reference: Log, others: Sequence[Log], align_on: AlignOn = None) -> tu
     Returns
     -------
     log : channels of a faster logger are means over the reference's usual step, those of a slower one lie on straight
-        lines between its samples; NaN beyond its ends and in its gaps.
+        lines between its samples, which the log holds too; NaN beyond its ends and in its gaps.
     clocks : one difference for each other logger.
 
     Raises
@@ -46,10 +48,13 @@ def merge(reference: Log, others: Sequence[Log], align_on: AlignOn = None) -> tu
     for other in others:
         found, differing = _clock(reference, other, align_on)
         added, how = {}, {}
+        at = found.stamp(reference.time)
         for channel in other.channels:
             if channel not in merged:
-                added[channel], how[channel] = _resampled(other, channel, found.stamp(reference.time), step)
+                added[channel], how[channel] = _resampled(other, channel, at, step)
+        read = _on_reference(_between_lines(other, how), at, reference.time)
         merged = merged.with_channels(**added)
+        merged = replace(merged, samples={**merged.samples, **read})
         found = replace(found, channels=tuple(added))
         merged = replace(merged, findings=(*merged.findings, *_clock_findings(found, how), *differing))
         clocks.append(found)
@@ -119,6 +124,7 @@ def on_one_clock(reference: Log, others: Sequence[Log]) -> Log:
     """
     added: dict[str, Array] = {}
     how: dict[str, str] = {}
+    samples: dict[str, Samples] = {}
     findings = list(reference.findings)
     step = float(np.median(np.diff(reference.time))) if reference.time.size > 1 else 0.0
     for other in others:
@@ -131,29 +137,48 @@ def on_one_clock(reference: Log, others: Sequence[Log]) -> Log:
             )
             if words:
                 how[channel] = words
+        samples |= _between_lines(other, how)
     for words in dict.fromkeys(how.values()):
         names = ", ".join(f"'{name}'" for name, kind in how.items() if kind == words)
         first = next(iter(reference.channels), "time")
         what = f"resampled to the sampling times of '{first}': {names} ({words})"
         remedy = "choose the clock of another group with the key 'group' of the channel 'time'"
         findings.append(Finding(reference.name, what, remedy=remedy))
-    return replace(reference.with_channels(**added), findings=tuple(findings))
+    return replace(reference.with_channels(**added), findings=tuple(findings), samples=samples)
 
 
 def _resampled(
     log: Log, channel: str, at: Array, step: float, gaps: NDArray[np.bool_] | None = None
 ) -> tuple[Array, str]:
     """A channel at other times, and how; ``gaps`` (n,): which times lie in gaps of its clock or beyond its ends."""
-    written = np.isfinite(log[channel])
-    if written.sum() < 2:
+    signal = Signal(*_samples_of(log, channel))
+    if signal.time.size < 2:
         return np.full(at.size, np.nan), "nothing written"
-    whole = bool(written.all())
-    signal = Signal(log.time, log[channel]) if whole else Signal(log.time[written], log[channel][written])
+    whole = signal.time.size == log.time.size and channel not in log.samples
     if signal.step < 0.75 * step:
         return signal.averages(at, step), f"means over {step:.4g} s"
     values = np.interp(at, signal.time, signal.values)
     values[gaps if whole and gaps is not None else signal.gaps_at(at)] = np.nan
-    return values, "straight lines between samples"
+    return values, LINES
+
+
+def _samples_of(log: Log, channel: str) -> Samples:
+    """What was written of a channel."""
+    if channel in log.samples:
+        return log.samples[channel]
+    written = np.isfinite(log[channel])
+    return (log.time, log[channel]) if written.all() else (log.time[written], log[channel][written])
+
+
+def _between_lines(log: Log, how: Mapping[str, str]) -> dict[str, Samples]:
+    """The samples, on the log's own clock, of its channels that were resampled on straight lines between them."""
+    return {n: _samples_of(log, n) for n in log.channels if how.get(n) == LINES}
+
+
+def _on_reference(samples: Mapping[str, Samples], at: Array, time: Array) -> dict[str, Samples]:
+    """Samples with the reference's times, of which ``time`` (n,) is ``at`` (n,) on their own; both are steady."""
+    rate = (time[-1] - time[0]) / (at[-1] - at[0])
+    return {n: (time[0] + rate * (own - at[0]), values) for n, (own, values) in samples.items()}
 
 
 def _clock_findings(found: ClockDifference, how: dict[str, str]) -> list[Finding]:

@@ -127,12 +127,15 @@ def _shifted(clock: ClockDifference, delay: float, drift: float) -> Callable[[Lo
         if log.name != clock.run and not log.name.startswith(f"{clock.run}, "):
             return log
         at = log.time + times * (delay + drift * (log.time - clock.at))
-        changed = {}
+        changed, samples = {}, dict(log.samples)
         for name in clock.channels:
             if name in log and (known := np.isfinite(log[name])).any():
                 values = np.interp(at, log.time[known], log[name][known])
                 changed[name] = np.where(known, values, np.nan)
-        return log.with_channels(**changed)
+            if name in samples:
+                read, values = samples[name]
+                samples[name] = read - times * (delay + drift * (read - clock.at)), values
+        return replace(log.with_channels(**changed), samples=samples)
 
     return moved
 

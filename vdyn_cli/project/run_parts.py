@@ -74,7 +74,9 @@ def bridged(log: Log, whole: Log, names: Sequence[str]) -> Log:
             filled[name] = values
             where, what = f"{log.name}, channel '{name}'", f"{_counted(int(short.sum()))} bridged by straight lines"
             notes.append(Finding(where, what, minor=True))
-    return replace(log.with_channels(**filled), findings=(*log.findings, *notes)) if filled else log
+    if not filled:
+        return log
+    return replace(log.with_channels(**filled), findings=(*log.findings, *notes), samples=log.samples)
 
 
 def _counted(samples: int) -> str:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
+
+Samples = tuple[Array, Array]
+"""Times (m,), s, and values (m,) as a logger wrote them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +47,8 @@ class Log:
     channels : each (n,), SI, NaN where the logger wrote nothing.
     findings : what is doubtful about the data.
     source : of a log as a reader gives it, whose channels still have the file's units and signs; None for all others.
+    samples : on this clock, of channels whose values lie on straight lines between the samples of another logger; of
+        no channel that was replaced since, and of the whole log where this is a part.
 
     Notes
     -----
@@ -61,6 +66,7 @@ class Log:
     channels: Mapping[str, Array]
     findings: tuple[Finding, ...] = ()
     source: LogSource | None = None
+    samples: Mapping[str, Samples] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         time = _frozen(self.time)
@@ -107,7 +113,8 @@ class Log:
     def with_channels(self, **channels: ArrayLike) -> Log:
         """The same log with channels added or replaced."""
         added = {key: np.asarray(values, dtype=float) for key, values in channels.items()}
-        return replace(self, channels={**self.channels, **added})
+        samples = {key: read for key, read in self.samples.items() if key not in added}
+        return replace(self, channels={**self.channels, **added}, samples=samples)
 
     def __sub__(self, other: Log) -> Log:
         """The difference of the channels that both have; the clocks must be the same.

@@ -7,6 +7,7 @@ import pytest
 
 from vdyn_cli.engine.lead import LEAD, read_ahead
 from vdyn_cli.engine.simulate import Drive
+from vdyn_cli.io.align import on_one_clock
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.input_torque import DriveInputs, denoised
@@ -170,12 +171,22 @@ def test_corners_are_not_rounded_off(rate: int, slope: int) -> None:
     assert np.std(errors) < 0.45
 
 
-def test_a_torque_of_a_slower_logger_keeps_its_corners() -> None:
-    """Rows between its samples are empty; lines through them would cut corners off, and hide the noise's level."""
+def logged(kind: str) -> Log:
+    """A torque at 50 Hz with a speed at 100 Hz: in one file with empty rows, or in that of a logger 5 ms late."""
     rng = np.random.default_rng(21)
-    torque = np.where(np.arange(TIME.size) % 2 == 0, BETWEEN + rng.standard_normal(TIME.size), np.nan)
-    log = Log("a.csv", TIME, {"drive_torque": torque, "speed": 10.0 + 0.01 * rng.standard_normal(TIME.size)})
-    (segment,), _ = drive_segments([log], [RunConditions()], Segmentation("vehicle"))
+    own = TIME[::2] + (0.005 if kind == "two files" else 0.0)
+    torque = np.interp(own, KNOTS, [0, 0, 300, 300, 20, 20, 250, 180]) + rng.standard_normal(own.size)
+    speed = 10.0 + np.sin(TIME) + 0.01 * rng.standard_normal(TIME.size)
+    log = Log("a.csv", TIME, {"speed": speed})
+    if kind == "one file":
+        return log.with_channels(drive_torque=np.insert(torque, np.arange(1, own.size + 1), np.nan))
+    return on_one_clock(log, [Log("a.csv", own, {"drive_torque": torque})])
+
+
+@pytest.mark.parametrize("kind", ["one file", "two files"])
+def test_a_torque_of_a_slower_logger_keeps_its_corners(kind: str) -> None:
+    """Lines between its samples would cut corners off, and hide the noise's level."""
+    (segment,), _ = drive_segments([logged(kind)], [RunConditions()], Segmentation("vehicle"))
     assert segment.noise_levels["drive_torque"] == pytest.approx(1.0, rel=0.15)
     (drive,) = DriveInputs((segment,), vehicle()).drives
     times, values = drive.line("drive_torque")

@@ -134,7 +134,7 @@ def _counted(row: LedgerRow, before: Log, after: Log) -> LedgerRow:
 
 
 def _cut(log: Log, rows: Sequence[LedgerRow]) -> Log:
-    """The log with NaN in the segments of the rows."""
+    """The log with NaN in the segments of the rows, and without another logger's samples there."""
     channels, cut = log.channels, dict[str, Array]()
     for row in rows:
         first, stop = np.searchsorted(log.time, row.start, "left"), np.searchsorted(log.time, row.stop, "right")
@@ -143,7 +143,12 @@ def _cut(log: Log, rows: Sequence[LedgerRow]) -> Log:
                 if name not in cut:
                     cut[name] = channels[name].copy()
                 cut[name][first:stop] = np.nan
-    return replace(log, channels={**channels, **cut}) if rows else log
+    samples = dict(log.samples)
+    for name in cut.keys() & samples.keys():
+        time, values = samples[name]
+        left = np.isfinite(np.interp(time, log.time, cut[name]))
+        samples[name] = time[left], values[left]
+    return replace(log, channels={**channels, **cut}, samples=samples) if rows else log
 
 
 def suspect_findings(cut: CutLog) -> Iterator[Finding]:

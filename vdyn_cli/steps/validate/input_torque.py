@@ -24,7 +24,7 @@ from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.broken_lines import off_samples, with_corners
 from vdyn_cli.steps.validate.line_fits import lines_after, lines_before
-from vdyn_cli.steps.validate.segments import DriveSegment, Mask, driving
+from vdyn_cli.steps.validate.segments import DriveSegment, driving
 
 TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
 NOISY_INPUTS = (*TORQUES, "brake_torque")  # inputs whose noise shakes the simulated car
@@ -104,38 +104,41 @@ class DriveInputs:
 
 def _segment_torques(run: int, s: DriveSegment, inputs: tuple[str, ...], denoise: bool, zero: float) -> SegmentTorques:
     torques = {**s.inputs, "drive_torque": driving(s.inputs)} if "drive_torque" in inputs else s.inputs
-    rng = np.random.default_rng([SEED, run])
-    noise = rng.standard_normal((len(NOISY_INPUTS), s.time.size))
     names = [n for n in NOISY_INPUTS if n in inputs]
-    read = {n: s.sampled.get(n, np.ones(s.time.size, dtype=bool)) for n in names}
-    levels = {n: max(white_level(torques[n][read[n]], s.time[read[n]]), LEAST_TORQUE) for n in names}
+    read = {n: s.sampled.get(n, (s.time, torques[n])) for n in names}
+    rng = np.random.default_rng([SEED, run])
+    noise = rng.standard_normal((len(NOISY_INPUTS), max([s.time.size, *(time.size for time, _ in read.values())])))
+    levels = {n: max(white_level(torque, time), LEAST_TORQUE) for n, (time, torque) in read.items()}
     if not denoise:
-        more = {n: torques[n] + levels[n] * noise[k] for k, n in enumerate(names)}
+        more = {n: torques[n] + levels[n] * noise[k, : s.time.size] for k, n in enumerate(names)}
         return SegmentTorques(TorqueSignals({n: torques[n] for n in names}, {}), TorqueSignals(more, {}))
     zeros = {n: zero if n in TORQUES else 0.0 for n in names}
-    clean = {n: _between_samples(s.time, torques[n], read[n], levels[n], zeros[n]) for n in names}
-    more = {n: clean[n][0] + levels[n] * noise[k] for k, n in enumerate(names)}
-    again = {n: _between_samples(s.time, more[n], read[n], levels[n], zeros[n]) for n in names}
-    return SegmentTorques(_torques(clean), _torques(again))
+    clean = {n: denoised(*read[n], levels[n], zeros[n]) for n in names}
+    more = {n: clean[n][0] + levels[n] * noise[k, : clean[n][0].size] for k, n in enumerate(names)}
+    again = {n: denoised(read[n][0], more[n], levels[n], zeros[n]) for n in names}
+    clocks = {n: time for n, (time, _) in read.items()}
+    return SegmentTorques(_torques(s.time, clocks, clean), _torques(s.time, clocks, again))
 
 
-def _torques(found: Mapping[str, tuple[Array, Points]]) -> TorqueSignals:
+def _torques(time: Array, clocks: Mapping[str, Array], found: Mapping[str, tuple[Array, Points]]) -> TorqueSignals:
+    """Torques found at samples of their own clocks, at the samples of a segment (n,)."""
+    placed = {n: _placed(time, clocks[n], *one) for n, one in found.items()}
     return TorqueSignals(
-        {n: values for n, (values, _) in found.items()}, {n: c for n, (_, c) in found.items() if c[0].size}
+        {n: values for n, (values, _) in placed.items()}, {n: c for n, (_, c) in placed.items() if c[0].size}
     )
 
 
-def _between_samples(time: Array, torque: Array, read: Mask, level: float, zero: float) -> tuple[Array, Points]:
-    """The torque (n,) as ``denoised`` from the samples that were read, and its corners between those of the clock.
+def _placed(time: Array, own: Array, values: Array, corners: Points) -> tuple[Array, Points]:
+    """A torque (m,) at the samples of its own clock as that of another (n,), and its corners between those of that.
 
     A torque of a slower logger lies on straight lines between its samples, which cut corners off and hold no noise.
     """
-    values, (at, heights) = denoised(time[read], torque[read], level, zero)
-    if read.all():
-        return values, (at, heights)
-    where = np.searchsorted(time[read], at)
-    whole = np.interp(time, np.insert(time[read], where, at), np.insert(values, where, heights))
+    if own is time:
+        return values, corners
+    at, heights = corners
+    where = np.searchsorted(own, at)
     apart = off_samples(at, time)
+    whole = np.interp(time, np.insert(own, where, at), np.insert(values, where, heights))
     return whole, (at[apart], heights[apart])
 
 

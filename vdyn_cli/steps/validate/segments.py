@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
-from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.validate.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL
 from vdyn_cli.steps.validate.unlogged_braking import UnloggedBraking, unlogged_braking
@@ -27,6 +27,7 @@ FEWEST_DIFFERENCED = 8  # samples whose third differences tell the level of thei
 LONGEST_GAP = 5.0  # median spacings of the clock without any row
 LEAST_THERE = 0.8  # of the rows in which an output must hold a number to be compared
 MOSTLY = 0.5  # share of the rows in which an input has a value; below, it comes from a slower logger
+END = 0.1  # of a spacing of samples: one that is nearer to an end of the segment counts as that end
 SLOWEST = 1.0  # m/s, below which the road load model does not hold
 CREEPING = 2.0  # m/s, below which rows are not used: tread damping and friction of brakes dominate
 # Of the largest speed, where that is slow or reads too low (km/h taken for m/s divides it by 3.6, and more).
@@ -57,7 +58,7 @@ class DriveSegment:
     start, end : m/s, speed at the first and last sample from the second beside it, each with its standard deviation.
     since : s from the start of the drive to the first sample.
     creeping : m/s, below which rows are not used.
-    sampled : of each input (n,), where the log holds a value; elsewhere it lies on the straight line between these.
+    sampled : times and values of the inputs of a slower logger, which lie on straight lines between these.
     """
 
     run: int
@@ -72,7 +73,7 @@ class DriveSegment:
     end: tuple[float, float]
     since: float = 0.0
     creeping: float = CREEPING
-    sampled: Mapping[str, Mask] = field(default_factory=dict)
+    sampled: Mapping[str, Samples] = field(default_factory=dict)
 
     @cached_property
     def stopping(self) -> Mask:
@@ -87,9 +88,8 @@ class DriveSegment:
     @cached_property
     def noise_levels(self) -> Mapping[str, float]:
         """White noise of one sample of every input and output that holds numbers."""
-        read = {n: np.where(self.sampled.get(n, True), v, np.nan) for n, v in self.inputs.items()}
-        every = {**read, **self.outputs}
-        return {n: white_level(v, self.time) for n, v in every.items() if np.isfinite(v).sum() >= FEWEST_DIFFERENCED}
+        every = {n: (self.time, v) for n, v in {**self.inputs, **self.outputs}.items()} | dict(self.sampled)
+        return {n: white_level(v, t) for n, (t, v) in every.items() if np.isfinite(v).sum() >= FEWEST_DIFFERENCED}
 
     @property
     def duration(self) -> float:
@@ -216,12 +216,17 @@ def _whole(log: Log) -> tuple[Log, list[Finding]]:
     return Log(log.name, time, channels, log.findings), doubts
 
 
-def _sampled(log: Log, s: DriveSegment) -> dict[str, Mask]:
-    """Where the log holds the inputs of a segment; its ends count, since nothing is read beyond them."""
-    at, found = np.searchsorted(log.time, s.time), {}
+def _sampled(log: Log, s: DriveSegment) -> dict[str, Samples]:
+    """The samples of inputs that are not read at every row; the segment's ends count: none is read beyond them."""
+    found: dict[str, Samples] = {}
     for name in (n for n in s.inputs if n in log):
-        found[name] = np.isfinite(log[name][at])
-        found[name][[0, -1]] = True
+        time, read = log.samples.get(name, (log.time, log[name]))
+        there = np.isfinite(read)
+        if name in log.samples or not there[np.searchsorted(time, s.time)].all():
+            edge = END * float(np.median(np.diff(time[there])))
+            inside = there & (time > s.time[0] + edge) & (time < s.time[-1] - edge)
+            ends = s.inputs[name][[0, -1]]
+            found[name] = np.r_[s.time[0], time[inside], s.time[-1]], np.r_[ends[0], read[inside], ends[1]]
     return found
 
 
