@@ -34,6 +34,23 @@ def test_delay_and_drift_lie_within_their_errors(first: str, second: str) -> Non
         assert found.drift_std < 2e-4
 
 
+def test_a_drift_that_a_short_log_does_not_tell_is_that_of_a_quartz_clock() -> None:
+    """A coast-down after a launch: its one bend tells the delay, and no drift."""
+    for seed in range(6):
+        rng = np.random.default_rng([seed, 3])
+        t = np.arange(0.0, 100.0, 0.02)
+        felt = np.where(t < 12.0, 2.2, -0.3 - 0.2 * np.exp(-(t - 12.0) / 40.0)) * np.clip(t, 0.0, 1.0)
+        speed = 5.0 + np.cumsum(felt) * 0.02
+        slow = t[::5]
+        box = Log("box", slow, {"speed": speed[::5] + rng.normal(0.0, 0.02, slow.size)})
+        bus = Log("bus", t + 0.35, {"acceleration": felt + rng.normal(0.0, 0.05, t.size)})
+        found = clock_difference(box, bus, tie("speed", "acceleration"))
+        assert abs(found.delay - 0.35) < 0.05
+        assert not found.corrected
+        assert abs(found.drift) < 1e-4
+        assert found.drift_std <= 1e-4
+
+
 def test_the_pair_with_the_smallest_error_is_chosen_and_the_others_agree() -> None:
     drive = two_loggers(np.random.default_rng(5), 200.0)
     time = drive.first["speed"][0]

@@ -196,7 +196,7 @@ def _clock_findings(found: ClockDifference, how: dict[str, str]) -> list[Finding
         names = ", ".join(f"'{name}'" for name, kind in how.items() if kind == words)
         what += f"; {names} resampled to its clock ({words})"
     findings = [Finding(found.logger, what)]
-    if found.corrected and abs(found.drift) > CLOCKS.usual_drift:
+    if found.corrected and abs(found.drift) > CLOCKS.prior_contradicted * CLOCKS.prior_drift:
         what = f"clock drifts by {drift}: more than any quartz clock"
         remedy = "check the unit and the sampling rate of its time, and whether it lost samples"
         findings.append(Finding(found.logger, what, remedy=remedy, doubt=True))

@@ -85,11 +85,13 @@ def align(reference: Log, other: Log, channel: str) -> tuple[float, float]:
 def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDifference:
     """Estimate delay and drift of another logger's clock from two channels that physics ties.
 
-    The drift is corrected, and the delay is then that beside it, where it exceeds ``drift_determined`` standard errors.
+    The drift, with the prior of quartz clocks, is corrected where it exceeds ``drift_determined`` standard errors; the
+    delay is then that beside it.
 
     Raises
     ------
-    InputError : a channel is missing, moves too little or too evenly, or matches at no delay or at several.
+    InputError : a channel is missing, moves too little or too evenly, or matches at no delay or at several; the drift
+        is that of no clock.
     """
     x, y = _signal(reference, tie.first), _signal(other, tie.second)
     where = f"{reference.name}, {other.name}: {tie}"
@@ -107,21 +109,51 @@ def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDiffer
         remedy = "log accelerating and braking too, or name other channels with 'align_on'"
         raise InputError(Finding(where, what, remedy=remedy))
     at = first.at - first.delay
-    drift, corrected = first.drift, False
-    found = first
+    found, corrected, settled = first, False, False
+    drift, std = _with_prior(first.drift, first.drift_std)
     for _ in range(_DRIFT_ROUNDS):
-        if not (corrected or abs(drift) > CLOCKS.drift_determined * found.drift_std):
+        if settled or abs(drift) <= CLOCKS.drift_determined * std:
             break
         later = _best(cells, found.delay, drift, at)
         if later is None:
             break
-        found, corrected, drift = later, True, drift + later.drift
-        if abs(later.drift) < 0.1 * later.drift_std:
-            break
+        found, corrected, before = later, True, drift
+        drift, std = _with_prior(before + later.drift, later.drift_std)
+        settled = abs(drift - before) < 0.1 * std
+    if abs(drift) <= CLOCKS.drift_determined * std:
+        found, corrected = first, False
+    _check_drift(drift, std, where)
     return ClockDifference(
-        reference.name, other.name, (tie.first, tie.second), found.delay, found.std, at, drift, found.drift_std,
-        corrected, found.gain, found.offset,
+        reference.name, other.name, (tie.first, tie.second), found.delay, found.std, at, drift, std, corrected,
+        found.gain, found.offset,
     )  # fmt: skip
+
+
+def _with_prior(drift: float, std: float) -> tuple[float, float]:
+    """A measured drift and its standard error with the prior of quartz clocks; as measured where it contradicts that.
+
+    Parameters
+    ----------
+    drift, std : s/s; an infinite error leaves the prior.
+    """
+    if abs(drift) > CLOCKS.prior_contradicted * float(np.hypot(std, CLOCKS.prior_drift)):
+        return drift, std
+    weight = CLOCKS.prior_drift**2 / (CLOCKS.prior_drift**2 + std**2)
+    return weight * drift, CLOCKS.prior_drift * float(np.sqrt(1.0 - weight))
+
+
+def _check_drift(drift: float, std: float, where: str) -> None:
+    """Refuse a drift that is that of no clock.
+
+    Raises
+    ------
+    InputError : beyond ``most_drift``, which is only left where the data contradict the prior.
+    """
+    if abs(drift) > CLOCKS.most_drift:
+        what = "the logs do not belong together or a channel is faulty: one clock would drift against the other"
+        got = f"{1e6 * drift:+.0f} ppm +- {1e6 * std:.0f} ppm; quartz clocks keep {1e6 * CLOCKS.prior_drift:.0f} ppm"
+        remedy = "check which logs belong to this run, and the unit and the sampling rate of their times; or name "
+        raise InputError(Finding(where, what, got, f"{remedy}other channels with 'align_on'"))
 
 
 def _signal(log: Log, channel: str) -> Signal:

@@ -32,10 +32,18 @@ class ClockPolicy:
         2.0, "standard errors", "from which a drift is corrected",
         "About the 95 % level. Below, the correction would add as much error as it removes; the drift is reported.",
     )  # fmt: skip
-    usual_drift: float = threshold(
-        1e-3, "s/s", "beyond which a drift is a doubt: no quartz clock is as far off",
-        "Quartz clocks keep 20 to 100 ppm, poor ones 200 ppm; more is a clock with lost ticks or a wrong sampling "
-        "rate in the file.",
+    prior_drift: float = threshold(
+        1e-4, "s/s", "standard deviation of the prior of a drift, whose mean is zero",
+        "Data sheets of loggers' quartz clocks state 20 to 100 ppm. A short log alone tells the drift to no better "
+        "than thousands of ppm, and by chance calls some of that significant.",
+    )  # fmt: skip
+    prior_contradicted: float = threshold(
+        4.0, "standard errors, the prior's included", "beyond which a drift is not that of a sound quartz clock",
+        "Student's t with 15 degrees of freedom exceeds 4 by chance in 0.12 % (two-sided).",
+    )  # fmt: skip
+    most_drift: float = threshold(
+        1e-3, "s/s", "beyond which a drift that contradicts the prior is refused",
+        "Ten times the usual tolerance: logs of different runs, a faulty channel, or a wrong sampling rate.",
     )  # fmt: skip
     pairs_apart: float = threshold(
         4.0, "standard errors", "by which the delays of two tied pairs must differ to be reported",
