@@ -19,6 +19,7 @@ from vdyn_cli.steps.learned_effect import LAW_FORMS
 WHOLE = "none: the curve is the whole law, the baseline's included"
 ADDITION = "the curve is an addition to the model, up to a constant and what the fitted parameters absorb"
 ERROR = "the curve is the sensor's error, up to a gain and a zero that the fitted parameters absorb"
+MOST_FORMS = 3  # of like quality, that a sentence names
 
 
 def with_part_record(diagnosis: Diagnosis, found: PartJudgment) -> Diagnosis:
@@ -141,7 +142,8 @@ def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[st
         the part; None where it names no effect.
     """
     if learned is not None:
-        others = f" ({' or '.join(learned.indistinguishable)} would do as well)" if learned.indistinguishable else ""
+        like = [form.replace("_", " ") for form in learned.indistinguishable[:MOST_FORMS]]
+        others = f" ({' or '.join(like)} would do as well)" if like else ""
         form = "a table" if learned.form == "table" else f"{learned.form.replace('_', ' ')}: {learned.formula}"
         return f"no law of the catalogue follows the curve, and its law is learned as {form}{others}"
     if part.law is None and acting is None:

@@ -11,7 +11,7 @@ from vdyn_cli.quantities.parameters import Estimate, wider_than_value
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import effect_labels, typography
 
-OPEN = {"baseline": "the baseline", "unexplained": "what no effect explains"}  # answers of an open verdict
+OPEN = {"baseline": "the baseline", "unexplained": "a bias that no effect explains"}  # answers of an open verdict
 Symbol = tuple[tuple[str, str], ...]  # base and subscript of each part
 
 

@@ -327,7 +327,7 @@ def test_a_wrong_reading_that_is_taken_back_is_no_throttle() -> None:
 
 def test_a_run_that_never_reaches_the_window_is_rejected() -> None:
     (reason,) = why(spoilt(lambda log: log.between(60.0, 500.0)))
-    assert "less than half of the speed window" in reason
+    assert "less than 50 % of the speed window" in reason
 
 
 def test_a_short_run_is_rejected() -> None:

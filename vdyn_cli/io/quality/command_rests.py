@@ -127,7 +127,7 @@ def contradicted_rests(
         limit = max(policy.rest_t * tie.scatter, most if enough else tie.tail)
         if excess[k] > limit:
             torque = excess[k] / tie.gain
-            why = f"is constant at {rest.value:.5g} N m while the car accelerates as by {torque:.3g} N m more or less"
+            why = f"is constant at {rest.value:.5g} N m while the acceleration changes as with {torque:.3g} N m more"
             yield rest.first, rest.stop, "dropout" if rest.value == 0.0 else "frozen", why
         elif (
             rest.value == 0.0

@@ -61,7 +61,8 @@ def road_parts(campaign: Campaign) -> tuple[Part, ...]:
     if {1.0, -1.0} <= {r.heading for r in runs}:
         found.append(
             Part(
-                "driveline", "", "speed", speed, FORCE, "N", "m/s", "the force that turns with the direction", "speed",
+                "driveline", "", "speed", speed, FORCE, "N", "m/s", "the force that changes sign with the direction",
+                "speed",
                 anchored=False, called="directional_force", kin=("air", "wind_speed", "grade", "slope"),
                 factor="heading",
             )

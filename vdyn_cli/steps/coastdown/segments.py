@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference import white_level
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.held_speed import released
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Mask = NDArray[np.bool_]
@@ -97,8 +97,8 @@ def coast_segment(
     smooth = _smoothed(whole)
     upper, lower = window or (float(smooth.max()), float(smooth.min()))
     top, end = _passage(smooth, upper, lower)
-    if window is None and not split:
-        top = _after_plateau(whole, smooth, top, end)
+    if not split:
+        top = released(whole, smooth, top, end)
     if window is None and upper - lower < STEP_POLICY.least_fall:
         why = f"not a coast-down: the speed falls by less than {STEP_POLICY.least_fall:g} m/s"
         return RejectedSegment(log.name, start, stop, why)
@@ -106,9 +106,8 @@ def coast_segment(
     if covered < covered_least:
         reach = f"{3.6 * smooth[top]:.1f} to {3.6 * smooth[end]:.1f} km/h"
         wanted = f"{3.6 * upper:.1f} to {3.6 * lower:.1f} km/h"
-        return RejectedSegment(
-            log.name, start, stop, f"coasts from {reach}, less than half of the speed window {wanted}"
-        )
+        why = f"coasts from {reach}, less than {100 * covered_least:.0f} % of the speed window {wanted}"
+        return RejectedSegment(log.name, start, stop, why)
     begin, finish = float(whole.time[top]), float(whole.time[end])
     if finish - begin < shortest:
         return RejectedSegment(log.name, begin, finish, f"lasts {finish - begin:.1f} s, shorter than {shortest:g} s")
@@ -161,21 +160,6 @@ def _passage(smooth: Array, upper: float, lower: float) -> tuple[int, int]:
     end = peak + int(below[0]) if below.size else peak + int(np.argmin(after))
     above = np.flatnonzero(smooth[: end + 1] >= upper)
     return (int(above[-1]) if above.size else peak), end
-
-
-def _after_plateau(log: Log, smooth: Array, top: int, end: int) -> int:
-    """Where the speed leaves its highest value for good, if it has held it, as before the driver lets go.
-
-    Noise decides where the highest value of a plateau stands. A coast slows most at its highest speed: it leaves that
-    by three standard deviations of the smoothed noise within the time that its mean deceleration takes.
-    """
-    if end - top < FEWEST_SAMPLES:
-        return top
-    step = float(np.median(np.diff(log.time)))
-    noise = 3.0 * white_level(log["speed"][top : end + 1]) * min(1.0, float(np.sqrt(step / SMOOTH)))
-    last = top + int(np.flatnonzero(smooth[top : end + 1] >= smooth[top] - noise)[-1])
-    held, falls = float(log.time[last] - log.time[top]), float(log.time[end] - log.time[last])
-    return last if held * (smooth[last] - smooth[end]) > noise * falls else top
 
 
 def driven_segment(

@@ -61,7 +61,8 @@ def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tupl
     if {1.0, -1.0} <= {s.heading for s in segments}:
         found.append(
             Part(
-                "driveline", "", "speed", speed, FORCE, "N", "m/s", "the force that turns with the direction", "speed",
+                "driveline", "", "speed", speed, FORCE, "N", "m/s", "the force that changes sign with the direction",
+                "speed",
                 anchored=False, called="directional_force", kin=("air", "wind_speed", "grade"), factor="heading",
             )
         )  # fmt: skip
