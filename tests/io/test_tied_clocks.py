@@ -72,6 +72,16 @@ def test_a_sensor_that_lags_behind_its_own_logger_is_said() -> None:
     assert "one of these sensors lags behind its own logger" in said(merged)
 
 
+def test_a_frozen_segment_takes_no_part() -> None:
+    drive = two_loggers(np.random.default_rng(5), 200.0)
+    (t, speed), (s, felt) = drive.first["speed"], drive.second["acceleration"]
+    frozen = speed.copy()
+    hold = (t >= 60.0) & (t < 72.0)
+    frozen[hold] = speed[hold][0]
+    _, (clock,) = merge(Log("bus", t, {"speed": frozen}), [Log("box", s, {"acceleration": felt})])
+    assert abs(clock.delay - drive.delay - drive.drift * clock.at) < 3.0 * clock.delay_std < 0.1
+
+
 def test_loggers_without_a_tied_pair_are_refused_with_the_channels_that_would_serve() -> None:
     t = np.arange(0.0, 60.0, 0.1)
     bus, box = Log("bus", t, {"speed": 10.0 + np.sin(t)}), Log("box", t, {"front_load": 4000.0 + t})

@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.clock_estimate import clock_difference
 from vdyn_cli.io.clock_policy import CLOCKS
+from vdyn_cli.io.quality.log_flags import SPEEDS, flags
 from vdyn_cli.io.sampled import Signal
 from vdyn_cli.io.tied_channels import ChannelTie, tie_of, ties, tying
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log, Samples
+from vdyn_cli.quantities.quality_flags import Flag
 
 AlignOn = str | tuple[str, str] | None
 """The channel that both loggers recorded, the reference's channel and the other's, or None: found by itself."""
@@ -64,6 +66,7 @@ def merge(reference: Log, others: Sequence[Log], align_on: AlignOn = None) -> tu
 def _clock(reference: Log, other: Log, align_on: AlignOn) -> tuple[ClockDifference, list[Finding]]:
     """The difference of two clocks, and a doubt for each other pair of channels that contradicts it."""
     possible = _possible(reference, other, align_on)
+    reference, other = (_sound(log, possible) for log in (reference, other))
     found, problems = list[tuple[ChannelTie, ClockDifference]](), list[Finding]()
     for tie in possible:
         try:
@@ -83,6 +86,17 @@ def _clock(reference: Log, other: Log, align_on: AlignOn) -> tuple[ClockDifferen
             remedy = "name the pair to go by with 'align_on', and see the sensors' data sheets for their delay"
             doubts.append(Finding(other.name, what, remedy=remedy, doubt=True))
     return best, doubts
+
+
+def _sound(log: Log, pairs: Sequence[ChannelTie]) -> Log:
+    """The channels of the pairs, and the speeds that tell whether the car moves, without samples that failed a test.
+
+    A segment in which a sensor is frozen would be matched to a motion of the other logger that is not there.
+    """
+    used = {n for pair in pairs for n in (pair.first, pair.second)} | set(SPEEDS)
+    part = replace(log, channels={n: v for n, v in log.channels.items() if n in used})
+    states = flags(part).states
+    return part.with_channels(**{n: np.where(states[n] == Flag.FAILED, np.nan, part[n]) for n in part.channels})
 
 
 def _possible(reference: Log, other: Log, align_on: AlignOn) -> list[ChannelTie]:

@@ -36,7 +36,7 @@ Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 
 _FEWEST = 50  # samples of a channel, below which nothing is tested
-_SPEEDS = ("speed", "vehicle_speed", "wheel_speed", *(f"wheel_speed_{at}" for at in ("fl", "fr", "rl", "rr")))
+SPEEDS = ("speed", "vehicle_speed", "wheel_speed", *(f"wheel_speed_{at}" for at in ("fl", "fr", "rl", "rr")))
 _LOADS = tuple(n for n in CHANNELS if n.endswith(("_load", "force_z")))
 _BESIDE = 5.0  # readings within which a speed comes to rest after a step, or was at rest before it
 _AT_REST = 0.05  # share of the step that a speed at rest may read
@@ -182,7 +182,7 @@ def _sampled(log: Log, name: str, policy: QualityPolicy, unit: str) -> _Sampled:
 
 def _moving(log: Log, policy: QualityPolicy) -> Mask:
     """(n,): where some speed says that the car moves; everywhere without a speed."""
-    known = [n for n in _SPEEDS if n in log]
+    known = [n for n in SPEEDS if n in log]
     if not known:
         return np.ones(log.time.size, dtype=bool)
     scale = {n: _RADIUS if n.startswith("wheel") else 1.0 for n in known}
@@ -298,7 +298,7 @@ def _saturated(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
 
 def _stepped(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
     """A speed or load from where it jumps for good: which side of it is wrong, the channel alone does not tell."""
-    if channel.name not in (*_SPEEDS, *_LOADS) or taken[channel.rows].any():
+    if channel.name not in (*SPEEDS, *_LOADS) or taken[channel.rows].any():
         return
     at = level_step(channel.values, QUALITY)
     if at is not None and channel.moving[at - 1 : at + 1].all() and not _stop_or_start(channel, at):
@@ -312,7 +312,7 @@ def _stop_or_start(channel: _Sampled, at: int) -> bool:
 
     A reading that is held lasts from its first sample on.
     """
-    if channel.name not in _SPEEDS:
+    if channel.name not in SPEEDS:
         return False
     values, time = channel.values, channel.time
     changes = np.flatnonzero(values[1:at] != values[: at - 1])
