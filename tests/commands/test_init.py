@@ -144,7 +144,7 @@ def test_logs_of_one_drive_are_loggers(shared_data: Path) -> None:
 
 def log_name(names: str, logger: str, run: int) -> str:
     """The name of a log; ``other`` counts downwards on the car's bus."""
-    return names.format(logger=logger, run=run, other=7 - run if logger == "can" else run)
+    return names.format(logger=logger, run=run, letter="abcd"[run - 1], other=7 - run if logger == "can" else run)
 
 
 def write_loggers(folder: Path, begins: Sequence[float], names: str) -> list[Path]:
@@ -169,6 +169,7 @@ def write_loggers(folder: Path, begins: Sequence[float], names: str) -> list[Pat
     ("begins", "names"),
     [
         ((0.0, 0.0, 0.0, 0.0), "{logger}_run{run}_2026.csv"),
+        ((0.0, 0.0, 0.0, 0.0), "{logger}_{letter}.csv"),
         ((1.7e9, 1.7e9 + 200.0, 1.7e9 + 400.0, 1.7e9 + 600.0), "{logger}_{other}.csv"),
     ],
 )
@@ -190,8 +191,9 @@ def test_each_run_has_a_log_of_each_logger(tmp_path: Path, begins: Sequence[floa
 
 
 def test_logs_of_two_loggers_that_cannot_be_matched_are_not(tmp_path: Path) -> None:
-    _, description = draft("coastdown", *write_loggers(tmp_path, (0.0,) * 4, "{logger}_{other}.csv"))
+    found, description = draft("coastdown", *write_loggers(tmp_path, (0.0,) * 4, "{logger}_{other}.csv"))
     assert "loggers" not in description
+    assert "neither their clocks nor their names tell which belong to one" in found.text
 
 
 def test_rivals_and_groups_of_an_mdf_file(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import ChannelGuess, columns_by_unit, guess_channels
 from vdyn_cli.project.left_out_logs import GuessedLog, single_coasts, usual_log, why_left_out
-from vdyn_cli.project.logger_runs import Runs, logger_runs
+from vdyn_cli.project.logger_runs import Runs, logger_runs, unmatched
 from vdyn_cli.project.run_conditions import run_conditions
 from vdyn_cli.project.run_direction import LoggedDirection, logged_directions
 from vdyn_cli.project.station_log import StationLog, is_station, station_log
@@ -30,7 +30,11 @@ _ONE_RUN = (
 )
 _SEVERAL_RUNS = (
     "# The logs are of several loggers, one of each for a run; check which belong together: they overlap in time, or",
-    "# the numbers in their names are the same.",
+    "# what differs in their names is the same.",
+)
+_UNMATCHED = (
+    "the logs look like those of several loggers, but neither their clocks nor their names tell which belong to one",
+    "run: give the files of a run the same number, such as can_1.csv and gps_1.csv, and run init again",
 )
 _HEAD = "# A first description by 'vdyn init'. \"?\" marks what the logs do not tell: write it there."
 _MOST_NAMED = 4  # columns that could be a needed channel; of more the number is said
@@ -151,8 +155,11 @@ def _drives(
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
     """Vehicle, channels and runs of a test that is driven."""
     falling, drive, key = str(parts.get("FALLING", "")), parts.get("DRIVE", ()), str(parts.get("RUN", ""))
-    if of_loggers := logger_runs(logs, [n for entry in step.required for n in _names(entry)]):
+    required = [n for entry in step.required for n in _names(entry)]
+    notes = _UNMATCHED if unmatched(logs, required) else ()
+    if of_loggers := logger_runs(logs, required):
         useful = [k for k, log in enumerate(of_loggers[0]) if len(log.columns()) > 1]
+        useful.sort(key=lambda k: "speed" not in of_loggers[0][k].columns())  # others are resampled to the first
         lines, mapped, undecided = _loggers(step, of_loggers, useful)
         kept, others = [run[useful[0]] for run in of_loggers], [""] * len(of_loggers)
         names = [", ".join(_quoted(_from(folder, run[k].path)) for k in useful) for run in of_loggers]
@@ -172,7 +179,7 @@ def _drives(
     own = [log.window + keys for log, keys in zip(kept, found.keys, strict=True)]
     runs, decided = _runs(entries, others, key, ways, own)
     body = [filled for line in parts.get("DRAFT", "").splitlines() for filled in _filled(line, found.air)]
-    lines += ["runs:", *(f"  # {note}" for note in found.notes), *runs]
+    lines += ["runs:", *(f"  # {note}" for note in (*notes, *found.notes)), *runs]
     body += lines
     if key and not key.startswith("side") and not decided:
         body.append(f"  # not decided by the logs, for each run: {key}")

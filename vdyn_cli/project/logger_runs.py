@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise, takewhile
 
 from vdyn_cli.project.left_out_logs import GuessedLog
 
 _SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
 _SAME_RUN = 0.2  # of the longer log: a logger that starts late records a part of the run at least
-_DATE = 1e8  # s: a clock beyond counts from an epoch, so that logs of one run overlap
 
 Runs = tuple[tuple[GuessedLog, ...], ...]
 
@@ -18,24 +18,35 @@ def logger_runs(logs: Sequence[GuessedLog], needed: Sequence[str]) -> Runs:
     """The logs of each run, in the same order of loggers; empty where every log is a run, or they cannot be matched.
 
     One run: logs of other columns over about the same time. Several runs: as many logs of each kind, matched by clocks
-    that count from an epoch, else by the numbers in the names of their files.
+    that run on from one log to the next, else by what differs in the names of their files.
 
     Parameters
     ----------
     needed : channels of which a run needs some; logs that all have the same ones are runs.
     """
-    if len(logs) == 1 or _alike(logs, needed):
+    kinds = _kinds(logs)
+    if len(kinds) < 2 or _alike(logs, needed):
         return ()
-    kinds: dict[tuple[str, ...], list[GuessedLog]] = {}
-    for log in logs:
-        kinds.setdefault(tuple(sorted(f.column for f in log.facts)), []).append(log)
-    if len(kinds) < 2 or len({len(kind) for kind in kinds.values()}) > 1:
-        return (tuple(logs),) if len(kinds) > 1 and _one_drive(logs) else ()
-    first, *others = kinds.values()
-    if len(first) == 1:
+    first, *others = kinds
+    if len({len(kind) for kind in kinds}) > 1 or len(first) == 1:
         return (tuple(logs),) if _one_drive(logs) else ()
     matched = [_partners(first, other) for other in others]
     return tuple(zip(first, *matched, strict=True)) if all(matched) else ()
+
+
+def unmatched(logs: Sequence[GuessedLog], needed: Sequence[str]) -> bool:
+    """Whether the logs look like those of several loggers, as many of each, that could not be matched."""
+    kinds = _kinds(logs)
+    several = len(kinds) > 1 and len({len(kind) for kind in kinds}) == 1 and len(kinds[0]) > 1
+    return several and not _alike(logs, needed) and not logger_runs(logs, needed)
+
+
+def _kinds(logs: Sequence[GuessedLog]) -> list[list[GuessedLog]]:
+    """Logs of the same columns together."""
+    kinds: dict[tuple[str, ...], list[GuessedLog]] = {}
+    for log in logs:
+        kinds.setdefault(tuple(sorted(f.column for f in log.facts)), []).append(log)
+    return list(kinds.values())
 
 
 def _alike(logs: Sequence[GuessedLog], needed: Sequence[str]) -> bool:
@@ -55,13 +66,27 @@ def _one_drive(logs: Sequence[GuessedLog]) -> bool:
 
 def _partners(logs: Sequence[GuessedLog], others: Sequence[GuessedLog]) -> list[GuessedLog]:
     """Of each log the one of another logger; empty where that is not certain."""
-    if all(_span(log)[0] > _DATE for log in (*logs, *others)):
+    if _runs_on(logs) and _runs_on(others):
         found = [[other for other in others if _common(log, other) > _SAME_RUN] for log in logs]
-    else:
-        numbers = list(zip(_numbers(others), others, strict=True))
-        found = [[o for key, o in numbers if key == mine] for mine in _numbers(logs)]
-    certain = all(len(each) == 1 for each in found) and len({id(each[0]) for each in found}) == len(logs)
-    return [each[0] for each in found] if certain else []
+        if _certain(found):
+            return [each[0] for each in found]
+    for keys in (_numbers, _letters):
+        named = list(zip(keys(others), others, strict=True))
+        found = [[other for key, other in named if key == mine] for mine in keys(logs)]
+        if _certain(found):
+            return [each[0] for each in found]
+    return []
+
+
+def _certain(found: Sequence[Sequence[GuessedLog]]) -> bool:
+    """Whether each log has one partner, and none is the partner of two."""
+    return all(len(each) == 1 for each in found) and len({id(each[0]) for each in found}) == len(found)
+
+
+def _runs_on(logs: Sequence[GuessedLog]) -> bool:
+    """Whether one clock runs on from log to log, of the day or since an epoch: no two logs overlap."""
+    spans = sorted(_span(log) for log in logs)
+    return all(before[1] < after[0] for before, after in pairwise(spans))
 
 
 def _common(log: GuessedLog, other: GuessedLog) -> float:
@@ -77,6 +102,18 @@ def _numbers(logs: Sequence[GuessedLog]) -> list[tuple[int, ...]]:
         return [tuple(numbers) for numbers in found]
     varying = [k for k, column in enumerate(zip(*found, strict=True)) if len(set(column)) > 1]
     return [tuple(numbers[k] for k in varying) for numbers in found]
+
+
+def _letters(logs: Sequence[GuessedLog]) -> list[str]:
+    """The name of each file without what all begin and end with."""
+    names = [log.path.stem.casefold() for log in logs]
+    rest = [name[_shared(names) :] for name in names]
+    return [name[: len(name) - _shared([other[::-1] for other in rest])] for name in rest]
+
+
+def _shared(names: Sequence[str]) -> int:
+    """How many characters all names begin with."""
+    return sum(1 for _ in takewhile(lambda letters: len(set(letters)) == 1, zip(*names, strict=False)))
 
 
 def _span(log: GuessedLog) -> tuple[float, float]:
