@@ -92,6 +92,12 @@ def test_one_log_that_cannot_be_read_hides_no_other(tmp_path: Path) -> None:
     assert [(p.where, p.what) for p in problems] == [("run_0.csv", "holds no numbers, at most a header")]
 
 
+def test_a_description_among_the_logs_is_told_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "coast.yaml"
+    path.write_text("test: coastdown\n")
+    assert [p.what for p in channels_table(path)[1]] == ["is a description, not a log"]
+
+
 def test_a_table_without_a_clock_says_so(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     path.write_text("x [m];y [m]\n1;2\n2;3\n3;5\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,16 @@ def test_a_bias_is_given_in_percent_of_what_is_known() -> None:
     unknown = diagnosis_section(examples.DIAGNOSIS)
     assert unknown is not None
     assert plain(table(unknown, "Identified").rows[0][-1]) == "rolling resistance +0.0011; drag area +0.021 m²"
+
+
+def test_a_verdict_is_not_green_beside_an_interval_wider_than_its_value() -> None:
+    parameters = examples.coastdown().parameters
+    assert shown().mood == "good"
+    area = parameters["drag_area"]
+    wide = {**parameters, "drag_area": replace(area, interval95=(area.value - 2.0, area.value + 2.0))}
+    found = diagnosis_section(examples.DIAGNOSIS, wide)
+    assert found is not None
+    assert found.mood == "fair"
 
 
 def test_a_bias_that_follows_from_another_is_not_repeated() -> None:

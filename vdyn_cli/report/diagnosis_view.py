@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from vdyn_cli.quantities.diagnosis import Diagnosis, Gain
-from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate, wider_than_value
 from vdyn_cli.report import diagnosis_tables as tables
 from vdyn_cli.report import effect_labels, typography
 from vdyn_cli.report.size_table import remainder_note, sizes
@@ -77,6 +77,8 @@ def diagnosis_section(
     if source is None:
         return None
     label, mood = VERDICTS[source.verdict]
+    if mood == "good" and any(wider_than_value(n, e) for n, e in parameters.items()):
+        mood = "fair"  # what is identified leaves a parameter that nobody can use
     known = {n: e.value for n, e in parameters.items()}
     shown = (
         tables.identified(source.causes, known),
