@@ -91,3 +91,27 @@ def test_two_channels_are_named_by_a_list(described: Path) -> None:
     named.write_text(TEXT + "align_on: speed\n")
     with pytest.raises(InputError, match="has no channel 'speed' to align the loggers on"):
         execute("cg", named, level=None)
+
+
+def test_a_run_whose_logs_contradict_has_a_note(tmp_path: Path) -> None:
+    """The wheel log of the third run is that of another drive, 5 % faster."""
+    rng, t = np.random.default_rng(4), np.arange(0.0, 90.0, 0.05)
+    for k in (1, 2, 3):
+        speed = np.interp(t, [0.0, 12.0, 14.0, 90.0], [8.0, 30.0, 30.0 + 0.1 * k, 10.0])
+        wheel = speed * (1.05 if k == 3 else 1.0) / 0.31
+        _write(tmp_path / f"gps_{k}.csv", t, {"v": speed + rng.normal(0.0, 0.02, t.size)})
+        _write(tmp_path / f"can_{k}.csv", t + 0.3, {"w": wheel + rng.normal(0.0, 0.05, t.size)})
+    runs = "".join(
+        f"  - {{logs: [gps_{k}.csv, can_{k}.csv], direction: {'back' if k == 2 else 'out'}}}\n" for k in (1, 2, 3)
+    )
+    (tmp_path / "coast.yaml").write_text(
+        "test: coastdown\nvehicle: {mass: 1500 kg, rotating_mass: 60 kg, wheel_radius: 310 +- 1 mm}\n"
+        "environment: {temperature: 24 degC, pressure: 98.9 kPa}\n"
+        "loggers:\n  - channels: {time: {column: t, unit: s}, speed: {column: v, unit: m/s}}\n"
+        "  - channels: {time: {column: t, unit: s}, wheel_speed: {column: w, unit: rad/s}}\n"
+        f"runs:\n{runs}"
+    )
+    document, _ = check(tmp_path / "coast.yaml")
+    notes = ["do its logs belong together?" in " ".join(run.why) for run in document.runs]
+    assert notes == [False, False, True]
+    assert "are good" not in document.sentence

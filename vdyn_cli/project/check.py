@@ -13,7 +13,7 @@ from vdyn_cli.io.quality.cuts import TESTS, CutLog
 from vdyn_cli.project.check_policy import CHECK
 from vdyn_cli.project.inputs import Inputs, at_vehicle, gather
 from vdyn_cli.project.redundancy import judged_together, tied_pairs
-from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision
+from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, TiedPair
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, merge_similar
 from vdyn_cli.quantities.log import Log
@@ -54,9 +54,9 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     if not inputs.unsplit:
         raise InputError(Finding(str(path), "the description has no runs: there is no log to check"))
     found, refused = _track_check(inputs), _refused(inputs)
-    runs = [_checked(inputs, k, found, refused) for k in range(len(inputs.unsplit))]
     tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
     redundancy, contradictions = judged_together(tied)
+    runs = [_checked(inputs, k, found, refused, redundancy) for k in range(len(inputs.unsplit))]
     document = CheckDocument(
         format="vdyn/check/1",
         step=inputs.step.name,
@@ -142,7 +142,9 @@ def run_of_parts(inputs: Inputs) -> tuple[int, ...]:
     return tuple(found)
 
 
-def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: Sequence[Finding]) -> CheckedRun:
+def _checked(
+    inputs: Inputs, index: int, track: TrackCheck, refused: Sequence[Finding], tied: Sequence[TiedPair]
+) -> CheckedRun:
     """One run: whether it must be repeated, and why."""
     one, needed = inputs.unsplit[index], _needed(inputs.step)
     span = track.evaluated.get(index, (float(one.log.time[0]), float(one.log.time[-1])))
@@ -162,6 +164,7 @@ def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: Sequence[Fi
         evaluated = f"only {span[0]:.0f} to {span[1]:.0f} s of {one.log.duration:.0f} s"
         notes.append(f"{evaluated} would be evaluated: if the log is of another drive, leave it out")
     notes += [f"cut: {_flag_text(f)}" for f in cuts]
+    notes += _contradictions(inputs, one.log.name, tied)
     notes += [_text(f) for f in one.log.findings if f.doubt and not f.fault]
     notes += _uneven(one)
     notes += [_flag_text(f) for f in _flags(one) if f.test in ("missing", "clock_gap")]
@@ -173,6 +176,16 @@ def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: Sequence[Fi
         samples=int(one.log.time.size),
         lost=lost,
     )
+
+
+def _contradictions(inputs: Inputs, run: str, tied: Sequence[TiedPair]) -> Iterator[str]:
+    """The pairs of channels that contradict in a run, with a question where only some runs of several loggers do."""
+    several = any(clock.run == run for clock in inputs.clocks)
+    for pair in tied:
+        if pair.run == run and pair.good is False:
+            alike = [p.good for p in tied if (p.first, p.second) == (pair.first, pair.second)]
+            mixed = "; do its logs belong together?" if several and True in alike else ""
+            yield f"{pair.first} contradicts {pair.second}: {pair.what}{mixed}"
 
 
 def _uneven(one: CutLog) -> Iterator[str]:
