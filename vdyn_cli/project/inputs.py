@@ -61,6 +61,7 @@ from vdyn_cli.quantities.errors import (
     raise_all,
 )
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import Estimate, MissingParameterError, Parameters
 from vdyn_cli.quantities.quality_flags import EVERY
@@ -396,19 +397,36 @@ def _read_run(
         files |= one[1] if one is not None else {}
     log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec))
     found = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
-    if run.from_time is not None or run.to_time is not None:
-        start = run.from_time.value if run.from_time else log.time[0]
-        stop = run.to_time.value if run.to_time else log.time[-1]
-        found = found.between(start, stop)
-        if found.log.time.size < 2:
-            got = f"{start:g} s to {stop:g} s of {log.time[0]:g} s to {log.time[-1]:g} s"
-            raise InputError(Finding(place, "the time window holds no samples of the log", got))
+    found = _in_window(run, found, place)
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
     log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
     log = _summed(step, _within_physics(step, log, no_unit))
     tilts = getattr(getattr(spec, "settings", None), "accelerometer", None) == "body"
     log = log if no_unit else with_cross_checks(log, refuse="driving" not in step.situations, tilts=tilts)
     return replace(found, log=log), clocks
+
+
+def _in_window(run: Run, found: CutLog, place: str) -> CutLog:
+    """The part of a run between from_time and to_time, which stand on the log's clock.
+
+    Raises
+    ------
+    InputError : a time that is meant from the begin of the log, whose clock begins later; a window without samples.
+    """
+    time, name = found.log.time, found.log.name
+    first, last = float(time[0]), float(time[-1])
+    start, stop = (g.value if g else end for g, end in ((run.from_time, first), (run.to_time, last)))
+    for key, given, end in (("from_time", run.from_time, start), ("to_time", run.to_time, stop)):
+        if given is not None and 0.0 < end < first - (last - first):
+            what = f"'{key}' lies long before the clock of {name}, which begins at {moment(first)} s"
+            remedy = f"count from there: '{key}: {moment(first + end)} s' is {moment(end)} s after its begin"
+            raise InputError(Finding(place, what, f"{moment(end)} s", remedy))
+    within = found if run.from_time is None and run.to_time is None else found.between(start, stop)
+    if within is not found and within.log.time.size < 2:
+        got = f"{moment(start)} s to {moment(stop)} s"
+        remedy = f"choose it between {moment(first)} s and {moment(last)} s, on the clock of {name}"
+        raise InputError(Finding(place, "the time window holds no samples of the log", got, remedy))
+    return within
 
 
 def _align_on(spec: TestSpec) -> AlignOn:
