@@ -85,7 +85,7 @@ def test_a_frozen_segment_takes_no_part() -> None:
 def test_loggers_without_a_tied_pair_are_refused_with_the_channels_that_would_serve() -> None:
     t = np.arange(0.0, 60.0, 0.1)
     bus, box = Log("bus", t, {"speed": 10.0 + np.sin(t)}), Log("box", t, {"front_load": 4000.0 + t})
-    with pytest.raises(InputError, match="none that physics ties") as refused:
+    with pytest.raises(InputError, match="they share no channel, and physics ties none") as refused:
         merge(bus, [box])
     assert "map one of these from box: position, speed" in str(refused.value)
     with pytest.raises(InputError, match="are not tied by physics"):

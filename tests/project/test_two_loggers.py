@@ -89,8 +89,9 @@ def test_two_channels_are_named_by_a_list(described: Path) -> None:
     named.write_text(TEXT + "align_on: [speed, acceleration]\n")
     assert execute("cg", named, level=None).result.quality.clocks[0].pair == ("speed", "acceleration")
     named.write_text(TEXT + "align_on: speed\n")
-    with pytest.raises(InputError, match="has no channel 'speed' to align the loggers on"):
+    with pytest.raises(InputError, match="has no channel 'speed' to align the loggers on") as refused:
         execute("cg", named, level=None)
+    assert "write 'align_on: [speed, acceleration]'" in str(refused.value)
 
 
 def test_a_run_whose_logs_contradict_has_a_note(tmp_path: Path) -> None:

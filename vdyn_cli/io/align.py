@@ -107,6 +107,9 @@ def _possible(reference: Log, other: Log, align_on: AlignOn) -> list[ChannelTie]
     InputError : there are none.
     """
     if isinstance(align_on, str):
+        lacking = [log for log in (reference, other) if align_on not in log]
+        if len(lacking) == 1:
+            raise InputError(_one_name(reference, other, align_on, lacking[0]))
         return [ChannelTie(align_on, align_on)]
     if align_on is not None:
         tie = tie_of(*align_on)
@@ -117,11 +120,29 @@ def _possible(reference: Log, other: Log, align_on: AlignOn) -> list[ChannelTie]
         return [tie]
     found = ties(reference.channels, other.channels)
     if not found:
-        ways = ", ".join(tying(reference.channels)) or "a channel of both"
-        what = f"has no channel that {reference.name} has too, and none that physics ties to one of its channels"
-        got = ", ".join(other.channels) or "only the time"
-        raise InputError(Finding(other.name, what, got, f"map one of these from {other.name}: {ways}"))
+        what = f"cannot be aligned with {reference.name}: they share no channel, and physics ties none"
+        got = f"{_listed(other)}; of {reference.name}: {_listed(reference)}"
+        choices = ((other, tying(reference.channels)), (reference, tying(other.channels)))
+        ways = [f"map one of these from {log.name}: {', '.join(names)}" for log, names in choices if names]
+        raise InputError(Finding(other.name, what, got, "; or ".join(ways) or "map a channel that both recorded"))
     return found
+
+
+def _listed(log: Log) -> str:
+    return ", ".join(log.channels) or "only the time"
+
+
+def _one_name(reference: Log, other: Log, name: str, lacking: Log) -> Finding:
+    """That one of two loggers lacks the channel to align on, with the pair that would serve."""
+    sides = [(name,) if name in log else tuple(log.channels) for log in (reference, other)]
+    pair = next(iter(ties(*sides)), None)
+    remedy = "map it for every logger"
+    if pair is not None:
+        of_first = f"'{pair.first}' of the first logger and '{pair.second}' of the other"
+        remedy += f", or write 'align_on: [{pair.first}, {pair.second}]' to align on {of_first}"
+    else:
+        remedy += ", or name a channel of both with 'align_on'"
+    return Finding(lacking.name, f"has no channel '{name}' to align the loggers on", remedy=remedy)
 
 
 def on_one_clock(reference: Log, others: Sequence[Log]) -> Log:
