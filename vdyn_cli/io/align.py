@@ -123,8 +123,8 @@ def _possible(reference: Log, other: Log, align_on: AlignOn) -> list[ChannelTie]
         what = f"cannot be aligned with {reference.name}: they share no channel, and physics ties none"
         got = f"{_listed(other)}; of {reference.name}: {_listed(reference)}"
         choices = ((other, tying(reference.channels)), (reference, tying(other.channels)))
-        ways = [f"map one of these from {log.name}: {', '.join(names)}" for log, names in choices if names]
-        raise InputError(Finding(other.name, what, got, "; or ".join(ways) or "map a channel that both recorded"))
+        serving = [f"map one of these from {log.name}: {', '.join(names)}" for log, names in choices if names]
+        raise InputError(Finding(other.name, what, got, "; or ".join(serving) or "map a channel that both recorded"))
     return found
 
 
