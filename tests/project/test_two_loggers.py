@@ -113,6 +113,7 @@ def test_a_run_whose_logs_contradict_has_a_note(tmp_path: Path) -> None:
         f"runs:\n{runs}"
     )
     document, _ = check(tmp_path / "coast.yaml")
+    assert any("do gps_3.csv and can_3.csv belong together?" in f.what and f.doubt for f in document.findings)
     notes = ["do its logs belong together?" in " ".join(run.why) for run in document.runs]
     assert notes == [False, False, True]
     assert "are good" not in document.sentence

@@ -45,6 +45,11 @@ class CheckPolicy:
         "Tires with a slip stiffness of 15 loads slip by 1.3 % at a drive force of 0.2 times the load; most runs stay "
         "below it. A radius's own standard deviation is added.",
     )  # fmt: skip
+    run_ratio: float = threshold(
+        0.02, "share of the median", "by which the ratio of two loggers' speeds may differ in a run from all runs",
+        "Tires slip by 1.3 % at most in most runs, and a tire's radius changes by 0.5 % with its temperature. "
+        "Coast-downs with logs of different runs have ratios up to 6 % off.",
+    )  # fmt: skip
     agreeing: float = threshold(
         2.0, "standard errors", "by which a gain and a radius may be off more than a tire slips",
         "Two that agree differ by more in one case of twenty.",

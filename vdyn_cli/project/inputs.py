@@ -44,6 +44,7 @@ from vdyn_cli.project.channel_sources import (
     scalings,
     unused_sources,
 )
+from vdyn_cli.project.paired_logs import with_pair_doubts
 from vdyn_cli.project.repeated_runs import repeated_runs
 from vdyn_cli.project.road_profile import road_findings, survey_note, surveyed_road, with_grade
 from vdyn_cli.project.run_parts import split_runs
@@ -153,6 +154,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     cut = tuple(replace(one[0], log=ready(one[0].log)) for one in read if one is not None)
     if not unreadable:
         cut = tuple(one for one in cut if attempt(problems, _within_physics, step, one.log) is not None)
+    cut = with_pair_doubts(clocks, cut)
     logs = tuple(one.log for one in cut)
     places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
     problems += repeated_runs(logs, places) if len(places) == len(logs) else []
