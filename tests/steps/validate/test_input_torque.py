@@ -193,3 +193,30 @@ def test_a_torque_of_a_slower_logger_keeps_its_corners(kind: str) -> None:
     near = np.abs(times[:, None] - KNOTS[1:-1]).min(axis=1) < 0.1
     error = values[near] - np.interp(times[near], KNOTS, [0, 0, 300, 300, 20, 20, 250, 180])
     assert np.sqrt(np.mean(error**2)) < 1.5
+
+
+def paused(rate: int, ramp: float, seed: int, smooth: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Misses, at every half millisecond about it, of a ramp of so many seconds; and the corners' number."""
+    rng = np.random.default_rng([13, seed])
+    time, fine, start = np.arange(0.0, 4.0, 1.0 / rate), np.arange(1.9, 2.2, 5e-4), 2.0 + rng.uniform(0.0, 1.0 / rate)
+
+    def true(at: np.ndarray) -> np.ndarray:
+        share = np.clip((at - start) / ramp, 0.0, 1.0)
+        return 300.0 * (0.5 + 0.5 * np.cos(np.pi * share) if smooth else 1.0 - share)
+
+    values, (times, heights) = denoised(time, true(time) + rng.standard_normal(time.size), 1.0)
+    where = np.searchsorted(time, times)
+    return np.interp(fine, np.insert(time, where, times), np.insert(values, where, heights)) - true(fine), times
+
+
+@pytest.mark.parametrize(("rate", "ramp"), [(50, 0.06), (50, 0.12), (100, 0.04), (100, 0.06), (200, 0.03)])
+def test_a_shift_pause_of_few_samples_keeps_its_corners(rate: int, ramp: float) -> None:
+    """Straight lines between samples miss it by some 4 noise levels."""
+    found = [paused(rate, ramp, seed) for seed in range(40)]
+    assert np.mean([times.size == 2 for _, times in found]) > 0.8
+    assert np.median([np.sqrt(np.mean(misses**2)) for misses, _ in found]) < 0.7
+
+
+@pytest.mark.parametrize("ramp", [0.1, 0.15])
+def test_a_torque_that_turns_smoothly_within_few_samples_gets_no_corners(ramp: float) -> None:
+    assert np.mean([paused(50, ramp, seed, smooth=True)[1].size > 0 for seed in range(40)]) < 0.1

@@ -7,7 +7,8 @@ driver did. So samples on successive straight pieces are fitted as one broken li
 
 solved with the column -1(t > t_k) beside each max(t - t_k, 0): its coefficient over c_k is the corner's step.
 (Muggeo, Statistics in Medicine 22 (2003) 3055.) Where a broken line misses samples by more than their
-noise, they stay as they were.
+noise, they stay as they were. A ramp of a shift pause lasts few samples; where these lie on a line that joins two long
+ones, it has its corners, too.
 """
 
 from __future__ import annotations
@@ -21,12 +22,13 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.drive import Points
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.validate.line_fits import LineFits
+from vdyn_cli.steps.validate.line_fits import STRAIGHT, LineFits
 
 Index = NDArray[np.int64]
 
 SHARP = 4.0  # standard deviations by which the slopes of two lines must differ to make a corner
 KNOWN = 0.05  # share of the shorter line within which it must be known where they meet
+FEWEST = 3  # samples of a ramp between two long lines: of two, no residual would tell whether they lie on a line
 NONE_INSIDE = 0.85  # share of a line's reach in which there is no other corner: it may go a little beyond one
 NEXT = 64  # spacings from one corner to the next of the same broken line
 MOST = 10  # corners of one broken line
@@ -57,6 +59,7 @@ def with_corners(
     lines : before and after each sample.
     """
     found = _seen(lines, float(np.median(np.diff(time))))
+    found = _with_short_ramps(found, time, torque, lines, level)
     values, times, heights = values.copy(), [], []
     for group, least, most in _groups(found, lines, time.size):
         middle = 0.5 * (time[group] + time[group + 1])
@@ -96,11 +99,57 @@ def _seen(lines: tuple[LineFits, LineFits], spacing: float) -> Index:
     return np.sort(np.array(found, dtype=np.int64))
 
 
+def _with_short_ramps(
+    found: Index, time: Array, torque: Array, lines: tuple[LineFits, LineFits], level: float
+) -> Index:
+    """With both corners of every ramp that is too short for a line of its own but joins two long ones.
+
+    What swings looks straight over so few samples, but neither begins nor ends on a long line.
+    """
+    before, after = lines
+    ends = np.flatnonzero(_leaves(time, torque, before, level))
+    starts = np.flatnonzero(_leaves(-time[::-1], torque[::-1], after.turned, level)[::-1])
+    pairs = list[int]()
+    for i, k in zip(ends.tolist(), np.searchsorted(starts, ends, "right").tolist(), strict=True):
+        j = int(starts[k]) if k < starts.size else i
+        beside = np.any((found >= i - 1) & (found <= j)) or np.any((ends > i) & (ends < j))
+        if FEWEST <= j - i - 1 <= STRAIGHT and not beside and _is_ramp(time, torque, (i, j), lines, level):
+            pairs += [i, j - 1]
+    return np.sort(np.r_[found, np.array(pairs, dtype=np.int64)])
+
+
+def _leaves(time: Array, torque: Array, lines: LineFits, level: float) -> NDArray[np.bool_]:
+    """At which samples (n,) a long line ends that the next sample does not lie on."""
+    steps = np.diff(time)
+    beyond = lines.values[:-1] + lines.slopes[:-1] * steps
+    std = np.sqrt(lines.variance[:-1]) + np.sqrt(lines.slope_variance[:-1]) * steps
+    return np.append(np.abs(torque[1:] - beyond) > SHARP * np.hypot(std, level), False)
+
+
+def _is_ramp(time: Array, torque: Array, ends: tuple[int, int], lines: tuple[LineFits, LineFits], level: float) -> bool:
+    """Do the samples between two long lines, which end at and begin at ``ends``, lie on a line that both turn into?"""
+    i, j = ends
+    t, x = time[i + 1 : j], torque[i + 1 : j]
+    slope, height = np.polyfit(t - t.mean(), x, 1)
+    square = float(np.sum((t - t.mean()) ** 2))
+    misses = x - height - slope * (t - t.mean())
+    if not _likely(misses, level, t.size - 2):
+        return False
+    end = level * np.sqrt(1.0 / t.size + (t[-1] - t.mean()) ** 2 / square)
+    for line, k in zip(lines, ends, strict=True):
+        turn = abs(slope - line.slopes[k])
+        sharp = turn > SHARP * np.sqrt(level**2 / square + line.slope_variance[k])
+        if not sharp or np.hypot(end, np.sqrt(line.variance[k])) > KNOWN * turn * np.ptp(t):
+            return False
+    return True
+
+
 def _groups(found: Index, lines: tuple[LineFits, LineFits], count: int) -> list[tuple[Index, int, int]]:
     """Corners that straight pieces link, with the samples from the first piece to the end of the last."""
     before, after = lines
     gap = np.diff(found)
     apart = (after.reach[found[:-1] + 1] + before.reach[found[1:]] < gap - 1) | (gap > NEXT)
+    apart &= gap > STRAIGHT
     linked = [g for g in np.split(found, np.flatnonzero(apart) + 1) if g.size]
     spans = []
     for g in (part for whole in linked for part in np.array_split(whole, -(-whole.size // MOST))):
@@ -141,5 +190,9 @@ def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _B
 
 def _holds(broken: _Broken, level: float) -> bool:
     """Do the samples lie about the broken line as their noise lets them?"""
-    free = max(broken.misses.size - 2 - 2 * broken.corners.size, 1)
-    return bool(np.sum(broken.misses**2) / level**2 < free + LIKELY * np.sqrt(2.0 * free))
+    return _likely(broken.misses, level, max(broken.misses.size - 2 - 2 * broken.corners.size, 1))
+
+
+def _likely(misses: Array, level: float, free: int) -> bool:
+    """Whether residuals with so many degrees of freedom may be white noise."""
+    return bool(np.sum(misses**2) / level**2 < free + LIKELY * np.sqrt(2.0 * free))
