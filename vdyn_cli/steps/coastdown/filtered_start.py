@@ -18,12 +18,12 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, rows
+from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment
+from vdyn_cli.steps.coastdown.start_cuts import StartCut, from_start, without_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LAGS = tuple(float(t) for t in np.geomspace(0.2, 1.6, 13))  # s, that are tried: shorter ones move no estimate
 LENGTH = 4.5  # s of a run's start that is fitted: a parabola describes the coast, which a gust hardly changes
-BEFORE = 1.0  # s before a coast, within which its log begins with it: the span over which the speed is smoothed
 SETTLED = 4.0  # T, that are cut: 2 % of the transient are left
 FEWEST_ROWS = 12  # of such a start, which has four unknowns
 
@@ -69,31 +69,8 @@ def without_filtered_start(
     lag = filter_lag(starts)
     if lag is None:
         return list(segments), []
-    found: list[CoastSegment] = []
-    rejected: list[RejectedSegment] = []
-    for one, start, spans in zip(segments, starts, kept, strict=True):
-        begin = float(one.log.time[0])
-        until = float(start.time[0]) + SETTLED * lag
-        if any(first <= begin + lag and until - lag <= stop for first, stop in spans):
-            found.append(one)
-            continue
-        why = (
-            f"the speed of all runs follows the start of the coast with a lag of {lag:.2g} s: filtered by the "
-            f"receiver? To use it, add 'keep: [{{channel: speed, from: {begin:.6g} s, to: {until:.6g} s}}]' to the run"
-        )
-        found.append(one.rows(one.log.time > until))
-        rejected.append(RejectedSegment(one.name, begin, until, why))
-    return found, rejected
-
-
-def from_start(coast: Log, whole: Log) -> Log:
-    """The coast with the rows of its log before it, where the log begins with the coast.
-
-    A coast begins at the largest smoothed speed, half a second after the first row of a log that was cut there.
-    """
-    begin, end = float(coast.time[0]), float(coast.time[-1])
-    here = np.isfinite(whole["speed"]) & (whole.time <= end)
-    return rows(whole, here) if begin - float(whole.time[0]) < BEFORE else coast
+    why = f"the speed of all runs follows the start of the coast with a lag of {lag:.2g} s: filtered by the receiver?"
+    return without_starts(segments, starts, kept, StartCut(SETTLED * lag, lag, why))
 
 
 def _exponential(log: Log, lag: float) -> tuple[float, float] | None:

@@ -20,8 +20,8 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.filtered_start import from_start
 from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment
+from vdyn_cli.steps.coastdown.start_cuts import StartCut, from_start, without_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 RELEASED = 6.0  # s at the start of a coast in which a clutch may still slip
@@ -102,20 +102,8 @@ def without_late_clutch(
     if seen is None:
         return list(segments), []
     drag, size = seen
-    found: list[CoastSegment] = []
-    rejected: list[RejectedSegment] = []
-    for one, start, spans in zip(segments, starts, kept, strict=True):
-        begin, until = float(one.log.time[0]), float(start.time[0]) + drag.until
-        if any(first <= begin + drag.time and until - drag.time <= stop for first, stop in spans):
-            found.append(one)
-            continue
-        why = (
-            f"all runs slow by {size:.2f} m/s^2 more in their first {drag.time:.1f} s than later: clutch or "
-            f"driveline? To use it, add 'keep: [{{channel: speed, from: {begin:.6g} s, to: {until:.6g} s}}]' to the run"
-        )
-        found.append(one.rows(one.log.time > until))
-        rejected.append(RejectedSegment(one.name, begin, until, why))
-    return found, rejected
+    why = f"all runs slow by {size:.2f} m/s^2 more in their first {drag.time:.1f} s than later: clutch or driveline?"
+    return without_starts(segments, starts, kept, StartCut(drag.until, drag.time, why))
 
 
 def _fitted(logs: Sequence[Log], begin: float, drag: StartDrag) -> tuple[Array, float] | None:
