@@ -78,7 +78,7 @@ def diagnosis_section(
         return None
     label, mood = VERDICTS[source.verdict]
     if mood == "good" and any(wider_than_value(n, e) for n, e in parameters.items()):
-        mood = "fair"  # what is identified leaves a parameter that nobody can use
+        mood = "fair"  # an identified effect does not make such a parameter usable
     known = {n: e.value for n, e in parameters.items()}
     shown = (
         tables.identified(source.causes, known),

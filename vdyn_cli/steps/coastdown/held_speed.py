@@ -17,9 +17,13 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 
 BIN = 0.1  # s: a tenth of RELEASE
-DROP = 2.0  # m/s below the highest speed, within which the release lies; at most a third of the fall
-HELD = 0.25  # of that, about the highest speed: what a held speed may wander
-STEADY = 1.0 / 3.0  # of the deceleration after the release, to which a held speed may rise or fall
+# m/s below the highest speed, within which the release lies; at most a third of the fall. A car coasts through it in 5
+# to 20 s, over which its deceleration is a straight line in time.
+DROP = 2.0
+HELD = 0.25  # of that: drivers and cruise controls hold a speed within 0.5 m/s
+# Of the deceleration after the release, to which a held speed may rise or fall: one that is held has 0, a coast 1, an
+# acceleration -1 and less. A third, some 0.1 m/s^2, leaves room for a pedal that is held still on a slope of 1 %.
+STEADY = 1.0 / 3.0
 RELEASE = 1.0  # s, that pedal and clutch take; the release is known to a few tenths of it
 FEWEST_BINS = 5  # on either side of the release: the three unknowns of a piece, and two more
 
