@@ -94,6 +94,43 @@ def test_two_channels_are_named_by_a_list(described: Path) -> None:
     assert "write 'align_on: [speed, acceleration]'" in str(refused.value)
 
 
+def test_a_stated_delay_is_taken_with_its_uncertainty(described: Path) -> None:
+    stated = described.with_name("stated.yaml")
+    stated.write_text(TEXT.replace("runs:\n", "    delay: 80 +- 20 ms\nruns:\n"))
+    result = execute("cg", stated, level=None).result
+    clock = result.quality.clocks[0]
+    assert (clock.delay, clock.delay_std, clock.stated) == (0.08, 0.02, True)
+    found = execute("cg", described, level=None).result.parameters["cg_height"]
+    assert result.parameters["cg_height"].half_width > 1.5 * found.half_width
+    page = step_page(execute("cg", stated, level=None))
+    assert page.clocks is not None
+    assert page.clocks.rows[0][2] == "stated"
+
+
+@pytest.mark.parametrize(
+    ("delay", "problem"),
+    [
+        ("0 s", "from the stated one: one of these sensors"),
+        ("300 s", "is not of the time of car_1.csv with the stated delay"),
+    ],
+)
+def test_a_wrong_stated_delay_is_reported(described: Path, delay: str, problem: str) -> None:
+    wrong = described.with_name("wrong.yaml")
+    wrong.write_text(TEXT.replace("runs:\n", f"    delay: {delay}\nruns:\n"))
+    try:
+        found = [str(f) for f in check(wrong)[0].findings]
+    except InputError as error:
+        found = [str(f) for f in error.findings]
+    assert problem in " ".join(found)
+
+
+def test_the_first_logger_has_no_delay(described: Path) -> None:
+    first = described.with_name("first.yaml")
+    first.write_text(TEXT.replace("loggers:\n  - channels:", "loggers:\n  - delay: 0 s\n    channels:"))
+    with pytest.raises(InputError, match="first logger gives the clock"):
+        execute("cg", first, level=None)
+
+
 def test_a_run_whose_logs_contradict_has_a_note(tmp_path: Path) -> None:
     """The wheel log of the third run is that of another drive, 5 % faster."""
     rng, t = np.random.default_rng(4), np.arange(0.0, 90.0, 0.05)

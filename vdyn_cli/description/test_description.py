@@ -203,6 +203,9 @@ class Reading(Strict):
     )
 
 
+LONGEST_TEST = 1e7  # s, four months: more than a test with one set of tires and one load
+
+
 class Logger(Strict):
     """One of several loggers that recorded the same run on clocks of their own."""
 
@@ -210,9 +213,11 @@ class Logger(Strict):
         description="vdyn's channel name: column and unit of this logger's log, or a constant"
     )
     reading: Reading = Field(Reading(), description="how this logger's files are written")
-
-
-LONGEST_TEST = 1e7  # s, four months: more than a test with one set of tires and one load
+    delay: Annotated[Given, Si("s", -LONGEST_TEST, LONGEST_TEST)] | None = Field(
+        None,
+        description="what this logger's clock shows less what the first logger's shows, s, where it is known (0 s: one "
+        "clock); left out: it is estimated",
+    )
 
 
 class Segment(Strict):

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.clock_estimate import clock_difference
+from vdyn_cli.io.clock_estimate import STATE_DELAY, clock_difference, stated_difference
 from vdyn_cli.io.clock_policy import CLOCKS
 from vdyn_cli.io.quality.log_flags import SPEEDS, flags
 from vdyn_cli.io.sampled import Signal
@@ -18,6 +18,7 @@ from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.quantities.quality_flags import Flag
+from vdyn_cli.quantities.quantity import Given
 
 AlignOn = str | tuple[str, str] | None
 """The channel that both loggers recorded, the reference's channel and the other's, or None: found by itself."""
@@ -25,7 +26,9 @@ AlignOn = str | tuple[str, str] | None
 LINES = "straight lines between samples"  # how a slower logger's channel is resampled
 
 
-def merge(reference: Log, others: Sequence[Log], align_on: AlignOn = None) -> tuple[Log, tuple[ClockDifference, ...]]:
+def merge(
+    reference: Log, others: Sequence[Log], align_on: AlignOn = None, delays: Sequence[Given | None] = ()
+) -> tuple[Log, tuple[ClockDifference, ...]]:
     """Put other loggers' channels on the reference's clock, saying delay and drift of each and how it was resampled.
 
     Parameters
@@ -33,6 +36,7 @@ def merge(reference: Log, others: Sequence[Log], align_on: AlignOn = None) -> tu
     reference : gives the clock, and every channel that it has.
     others : give the channels that no log before them has.
     align_on : what tells the clocks; left out, it is the tied pair with the smallest standard error of the delay.
+    delays : of each other logger, s, where it is known; else None. Left out: of none.
 
     Returns
     -------
@@ -47,8 +51,8 @@ def merge(reference: Log, others: Sequence[Log], align_on: AlignOn = None) -> tu
     merged = replace(reference, findings=(*reference.findings, *(f for log in others for f in log.findings)))
     step = float(np.median(np.diff(reference.time)))
     clocks = []
-    for other in others:
-        found, differing = _clock(reference, other, align_on)
+    for other, delay in zip(others, delays or [None] * len(others), strict=True):
+        found, differing = _clock(reference, other, align_on, delay)
         added, how = {}, {}
         at = found.stamp(reference.time)
         for channel in other.channels:
@@ -63,27 +67,32 @@ def merge(reference: Log, others: Sequence[Log], align_on: AlignOn = None) -> tu
     return merged, tuple(clocks)
 
 
-def _clock(reference: Log, other: Log, align_on: AlignOn) -> tuple[ClockDifference, list[Finding]]:
+def _clock(reference: Log, other: Log, align_on: AlignOn, delay: Given | None) -> tuple[ClockDifference, list[Finding]]:
     """The difference of two clocks, and a doubt for each other pair of channels that contradicts it."""
-    possible = _possible(reference, other, align_on)
-    reference, other = (_sound(log, possible) for log in (reference, other))
+    possible = _possible(reference, other, align_on) if delay is None else ties(reference.channels, other.channels)
+    sound, also = (_sound(log, possible) for log in (reference, other))
     found, problems = list[tuple[ChannelTie, ClockDifference]](), list[Finding]()
     for tie in possible:
         try:
-            found.append((tie, clock_difference(reference, other, tie)))
+            found.append((tie, clock_difference(sound, also, tie)))
         except InputError as error:
             problems += error.findings
-    if not found:
+    if delay is not None:
+        best, by = stated_difference(reference, other, delay), "the stated one"
+    elif found:
+        best_tie, best = min(found, key=lambda one: one[1].delay_std)
+        by = f"that of {best_tie}"
+    else:
         raise InputError(*problems)
-    best_tie, best = min(found, key=lambda one: one[1].delay_std)
     doubts = []
     for tie, one in found:
         apart = one.delay - float(best.stamp(np.array([one.at]))[0] - one.at)
         std = float(np.hypot(one.delay_std, best.delay_std))
-        if tie is not best_tie and abs(apart) > CLOCKS.pairs_apart * std:
-            what = f"{tie} gives a delay that differs by {apart:+.4f} s +- {std:.4f} s from that of {best_tie}: one "
+        if one is not best and abs(apart) > CLOCKS.pairs_apart * std:
+            what = f"{tie} gives a delay that differs by {apart:+.4f} s +- {std:.4f} s from {by}: one "
             what += "of these sensors lags behind its own logger"
-            remedy = "name the pair to go by with 'align_on', and see the sensors' data sheets for their delay"
+            remedy = "check the stated 'delay'" if best.stated else "name the pair to go by with 'align_on'"
+            remedy += ", and see the sensors' data sheets for their delay"
             doubts.append(Finding(other.name, what, remedy=remedy, doubt=True))
     return best, doubts
 
@@ -124,7 +133,8 @@ def _possible(reference: Log, other: Log, align_on: AlignOn) -> list[ChannelTie]
         got = f"{_listed(other)}; of {reference.name}: {_listed(reference)}"
         choices = ((other, tying(reference.channels)), (reference, tying(other.channels)))
         serving = [f"map one of these from {log.name}: {', '.join(names)}" for log, names in choices if names]
-        raise InputError(Finding(other.name, what, got, "; or ".join(serving) or "map a channel that both recorded"))
+        remedy = "; or ".join(serving) or "map a channel that both recorded"
+        raise InputError(Finding(other.name, what, got, f"{remedy}; or {STATE_DELAY}"))
     return found
 
 
@@ -216,17 +226,20 @@ def _on_reference(samples: Mapping[str, Samples], at: Array, time: Array) -> dic
     return {n: (time[0] + rate * (own - at[0]), values) for n, (own, values) in samples.items()}
 
 
+def _estimated(found: ClockDifference, drift: str) -> str:
+    """The drift, and the channels by which a clock is aligned."""
+    first, second = found.pair
+    corrected = "corrected" if found.corrected else "not significant and not corrected"
+    same = f"channel '{first}', which here is {found.gain:.4g} x {found.run} {found.offset:+.3g}"
+    by = same if first == second else f"'{first}' and '{second}'"
+    return f" at {found.at:.4g} s, and drifts by {drift}, which is {corrected}; by {by}"
+
+
 def _clock_findings(found: ClockDifference, how: dict[str, str]) -> list[Finding]:
     """What is done with a logger's clock, and a doubt where its drift is that of no quartz clock."""
-    first, second = found.pair
-    by = f"channel '{first}'" if first == second else f"'{first}' and '{second}'"
     drift = f"{1e6 * found.drift:+.0f} ppm +- {1e6 * found.drift_std:.0f} ppm"
     what = f"clock is {found.delay:+.4f} s +- {found.delay_std:.4f} s (standard error) from that of {found.run}"
-    what += f" at {found.at:.4g} s, and drifts by {drift}, which is "
-    what += "corrected" if found.corrected else "not significant and not corrected"
-    what += f"; by {by}"
-    if first == second:
-        what += f", which here is {found.gain:.4g} x {found.run} {found.offset:+.3g}"
+    what += ", as stated" if found.stated else _estimated(found, drift)
     for words in dict.fromkeys(how.values()):
         names = ", ".join(f"'{name}'" for name, kind in how.items() if kind == words)
         what += f"; {names} resampled to its clock ({words})"

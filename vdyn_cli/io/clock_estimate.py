@@ -29,7 +29,10 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import Given
 
+STATE_DELAY = "state this logger's 'delay' where it is known (0 s: one clock)"
+_OTHERS = f"name other channels with 'align_on', or {STATE_DELAY}"
 _WIDTHS = (2.0, 8.0, 32.0, 128.0, 512.0)  # smoothing, in steps of the slower logger
 _BLOCKS = 16
 _ITERATIONS = 30
@@ -106,7 +109,7 @@ def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDiffer
     first = _best(cells, coarse, 0.0, 0.0)
     if first is None:
         what = "varies too little or too evenly to separate a delay from a gain and an offset"
-        remedy = "log accelerating and braking too, or name other channels with 'align_on'"
+        remedy = f"log accelerating and braking too, {_OTHERS}"
         raise InputError(Finding(where, what, remedy=remedy))
     at = first.at - first.delay
     found, corrected, settled = first, False, False
@@ -127,6 +130,30 @@ def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDiffer
         reference.name, other.name, (tie.first, tie.second), found.delay, found.std, at, drift, std, corrected,
         found.gain, found.offset,
     )  # fmt: skip
+
+
+def stated_difference(reference: Log, other: Log, delay: Given) -> ClockDifference:
+    """The difference of two clocks whose delay is known; a delay with an uncertainty has the drift of quartz clocks.
+
+    Parameters
+    ----------
+    delay : by which the other's clock is ahead, s; exact (std 0) where both have one clock.
+
+    Raises
+    ------
+    InputError : with this delay the logs are not of the same time.
+    """
+    (first, last), (start, stop) = ((log.time[0], log.time[-1]) for log in (reference, other))
+    together = min(last, stop - delay.value) - max(first, start - delay.value)
+    if together < CLOCKS.least_overlap * min(last - first, stop - start):
+        what = f"is not of the time of {reference.name} with the stated delay"
+        got = f"{start:.6g} s to {stop:.6g} s, less {delay.value:.6g} s, against {first:.6g} s to {last:.6g} s"
+        remedy = "correct 'delay' (what this clock shows less what the first logger's shows), or leave it out"
+        raise InputError(Finding(other.name, what, got, remedy))
+    drift_std = CLOCKS.prior_drift if delay.std > 0.0 else 0.0
+    at = float(np.mean(reference.time[[0, -1]]))
+    names = reference.name, other.name, ("time", "time")
+    return ClockDifference(*names, delay.value, delay.std, at, 0.0, drift_std, False, 1.0, 0.0)
 
 
 def _with_prior(drift: float, std: float) -> tuple[float, float]:
@@ -152,19 +179,19 @@ def _check_drift(drift: float, std: float, where: str) -> None:
     if abs(drift) > CLOCKS.most_drift:
         what = "the logs do not belong together or a channel is faulty: one clock would drift against the other"
         got = f"{1e6 * drift:+.0f} ppm +- {1e6 * std:.0f} ppm; quartz clocks keep {1e6 * CLOCKS.prior_drift:.0f} ppm"
-        remedy = "check which logs belong to this run, and the unit and the sampling rate of their times; or name "
-        raise InputError(Finding(where, what, got, f"{remedy}other channels with 'align_on'"))
+        remedy = "check which logs belong to this run, and the unit and the sampling rate of their times; or "
+        raise InputError(Finding(where, what, got, f"{remedy}{_OTHERS}"))
 
 
 def _signal(log: Log, channel: str) -> Signal:
     if channel not in log or channel == "time":
-        remedy = "map it for every logger, or name another channel with 'align_on'"
+        remedy = f"map it for every logger, {_OTHERS}"
         raise InputError(Finding(log.name, f"has no channel '{channel}' to align the loggers on", remedy=remedy))
     written = np.isfinite(log[channel])
     values = log[channel][written]
     if values.size < 20 or np.ptp(values) == 0.0:
         what = f"channel '{channel}' is constant: it cannot align the loggers' clocks"
-        raise InputError(Finding(log.name, what, remedy="name another channel with 'align_on'"))
+        raise InputError(Finding(log.name, what, remedy=_OTHERS))
     return Signal(log.time[written], values)
 
 
@@ -213,7 +240,7 @@ def _coarse_delay(x: Signal, y: Signal, tie: ChannelTie, where: str) -> float:
     if likeness[best] < CLOCKS.least_likeness:
         opposite = _likeness(a, -b, tie.same).max() >= CLOCKS.least_likeness
         got = f"best {measure} {likeness[best]:.2f}"
-        remedy = "check the unit for both loggers, or name other channels with 'align_on'"
+        remedy = f"check the unit for both loggers, {_OTHERS}"
         remedy = "one logger has the opposite sign: add 'sign: -1' to its channel" if opposite else remedy
         raise InputError(Finding(where, "the two recordings do not match at any delay", got, remedy))
     miss = 1.0 - likeness
@@ -222,7 +249,7 @@ def _coarse_delay(x: Signal, y: Signal, tie: ChannelTie, where: str) -> float:
     rivals = [i for i in np.flatnonzero(miss < CLOCKS.rival * miss[best]) if i < left or i > right]
     if rivals:
         got = f"{lags[best] + y.time[0] - x.time[0]:.4g} s or {lags[rivals[0]] + y.time[0] - x.time[0]:.4g} s"
-        remedy = "log a non-periodic manoeuvre, or name other channels with 'align_on'"
+        remedy = f"log a non-periodic manoeuvre, {_OTHERS}"
         raise InputError(Finding(where, "the two recordings match at several delays", got, remedy))
     return float(y.time[0] - x.time[0] + lags[best])
 

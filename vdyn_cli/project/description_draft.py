@@ -244,7 +244,8 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
             how = (
                 f"its clock is aligned by {tied[0]}"
                 if tied
-                else "and no mapped channel relates its clock to the first one: map two channels that measure the same"
+                else "and no mapped channel relates its clock to the first one: map two channels of the same, "
+                "or write 'delay: 0 s' where both have one clock"
             )
             own.append(f"  # another logger of the run, not a run: it has no speed of its own; {how}")
             undecided += [] if tied else [f"channel to align {log.path.name} on"]

@@ -98,8 +98,10 @@ def _scaled(scaling: Scaling) -> Callable[[Log, float], Log]:
 
 def _clocks(inputs: Inputs) -> Iterator[_Uncertain]:
     """Delay and corrected drift of each other logger of each run."""
+    times = {log.name: log.time for log in inputs.logs}
     for one in inputs.clocks:
-        kinds = [("the clocks' delay", f"{one.delay_std:.2g} s", one.delay_std, 0.0)]
+        std = one.run_delay_std(times[one.run]) if one.run in times else one.delay_std
+        kinds = [("the clocks' delay", f"{std:.2g} s", std, 0.0)]
         if one.corrected:
             kinds.append(("the clocks' drift", f"{1e6 * one.drift_std:.2g} ppm", 0.0, one.drift_std))
         for name, size, delay, drift in kinds:

@@ -397,7 +397,8 @@ def _read_run(
         raise InputError()
     for one in read:
         files |= one[1] if one is not None else {}
-    log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec))
+    delays = [logger.delay for logger in loggers[1:]]
+    log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec), delays)
     found = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
     found = _in_window(run, found, place)
     # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.

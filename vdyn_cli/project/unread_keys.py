@@ -21,6 +21,10 @@ def contradictory_keys(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
                 source.where(("align_on",)), "'align_on' needs 'loggers'", "", "remove it, or list the loggers"
             )
         return
+    if spec.loggers[0].delay is not None:
+        what = "the first logger gives the clock, so it has no 'delay'"
+        remedy = "state the delays of the other loggers against it"
+        yield Finding(source.where(("loggers", 0, "delay")), what, "", remedy)
     for key in ("channels", "reading"):
         if key in spec.model_fields_set:
             what = f"'{key}' beside 'loggers' is not read"

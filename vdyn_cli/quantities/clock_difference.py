@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
     from vdyn_cli.quantities.arrays import Array
 
@@ -19,7 +21,8 @@ class ClockDifference:
     Parameters
     ----------
     run, logger : names of the reference's log and of the logger's.
-    pair : the channel of the reference and that of the logger, from which the difference is estimated.
+    pair : the channel of the reference and that of the logger, from which the difference is estimated; both are
+        ``time`` where the delay is stated.
     delay, delay_std, at : s; ``at`` is the moment, on the reference's clock, for which the delay holds.
     drift, drift_std : s/s.
     corrected : whether the drift is corrected; else the delay alone.
@@ -40,10 +43,26 @@ class ClockDifference:
     offset: float
     channels: tuple[str, ...] = ()
 
+    @property
+    def stated(self) -> bool:
+        """Whether the delay is stated, not estimated."""
+        return self.pair == ("time", "time")
+
     def stamp(self, time: Array) -> Array:
         """The logger's times, s, of times on the reference's clock."""
         rate = self.drift if self.corrected else 0.0
         return time + self.delay + rate * (time - self.at)
+
+    def run_delay_std(self, time: Array) -> float:
+        """Standard error of the delay over a run, s: that at ``at``, and the rms of a drift that is not corrected.
+
+        Parameters
+        ----------
+        time : (n,) of the run, s, on the reference's clock.
+        """
+        if self.corrected or not np.isfinite(self.drift_std):
+            return self.delay_std
+        return float(np.hypot(self.delay_std, self.drift_std * np.sqrt(np.mean((time - self.at) ** 2))))
 
     def to_json(self) -> dict[str, Any]:
         """As the JSON writes it."""

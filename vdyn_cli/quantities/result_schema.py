@@ -134,7 +134,7 @@ class ClockEntry(Entry):
 
     run: str = Field(description="log of the logger that gives the clock")
     logger: str = Field(description="log of the other logger")
-    pair: tuple[str, str] = Field(description="channels of the two that tell the difference")
+    pair: tuple[str, str] = Field(description="channels of the two that tell the difference; time twice: it is stated")
     delay: float = Field(description="by which the other logger's clock is ahead, s")
     delay_std: float = Field(description="standard error of the delay, s; the parameters' intervals contain it")
     at: float = Field(description="time of the first logger for which the delay holds, s")

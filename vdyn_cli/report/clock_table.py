@@ -21,7 +21,7 @@ def clock_table(clocks: Sequence[ClockDifference]) -> TextTable | None:
         (
             typography.run_name(typography.clean(c.logger)),
             typography.run_name(typography.clean(c.run)),
-            c.pair[0] if c.pair[0] == c.pair[1] else f"{c.pair[0]} and {c.pair[1]}",
+            _by(c),
             f"{1e3 * c.delay:+.1f}",
             f"{1e3 * c.delay_std:.1f}",
             f"{1e6 * c.drift:+.0f}" + ("" if c.corrected else " (not corrected)"),
@@ -32,3 +32,8 @@ def clock_table(clocks: Sequence[ClockDifference]) -> TextTable | None:
     )
     numeric = (False, False, False, True, True, True, True, False)
     return TextTable("Clocks of several loggers", _CAPTION, _COLUMNS, rows, numeric) if rows else None
+
+
+def _by(clock: ClockDifference) -> str:
+    first, second = clock.pair
+    return "stated" if clock.stated else first if first == second else f"{first} and {second}"
