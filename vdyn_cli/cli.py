@@ -75,9 +75,13 @@ def _add_step(name: str) -> None:
         quiet: Quiet = False,
         verbose: Verbose = False,
     ) -> None:
-        from vdyn_cli.commands.run_step import run_step
+        from vdyn_cli.commands.progress_line import progress_line
 
-        run_step(name, test, tuple(known or ()), output, level if diagnose else None, tell=_teller(quiet, verbose))
+        with progress_line(name, shown=not quiet):  # loading the step's packages takes a second, too
+            from vdyn_cli.commands.run_step import run_step, tell_step
+
+            run = run_step(name, test, tuple(known or ()), output, level if diagnose else None)
+        tell_step(run, _teller(quiet, verbose))
 
     command.__doc__ = steps.summary(name) + "."
     app.command(name)(command)

@@ -170,9 +170,9 @@ def test_a_folder_that_a_pipeline_writes_to_is_refused(day: Path) -> None:
         with pytest.raises(InputError, match="another run of vdyn writes its results here"):
             run(day, "out")
         with pytest.raises(InputError, match="another run of vdyn"):
-            run_step("area", day / "area.yaml", (), str(out), None, lambda text, detail=False: None)
+            run_step("area", day / "area.yaml", (), str(out), None)
     assert whole(out) == first
-    run_step("area", day / "area.yaml", (), str(out), None, lambda text, detail=False: None)
+    run_step("area", day / "area.yaml", (), str(out), None)
 
 
 def test_page_and_parameters_are_replaced_together(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 
 from vdyn_cli.commands.section_file import section_lock, write_results
@@ -16,23 +18,34 @@ from vdyn_cli.report.parameter_table import spans_text
 from vdyn_cli.report.typography import estimate_text
 
 Tell = Callable[..., None]
+_LOG = logging.getLogger(__name__)
 
 
-def run_step(
-    name: str, path: Path, known_files: tuple[Path, ...], output: str, level: float | None, tell: Tell
-) -> None:
-    """Run a step, write ``DIR/name.json`` and ``DIR/name.html``, or the JSON on stdout for ``-``, and print the result.
+@dataclass(frozen=True)
+class StepRun:
+    """A step that has run.
+
+    Parameters
+    ----------
+    record : its result. place : where it is written, as text. refused : the error of a result that is not published.
+    """
+
+    record: StepRecord
+    place: str
+    refused: RefusedResultError | None = None
+
+
+def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, level: float | None) -> StepRun:
+    """Run a step and write ``DIR/name.json`` and ``DIR/name.html``, or the JSON on stdout for ``-``.
 
     Parameters
     ----------
     output : the folder, or ``-``.
     level : probability of a false alarm of the diagnosis; None leaves it out.
-    tell : prints a line; its argument ``detail`` marks lines for verbose output.
 
     Raises
     ------
     InputError : the input is wrong; nothing is written.
-    RefusedResultError : the result cannot be published; report and JSON say why, and hold no parameters.
     """
     refused: RefusedResultError | None = None
     try:
@@ -45,11 +58,25 @@ def run_step(
         refused, record = error, error.record
     if output == "-":
         write_out(to_json(record.document))
-    else:
-        tell(f"{Path(output) / name}.json and .html")
-    tell_result(record, tell)
-    if refused is not None:
-        raise refused
+    return StepRun(record, "" if output == "-" else f"{Path(output) / name}.json and .html", refused)
+
+
+def tell_step(run: StepRun, tell: Tell) -> None:
+    """Print where a step's files are, and its result.
+
+    Parameters
+    ----------
+    tell : prints a line; its argument ``detail`` marks lines for verbose output.
+
+    Raises
+    ------
+    RefusedResultError : the result is not published; report and JSON say why, and hold no parameters.
+    """
+    if run.place:
+        tell(run.place)
+    tell_result(run.record, tell)
+    if run.refused is not None:
+        raise run.refused
 
 
 def tell_result(record: StepRecord, tell: Tell) -> None:
@@ -104,6 +131,7 @@ def write_step(
 def _write(record: StepRecord, name: str, folder: Path, lock: Callable[[Path], AbstractContextManager[object]]) -> None:
     from vdyn_cli.report.html import render
 
+    _LOG.info("writing the report")
     rendered = render(record)
     with lock(folder):
         write_results(folder, name, to_json(record.document), rendered.page, rendered.section)

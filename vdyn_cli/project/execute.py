@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,6 +24,8 @@ from vdyn_cli.quantities.parameters import wider_than_value
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
 from vdyn_cli.steps.interval_text import within_physical_range
+
+_LOG = logging.getLogger(__name__)
 
 
 class RefusedResultError(ResultError):
@@ -54,6 +57,7 @@ def execute(
     InputError : the description, a log or a parameter file is wrong.
     RefusedResultError : the input is well-formed, but the result cannot be published, with what can be shown of it.
     """
+    _LOG.info("reading the logs")
     inputs = gather(load_step(step_name), path, known_files)
     try:
         baseline, found = _estimated(inputs.step, inputs, level)
@@ -76,6 +80,7 @@ def execute(
 
 def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result, Result]:
     """The baseline, and the diagnosed result; where neither it nor an extension can be published, with the reasons."""
+    _LOG.info("fitting")
     try:
         with at_vehicle(step, inputs.source):
             problem = step.prepare(inputs.spec, inputs.data, inputs.known)
@@ -96,6 +101,7 @@ def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result,
         *_faults(inputs, result.fit.runs if result.fit else ()),
         *(f for f in result.findings if f.fault and f not in of_logs),
     )
+    _LOG.info("testing the model for errors")
     return result, diagnosed(prepared, result, level, faults, doubts)
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 if TYPE_CHECKING:
     from vdyn_cli.quantities.arrays import Array
@@ -60,9 +59,9 @@ class ClockDifference:
         ----------
         time : (n,) of the run, s, on the reference's clock.
         """
-        if self.corrected or not np.isfinite(self.drift_std):
+        if self.corrected or not math.isfinite(self.drift_std):
             return self.delay_std
-        return float(np.hypot(self.delay_std, self.drift_std * np.sqrt(np.mean((time - self.at) ** 2))))
+        return math.hypot(self.delay_std, self.drift_std * math.sqrt(((time - self.at) ** 2).mean()))
 
     def to_json(self) -> dict[str, Any]:
         """As the JSON writes it."""
