@@ -190,6 +190,17 @@ def test_each_run_has_a_log_of_each_logger(tmp_path: Path, begins: Sequence[floa
     assert not any("direction" in key for key in found.undecided)
 
 
+@pytest.mark.parametrize("lost", ["can_run2.csv", "vbox3_run4.csv"])
+def test_a_log_without_the_other_logger_s_is_left_out(tmp_path: Path, lost: str) -> None:
+    paths = [p for p in write_loggers(tmp_path, (0.0,) * 4, "{logger}_run{run}.csv") if p.name != lost]
+    found, description = draft("coastdown", *paths)
+    pairs = {tuple(Path(log).name for log in run["logs"]) for run in description["runs"]}
+    lone = lost.replace("can", "vbox3") if lost.startswith("can") else lost.replace("vbox3", "can")
+    runs = [k for k in (1, 2, 3, 4) if str(k) not in lost.replace("vbox3", "")]
+    assert pairs == {(f"can_run{k}.csv", f"vbox3_run{k}.csv") for k in runs}
+    assert re.search(rf'{lone}"}}  # left out: no log of the other logger belongs to it', found.text)
+
+
 def test_logs_of_two_loggers_that_cannot_be_matched_are_not(tmp_path: Path) -> None:
     found, description = draft("coastdown", *write_loggers(tmp_path, (0.0,) * 4, "{logger}_{other}.csv"))
     assert "loggers" not in description

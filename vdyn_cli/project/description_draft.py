@@ -36,6 +36,7 @@ _UNMATCHED = (
     "the logs look like those of several loggers, but neither their clocks nor their names tell which belong to one",
     "run: give the files of a run the same number, such as can_1.csv and gps_1.csv, and run init again",
 )
+_ALONE = "no log of the other logger belongs to it"
 _HEAD = "# A first description by 'vdyn init'. \"?\" marks what the logs do not tell: write it there."
 _MOST_NAMED = 4  # columns that could be a needed channel; of more the number is said
 _LONGEST = 150  # characters of a line with its comment, beyond which the comment stands above
@@ -161,9 +162,11 @@ def _drives(
         useful = [k for k, log in enumerate(of_loggers[0]) if len(log.columns()) > 1]
         useful.sort(key=lambda k: "speed" not in of_loggers[0][k].columns())  # others are resampled to the first
         lines, mapped, undecided = _loggers(step, of_loggers, useful)
-        kept, others = [run[useful[0]] for run in of_loggers], [""] * len(of_loggers)
+        alone = [log for log in logs if not any(log is one for run in of_loggers for one in run)]
+        kept, others = [run[useful[0]] for run in of_loggers], [""] * len(of_loggers) + [_ALONE] * len(alone)
         names = [", ".join(_quoted(_from(folder, run[k].path)) for k in useful) for run in of_loggers]
         entries = [f"logs: [{each}]" for each in names]
+        entries += [f"log: {_quoted(_from(folder, log.path))}" for log in alone]
         tell = [[run[k].facts for run in of_loggers] for k in useful]
     else:
         logs = [part for log in logs for part in single_coasts(log, falling, drive)]

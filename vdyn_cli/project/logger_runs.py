@@ -10,6 +10,9 @@ from vdyn_cli.project.left_out_logs import GuessedLog
 
 _SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
 _SAME_RUN = 0.2  # of the longer log: a logger that starts late records a part of the run at least
+_LEAST_SHARE = (
+    0.75  # of the runs, that have a log of a second logger: a few missing files do not make most runs worthless
+)
 
 Runs = tuple[tuple[GuessedLog, ...], ...]
 
@@ -17,8 +20,9 @@ Runs = tuple[tuple[GuessedLog, ...], ...]
 def logger_runs(logs: Sequence[GuessedLog], needed: Sequence[str]) -> Runs:
     """The logs of each run, in the same order of loggers; empty where every log is a run, or they cannot be matched.
 
-    One run: logs of other columns over about the same time. Several runs: as many logs of each kind, matched by clocks
-    that run on from one log to the next, else by what differs in the names of their files.
+    One run: logs of other columns over about the same time. Several runs: logs of each kind, matched by clocks that
+    run on from one log to the next, else by what differs in the names of their files. A run without a log of each
+    logger is no run.
 
     Parameters
     ----------
@@ -28,17 +32,22 @@ def logger_runs(logs: Sequence[GuessedLog], needed: Sequence[str]) -> Runs:
     if len(kinds) < 2 or _alike(logs, needed):
         return ()
     first, *others = kinds
-    if len({len(kind) for kind in kinds}) > 1 or len(first) == 1:
+    if not _several(kinds):
         return (tuple(logs),) if _one_drive(logs) else ()
     matched = [_partners(first, other) for other in others]
-    return tuple(zip(first, *matched, strict=True)) if all(matched) else ()
+    runs = [(log, *(found.get(id(log)) for found in matched)) for log in first]
+    return tuple(tuple(log for log in run if log is not None) for run in runs if None not in run)
 
 
 def unmatched(logs: Sequence[GuessedLog], needed: Sequence[str]) -> bool:
-    """Whether the logs look like those of several loggers, as many of each, that could not be matched."""
-    kinds = _kinds(logs)
-    several = len(kinds) > 1 and len({len(kind) for kind in kinds}) == 1 and len(kinds[0]) > 1
-    return several and not _alike(logs, needed) and not logger_runs(logs, needed)
+    """Whether the logs look like those of several loggers that could not be matched."""
+    return _several(_kinds(logs)) and not _alike(logs, needed) and not logger_runs(logs, needed)
+
+
+def _several(kinds: Sequence[Sequence[GuessedLog]]) -> bool:
+    """Whether the logs could be those of several loggers in several runs."""
+    counts = [len(kind) for kind in kinds]
+    return len(kinds) > 1 and min(counts) > 1 and min(counts) >= _LEAST_SHARE * max(counts)
 
 
 def _kinds(logs: Sequence[GuessedLog]) -> list[list[GuessedLog]]:
@@ -64,23 +73,23 @@ def _one_drive(logs: Sequence[GuessedLog]) -> bool:
     return bool(together > _SAME_DRIVE * whole)
 
 
-def _partners(logs: Sequence[GuessedLog], others: Sequence[GuessedLog]) -> list[GuessedLog]:
-    """Of each log the one of another logger; empty where that is not certain."""
+def _partners(logs: Sequence[GuessedLog], others: Sequence[GuessedLog]) -> dict[int, GuessedLog]:
+    """The log of another logger by the identity of each log that has one; empty where that is not certain."""
+    ways: list[list[list[GuessedLog]]] = []
     if _runs_on(logs) and _runs_on(others):
-        found = [[other for other in others if _common(log, other) > _SAME_RUN] for log in logs]
-        if _certain(found):
-            return [each[0] for each in found]
+        ways.append([[other for other in others if _common(log, other) > _SAME_RUN] for log in logs])
     for keys in (_numbers, _letters):
         named = list(zip(keys(others), others, strict=True))
-        found = [[other for key, other in named if key == mine] for mine in keys(logs)]
-        if _certain(found):
-            return [each[0] for each in found]
-    return []
+        ways.append([[other for key, other in named if key == mine] for mine in keys(logs)])
+    fewest = min(len(logs), len(others))
+    found = next((way for way in ways if _certain(way, fewest)), [])
+    return {id(log): each[0] for log, each in zip(logs, found, strict=False) if each}
 
 
-def _certain(found: Sequence[Sequence[GuessedLog]]) -> bool:
-    """Whether each log has one partner, and none is the partner of two."""
-    return all(len(each) == 1 for each in found) and len({id(each[0]) for each in found}) == len(found)
+def _certain(found: Sequence[Sequence[GuessedLog]], pairs: int) -> bool:
+    """Whether no log has two partners, none is the partner of two, and there are so many pairs."""
+    partners = [id(other) for each in found for other in each]
+    return all(len(each) < 2 for each in found) and len(set(partners)) == len(partners) == pairs
 
 
 def _runs_on(logs: Sequence[GuessedLog]) -> bool:
