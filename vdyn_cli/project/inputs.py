@@ -27,6 +27,7 @@ from vdyn_cli.effects import candidates, extensions_in_si, refused
 from vdyn_cli.io.align import AlignOn, merge
 from vdyn_cli.io.block_means import condensed, condensing_note
 from vdyn_cli.io.file_units import unit_problem
+from vdyn_cli.io.held_values import without_held
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
@@ -456,8 +457,8 @@ def _log_and_file(
 def _ready(
     step: Step, constants: Mapping[str, float], made: Sequence[Scaling], road: RoadSurvey | None, log: Log
 ) -> Log:
-    """The log with its constant channels, those made from others, totals, and the surveyed grade."""
-    return with_grade(_summed(step, completed(log, constants, made)), road)
+    """The log with held channels joined, its constant channels, those made from others, totals, the surveyed grade."""
+    return with_grade(_summed(step, completed(without_held(log), constants, made)), road)
 
 
 def _wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:

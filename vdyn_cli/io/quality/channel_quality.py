@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.io.held_values import held_rows
 from vdyn_cli.io.interpolation import own_rows
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
@@ -72,7 +73,8 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
     of rest, and a channel that holds other values too, as a slow or well-controlled one does, shows nothing by holding
     these.
 
-    *Held*: it changes every k-th row only, by more than its resolution, as a slower sensor does on a faster clock.
+    *Held*: it changes every k-th row only, by more than its resolution, as a slower sensor does on a faster clock: see
+    ``held_rows``.
 
     *Interpolated*: it bends at every k-th row only: see ``own_rows``.
     """
@@ -99,7 +101,7 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
     if np.unique(sample).size <= _LEVELS:
         return Quality(tuple(findings))
     runs = _equal_runs(values)
-    findings += _held(values, runs, where) or _interpolated(values, where)
+    findings += _held(values, where) or _interpolated(values, where)
     for named_extreme in (("largest", float(values.max())), ("smallest", float(values.min()))):
         findings += _clipped(values, runs, named_extreme, unit, where, line)
     return Quality(tuple(findings))
@@ -144,25 +146,13 @@ def _equal_runs(values: Array) -> _Runs:
     return _Runs(start, np.diff(start, append=np.int32(values.size)))
 
 
-def _held(values: Array, runs: _Runs, where: str) -> list[Finding]:
+def _held(values: Array, where: str) -> list[Finding]:
     """The finding that each value is held for several rows; none where it is not."""
-    if runs.length.size > values.size / 1.5:
-        return []  # then more than half of the stretches are single rows
-    usual = int(np.median(runs.length))
-    near = np.abs(runs.length - usual) <= (0 if usual < 5 else 1)
-    if usual < 2 or runs.length.size < 30 or near.mean() < 0.8:
+    own = held_rows(values)
+    if own is None:
         return []
-    # A steady slope of a coarse channel changes as regularly, but always by its resolution.
-    if np.median(np.abs(np.diff(values[runs.start]))) < 1.5 * _quantum(values):
-        return []
-    what = f"changes only once in {usual} rows: a slower sensor whose value is held"
-    return [
-        Finding(
-            where,
-            what,
-            remedy="map a faster channel if there is one: this one is late by up to the time for which a value is held",
-        )
-    ]
+    what = f"changes only once in {np.median(np.diff(own)):.0f} rows: a slower sensor whose value is held"
+    return [Finding(where, what, remedy="it is read where it changes, with straight lines between")]
 
 
 def _interpolated(values: Array, where: str) -> list[Finding]:

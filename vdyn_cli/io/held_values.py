@@ -1,0 +1,68 @@
+"""A slower sensor whose value is held on a faster clock: which rows are its own, and the channel between them.
+
+Held for k rows, a value is (k - 1)/2 rows late on average, which looks like a delay of the sensor, and k rows hold one
+reading. On straight lines between its own rows it is not late, and the log holds its samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.log import Log
+
+Rows = NDArray[np.intp]
+
+LEAST_HELD = 1.5  # rows to one value on average: below, more than half of the values stand in one row
+FEWEST = 30  # changes that show it
+REGULAR = 0.8  # of the changes that must come after the usual number of rows
+JITTERING = 5  # rows, from which on a change may come one row sooner or later
+LEVELS = 16  # a channel of so few values is a switch or a gear
+COARSE = 1.5  # steps of the resolution: a steady slope of a coarse channel changes as regularly, always by one
+SAMPLE = 20_000  # values that show the resolution
+
+
+def held_rows(values: Array) -> Rows | None:
+    """The rows (m,) at which a held channel (n,) without gaps has values of its own; None where it is not held.
+
+    A stretch of m k rows holds m equal readings, as of a car at rest.
+    """
+    first = np.r_[0, np.flatnonzero(values[1:] != values[:-1]) + 1]
+    length = np.diff(first, append=values.size)
+    if length.size < FEWEST or length.size * LEAST_HELD > values.size:
+        return None
+    usual = int(np.median(length))
+    near = np.abs(length - usual) <= (usual >= JITTERING)
+    steps = np.abs(np.diff(values[first]))
+    finest = steps[:SAMPLE][steps[:SAMPLE] > 1e-12 * np.abs(values).max()].min(initial=np.inf)
+    if usual < 2 or near.mean() < REGULAR or np.median(steps) < COARSE * finest:
+        return None
+    if np.unique(values[:: -(-values.size // SAMPLE)]).size <= LEVELS:
+        return None
+    starts, stops = first[1:-1], first[2:]  # the log begins and ends within a stretch
+    counts = np.maximum(np.rint((stops - starts) / usual), 1).astype(np.intp)
+    nth = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    inner = np.repeat(starts, counts) + nth * np.repeat((stops - starts) / counts, counts)
+    before, after = np.arange(first[1] - usual, -1, -usual)[::-1], np.arange(first[-1], values.size, usual)
+    return np.concatenate([before, np.rint(inner), after]).astype(np.intp)
+
+
+def without_held(log: Log) -> Log:
+    """The log whose held channels lie on straight lines between their own samples, which it holds.
+
+    Before its first and after its last own row a channel stays as it is; gaps stay gaps.
+    """
+    samples, changed = dict(log.samples), dict[str, Array]()
+    for name, values in log.channels.items():
+        there = np.flatnonzero(np.isfinite(values))
+        own = held_rows(values[there]) if name not in samples else None
+        if own is not None:
+            rows = there[own]
+            samples[name] = log.time[rows], values[rows]
+            inside = there[own[0] : own[-1] + 1]
+            changed[name] = values.copy()
+            changed[name][inside] = np.interp(log.time[inside], *samples[name])
+    return replace(log, channels={**log.channels, **changed}, samples=samples) if changed else log
