@@ -69,10 +69,11 @@ def slow_noise(
             SteadyComponent("run_wind", gust.sum(axis=1)),
             SteadyComponent("run_drive", moved.sum(axis=1)),
         ]
-        if (
-            SLOPE_CHANNEL in s.inputs
-        ):  # errors of a slope from an accelerometer and of an estimated torque are correlated
+        if SLOPE_CHANNEL in s.inputs:
+            # Errors of a slope from an accelerometer and of an estimated torque are correlated.
             parts.append(Colored("push", "push_time", moved, _lag(bins)))
+        else:
+            parts.append(Colored("road", "road_time", -GRAVITY * values["mass"] / inertia * moved, _lag(bins)))
         return RunNoise(tuple(parts), walk, moved.sum(axis=1))
     direct = here - drag[:, None] * moved
     push, none = np.vstack([moved, direct]), np.zeros(count.size)
