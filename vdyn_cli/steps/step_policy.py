@@ -255,6 +255,10 @@ class StepPolicy:
         2.5, "standard deviations", "of a parameter's move by the drives, beyond which it is reported",
         "1.2 % of right models reach it.",
     )  # fmt: skip
+    slip_stiffness: float = threshold(
+        10.0, "without unit", "force of the driven tires over slip and the car's weight, of a mass on a road",
+        "Passenger car tires have 15 to 30 over their load, and the driven axle carries about half of the weight.",
+    )  # fmt: skip
     foreign_error: float = threshold(
         0.12, "share of the largest speed", "rms error of a simulated speed, above which a drive may not be this car's",
         "A road load known to 10 % and a torque known to 5 % miss half of that.",

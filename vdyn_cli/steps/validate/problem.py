@@ -53,6 +53,7 @@ from vdyn_cli.steps.validate.segments import (
 )
 from vdyn_cli.steps.validate.sensors import Sensors
 from vdyn_cli.steps.validate.simulation import SimulationSetup, rms_speed_error, with_accurate_step, with_secants
+from vdyn_cli.steps.validate.slip_lag import with_slip_lag
 from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.whitening import whiten_drives
@@ -324,7 +325,7 @@ def _started_at(own: Mapping[str, Unknown], first: str, amplitude: float) -> tup
 def _whitened(problem: ValidateProblem, setup: SimulationSetup) -> Regression:
     """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope."""
     if SLOPE_CHANNEL not in setup.model.inputs:
-        return whiten_drives(with_best_zeros(setup, problem.reference), calm=True).regression
+        return whiten_drives(with_slip_lag(with_best_zeros(setup, problem.reference)), calm=True).regression
     s = problem.spec.settings
     zeros = tuple(road.zero for road in problem.roads)
     spread = BetweenDriveSpread(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros)

@@ -120,4 +120,5 @@ def _lag(channel: str, on: str, sign: float) -> Effect:
 
 
 MEAN_SLOPE: Effect = replace(_drive_slope, name=DRIVE_SLOPE)
-APPARENT_LAGS = (_lag("torque", "drive_torque_lead", 1.0), _lag("speed", "speed_clock", -1.0))
+SPEED_LAG = _lag("speed", "speed_clock", -1.0)
+APPARENT_LAGS = (_lag("torque", "drive_torque_lead", 1.0), SPEED_LAG)

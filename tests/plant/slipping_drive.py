@@ -1,0 +1,98 @@
+"""Drives of a car whose driven wheels slip, on an uneven road in gusts: motor torque and speed as loggers give them.
+
+With F the force of the driven tires and u = r w their speed::
+
+    j u' = T i/r - F          F = s z m g (u - v)/v          m v' = F - c m g - rho A (v + w)|v + w|/2 - m g slope
+
+j the mass that turns with the driven wheels. All drives are integrated at once by Euler's method, implicit in u.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+G, STEP = 9.81, 0.001  # m/s^2, s
+
+
+@dataclass(frozen=True)
+class Car:
+    """SI; ``stiffness``: of a tire over its load, ``driven``: share of the weight, ``ratio``: motor turns a wheel's."""
+
+    mass: float = 1450.0
+    turning: float = 55.0
+    radius: float = 0.305
+    rolling: float = 0.0095
+    drag_area: float = 0.62
+    density: float = 1.19
+    stiffness: float = 22.0
+    driven: float = 0.55
+    ratio: float = 9.0
+
+
+def drives(car: Car, seed: int, count: int = 6, seconds: float = 60.0, undulation: float = 5e-4) -> Mapping[str, Array]:
+    """time (n,) s, torque (count, n) N m of the motor, and speed (count, n) m/s, at 1 kHz, of drives there and back.
+
+    Parameters
+    ----------
+    undulation : rms slope of the road, which each drive meets at another place.
+    """
+    rng = np.random.default_rng(seed)
+    n = round(seconds / STEP)
+    time = np.arange(n) * STEP
+    torque = _torque(car, rng, count, n)
+    gust = _colored(rng, count, n, 0.5, 8.0) + rng.normal(0.0, 0.2, (count, 1))
+    slopes = [_road(rng, undulation) for _ in range(count)]
+    v = rng.uniform(8.0, 16.0, count)
+    u, x = v.copy(), np.zeros(count)
+    speed = np.empty((count, n))
+    slope = np.zeros(count)
+    for k in range(n):
+        speed[:, k] = v
+        if k % 50 == 0:
+            slope = np.array([np.interp(at, *road) for at, road in zip(x, slopes, strict=True)])
+        grip = car.stiffness * car.driven * car.mass * G / np.maximum(v, 1.0)
+        u = (u + STEP / car.turning * (torque[:, k] * car.ratio / car.radius + grip * v)) / (
+            1.0 + STEP / car.turning * grip
+        )
+        air = v + gust[:, k]
+        lost = car.mass * G * (car.rolling + slope) + 0.5 * car.density * car.drag_area * air * np.abs(air)
+        v = v + STEP / car.mass * (grip * (u - v) - lost)
+        x = x + STEP * v
+    return {"time": time, "torque": torque, "speed": speed}
+
+
+def _torque(car: Car, rng: np.random.Generator, count: int, n: int) -> Array:
+    """(count, n) N m: levels that a driver holds for some seconds, each entered within a third of one."""
+    found = np.empty((count, n))
+    for row in found:
+        edges = np.cumsum(rng.uniform(2.0, 7.0, 40)) / STEP
+        levels = rng.choice([0.0, 0.02, 0.05, 0.09, 0.13], 41) * car.mass * G * car.radius / car.ratio
+        row[:] = levels[np.searchsorted(edges, np.arange(n))]
+    lag = round(0.3 / STEP)
+    padded = np.hstack([np.repeat(found[:, :1], lag, axis=1), found])
+    total = np.cumsum(padded, axis=1)
+    return np.asarray((total[:, lag:] - total[:, :-lag]) / lag)
+
+
+def _colored(rng: np.random.Generator, count: int, n: int, sd: float, lasting: float) -> Array:
+    coarse = round(n * STEP / 0.1) + 2
+    keep = np.exp(-0.1 / lasting)
+    found = np.empty((count, coarse))
+    found[:, 0] = rng.normal(0.0, sd, count)
+    for k in range(1, coarse):
+        found[:, k] = keep * found[:, k - 1] + rng.normal(0.0, sd * np.sqrt(1.0 - keep**2), count)
+    at = np.arange(n) * STEP / 0.1
+    return np.array([np.interp(at, np.arange(coarse), row) for row in found])
+
+
+def _road(rng: np.random.Generator, rms: float) -> tuple[Array, Array]:
+    """Places, m, and slopes of a road with waves of 60 to 800 m."""
+    place = np.arange(0.0, 3000.0, 2.0)
+    waves = [np.sin(2 * np.pi * place / one + rng.uniform(0, 2 * np.pi)) for one in np.geomspace(60.0, 800.0, 12)]
+    slope = np.sum(waves, axis=0)
+    return place, rms * slope / max(float(slope.std()), 1e-12)

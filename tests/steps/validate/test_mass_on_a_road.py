@@ -1,0 +1,73 @@
+"""Drives against a mass on a road, by logs of a plant with slipping wheels, uneven roads and a held speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.plant.slipping_drive import Array, Car, drives
+from vdyn_cli.project.execute import execute
+from vdyn_cli.quantities.diagnosis import Diagnosis
+
+CAR = Car()
+EVERY = 20  # samples of the plant to one of the log: 50 Hz
+
+
+def diagnosed(folder: Path, car: Car, logs: Mapping[str, Array], held: int = 1, seed: int = 0) -> Diagnosis:
+    """What is found in logs of a car that is described as ``CAR``, its speed held for some rows."""
+    rng = np.random.default_rng(seed)
+    time = logs["time"][::EVERY]
+    for k, (torque, speed) in enumerate(zip(logs["torque"][:, ::EVERY], logs["speed"][:, ::EVERY], strict=True)):
+        read = np.round(3.6 * speed + rng.normal(0.0, 0.06, speed.size), 2)
+        read = read[np.arange(read.size) // held * held]
+        rows = np.column_stack([time, np.round(torque + rng.normal(0.0, 0.1, torque.size), 1), read])
+        lines = (f"{a:.2f},{b:.1f},{c:.2f}\n" for a, b, c in rows)
+        (folder / f"drive_{k}.csv").write_text("t [s],T [N m],v [km/h]\n" + "".join(lines), encoding="utf-8")
+    vehicle = {
+        "mass": f"{CAR.mass} +- 4 kg",
+        "rotating_mass": f"{CAR.turning} +- 2 kg",
+        "wheel_radius": f"{CAR.radius} +- 0.0005 m",
+        "gear_ratio": str(CAR.ratio),
+        "driveline_efficiency": "1.000 +- 0.003",
+        "rolling_resistance": f"{CAR.rolling} +- 0.0002",
+        "drag_area": f"{CAR.drag_area} +- 0.012 m^2",
+        "air_density": f"{CAR.density} kg/m^3",
+    }
+    columns = {"time": ("t [s]", "s"), "drive_torque": ("T [N m]", "N m"), "speed": ("v [km/h]", "km/h")}
+    description = {
+        "test": "validate",
+        "vehicle": vehicle,
+        "channels": {n: {"column": c, "unit": u} for n, (c, u) in columns.items()},
+        "runs": [{"log": f"drive_{k}.csv", "direction": ("out", "back")[k % 2]} for k in range(len(logs["torque"]))],
+        "settings": {"model": "road_load"},
+    }
+    path = folder / "test.yaml"
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    found = execute("validate", path).result.diagnosis
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(("seed", "held"), [(1, 1), (2, 5)])
+def test_slip_an_uneven_road_and_a_held_speed_are_no_findings(tmp_path: Path, seed: int, held: int) -> None:
+    assert diagnosed(tmp_path, CAR, drives(CAR, seed), held).verdict == "adequate"
+
+
+def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:
+    car = replace(CAR, drag_area=CAR.drag_area + 0.2)
+    found = diagnosed(tmp_path, car, drives(car, 3), 5)
+    assert [c.effect for c in found.causes] == ["extra_drag_area"]
+
+
+def test_a_late_torque_is_still_found(tmp_path: Path) -> None:
+    logs = dict(drives(CAR, 4))
+    logs["torque"] = np.roll(logs["torque"], 40, axis=1)
+    logs["torque"][:, :40] = logs["torque"][:, 40:41]
+    found = diagnosed(tmp_path, CAR, logs)
+    named = {*(c.effect for c in found.causes), *(e for one in found.ambiguous for e in one)}
+    assert {"torque_delay", "speed_delay"} <= named
