@@ -38,6 +38,7 @@ HIDDEN = (
     Hidden("bump_trapezoid", 0.3),
     Hidden("speed_error", 0.03),
     Hidden("clock_offset", 0.012),
+    Hidden("rear_load_delay", 0.008),
 )
 
 

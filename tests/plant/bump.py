@@ -27,6 +27,7 @@ EFFECTS = {
     "tire_enveloping": "m of contact patch over which the tire averages the road",
     "speed_error": "1: the speed channel reads (1 + q) times the speed",
     "clock_offset": "s by which acceleration and pitch rate are read late",
+    "rear_load_delay": "s by which the rear loads are read late",
     "bump_height_error": "1: the bump is (1 + q) times as high as the tester measured",
     "bump_width_error": "1: the bump is (1 + q) times as wide as the tester measured",
     "bump_trapezoid": "1: share of a trapezoid, flat over 0.4 of its width, in the bump's profile",
@@ -34,7 +35,8 @@ EFFECTS = {
 }
 # Sizes at which finite differences are taken.
 SMALL = {"asymmetric_damping": 1e-3, "suspension_friction": 100.0, "progressive_spring": 1e-2, "tire_damping": 1.0}
-SMALL |= {"tire_enveloping": 0.08, "speed_error": 1e-4, "clock_offset": 1e-4, "bump_height_error": 1e-3}
+SMALL |= {"tire_enveloping": 0.08, "speed_error": 1e-4, "clock_offset": 1e-4, "rear_load_delay": 1e-4}
+SMALL |= {"bump_height_error": 1e-3}
 SMALL |= {"bump_width_error": 1e-3, "bump_trapezoid": 1e-3}
 SMALL |= {"degressive_damping": 1e-3}
 ONE_SIDED = ("suspension_friction", "tire_enveloping")
@@ -241,14 +243,18 @@ def _measure(
     each = np.arange(len(crossings))[:, None]
     wide = cars.take(each)
     times = np.array([c.times for c in crossings])
-    v, level, slope = road(times)
-    state, _ = trip.at(times, each)
-    load = tire_load(wide, state, level, slope)
+
+    def loads(t: Array) -> Array:
+        _, level, slope = road(t)
+        return tire_load(wide, trip.at(t, each)[0], level, slope)
+
+    v, _, _ = road(times)
+    rear_times = np.maximum(times - effects.get("rear_load_delay", 0.0), 0.0)
     late = np.maximum(times - effects.get("clock_offset", 0.0), 0.0)
     body, extra = trip.at(late, each)
     channels = (
-        load[:, :, 0],
-        load[:, :, 1],
+        loads(times)[:, :, 0],
+        loads(rear_times)[:, :, 1],
         v * (1.0 + effects.get("speed_error", 0.0)),
         body_acceleration(wide, body, extra),
         body[:, :, 5],

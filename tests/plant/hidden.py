@@ -168,6 +168,7 @@ BUMPED: Mapping[str, float] = {
     "tire_enveloping": 0.03,
     "speed_error": 0.003,
     "clock_offset": 0.001,
+    "rear_load_delay": 0.001,
 }
 SPUN: Mapping[str, float] = {
     "brake_drag": 3.0,
