@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from vdyn_cli.description.test_description import TestSpec, load_spec
+from vdyn_cli.description.spec_loading import load_spec
+from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.quantity import Given
 

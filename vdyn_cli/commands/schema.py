@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from vdyn_cli.commands.explain import closest_topic
-from vdyn_cli.description.test_description import described
+from vdyn_cli.description.quantity_field import described
 from vdyn_cli.project.pipeline import PipelineSpec
 from vdyn_cli.quantities.check_schema import CheckDocument
 from vdyn_cli.quantities.plan_schema import PlanDocument

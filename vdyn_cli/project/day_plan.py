@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vdyn_cli.description.test_description import load_partial
+from vdyn_cli.description.spec_loading import load_partial
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
 from vdyn_cli.diagnosis.run_plan import RunPlan, run_plan
 from vdyn_cli.project.check import step_of

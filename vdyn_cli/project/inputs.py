@@ -12,16 +12,9 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from vdyn_cli.description.test_description import (
-    Channel,
-    Environment,
-    Logger,
-    Run,
-    TestSpec,
-    Vehicle,
-    check_channels,
-    load_partial,
-)
+from vdyn_cli.description.spec_errors import check_channels
+from vdyn_cli.description.spec_loading import load_partial
+from vdyn_cli.description.test_description import Channel, Environment, Logger, Run, TestSpec, Vehicle
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates, extensions_in_si, refused
 from vdyn_cli.io.align import AlignOn, merge

@@ -9,7 +9,9 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from vdyn_cli.description.test_description import Strict, Vehicle, load_spec
+from vdyn_cli.description.quantity_field import Strict
+from vdyn_cli.description.spec_loading import load_spec
+from vdyn_cli.description.test_description import Vehicle
 from vdyn_cli.description.yaml_source import YamlSource, load_yaml
 from vdyn_cli.diagnosis.policy import POLICY, shared_level
 from vdyn_cli.project.inputs import given_parameters

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from vdyn_cli.description.test_description import TestSpec, load_partial
+from vdyn_cli.description.spec_loading import load_partial
+from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.description.yaml_source import YamlSource
 from vdyn_cli.project.channel_sources import Scaling, channel_maps, completed, known_channels, scalings
 from vdyn_cli.project.inputs import (

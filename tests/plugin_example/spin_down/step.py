@@ -17,7 +17,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from vdyn_cli.description.test_description import Si, Strict, TestSpec
+from vdyn_cli.description.quantity_field import Si, Strict
+from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.model import Model

@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from vdyn_cli.description.test_description import Channel, Reading, Run, Si, Strict, TestSpec
+from vdyn_cli.description.quantity_field import Si, Strict
+from vdyn_cli.description.test_description import Channel, Reading, Run, TestSpec
 from vdyn_cli.quantities.quantity import Given
 
 

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vdyn_cli.description.test_description import Si, Strict, TestSpec
+from vdyn_cli.description.quantity_field import Si, Strict
+from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.quantities.quantity import Given
 
 

@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
-from vdyn_cli.description.test_description import Si, Strict, TestSpec
+from vdyn_cli.description.quantity_field import Si, Strict
+from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.quantities.quantity import Given
 
 WIND_LIMIT = 16 / 3.6  # m/s, mean wind of a run; SAE J1263

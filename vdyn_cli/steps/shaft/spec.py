@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from vdyn_cli.description.test_description import Run, Si, Strict, TestSpec, si
+from vdyn_cli.description.quantity_field import Si, Strict, si
+from vdyn_cli.description.test_description import Run, TestSpec
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.pendulum.pendulum_rig import Bar

@@ -1,0 +1,108 @@
+"""What is wrong in a description, in the words of its keys."""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pydantic import (
+    BaseModel,
+)
+from pydantic_core import ErrorDetails
+
+from vdyn_cli.description.test_description import KNOWN, LOGGED
+from vdyn_cli.description.yaml_source import Location, YamlSource
+from vdyn_cli.quantities.errors import Finding, did_you_mean
+from vdyn_cli.quantities.quantity import Quantity
+
+RUN: Location = ("runs", 0)
+HOMES: tuple[Location, ...] = (("vehicle",), ("environment",), ("settings",), RUN, ("diagnose",), ())
+
+
+def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) -> Finding:
+    """What is wrong with a value, by the key that holds it, with the remedy.
+
+    Parameters
+    ----------
+    detail : of the validation. source : where each key stands. model : of the whole description.
+    """
+    location = location_of(detail)
+    key = ".".join(str(p) for p in location) or "the description"
+    where = source.where(location)
+    kind = detail["type"]
+    got = repr(detail["input"])
+    got = got if len(got) <= 60 else got[:57] + "..."
+    if kind == "extra_forbidden":
+        name, known = str(location[-1]), fields_at(model, location[:-1])
+        top = fields_at(model, ())
+        homes = [home for home in HOMES if (not home or home[0] in top) and name in fields_at(model, home)]
+        remedy = f"move it to {_place(homes[0])}" if homes else _closest(name, known)
+        return Finding(where, f"unknown key '{name}'", remedy=remedy)
+    if kind == "missing":
+        return Finding(where, f"'{key}' is missing", remedy=f"add the key '{location[-1]}'")
+    if kind in ("model_type", "dict_type"):
+        remedy = "write its keys, or remove it"
+        if isinstance(detail["input"], str) and location[:-1] == ("runs",):
+            remedy = f"write '{{log: {detail['input'][:60]}}}'"
+        return Finding(where, f"'{key}' must be a mapping of keys to values", got, remedy)
+    message = detail["msg"]
+    message = message[0].lower() + message[1:]
+    unit = str(detail.get("ctx", {}).get("unit", "")) if kind == "unit" else ""
+    remedy = f"write a number with its unit, such as '1 {unit}'" if unit and "write" not in message else ""
+    what = f"'{key}' {message}" if kind in ("unit", "range", "quantity") else f"'{key}': {message}"
+    return Finding(where, what, got, remedy)
+
+
+def location_of(detail: ErrorDetails) -> Location:
+    """The keys that lead to a wrong value, without the names of a union's branches."""
+    return tuple(part for part in detail["loc"] if not _is_branch(part))
+
+
+def _is_branch(part: str | int) -> bool:
+    """Pydantic puts the names of union branches into an error's location."""
+    return isinstance(part, str) and (
+        part.startswith(("literal[", "list[", "dict[", "function-", "nullable"))
+        or part in ("str", "float", "int", LOGGED, KNOWN)
+    )
+
+
+def _place(home: Location) -> str:
+    return "every run" if home == RUN else f"'{home[0]}'" if home else "the top level"
+
+
+def _closest(name: str, known: list[str]) -> str:
+    few = 0 < len(known) <= 12
+    return did_you_mean(name, known, f"known keys: {', '.join(known)}" if few else "remove it, or see 'vdyn explain'")
+
+
+def fields_at(model: Any, location: Location) -> list[str]:
+    """The keys that the model knows at a place in the description."""
+    for part in location:
+        models = [m for m in _models(model) if isinstance(part, int) or part in m.model_fields]
+        if isinstance(part, int):
+            model = models[0] if models else None
+        elif models:
+            model = models[0].model_fields[part].annotation
+        else:
+            inner = _models(model)
+            model = inner[0] if inner else None
+    found = _models(model)
+    return list(found[0].model_fields) if found else []
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [m for argument in typing.get_args(annotation) for m in _models(argument)]
+
+
+def check_channels(
+    channels: Iterable[str], known: Mapping[str, Quantity], source: YamlSource, at: Location
+) -> list[Finding]:
+    """Findings for channels that the step does not know; units are checked where the log is read."""
+    return [
+        Finding(source.where((*at, name)), f"unknown channel '{name}'", remedy=_closest(name, list(known)))
+        for name in channels
+        if name not in known
+    ]
