@@ -6,9 +6,7 @@ import typing
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from pydantic import (
-    BaseModel,
-)
+from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
 from vdyn_cli.description.test_description import KNOWN, LOGGED

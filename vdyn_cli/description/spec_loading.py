@@ -7,10 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from pydantic import (
-    BaseModel,
-    ValidationError,
-)
+from pydantic import BaseModel, ValidationError
 
 from vdyn_cli.description.spec_errors import explained, location_of
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml

@@ -1,0 +1,59 @@
+"""Parameters that the description or a parameter file gives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from vdyn_cli.description.test_description import Environment, Vehicle
+from vdyn_cli.description.yaml_source import YamlSource
+from vdyn_cli.effects import extensions_in_si
+from vdyn_cli.physics.laws.atmosphere import air_density
+from vdyn_cli.quantities.errors import Finding, raise_all
+from vdyn_cli.quantities.parameter_json import read_document
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+
+CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
+SAME = 1e-3  # share by which such values may differ however well they are known
+
+
+def read_known(file: Path) -> tuple[Parameters, str]:
+    """The parameters of a ``--known`` file, the effects among them in SI, and the sha256 of the file."""
+    problems: list[Finding] = []
+    read = read_document(file)
+    extensions = extensions_in_si(read.parameters.extensions, str(file), problems)
+    raise_all(problems)
+    return replace(read.parameters, extensions=extensions), read.digest
+
+
+def overruled(stated: Parameters, known: Parameters, source: YamlSource) -> Iterator[Finding]:
+    """Values of the description that a parameter file contradicts, and that are not used."""
+    for name, given in stated.estimates.items():
+        used = known[name]
+        apart, spread = abs(given.value - used.value), float(np.hypot(given.std, used.std))
+        if apart > max(CONTRADICTS * spread, SAME * abs(given.value)):
+            what = f"{name} = {given.value:.5g} is not used: a parameter file gives {used.value:.5g}"
+            distance = f", {apart / spread:.0f} standard deviations off" if spread > 0 else ""
+            yield Finding(
+                source.where(("vehicle", name)), what + distance, "", "remove it from one of them", doubt=True
+            )
+
+
+def given_parameters(vehicle: Vehicle) -> Parameters:
+    """What the description states of the vehicle."""
+    return Parameters({name: Estimate.given(PARAMETERS[name], g.value, g.std) for name, g in vehicle.items()})
+
+
+def given_air(air: Environment) -> Parameters:
+    """What the description states of the air; its density where temperature and pressure are both there."""
+    stated = {"temperature": air.temperature, "pressure": air.pressure}
+    estimates = {n: Estimate.given(PARAMETERS[n], g.value, g.std) for n, g in stated.items() if g is not None}
+    if air.temperature is not None and air.pressure is not None:
+        humidity = air.humidity.value if air.humidity else 0.0
+        density = air_density(air.temperature.value, air.pressure.value, humidity)
+        estimates["air_density"] = Estimate.given(PARAMETERS["air_density"], density)
+    return Parameters(estimates)

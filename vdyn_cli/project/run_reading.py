@@ -1,0 +1,195 @@
+"""One run of a test, read from its logs: on one clock, cut to its window, with totals and constants."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from vdyn_cli.description.test_description import Channel, Logger, Run, TestSpec
+from vdyn_cli.description.yaml_source import Location, YamlSource
+from vdyn_cli.io.align import AlignOn, merge
+from vdyn_cli.io.file_units import unit_problem
+from vdyn_cli.io.held_values import without_held
+from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
+from vdyn_cli.io.reader import Column, ReadOptions
+from vdyn_cli.io.sample_times import impossible_clock
+from vdyn_cli.io.unchanged import read_unchanged
+from vdyn_cli.project.channel_sources import Scaling, channel_maps, completed, logged
+from vdyn_cli.project.one_round import attempt
+from vdyn_cli.project.road_profile import with_grade
+from vdyn_cli.quantities.clock_difference import ClockDifference
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.number_text import moment
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps import Step
+from vdyn_cli.steps.road_survey import RoadSurvey
+
+
+def log_names(run: Run) -> list[str]:
+    """The logs of a run as the description names them, one for each logger."""
+    return [run.log] if run.log is not None else list(run.logs or [])
+
+
+def read_run(
+    step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]
+) -> tuple[CutLog, tuple[ClockDifference, ...]]:
+    """One run's log, from one logger or merged from several, cut to its window; enters its files with their sha256."""
+    run = spec.runs[index]
+    names = log_names(run)
+    loggers = spec.loggers or [Logger(channels=spec.channels, reading=spec.reading)]
+    place = source.where(("runs", index))
+    if len(names) != len(loggers):
+        remedy = "give one log per entry of 'loggers', in the same order"
+        raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
+    problems = [f for key in ("columns", "signs") for f in _unmapped(run, spec, source, ("runs", index, key))]
+    read, no_unit, units = [], set[str](), dict[str, str]()
+    for name, logger, (channels, at) in zip(names, loggers, channel_maps(spec), strict=True):
+        mapped = logged(channels)
+        mapped |= {n: c.model_copy(update={"column": run.columns[n]}) for n, c in mapped.items() if n in run.columns}
+        mapped |= {n: c.model_copy(update={"sign": c.sign * run.signs[n]}) for n, c in mapped.items() if n in run.signs}
+        quantities = {n: q for n, q in step.channels().items() if n in mapped}
+        columns = {n: column_of(q, mapped[n], source, (*at, n)) for n, q in quantities.items()}
+        wrong = {n for n, c in columns.items() if unit_problem(c, name) is not None}  # reported with the channels
+        columns |= {n: replace(columns[n], unit=columns[n].si_unit) for n in wrong}
+        no_unit |= wrong
+        units |= {n: c.unit for n, c in columns.items()}
+        options = ReadOptions(**logger.reading.model_dump())
+        called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
+        file = source.path.parent / name
+        if "time" not in columns:  # reported with the channels
+            problems += [] if file.exists() else [Finding(place, f"the log {name} does not exist")]
+            continue
+        reader = partial(_log_and_file, file, columns, options, called)
+        read.append(attempt(problems, read_unchanged, reader, (file,)))
+    raise_all(problems)
+    logs = [one[0] for one in read if one is not None]
+    if len(logs) < len(loggers):
+        raise InputError()
+    for one in read:
+        files |= one[1] if one is not None else {}
+    delays = [logger.delay for logger in loggers[1:]]
+    log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec), delays)
+    found = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
+    found = _in_window(run, found, place)
+    # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
+    log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
+    log = summed(step, within_physics(step, log, no_unit))
+    tilts = getattr(getattr(spec, "settings", None), "accelerometer", None) == "body"
+    log = log if no_unit else with_cross_checks(log, refuse="driving" not in step.situations, tilts=tilts)
+    return replace(found, log=log), clocks
+
+
+def _in_window(run: Run, found: CutLog, place: str) -> CutLog:
+    """The part of a run between from_time and to_time, which stand on the log's clock.
+
+    Raises
+    ------
+    InputError : a time that is meant from the begin of the log, whose clock begins later; a window without samples.
+    """
+    time, name = found.log.time, found.log.name
+    first, last = float(time[0]), float(time[-1])
+    start, stop = (g.value if g else end for g, end in ((run.from_time, first), (run.to_time, last)))
+    for key, given, end in (("from_time", run.from_time, start), ("to_time", run.to_time, stop)):
+        if given is not None and 0.0 < end < first - (last - first):
+            what = f"'{key}' lies long before the clock of {name}, which begins at {moment(first)} s"
+            remedy = f"count from there: '{key}: {moment(first + end)} s' is {moment(end)} s after its begin"
+            raise InputError(Finding(place, what, f"{moment(end)} s", remedy))
+    within = found if run.from_time is None and run.to_time is None else found.between(start, stop)
+    if within is not found and within.log.time.size < 2:
+        got = f"{moment(start)} s to {moment(stop)} s"
+        remedy = f"choose it between {moment(first)} s and {moment(last)} s, on the clock of {name}"
+        raise InputError(Finding(place, "the time window holds no samples of the log", got, remedy))
+    return within
+
+
+def _align_on(spec: TestSpec) -> AlignOn:
+    return (spec.align_on[0], spec.align_on[1]) if isinstance(spec.align_on, list) else spec.align_on
+
+
+def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:
+    """Columns or signs of a run for channels that no logger maps, so that they would have no unit."""
+    mapped = [n for channels, _ in channel_maps(spec) for n in logged(channels)]
+    remedy = "map it, with its unit, under channels"
+    return [
+        Finding(source.where((*at, n)), f"channel '{n}' is not mapped", str(value), remedy)
+        for n, value in getattr(run, str(at[-1])).items()
+        if n not in mapped
+    ]
+
+
+def _log_and_file(
+    file: Path, columns: Mapping[str, Column], options: ReadOptions, name: str
+) -> tuple[Log, tuple[Path, ...]]:
+    return read_log(file, columns, options, name), (file,)
+
+
+def ready_log(
+    step: Step, constants: Mapping[str, float], made: Sequence[Scaling], road: RoadSurvey | None, log: Log
+) -> Log:
+    """The log with held channels joined, its constant channels, those made from others, totals, the surveyed grade."""
+    return with_grade(summed(step, completed(without_held(log), constants, made)), road)
+
+
+def _cut_orders(run: Run) -> CutOrders:
+    """What the description says about cuts in this run."""
+    listed = run.cuts if isinstance(run.cuts, list) else []
+    cut, kept = (tuple(TimeSpan(s.channel, s.start.value, s.stop.value) for s in group) for group in (listed, run.keep))
+    return CutOrders(run.cuts == "automatic", cut, kept)
+
+
+def within_physics(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:
+    """The log, unless its clock or a channel is that of no vehicle: then its unit is likely another one.
+
+    Parameters
+    ----------
+    no_unit : channels whose unit is not known, so that they are not checked.
+
+    Raises
+    ------
+    InputError : an impossible clock, or a hundredth of a channel's samples or more outside its physical range; all
+        channels at once.
+    """
+    problems = list(impossible_clock(log))
+    for name, quantity in step.channels().items():
+        values = log[name] if name in log and name != "time" and name not in no_unit else None
+        if values is None or not np.isfinite(values).any():
+            continue
+        outside = (values < quantity.lower) | (values > quantity.upper)
+        if np.mean(outside) > 0.01 or np.nanmax(np.abs(values)) > 1e12:
+            worst = values[np.nanargmax(np.abs(values))]
+            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
+            got = f"{worst:.4g} {quantity.unit}".strip()
+            remedy = "check the unit and the column of this channel"
+            problems.append(Finding(f"{log.name}, channel '{name}'", f"lies outside {span}", got, remedy))
+    raise_all(problems)
+    return log
+
+
+def column_of(quantity: Quantity, channel: Channel, source: YamlSource, at: Location) -> Column:
+    """The column of a log from which a channel is read.
+
+    Parameters
+    ----------
+    quantity : what the channel is. channel : how the description maps it, at its place ``at``.
+    """
+    place = source.where(at)
+    unit, sign, group = channel.unit, channel.sign, channel.group
+    return Column(channel.column, unit, quantity.unit, sign, False, place, group, channel.source, channel.scale)
+
+
+def summed(step: Step, log: Log) -> Log:
+    """The log with totals made of mapped parts: ``front_load|front_left_load+front_right_load``."""
+    for entry in (*step.required, *step.optional):
+        total, *alternatives = entry.split("|")
+        for way in alternatives:
+            parts = way.split("+")
+            if total not in log and all(part in log for part in parts):
+                log = log.with_channels(**{total: sum(log[part] for part in parts)})
+    return log
