@@ -18,7 +18,8 @@ from vdyn_cli.inference import Solution
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
-from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadFit
+from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 CLASSES = 8  # of speed: a straight line over an eighth of a coast bends by less than the force's own scatter

@@ -14,7 +14,7 @@ from vdyn_cli.inference import Regression
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.expected_accuracy import LONGEST, STEP, coasting_clock
-from vdyn_cli.steps.coastdown.road_load_fit import effects_of, rows_of, transferred
+from vdyn_cli.steps.coastdown.road_load_regression import effects_of, rows_of, transferred
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 

@@ -35,13 +35,9 @@ from vdyn_cli.steps.coastdown.plan import next_coasts
 from vdyn_cli.steps.coastdown.quality import quality_of
 from vdyn_cli.steps.coastdown.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.result import RoadLoadAnswer, doubts, result_of
-from vdyn_cli.steps.coastdown.road_load_fit import (
-    RoadLoadFit,
-    fit_road_load,
-    regression_with_effects,
-    rows_of,
-    with_noise_of,
-)
+from vdyn_cli.steps.coastdown.road_load_beside_effects import regression_with_effects
+from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load
+from vdyn_cli.steps.coastdown.road_load_regression import rows_of, with_noise_of
 from vdyn_cli.steps.coastdown.road_position import first_place
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.coastdown.road_search import LocatedCampaign, located

@@ -25,7 +25,8 @@ from vdyn_cli.steps.coastdown.noise import LARGEST_GUST
 from vdyn_cli.steps.coastdown.one_way import one_way
 from vdyn_cli.steps.coastdown.outlying_runs import influential_runs
 from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
-from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadFit
+from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 # Largest physical sizes. Speed: receivers and wheel sensors read within 0.1 m/s; held or rounded to 1 km/h they err by

@@ -10,7 +10,8 @@ from vdyn_cli.inference import solve
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.coastdown.noise import noise_of
-from vdyn_cli.steps.coastdown.road_load_fit import START, RoadLoadFit
+from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.road_load_rows import START
 
 SPEED_STEP = 5 / 3.6  # m/s, width of a class of speeds
 FEWEST_FOLDS, MOST_FOLDS = 3, 20  # runs: two alone share no mean; beyond 20 the held-out error shows nothing new

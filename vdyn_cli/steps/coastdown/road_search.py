@@ -15,7 +15,8 @@ from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, likel
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import met_slopes, slope_response
-from vdyn_cli.steps.coastdown.road_load_fit import ROUGHNESS, RoadLoadRows, prior_information, rows_of, weighted_start
+from vdyn_cli.steps.coastdown.road_load_regression import prior_information, rows_of, weighted_start
+from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, RoadLoadRows
 from vdyn_cli.steps.coastdown.shared_road import DEFAULT_SPECTRUM, SPECTRA, possible_turns
 from vdyn_cli.steps.step_policy import STEP_POLICY
 

@@ -1,0 +1,183 @@
+"""The road load as a regression: its unknowns and starts, and the noise sizes that its residuals show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model_builder import Correction
+from vdyn_cli.engine.simulate import Simulator
+from vdyn_cli.inference import Regression, Unknown, approach
+from vdyn_cli.inference.gust_covariance import SOURCES
+from vdyn_cli.inference.restricted_likelihood import find_sizes, typical_sizes
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.coastdown.campaign import Campaign
+from vdyn_cli.steps.coastdown.noise import noise_of, wind_variance
+from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, START, SUBSTEPS, RoadLoadRows
+from vdyn_cli.steps.coastdown.shared_road import describes_road, independent_slopes, road_unknowns
+from vdyn_cli.steps.coastdown.start_values import started
+
+STEPS = 6  # of a fit with every candidate effect in, whose values are not published
+ANY: Mapping[str, float] = MappingProxyType({})  # noise of any size
+
+
+def with_noise_of(known: Regression, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
+    """The regression with other effects, on the road and with the noise sizes of a known one of the same campaign.
+
+    Parameters
+    ----------
+    known : whose noise and starts are taken. effects, extra : as in ``fit_road_load``.
+    """
+    base = rows_of(known)
+    regression = _at_center(initial_regression(base.campaign, effects, extra), base)
+    return starting_at(with_hill_prior(regression), {u.name: u.start for u in known.shared}, dict(known.run_starts))
+
+
+def _at_center(regression: Regression, base: RoadLoadRows) -> Regression:
+    """The regression on the road and with the noise sizes of the baseline's rows."""
+    rows = replace(rows_of(regression), center=base.center, drives=base.drives)
+    return replace(regression, rows=rows.weighted(base.sizes, base.at))
+
+
+def weighted_start(campaign: Campaign, near: Regression | None = None, most: Mapping[str, float] = ANY) -> Regression:
+    """The baseline's regression after a few steps, with the noise sizes that its residuals show.
+
+    Parameters
+    ----------
+    near : the same of the same runs elsewhere on the road, from which one round is enough.
+    most : largest noise of a source.
+
+    Raises
+    ------
+    ResultError : the model has no finite value at the start.
+    """
+    regression = initial_regression(campaign, (), ())
+    if near is not None:
+        sizes, at = rows_of(near).sizes, rows_of(near).at
+        begin = {u.name: u.start for u in near.shared if u.name not in set(rows_of(near).road)}
+        regression = replace(regression, rows=rows_of(regression).weighted(sizes, at))
+        regression = starting_at(with_hill_prior(regression), begin, near.run_starts)
+    for _ in range(2 if near is None else 1):
+        regression = reweighted(regression, *approach(regression, STEPS), most)
+    return regression
+
+
+def rows_of(regression: Regression) -> RoadLoadRows:
+    """The rows of a road load's regression, typed."""
+    assert isinstance(regression.rows, RoadLoadRows)
+    return regression.rows
+
+
+def effects_of(regression: Regression) -> tuple[Effect, ...]:
+    """The effects in the model of a road load's regression."""
+    return tuple(e for e in rows_of(regression).simulator.effects if isinstance(e, Effect))
+
+
+def transferred(regression: Regression, campaign: Campaign, values: Mapping[str, float]) -> Regression:
+    """The same unknowns, effects and noise sizes for other runs of the same car.
+
+    Parameters
+    ----------
+    regression : of the runs that were driven. campaign : the other runs, of the same model.
+    values : of the shared unknowns; the noise is that of a car with these.
+    """
+    rows = rows_of(regression)
+    at = {n: values.get(n, v) for n, v in campaign.values.items()} | {"wind_variance": rows.at["wind_variance"]}
+    starts = {START: np.array([r.speed[0] for r in campaign.runs])} if campaign.speed_fitted else {}
+    runs = tuple(r.name for r in campaign.runs)
+    level = None if rows.center is None else np.zeros_like(rows.center)
+    there = replace(rows, campaign=campaign, center=level, drives=()).weighted(rows.sizes, at)
+    return replace(regression, runs=runs, rows=there, run_starts=starts)
+
+
+def initial_regression(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
+    """The regression with typical noise sizes."""
+    hills = tuple(n for e in effects if describes_road(e) for n in e.unknowns) if campaign.speed_fitted else ()
+    hills = hills if hills and {u.name for u in extra} >= set(hills) else ()
+    campaign = replace(campaign, level_road=campaign.level_road or any(describes_road(e) for e in effects))
+    layout = campaign.layout
+    road = () if layout is None else road_unknowns(layout)
+    unknowns = (*started(campaign), *road, *extra)
+    names = tuple(u.name for u in unknowns)
+    sizes = typical_sizes(noise_of(campaign, 0, campaign.values))
+    if (hills or road) and not campaign.white:
+        sizes[ROUGHNESS] = max(SOURCES[ROUGHNESS].typical, campaign.roughness or 0.0)
+    else:
+        hills = ()
+    inside = [n for n in names if n not in {u.name for u in road}]
+    simulator = Simulator(
+        campaign.model,
+        campaign.values,
+        unknowns=(*inside, START, "wind_variance"),
+        effects=effects,
+        substeps=1 if campaign.nodes is None else SUBSTEPS,
+    )
+    level = np.zeros(len(road)) if road else None
+    rows = RoadLoadRows(campaign, simulator, names, {}, {}, (), tuple(u.name for u in road), center=level, hills=hills)
+    rows = rows.weighted(sizes, campaign.values)
+    starts = np.array([r.speed[: min(5, r.speed.size)].mean() for r in campaign.runs])
+    own = (Unknown(START, 15.0, -5.0, 160.0, "m/s", per_run=True, nuisance=True),) if campaign.speed_fitted else ()
+    names = tuple(r.name for r in campaign.runs)
+    return with_hill_prior(Regression((*unknowns, *own), names, rows, {START: starts} if own else {}))
+
+
+def with_hill_prior(regression: Regression) -> Regression:
+    """The slopes that an effect describes get the prior of a road of the noise's roughness.
+
+    Without one, a valley between the starts of both directions is collinear with a force that grows with the speed.
+    """
+    rows = rows_of(regression)
+    if not rows.hills:
+        return regression
+    correlation = rows.hill_factor @ rows.hill_factor.T
+    prior, degrees = (0.0, rows.sizes[ROUGHNESS]), independent_slopes(rows.hill_factor)
+    related = {
+        a: dict(zip(rows.hills, row.tolist(), strict=True)) for a, row in zip(rows.hills, correlation, strict=True)
+    }
+    unknowns = tuple(
+        replace(u, prior=prior, prior_correlation=related[u.name], prior_degrees=degrees) if u.name in related else u
+        for u in regression.unknowns
+    )
+    return replace(regression, unknowns=unknowns)
+
+
+def scaled_to_residuals(regression: Regression) -> Regression:
+    """White noise as large as the residuals at the start: priors then keep their weight beside it."""
+    rows, start, squares = rows_of(regression), regression.start(), []
+    for k in range(len(regression.runs)):
+        residual, _ = rows.binned(k, regression.local(start, k))
+        squares.append((residual / rows.factors[k]) ** 2)
+    scale = max(float(np.sqrt(np.mean(np.concatenate(squares)))), 1.0)
+    return replace(regression, rows=rows.weighted({n: size * scale for n, size in rows.sizes.items()}, rows.at))
+
+
+def reweighted(
+    regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array], most: Mapping[str, float] = ANY
+) -> Regression:
+    """The regression started at these values, whitened with the noise sizes that its residuals there show."""
+    rows = rows_of(regression)
+    at = {**rows.at, **shared}
+    runs = []
+    for k in range(len(rows.campaign.runs)):
+        theta = np.array([*(shared[n] for n in rows.shared), *(own[u.name][k] for u in regression.own)])
+        runs.append(rows.noisy(k, theta, at))
+    sizes = find_sizes(runs, rows.sizes, prior_information(regression), rows.random(), most=most)
+    rows = rows.on_road(shared).weighted(sizes, {**at, "wind_variance": wind_variance(sizes)})
+    if rows.road:  # the same slopes in units of another roughness
+        shared = {**shared, **dict(zip(rows.road, rows.reference.tolist(), strict=True))}
+    return with_hill_prior(replace(starting_at(regression, shared, own), rows=rows))
+
+
+def prior_information(regression: Regression) -> Array:
+    """(s,) inverse prior variance of the shared unknowns, zero without a prior."""
+    return np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
+
+
+def starting_at(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:
+    """The same regression, starting at these values; the others keep theirs."""
+    unknowns = tuple(replace(u, start=shared.get(u.name, u.start)) for u in regression.unknowns)
+    return replace(regression, unknowns=unknowns, run_starts={**regression.run_starts, **own})

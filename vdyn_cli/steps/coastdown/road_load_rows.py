@@ -1,0 +1,208 @@
+"""Binned and whitened residuals of coasts, with their derivatives, as a fit of the road load reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.engine.course import blocks
+from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.inference import Rows, whiten
+from vdyn_cli.inference.restricted_likelihood import NoisyRun, RandomUnknowns
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.coastdown.campaign import Campaign
+from vdyn_cli.steps.coastdown.noise import noise_of, road_response
+from vdyn_cli.steps.coastdown.shared_road import slope_factor
+
+SUBSTEPS = 1  # between the nodes of a coast, a second apart: half of it moves no estimate by 1e-6 of its interval
+WORTH_COMPILING = 100  # runs times blocks of unknowns that are saved in every iteration: code for one takes 0.2 s
+START = "start.speed"
+ROUGHNESS = "roughness"
+
+
+@dataclass(frozen=True, eq=False)
+class _SimulatedRun:
+    """A run as a simulator gave it at some values of its unknowns, averaged over the bins: (m,) and (m, k)."""
+
+    simulator: Simulator
+    drive: Drive
+    values: list[float]
+    channels: Array
+    sensitivities: Array
+
+
+@dataclass(frozen=True)
+class RoadLoadRows:
+    """Binned residuals and derivatives of all runs, whitened with the factors of their covariances.
+
+    Parameters
+    ----------
+    shared : names of the shared unknowns. at : value of every parameter of the model at which the noise was computed.
+    sizes : of the noise, by source (gust_covariance.SOURCES).
+    factors : of each run's covariance, lower triangular (m, m), or (m,) where it is diagonal.
+    road : names of the unknowns of the road that the runs share, linear and independent with a prior of one each.
+    slopes : (b, k) of each run, response of its rows to them where the road's roughness is one.
+    center : (k,) the road's unknowns times the roughness, with which the runs are simulated; the rest is linear.
+    drives : the runs with that slope.
+    hills : names of the unknowns of an effect that describes the road: slopes at equal knots along it.
+    made : the last simulation of each run.
+    """
+
+    campaign: Campaign
+    simulator: Simulator
+    shared: tuple[str, ...]
+    at: Mapping[str, float]
+    sizes: Mapping[str, float]
+    factors: tuple[Array, ...]
+    road: tuple[str, ...] = ()
+    slopes: tuple[Array, ...] = ()
+    center: Array | None = None
+    drives: tuple[Drive, ...] = ()
+    hills: tuple[str, ...] = ()
+    made: dict[int, _SimulatedRun] = field(default_factory=dict, compare=False, repr=False)
+
+    @cached_property
+    def simulated(self) -> tuple[str, ...]:
+        """The shared unknowns that enter the simulation."""
+        road = set(self.road)
+        return tuple(n for n in self.shared if n not in road)
+
+    @cached_property
+    def road_columns(self) -> NDArray[np.intp]:
+        """Indices of the road's unknowns among the shared ones."""
+        return np.array([self.shared.index(n) for n in self.road], dtype=np.intp)
+
+    @cached_property
+    def simulated_columns(self) -> NDArray[np.intp]:
+        """Indices of the other shared unknowns."""
+        return np.delete(np.arange(len(self.shared)), self.road_columns)
+
+    def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
+        """Residual (m,), simulated minus measured, and derivatives (m, s + own) of one run, before whitening."""
+        shared = theta[: len(self.shared)]
+        inside = np.concatenate([self.simulated_columns, np.arange(shared.size, theta.size)])
+        simulated, columns = self._simulated(run, theta[inside])
+        residual = simulated - np.concatenate(self.campaign.binned[run])
+        jacobian = np.zeros((residual.size, theta.size))
+        jacobian[:, inside] = columns
+        if self.road:
+            jacobian[:, self.road_columns] = self.sizes[ROUGHNESS] * self.slopes[run]
+            residual = residual + jacobian[:, self.road_columns] @ (shared[self.road_columns] - self.reference)
+        return residual, jacobian
+
+    def _simulated(self, run: int, theta: Array) -> tuple[Array, Array]:
+        """The channels of one run (m,) and their derivatives (m, k), simulated and averaged over the bins.
+
+        The last answer is kept: a fit ends, and the noise and the intervals begin, where it was computed last.
+        """
+        campaign = self.campaign
+        start = theta[-1] if campaign.speed_fitted else campaign.runs[run].speed[0]
+        values = [*theta[: len(self.simulated)].tolist(), float(start), self.at["wind_variance"]]
+        drive = self.drives[run] if self.drives else campaign.fit_drives[run]
+        made = self.made.get(run)
+        if made is not None and made.simulator is self.simulator and made.drive is drive and made.values == values:
+            return made.channels, made.sensitivities
+        try:
+            seen = self.simulator(drive, values)
+        except ResultError as error:  # far from the solution the simulation may be unstable
+            raise ArithmeticError(str(error)) from error
+        channels = np.concatenate([campaign.mean(run, seen.outputs[n]) for n in campaign.channels])
+        slopes = (seen.sensitivities[n][:, : theta.size] for n in campaign.channels)
+        columns = np.concatenate([campaign.mean(run, s) for s in slopes])
+        self.made[run] = _SimulatedRun(self.simulator, drive, values, channels, columns)
+        return channels, columns
+
+    def __call__(self, run: int, theta: Array) -> Rows:
+        residual, jacobian = self.binned(run, theta)
+        main = self.campaign.bins[run].time.size
+        plain = residual[:main], jacobian[:main]
+        factor = self.factors[run]
+        if factor.ndim == 1:
+            residual, jacobian = residual / factor, jacobian / factor[:, None]
+        else:
+            residual, jacobian = whiten(residual, jacobian, cholesky=factor)
+        time = np.tile(self.campaign.bins[run].time, len(self.campaign.channels))
+        return Rows(residual, jacobian, time=time, plain=plain, apart=self.campaign.runs[run].split)
+
+    def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> RoadLoadRows | None:
+        """The same rows over the unknowns ``free``, in that order, the others being held at these values.
+
+        None where the simulation of all runs with fewer unknowns takes less time than making its machine code, or
+        where a slope of the road is held.
+        """
+        before, after = (len(blocks(len(names) - len(self.road) + 2)) for names in (self.shared, free))
+        if (before - after) * len(self.campaign.runs) < WORTH_COMPILING or not set(self.road) <= set(free):
+            return None
+        own = self.simulator
+        simulator = Simulator(
+            own.model,
+            {**self.campaign.values, **held},
+            unknowns=(*(n for n in free if n not in set(self.road)), START, "wind_variance"),
+            effects=own.effects,
+            substeps=1 if self.campaign.nodes is None else SUBSTEPS,
+        )
+        return replace(self, shared=tuple(free), simulator=simulator)
+
+    @property
+    def reference(self) -> Array:
+        """The road's unknowns at which the runs are simulated, (k,)."""
+        assert self.center is not None
+        return self.center / self.sizes[ROUGHNESS]
+
+    def on_road(self, shared: Mapping[str, float]) -> RoadLoadRows:
+        """The same rows, simulated on the road that these unknowns describe."""
+        layout = self.campaign.layout
+        if layout is None or not self.road:
+            return self
+        center = self.sizes[ROUGHNESS] * np.array([shared[n] for n in self.road])
+        profile = layout.factor @ center
+        drives = []
+        for k, drive in enumerate(self.campaign.fit_drives):
+            slope = np.interp(drive.time, self.campaign.runs[k].time, layout.weights(k) @ profile)
+            drives.append(replace(drive, inputs={**drive.inputs, "grade": np.asarray(drive.inputs["grade"]) + slope}))
+        return replace(self, center=center, drives=tuple(drives))
+
+    def weighted(self, sizes: Mapping[str, float], at: Mapping[str, float]) -> RoadLoadRows:
+        """The same rows, whitened with other noise sizes and model parameters."""
+        runs = range(len(self.campaign.runs))
+        factors = tuple(noise_of(self.campaign, k, at).factor(sizes) for k in runs)
+        slopes = (
+            tuple(_of_width(road_response(self.campaign, k, at), len(self.road)) for k in runs) if self.road else ()
+        )
+        return replace(self, factors=factors, sizes=dict(sizes), at=dict(at), slopes=slopes)
+
+    @cached_property
+    def hill_factor(self) -> Array:
+        """Lower triangular factor (k, k) of the correlation of the slopes that an effect describes."""
+        assert self.campaign.road is not None
+        return slope_factor(np.linspace(*self.campaign.road, len(self.hills)), self.campaign.spectrum)
+
+    def random(self) -> RandomUnknowns | None:
+        """The slopes of the road as random unknowns of the noise model; None where there are none."""
+        least = self.campaign.roughness or 0.0
+        if self.hills:
+            return RandomUnknowns(ROUGHNESS, np.array([self.shared.index(n) for n in self.hills], dtype=np.intp), least)
+        return RandomUnknowns(ROUGHNESS, self.road_columns, least) if self.road else None
+
+    def noisy(self, run: int, theta: Array, at: Mapping[str, float]) -> NoisyRun:
+        """The run for the noise model, its random unknowns independent with derivatives per unit of roughness."""
+        residual, jacobian = self.binned(run, theta)
+        s = len(self.shared)
+        shared = jacobian[:, :s].copy()
+        random = self.random()
+        if random is not None:
+            columns = random.columns
+            residual = residual - shared[:, columns] @ theta[columns]
+            shared[:, columns] = shared[:, columns] @ self.hill_factor if self.hills else self.slopes[run]
+        return NoisyRun(residual, shared, jacobian[:, s:], noise_of(self.campaign, run, at))
+
+
+def _of_width(columns: Array, width: int) -> Array:
+    """The first columns, or zeros behind them: planned runs over another stretch have as many unknowns of the road."""
+    missing = max(width - columns.shape[1], 0)
+    return np.pad(columns, ((0, 0), (0, missing)))[:, :width]
