@@ -49,6 +49,25 @@ def test_height_position_and_inertia_are_recovered_near_the_bound(seed: int) -> 
     assert result.fit.rms < 1.1 * result.fit.noise_floor
 
 
+def test_a_car_at_rest_has_no_moment_of_rolling_resistance() -> None:
+    vehicle = random_vehicle(7)
+    front, rear = (
+        9.80665 * vehicle.mass * lever / vehicle.wheelbase for lever in (vehicle.cg_to_rear, vehicle.cg_to_front)
+    )
+    still = {"front_load": front, "rear_load": rear, "acceleration": 0.0, "pitch_rate": 0.0, "speed": 0.0}
+    data = []
+    for log in logs(vehicle, 7):
+        rng, before = np.random.default_rng(70), log.time - log.time[-1] - 1.0
+        noise = {"front_load": 14.0, "rear_load": 14.0, "acceleration": 0.05, "pitch_rate": 0.003, "speed": 0.02}
+        rest = {n: v + noise[n] * rng.normal(size=before.size) for n, v in still.items()}
+        time = np.concatenate([before, log.time])
+        data.append(Log(log.name, time, {n: np.concatenate([rest[n], log[n]]) for n in still}))
+    place = STEP.estimate(SPEC, tuple(data), known(vehicle)).parameters["cg_to_rear"]
+    lead = vehicle.rolling_resistance * vehicle.wheel_radius
+    assert place.value == pytest.approx(vehicle.cg_to_rear, abs=0.3 * lead)
+    assert place.std < 0.3 * lead
+
+
 def test_the_uncertainty_of_given_numbers_is_carried_over() -> None:
     vehicle = random_vehicle(3)
     data = logs(vehicle, 3)

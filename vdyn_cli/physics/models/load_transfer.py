@@ -20,7 +20,7 @@ MOMENTS = ("loads", "motion")  # their sum is zero where loads and motion agree
 SPEED_RATE = "speed_rate"  # m/s^2, rate of the speed by the accelerometer, to compare with the speed that is logged
 CARRIED = "carried"  # N, what road and air push the vehicle up with: the weight, but for heave
 UNIT = "unit"  # N, what one newton read stands for: what makes the moments comparable with the loads' noise
-MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed")
+MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed", "rolling")
 
 
 def _lift(e: ModelBuilder, u: Signals, rear: float) -> Number:
@@ -34,7 +34,8 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     ``front``, ``rear`` N push the axles up, lift included; their bends, N/s^2, are second derivatives of the loads on
     the tires, on whose springs the axles ride. ``slope_felt`` is 1 where the accelerometer feels gravity along the
     road, 0 where it does not. ``contact_lead`` m is by how much the road pushes a rolling tire up ahead of its hub:
-    rolling resistance times radius, the moment that the resistance takes.
+    rolling resistance times radius, the moment that the resistance takes. ``rolling`` is 1 where the wheels roll, 0 at
+    rest, where there is no such moment.
     """
     p = e.p
     e.sensor(
@@ -47,7 +48,7 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
             rear_axle_acceleration=-rear_bend / p.tire_vertical_stiffness,
             mass=p.mass,
             wheelbase=p.wheelbase,
-            cg_to_rear=p.cg_to_rear - p.contact_lead,
+            cg_to_rear=p.cg_to_rear - p.contact_lead * u.rolling,
         ),
     )
     e.sensor(UNIT, e("wheel_force", "_unit", value=1.0))

@@ -17,6 +17,8 @@ WINDOW = 0.02  # s over which the balance is integrated; the body pitches at 1 t
 LOADS = ("front_load", "rear_load")
 NOISY = (*LOADS, "acceleration", "pitch_rate", "speed")
 GAP = 3.0  # usual steps of the clock, beyond which a window has a gap
+# m/s: three times the noise of a speed at rest; a tire that pulls away at 3 m/s^2 passes it within 0.1 s.
+STANDSTILL = 0.3
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class LoadWindows:
     Parameters
     ----------
     run : the log's name. time : (n,) s of the samples. heading : +1 out, -1 back, 0 unknown.
-    channels : each (n,): front_load, [rear_load], acceleration, pitch_rate, pitch, [speed].
+    channels : each (n,): front_load, [rear_load], acceleration, pitch_rate, pitch, rolling, [speed].
     weights : (k, m + 1), Simpson's weights of each window's samples. first : (k,), index of its first sample.
     noise : of each channel but the pitch, its white standard deviation.
     """
@@ -100,6 +102,7 @@ def cut_windows(log: Log, heading: float = 0.0) -> LoadWindows:
         good &= np.isfinite(values[reach]).all(axis=1)
     weights = _simpson(gaps[good])
     clean = {n: np.where(np.isfinite(v), v, 0.0) for n, v in (*channels.items(), ("pitch", pitch_angle(log)))}
+    clean["rolling"] = rolling(log)
     noise = {n: white_level(v, log.time) for n, v in channels.items()}
     return LoadWindows(log.name, log.time, heading, clean, weights, first[good].astype(np.int64), noise)
 
@@ -119,6 +122,11 @@ def pitch_angle(log: Log) -> Array:
     kept = [0, 2] if "pitch" in log else [0, 1, 2]
     found = np.linalg.lstsq(trend[np.ix_(good, kept)], angle[good], rcond=None)[0]
     return np.asarray(angle - trend[:, kept[:-1]] @ found[:-1])
+
+
+def rolling(log: Log) -> Array:
+    """1 where the wheels roll, 0 where they stand, (n,); 1 throughout where the speed (m/s) is not logged."""
+    return np.where(np.abs(log["speed"]) < STANDSTILL, 0.0, 1.0) if "speed" in log else np.ones(log.time.size)
 
 
 def _simpson(gaps: Array) -> Array:
