@@ -89,7 +89,15 @@ def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Mod
         np.sqrt(squares[last] - squares[first]),
         last[:-1] == first[1:],
     )
-    return DriveWindows(log, first, last, np.asarray(log["wheel_speed"][last] - log["wheel_speed"][first]), noise)
+    gained = np.asarray(log["wheel_speed"][last] - log["wheel_speed"][first])
+    return DriveWindows(log, first, last, gained, noise)
+
+
+def impulses(run: DriveWindows, wheel: Mapping[str, float]) -> Array:
+    """Integral of the net torque over each window, (w,) N m s; ``wheel`` as of :func:`drive_windows`."""
+    torque = _net_torque(run.log, wheel)
+    impulse = np.concatenate([[0.0], np.cumsum((torque[1:] + torque[:-1]) / 2 * np.diff(run.log.time))])
+    return np.asarray(impulse[run.last] - impulse[run.first])
 
 
 def _edges(whole: NDArray[np.bool_], count: int) -> tuple[Index, Index]:
@@ -136,9 +144,7 @@ class MomentBalance:
         lever are wrong."""
         above = below = 0.0
         for run in self.runs:
-            torque = _net_torque(run.log, self.wheel)
-            impulse = np.concatenate([[0.0], np.cumsum((torque[1:] + torque[:-1]) / 2 * np.diff(run.log.time))])
-            mean = (impulse[run.last] - impulse[run.first]) / run.duration
+            mean = impulses(run, self.wheel) / run.duration
             rate = run.gained / run.duration
             above += float(np.sum((rate - rate.mean()) * mean))
             below += float(np.sum((rate - rate.mean()) ** 2))

@@ -21,11 +21,12 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.quantities.vocabulary import CHANNELS
+from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.inertia.drive_checks import radius_doubts, sign_doubts, too_little
+from vdyn_cli.steps.inertia.impulse_scatter import with_scatter
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.parts import wheel_parts
 from vdyn_cli.steps.inertia.result import inertia_result
@@ -135,7 +136,8 @@ class InertiaProblem(SimulatedProblem):
         window = min(self.spec.settings.window.value, DIAGNOSED_WINDOW)
         balance = _balance(self.data.runs, window, self.balance.wheel, self.balance.torque_zero)
         try:
-            return balance, solve(balance.regression(balance.first_inertia)).values["wheel_inertia"]
+            first = balance.regression(balance.first_inertia, (), self._uncertain)
+            return balance, solve(first).values["wheel_inertia"]
         except ResultError:  # what is wrong is to be found from here
             return balance, balance.first_inertia
 
@@ -150,12 +152,23 @@ class InertiaProblem(SimulatedProblem):
         """
         if self.balance is not None:
             balance, inertia = self._diagnosed
-            return balance.regression(start.get("wheel_inertia", inertia), effects, unknowns)
+            return balance.regression(start.get("wheel_inertia", inertia), effects, (*self._uncertain, *unknowns))
         if self.swing is None:
             raise InputError(
                 Finding("inertia", "a period alone gives no time series to compare", "", "add 'runs' or a log")
             )
         return self.swing.regression(effects, unknowns)
+
+    @property
+    def _uncertain(self) -> tuple[Unknown, ...]:
+        """What is known with a standard deviation, free within it: no error is named that it explains as well."""
+        return tuple(
+            Unknown(
+                n, one.value, PARAMETERS[n].lower, PARAMETERS[n].upper, KNOWN[n], (one.value, one.std), nuisance=True
+            )
+            for n, one in self.known.items()
+            if one.std > 0
+        )
 
     @property
     def _gain_std(self) -> float:
@@ -237,4 +250,4 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
 
 
 def _balance(logs: Sequence[Log], window: float, wheel: Mapping[str, float], zero: float) -> MomentBalance:
-    return MomentBalance(tuple(drive_windows(log, window, wheel) for log in logs), wheel, zero)
+    return MomentBalance(with_scatter([drive_windows(log, window, wheel) for log in logs], wheel), wheel, zero)

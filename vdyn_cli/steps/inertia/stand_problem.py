@@ -21,6 +21,7 @@ from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.inertia.drive_checks import too_little
+from vdyn_cli.steps.inertia.impulse_scatter import with_scatter
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.parts import wheel_parts
 from vdyn_cli.steps.inertia.spec import InertiaSpec
@@ -126,7 +127,7 @@ def prepare_stand(spec: InertiaSpec, logs: Sequence[Log], known: Parameters) -> 
     windows = tuple(drive_windows(log, spec.settings.window.value, {}, FREE_WHEEL) for log in logs)
     raise_all(f for run in windows for f in (too_little(run) or _steady_torque(run)))
     drag = tuple(Unknown(n, 0.0, PARAMETERS[n].lower, PARAMETERS[n].upper, PARAMETERS[n].unit) for n in DRAG)
-    balance = MomentBalance(windows, {}, spec.settings.torque_zero.value, FREE_WHEEL, drag)
+    balance = MomentBalance(with_scatter(windows, {}), {}, spec.settings.torque_zero.value, FREE_WHEEL, drag)
     return StandProblem(spec, tuple(logs), balance, tuple(f for log in logs for f in log.findings))
 
 

@@ -1,0 +1,56 @@
+"""Noise of the hub's torque as its impulses scatter from window to window, which is more than that of its samples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.inertia.moment_balance import DriveWindows, impulses
+
+THIRD_OF_DIFFERENCES = 3.5  # var(d3 (w_k+1 - w_k)) / 20 of white noise w: 70 / 20
+# (2 / n)^0.5 of the variance by which the scatter must exceed that of the samples: two standard errors of a variance
+# that the median of overlapping third differences gives.
+LEAST_EXCESS = 5.0
+FEWEST = 16  # windows of a run
+TINY = 1e-12  # (rad/s)^2
+
+
+def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tuple[DriveWindows, ...]:
+    """The runs with the noise of their torque as the impulses scatter, where that is more than the samples' noise.
+
+    Torque and forces of a rolling wheel scatter more slowly than from sample to sample: the tire is uneven, the road
+    rough, the amplifiers have filters. Third differences of
+
+        e = impulse - J gained,    var(d3 e) / 20 = f^2 S_T + 3.5 J^2 speed^2,
+
+    leave out what changes slowly, as most model errors do; J is taken from them, and their median leaves out the
+    changes of pedals. S_T is the variance by the white noise of the samples, and f one factor for all runs, whose
+    sensors are the same. Too small a noise of the torque beside that of the speed would bias the inertia high (total
+    least squares).
+
+    Parameters
+    ----------
+    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a wheel that is free.
+    """
+    whitened: list[Array] = []
+    of_torque: list[float] = []
+    for run in runs:
+        torque = impulses(run, wheel)
+        if torque.size < FEWEST or not np.isfinite(torque).all():
+            continue
+        change, effort = np.diff(run.gained, 3), np.diff(torque, 3)
+        inertia = float(change @ effort / max(float(change @ change), TINY))
+        sampled = (run.noise.torque * float(np.median(run.noise.spread))) ** 2
+        usual = sampled + THIRD_OF_DIFFERENCES * (inertia * run.noise.speed) ** 2
+        whitened.append((torque - inertia * run.gained) / usual**0.5)
+        of_torque.append(sampled / usual)
+    count = sum(e.size for e in whitened)
+    excess = white_level(np.concatenate(whitened)) ** 2 - 1.0 if whitened else 0.0
+    if not excess > LEAST_EXCESS * (2.0 / max(count, 1)) ** 0.5:
+        return tuple(runs)
+    factor = float((1.0 + excess / np.mean(of_torque)) ** 0.5)
+    return tuple(replace(run, noise=replace(run.noise, torque=factor * run.noise.torque)) for run in runs)
