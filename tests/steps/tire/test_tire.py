@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import curve_fit
@@ -152,3 +154,18 @@ def test_the_curve_without_effects_is_fitted_once(monkeypatch: pytest.MonkeyPatc
         prepared.publish()
         prepared.regression()
     assert len(fits) == 1
+
+
+def test_zeros_of_the_force_that_scatter_between_sweeps_are_not_in_the_curve() -> None:
+    vehicle = random_vehicle(2)
+    plain = logs(vehicle, 2)
+    zeros = 5.0 * (-1.0) ** np.arange(len(plain))
+    data = tuple(
+        log.with_channels(force_x=log["force_x"] + zero) for log, zero in zip(plain, zeros.tolist(), strict=True)
+    )
+    fit = problem.prepare(SPEC, data, known(vehicle)).fit
+    solution, blind = fit.solve(), replace(fit, force_zero=0.0).solve()
+    assert np.abs(solution.per_run["force_zero"] - zeros).max() < 4.0
+    assert solution.cost < blind.cost - 5.0
+    low, high = solution.interval95["tire_D"]
+    assert low < vehicle.tire_D < high

@@ -15,6 +15,8 @@ published, with the spread that the shapes of passenger car tires give it (C 1.6
 Options: ``shifts: true`` fits s + Sh for s and adds Sv to the friction; ``peaks: two`` gives braking a B and a D of its
 own (at s < 0), the slope at zero slip being that of driving.
 
+Every sweep has its own zero of the longitudinal force, within ``force_zero`` (3 N: a sensor zeroed before each).
+
 Assumes steady state (slow sweeps), pure longitudinal slip, one curve for all loads. An error of 1 % in the wheel
 radius is an error of 1 % of slip everywhere; the radius' standard deviation, where given, is carried into the result.
 

@@ -43,6 +43,7 @@ class TireProblem(SimulatedProblem):
     radius_std : relative standard deviation of the radius that the slip was computed with; 0 where it was logged.
     priors : stated means and standard deviations of shape factors.
     free : those of the curve's shifts, and of its excess in braking, that are unknown.
+    force_zero : N, standard deviation of the zero of the longitudinal force from sweep to sweep.
     """
 
     logs: tuple[Log, ...]
@@ -50,6 +51,7 @@ class TireProblem(SimulatedProblem):
     radius_std: float
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     free: tuple[str, ...] = ()
+    force_zero: float = 0.0
 
     @property
     def model(self) -> Model:
@@ -86,7 +88,7 @@ class TireProblem(SimulatedProblem):
     @property
     def fit(self) -> TireFit:
         """The sweeps with the stated priors, without effects."""
-        return TireFit(self.sweeps, self.priors, self.radius_std, free=self.free)
+        return TireFit(self.sweeps, self.priors, self.radius_std, free=self.free, force_zero=self.force_zero)
 
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
@@ -176,7 +178,7 @@ def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProbl
     settings = spec.settings
     free = (*(SHIFTS if settings.shifts else ()), *(BRAKING if settings.peaks == "two" else ()))
     binned = tuple(binned_sweep(log) for log in sweeps)
-    return TireProblem(sweeps, binned, radius_std, _priors(spec, known), free)
+    return TireProblem(sweeps, binned, radius_std, _priors(spec, known), free, settings.force_zero.value)
 
 
 def _priors(spec: TireSpec, known: Parameters) -> dict[str, tuple[float, float]]:

@@ -16,7 +16,7 @@ from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.tire import figures, text
 from vdyn_cli.steps.tire.initial_slope import agreeing_with_data
-from vdyn_cli.steps.tire.tire_regression import FittedCurve
+from vdyn_cli.steps.tire.tire_regression import ZERO, FittedCurve
 
 STIFFNESS = "tire_longitudinal_stiffness"
 
@@ -46,7 +46,8 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         correlation = {a: {b: solution.correlation[a][b] for b in names} for a in names}
         if curve.peak > fit.reach:
             warnings.append(text.peak_by_priors(fit.reach, curve.peak))
-    residuals = [near.residual(sweep) for near, sweep in zip(points, fit.sweeps, strict=True)]
+    zeros = solution.per_run.get(ZERO, np.zeros(len(fit.sweeps)))
+    residuals = [near.residual(sweep) + zero for near, sweep, zero in zip(points, fit.sweeps, zeros, strict=True)]
     summary = FitSummary(
         tuple(sweep.run for sweep in fit.sweeps),
         float(np.sqrt(np.mean(np.concatenate(residuals) ** 2))),

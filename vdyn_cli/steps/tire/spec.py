@@ -22,6 +22,11 @@ class TireSettings(Strict):
     minimum_load: Annotated[Given, Si("N", 1, 50_000)] = Field(
         Given(300.0), description="vertical load below which samples are left out, N"
     )
+    # A wheel force sensor that is zeroed before each sweep drifts by 0.01 % of its 24 kN; a zero that all sweeps share
+    # beyond that is a finding.
+    force_zero: Annotated[Given, Si("N", 0, 1000)] = Field(
+        Given(3.0), description="standard deviation of the zero of the longitudinal force from sweep to sweep, N"
+    )
     priors: dict[ShapeFactor, Annotated[Given, Si("", -20, 100)]] = Field(
         {}, description="what is known of B, C, D and E, such as {tire_C: 1.32 +- 0.1}; else under vehicle"
     )

@@ -27,6 +27,7 @@ RANGES |= {"tire_Sh": (-0.2, 0.2), "tire_Sv": (-0.5, 0.5), "braking_B": (-0.8, 4
 CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
 SHAPES = ("tire_C", "tire_E")  # what decides how a curve goes on beyond its steep part
 EXACT = 1e-3  # of a prior's standard deviation: held, with the slopes that the projection needs
+ZERO = "force_zero"  # N, of the longitudinal force in one sweep
 NEAR_ZERO = 0.4  # of the largest friction, below which the curve is nearly straight
 STARTS = (1.3, 1.6, 1.9)  # of C: a wrong one can end in a local minimum
 ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown moves by more standard deviations
@@ -52,6 +53,7 @@ class TireFit:
     scale : of the residual over the sensors' noise, where the curve does not follow the sweeps: beside a residual that
         is taken for noise, priors would have no weight.
     free : those of SHIFTS and BRAKING that are unknown.
+    force_zero : N, standard deviation of the zero of the longitudinal force from sweep to sweep; 0 leaves it out.
     """
 
     sweeps: tuple[BinnedSweep, ...]
@@ -61,6 +63,7 @@ class TireFit:
     unknowns: tuple[Unknown, ...] = ()
     scale: float = 1.0
     free: tuple[str, ...] = ()
+    force_zero: float = 0.0
 
     def solve(self) -> Solution:
         """Fit from several shapes, projecting the slips anew until the curve no longer moves; the best fit.
@@ -116,12 +119,14 @@ class TireFit:
 
         def rows(run: int, theta: Array) -> Rows:
             sweep, near = self.sweeps[run], points[run]
-            force, jacobian, _ = self._curve(sweep, near.slip, self._theta(dict(zip(names, theta, strict=True))))
-            residual = force + near.slope * (sweep.slip - near.slip) + near.mean - sweep.force
+            force, jacobian, _ = self._curve(sweep, near.slip, self._theta(dict(zip(names, theta, strict=False))))
+            zero = theta[len(names) :]
+            residual = force + zero.sum() + near.slope * (sweep.slip - near.slip) + near.mean - sweep.force
             deviation = self.scale * near.deviation
-            return Rows(residual / deviation, jacobian[:, columns] / deviation[:, None], time=sweep.time)
+            slopes = np.hstack([jacobian[:, columns], np.ones((force.size, zero.size))])
+            return Rows(residual / deviation, slopes / deviation[:, None], time=sweep.time)
 
-        return Regression(unknowns, tuple(sweep.run for sweep in self.sweeps), rows)
+        return Regression((*unknowns, *self._zero), tuple(sweep.run for sweep in self.sweeps), rows)
 
     def points(self, sweep: BinnedSweep, values: Mapping[str, float]) -> CurvePoints:
         """Where the bins of a sweep stand on the curve with these values of the unknowns."""
@@ -136,6 +141,12 @@ class TireFit:
             inputs |= {"speed": float(np.mean(speeds)), "slip_gradient": 0.0}
         drive = Drive(np.arange(slip.size, dtype=float), inputs)
         return np.asarray(self._simulator(drive, self._theta(values), sensitivities=False).outputs["force_x"])
+
+    @property
+    def _zero(self) -> tuple[Unknown, ...]:
+        """The zero of each sweep's longitudinal force, where it is uncertain."""
+        std = self.force_zero
+        return (Unknown(ZERO, 0.0, unit="N", prior=(0.0, std), per_run=True, nuisance=True),) if std > 0 else ()
 
     @property
     def reach(self) -> float:
