@@ -169,3 +169,24 @@ def test_zeros_of_the_force_that_scatter_between_sweeps_are_not_in_the_curve() -
     assert solution.cost < blind.cost - 5.0
     low, high = solution.interval95["tire_D"]
     assert low < vehicle.tire_D < high
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_intervals_hold_every_curve_that_sweeps_to_the_peak_do_not_reject(seed: int) -> None:
+    vehicle = Vehicle(tire_B=9.5, tire_C=1.435, tire_D=0.93, tire_E=0.25)
+    data = []
+    for log in logs(vehicle, seed):
+        slip = log["wheel_speed"] * vehicle.wheel_radius / log["vehicle_speed"] - 1
+        short = np.abs(np.convolve(slip, np.ones(9) / 9, "same")) < 0.25
+        data.append(log.with_channels(force_x=np.where(short, log["force_x"], np.nan)))
+    ready = problem.prepare(SPEC, tuple(data), known(vehicle))
+    shapes = [minimum.values["tire_C"] for minimum in ready.fit.minima()]
+    assert max(shapes) - min(shapes) > 0.3
+    result = ready.publish()
+    for name in SHAPE:
+        low, high = result.parameters[name].interval95
+        assert low < getattr(vehicle, name) < high, name
+    low, high = result.parameters["tire_C"].interval95
+    assert low < min(shapes)
+    assert max(shapes) < high
+    assert any("curves" in warning for warning in result.fit.warnings)

@@ -41,9 +41,11 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         withheld = dict.fromkeys(SHAPE, text.WITHHELD)
     else:
         names = (*SHAPE, *(n for n in SHIFTS if n in fit.free))
-        shape = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "tire") for n in names}
+        shape = {n: _shape_factor(n, curve) for n in names}
         estimates = {**shape, **_braking(curve), STIFFNESS: slope}
         correlation = {a: {b: solution.correlation[a][b] for b in names} for a in names}
+        if others := [s.values["tire_C"] for s in curve.others if _apart(s, solution)]:
+            warnings.append(text.other_curves([solution.values["tire_C"], *others[:1]]))
         if curve.peak > fit.reach:
             warnings.append(text.peak_by_priors(fit.reach, curve.peak))
     zeros = solution.per_run.get(ZERO, np.zeros(len(fit.sweeps)))
@@ -77,6 +79,20 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
 
 def _peaks(curve: FittedCurve) -> list[Finding]:
     return [] if "braking_D" in curve.fit.free else text.two_peaks_note(curve.fit.sweeps)
+
+
+def _apart(other: Solution, best: Solution) -> bool:
+    """Whether another minimum's C is not that of the best one, within a standard deviation."""
+    return abs(other.values["tire_C"] - best.values["tire_C"]) > best.std["tire_C"]
+
+
+def _shape_factor(name: str, curve: FittedCurve) -> Estimate:
+    """One unknown of the curve; its interval holds those of other minima that the sweeps do not reject."""
+    best = curve.solution
+    ends = [s.interval95[name] for s in (best, *curve.others)]
+    low, high = min(low for low, _ in ends), max(high for _, high in ends)
+    wider = (high - low) / (best.interval95[name][1] - best.interval95[name][0])
+    return Estimate.of(name, best.values[name], wider * best.std[name], (low, high), "tire")
 
 
 def _braking(curve: FittedCurve) -> dict[str, Estimate]:

@@ -63,6 +63,15 @@ def peak_by_priors(reach: float, peak: float) -> str:
     )
 
 
+def other_curves(shapes: Sequence[float]) -> str:
+    """The warning that the sweeps do not reject curves in other minima; ``shapes`` are their C."""
+    values = " and ".join(f"{c:.2f}" for c in shapes)
+    return (
+        f"curves with C of {values} fit the sweeps about as well: the intervals of B, C, D and E hold them all; sweep "
+        "further beyond the peak"
+    )
+
+
 def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> list[Finding]:
     """A note where one curve is fitted to driving and braking and their largest frictions differ; else none."""
     slip, friction = (np.concatenate(x) for x in ([s.slip for s in sweeps], [s.force / s.load for s in sweeps]))

@@ -30,6 +30,7 @@ EXACT = 1e-3  # of a prior's standard deviation: held, with the slopes that the 
 ZERO = "force_zero"  # N, of the longitudinal force in one sweep
 NEAR_ZERO = 0.4  # of the largest friction, below which the curve is nearly straight
 STARTS = (1.3, 1.6, 1.9)  # of C: a wrong one can end in a local minimum
+NOT_REJECTED = 1.92  # of the cost, per mean square of the residuals: half of 3.84, chi-square's 95 % quantile
 ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown moves by more standard deviations
 
 
@@ -66,7 +67,14 @@ class TireFit:
     force_zero: float = 0.0
 
     def solve(self) -> Solution:
-        """Fit from several shapes, projecting the slips anew until the curve no longer moves; the best fit.
+        """The best of :meth:`minima`; raises ResultError as that."""
+        return self.minima()[0]
+
+    def minima(self) -> tuple[Solution, ...]:
+        """Fit from several shapes, projecting the slips anew until the curve no longer moves.
+
+        The best fit, and behind it those that the sweeps do not reject: they may end in another minimum whose C, B and
+        E are far off, and whose curve is nearly the same.
 
         Raises
         ------
@@ -82,7 +90,9 @@ class TireFit:
                 failed.append(error)
         if not found:
             raise failed[0]
-        return min(found, key=lambda s: s.cost)
+        found.sort(key=lambda s: s.cost)
+        scale = max(2.0 * found[0].cost / sum(r.size for r in found[0].residuals), 1.0)
+        return tuple(s for s in found if s.cost - found[0].cost <= NOT_REJECTED * scale)
 
     def _settled(self, start: Mapping[str, float]) -> Solution:
         def step(last: _SlipProjection) -> tuple[_SlipProjection, float]:
@@ -232,11 +242,15 @@ def _slope(slip: Array, friction: Array) -> float:
 
 @dataclass(frozen=True)
 class FittedCurve:
-    """The curve as far as the sweeps determine it; ``peak`` is the slip of its peak, None where no sweep reached it."""
+    """The curve as far as the sweeps determine it; ``peak`` is the slip of its peak, None where no sweep reached it.
+
+    ``others`` are fits in other minima that the sweeps do not reject.
+    """
 
     fit: TireFit
     solution: Solution
     peak: float | None
+    others: tuple[Solution, ...] = ()
 
 
 def fitted_curve(fit: TireFit) -> FittedCurve:
@@ -254,10 +268,10 @@ def fitted_curve(fit: TireFit) -> FittedCurve:
     ResultError : the sweeps do not determine the slope at zero slip.
     """
     try:
-        solution = fit.solve()
+        solution, *others = fit.minima()
         peak = peak_slip(*(solution.values[n] for n in ("tire_B", "tire_C", "tire_E")))
         if peak < fit.reach or set(SHAPES) <= set(fit.prior):
-            return FittedCurve(fit, solution, peak)
+            return FittedCurve(fit, solution, peak, tuple(others))
     except ResultError:
         pass  # the shape beyond the slope is not determined
     fit = replace(fit, prior={**CAR_TIRES, **fit.prior})
