@@ -259,6 +259,10 @@ class StepPolicy:
         10.0, "without unit", "force of the driven tires over slip and the car's weight, of a mass on a road",
         "Passenger car tires have 15 to 30 over their load, and the driven axle carries about half of the weight.",
     )  # fmt: skip
+    slip_spread: float = threshold(
+        0.4, "share", "of the lag that follows from slip_stiffness, by which it may differ",
+        "Tires of 15 to 30 under 40 to 60 % of the weight have 6 to 18: lags of 0.55 to 1.7 times the usual one.",
+    )  # fmt: skip
     foreign_error: float = threshold(
         0.12, "share of the largest speed", "rms error of a simulated speed, above which a drive may not be this car's",
         "A road load known to 10 % and a torque known to 5 % miss half of that.",

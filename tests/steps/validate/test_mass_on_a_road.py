@@ -66,8 +66,8 @@ def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:
 
 def test_a_late_torque_is_still_found(tmp_path: Path) -> None:
     logs = dict(drives(CAR, 4))
-    logs["torque"] = np.roll(logs["torque"], 40, axis=1)
-    logs["torque"][:, :40] = logs["torque"][:, 40:41]
+    logs["torque"] = np.roll(logs["torque"], 20, axis=1)
+    logs["torque"][:, :20] = logs["torque"][:, 20:21]
     found = diagnosed(tmp_path, CAR, logs)
     named = {*(c.effect for c in found.causes), *(e for one in found.ambiguous for e in one)}
     assert {"torque_delay", "speed_delay"} <= named

@@ -32,9 +32,10 @@ def slip_lag(setup: SimulationSetup) -> float:
 
 
 def with_slip_lag(setup: SimulationSetup) -> SimulationSetup:
-    """The setup of a mass on a road with a lag of this size as an unknown; of a vehicle, whose tires slip, as it is."""
+    """The setup of a mass on a road with about this lag as an unknown; of a vehicle, whose tires slip, as it is."""
     lag = 0.0 if setup.model.name == "vehicle" else slip_lag(setup)
     if lag <= 0.0:
         return setup
-    unknowns = tuple(Unknown(n, 0.0, -1.0, 1.0, "s", (0.0, lag), nuisance=True) for n in SPEED_LAG.unknowns)
+    known = lag, STEP_POLICY.slip_spread * lag
+    unknowns = tuple(Unknown(n, lag, -1.0, 1.0, "s", known, nuisance=True) for n in SPEED_LAG.unknowns)
     return replace(setup, effects=(SPEED_LAG, *setup.effects), extra=(*unknowns, *setup.extra))
