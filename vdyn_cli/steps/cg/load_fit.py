@@ -230,8 +230,7 @@ def _corrected(law: Callable[[Law, Signals, Signals], Number], inner: Law, q: Si
 
 def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: float) -> BalanceInputs:
     """Channels with the second derivatives of the loads, taken over ``span`` s to either side."""
-    inputs = {n: values[n] for n in (*windows.loads, "acceleration", "pitch_rate", "pitch", "rolling")}
-    inputs["speed"] = values.get("speed", np.zeros_like(windows.time))
+    inputs = {n: values[n] for n in (*windows.loads, "acceleration", "pitch_rate", "pitch", "rolling", "speed")}
     inputs |= {f"{n}_bend": _second_derivative(values[n], windows.step, span) for n in windows.loads}
     context = {"heading": windows.heading}
     still, turning = (

@@ -19,6 +19,9 @@ NOISY = (*LOADS, "acceleration", "pitch_rate", "speed")
 GAP = 3.0  # usual steps of the clock, beyond which a window has a gap
 # m/s: three times the noise of a speed at rest; a tire that pulls away at 3 m/s^2 passes it within 0.1 s.
 STANDSTILL = 0.3
+# m/s, of a speed that is integrated: a zero of 0.05 m/s^2, less its mean over the run, leaves as much.
+UNCERTAIN_STANDSTILL = 1.0
+SAME_SPEED = 0.1  # of a run's range of speed; a tilt of 0.5 deg gains as much in 20 s
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class LoadWindows:
     Parameters
     ----------
     run : the log's name. time : (n,) s of the samples. heading : +1 out, -1 back, 0 unknown.
-    channels : each (n,): front_load, [rear_load], acceleration, pitch_rate, pitch, rolling, [speed].
+    channels : each (n,): front_load, [rear_load], acceleration, pitch_rate, pitch, rolling, speed.
     weights : (k, m + 1), Simpson's weights of each window's samples. first : (k,), index of its first sample.
     noise : of each channel but the pitch, its white standard deviation.
     """
@@ -102,7 +105,8 @@ def cut_windows(log: Log, heading: float = 0.0) -> LoadWindows:
         good &= np.isfinite(values[reach]).all(axis=1)
     weights = _simpson(gaps[good])
     clean = {n: np.where(np.isfinite(v), v, 0.0) for n, v in (*channels.items(), ("pitch", pitch_angle(log)))}
-    clean["rolling"] = rolling(log)
+    clean["speed"] = clean["speed"] if "speed" in clean else integrated_speed(log)
+    clean["rolling"] = rolling(clean["speed"], STANDSTILL if "speed" in log else UNCERTAIN_STANDSTILL)
     noise = {n: white_level(v, log.time) for n, v in channels.items()}
     return LoadWindows(log.name, log.time, heading, clean, weights, first[good].astype(np.int64), noise)
 
@@ -124,9 +128,22 @@ def pitch_angle(log: Log) -> Array:
     return np.asarray(angle - trend[:, kept[:-1]] @ found[:-1])
 
 
-def rolling(log: Log) -> Array:
-    """1 where the wheels roll, 0 where they stand, (n,); 1 throughout where the speed (m/s) is not logged."""
-    return np.where(np.abs(log["speed"]) < STANDSTILL, 0.0, 1.0) if "speed" in log else np.ones(log.time.size)
+def integrated_speed(log: Log) -> Array:
+    """Speed (n,) from the acceleration, m/s; the lowest of the run is zero.
+
+    A run that ends within ``SAME_SPEED`` of the speed at which it began is taken to end at that: the rest is the
+    accelerometer's zero. The speed counts in the drag's moment and in whether the wheels roll.
+    """
+    rate = np.where(np.isfinite(log["acceleration"]), log["acceleration"], 0.0)
+    gained = np.concatenate([[0.0], np.cumsum(np.diff(log.time) * (rate[1:] + rate[:-1]) / 2)])
+    if abs(gained[-1]) < SAME_SPEED * float(np.ptp(gained)):
+        gained = gained - gained[-1] * (log.time - log.time[0]) / log.duration
+    return np.asarray(gained - gained.min())
+
+
+def rolling(speed: Array, standstill: float = STANDSTILL) -> Array:
+    """1 where the wheels roll, 0 where they stand, (n,), by the speed in m/s."""
+    return np.where(np.abs(speed) < standstill, 0.0, 1.0)
 
 
 def _simpson(gaps: Array) -> Array:

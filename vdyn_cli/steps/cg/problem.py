@@ -36,6 +36,13 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 FREE_MOMENT = 500.0  # N m, plausible size of a free profile: a tenth of the moment of braking at 6 m/s^2
 ROUNDS = 2  # of the fit with all effects, for noise and true channels: they only serve the linearization there
 TOLERANCE = 1e-2  # of one residual's variance that a further step of that fit may still gain
+SPEED_INTEGRATED = Finding(
+    "cg",
+    "the speed is not logged: it is integrated from the acceleration, zero where the run is slowest",
+    "",
+    "map the speed: it shows a tilt or a zero of the accelerometer, too",
+    minor=True,
+)
 HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
@@ -223,6 +230,7 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     carried = tuple(carried_weight(log, vehicle.values["mass"]) for log in ready)
     findings = [*vehicle.findings, *contradiction, *gentle_doubts(ready)]
     findings += gps_zero(logs) if spec.settings.accelerometer == "gps" else []
+    findings += [SPEED_INTEGRATED] if not all("speed" in log for log in ready) else []
     findings += [f for log in logs for f in log.findings]
     fit = LoadFit(runs, vehicle.values, load_zero, speeds=speeds, carried=carried)
     return CgProblem(tuple(logs), vehicle, fit, tuple(findings))
