@@ -20,6 +20,8 @@ MOMENTS = ("loads", "motion")  # their sum is zero where loads and motion agree
 SPEED_RATE = "speed_rate"  # m/s^2, rate of the speed by the accelerometer, to compare with the speed that is logged
 CARRIED = "carried"  # N, what road and air push the vehicle up with: the weight, but for heave
 UNIT = "unit"  # N, what one newton read stands for: what makes the moments comparable with the loads' noise
+HEAVES = ("sprung_heave", "damped_heave")  # rad/s^2
+HEAVE_LEVERS = ("heave_spring", "heave_damper")  # m
 MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed", "rolling")
 
 
@@ -86,8 +88,9 @@ def _both(e: ModelBuilder, u: Signals) -> None:
 
 def _front(e: ModelBuilder, u: Signals) -> None:
     front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero) + _lift(e, u, 0.0)
-    heave = e.p.heave_lever * u.pitch_acceleration
-    rear = e.p.mass * (GRAVITY + heave) - front
+    p = e.p
+    heave = p.heave_lever * u.pitch_acceleration + p.heave_spring * u.sprung_heave + p.heave_damper * u.damped_heave
+    rear = p.mass * (GRAVITY + heave) - front
     _moments(e, u, front, rear, u.front_load_bend, -u.front_load_bend)
 
 
@@ -99,11 +102,12 @@ LOAD_TRANSFER = Model(
     ("heading",),
 )
 
-# The paper's equation (5): without the rear axle's load the body is taken to heave by ``heave_lever`` m a rad of pitch.
+# The paper's equation (5) has no heave. Here the body heaves by ``heave_lever`` m a rad of pitch, and swings on springs
+# and dampers by ``sprung_heave`` and ``damped_heave``, rad/s^2, for levers of 1 m.
 FRONT_LOAD_TRANSFER = Model(
     "front_load_transfer",
     _front,
-    (*SOUGHT, *GIVEN, "heave_lever", "front_load_zero", "acceleration_zero"),
-    ("front_load", "front_load_bend", *MOTION),
+    (*SOUGHT, *GIVEN, "heave_lever", *HEAVE_LEVERS, "front_load_zero", "acceleration_zero"),
+    ("front_load", "front_load_bend", *HEAVES, *MOTION),
     ("heading",),
 )

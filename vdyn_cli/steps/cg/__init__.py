@@ -6,9 +6,9 @@ Moments of the whole car about the rear contact, nose-up positive::
 
 with axle loads Ff, Fr; antenna at height H; drag Fd at height hd; J = sum of wheel inertia over radius (wheels that
 spin up unload the front axle too; without it, the height is 1 to 2 % too high). Without rear loads, Fr = M g - Ff,
-which is the paper's equation (5): assuming no heave of the body. Rolling resistance pushes a tire that rolls up frr r
-ahead of its hub, and one at rest right below it: they differ. A speed that is not logged is integrated from
-the acceleration.
+which is the paper's equation (5), plus the heave that pitching causes on springs and dampers whose centers lie ahead of
+or behind the center of gravity, by two levers of 0 +- 0.3 m. Rolling resistance pushes a tire that rolls up frr r
+ahead of its hub, and one at rest right below it. A speed that is not logged is integrated from the acceleration.
 
 The loads at rest give lr; the load moved per acceleration gives M h; the load moved per pitch acceleration gives
 I - (M h + J) (H - h). The last two have opposite signs: a pitch rate of the wrong sign turns I into

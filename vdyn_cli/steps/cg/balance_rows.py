@@ -12,7 +12,7 @@ from vdyn_cli.engine.course import blocks
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import Rows
 from vdyn_cli.inference.banded import whitened
-from vdyn_cli.physics.models.load_transfer import CARRIED, SOUGHT, SPEED_RATE
+from vdyn_cli.physics.models.load_transfer import CARRIED, HEAVE_LEVERS, SOUGHT, SPEED_RATE
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.cg.carried_weight import with_carried
 from vdyn_cli.steps.cg.speed_change import with_speed
@@ -99,7 +99,7 @@ class BalanceRows:
         Effects of which no unknown is free and every amplitude is zero leave the balance: they change nothing there.
         None where no pass of the simulation is saved, which is worth machine code of its own.
         """
-        if set(SOUGHT) & set(held) or len(blocks(len(free))) == len(blocks(len(free) + len(held))):
+        if {*SOUGHT, *HEAVE_LEVERS} & set(held) or len(blocks(len(free))) == len(blocks(len(free) + len(held))):
             return None
         fit = self.fit
         effects = tuple(

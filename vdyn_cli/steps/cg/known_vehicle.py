@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from vdyn_cli.physics.models.load_transfer import HEAVE_LEVERS
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Parameters
@@ -89,7 +90,7 @@ def with_free_heave(vehicle: KnownVehicle) -> KnownVehicle:
     remedy = "map the rear loads: pitch_inertia is then several times as certain"
     return replace(
         vehicle,
-        values={**vehicle.values, "heave_lever": 0.0},
+        values={**vehicle.values, **dict.fromkeys(("heave_lever", *HEAVE_LEVERS), 0.0)},
         std={**vehicle.std, "heave_lever": HEAVE_STD},
         findings=(*vehicle.findings, Finding("cg", what, "", remedy)),
     )

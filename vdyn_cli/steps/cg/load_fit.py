@@ -16,12 +16,21 @@ from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, solve
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.inference.iterate import until_settled
-from vdyn_cli.physics.models.load_transfer import FRONT_LOAD_TRANSFER, LOAD_TRANSFER, MOMENTS, SOUGHT, UNIT
+from vdyn_cli.physics.models.load_transfer import (
+    FRONT_LOAD_TRANSFER,
+    HEAVE_LEVERS,
+    HEAVES,
+    LOAD_TRANSFER,
+    MOMENTS,
+    SOUGHT,
+    UNIT,
+)
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun
 from vdyn_cli.steps.cg.carried_weight import CarriedWeight
+from vdyn_cli.steps.cg.known_vehicle import HEAVE_STD
 from vdyn_cli.steps.cg.load_windows import LoadWindows
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
 from vdyn_cli.steps.cg.speed_change import SpeedChange
@@ -68,7 +77,8 @@ class LoadFit:
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
-        """The three of ``SOUGHT``, beginning at an ordinary car's, those of the effects, and each run's load zeros."""
+        """The three of ``SOUGHT``, beginning at an ordinary car's, levers of an unmeasured heave, those of the effects,
+        and each run's load zeros."""
         start = {
             "cg_height": 0.55,
             "cg_to_rear": self.known["wheelbase"] / 2,
@@ -78,6 +88,7 @@ class LoadFit:
         zeros = [f"{n}_zero" for n in self.runs[0].loads] if std > 0 else []
         return (
             *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper) for n in SOUGHT),
+            *(Unknown(n, 0.0, prior=(0.0, HEAVE_STD), nuisance=True) for n in HEAVE_LEVERS if n in self.known),
             *self.effect_unknowns,
             *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
         )
@@ -231,6 +242,7 @@ def _corrected(law: Callable[[Law, Signals, Signals], Number], inner: Law, q: Si
 def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: float) -> BalanceInputs:
     """Channels with the second derivatives of the loads, taken over ``span`` s to either side."""
     inputs = {n: values[n] for n in (*windows.loads, "acceleration", "pitch_rate", "pitch", "rolling", "speed")}
+    inputs |= {n: values[n] for n in HEAVES if n in values}
     inputs |= {f"{n}_bend": _second_derivative(values[n], windows.step, span) for n in windows.loads}
     context = {"heading": windows.heading}
     still, turning = (

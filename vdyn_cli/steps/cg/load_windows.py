@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
+from vdyn_cli.physics.models.load_transfer import HEAVES
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.cg.pitch_heave import pitch_heave
 
 WINDOW = 0.02  # s over which the balance is integrated; the body pitches at 1 to 3 Hz
 LOADS = ("front_load", "rear_load")
@@ -31,7 +33,8 @@ class LoadWindows:
     Parameters
     ----------
     run : the log's name. time : (n,) s of the samples. heading : +1 out, -1 back, 0 unknown.
-    channels : each (n,): front_load, [rear_load], acceleration, pitch_rate, pitch, rolling, speed.
+    channels : each (n,): front_load, [rear_load], acceleration, pitch_rate, pitch, rolling, speed;
+        sprung_heave, damped_heave where the rear load is not logged.
     weights : (k, m + 1), Simpson's weights of each window's samples. first : (k,), index of its first sample.
     noise : of each channel but the pitch, its white standard deviation.
     """
@@ -107,6 +110,8 @@ def cut_windows(log: Log, heading: float = 0.0) -> LoadWindows:
     clean = {n: np.where(np.isfinite(v), v, 0.0) for n, v in (*channels.items(), ("pitch", pitch_angle(log)))}
     clean["speed"] = clean["speed"] if "speed" in clean else integrated_speed(log)
     clean["rolling"] = rolling(clean["speed"], STANDSTILL if "speed" in log else UNCERTAIN_STANDSTILL)
+    if "rear_load" not in log:
+        clean |= dict(zip(HEAVES, pitch_heave(log.time, clean["pitch_rate"]), strict=True))
     noise = {n: white_level(v, log.time) for n, v in channels.items()}
     return LoadWindows(log.name, log.time, heading, clean, weights, first[good].astype(np.int64), noise)
 
