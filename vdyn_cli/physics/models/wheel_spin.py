@@ -13,6 +13,7 @@ INPUTS = ("hub_torque", "hub_force_x", "hub_force_z", "acceleration", "wheel_spe
 
 READINGS = ("hub", "carried")  # their sum is the wheel's speed
 LEVER = "lever"  # m, of the forces at the hub: what makes a moment comparable with their noise
+MASS = "mass"  # kg, which the accelerometer's noise is multiplied by
 
 
 def _assemble(e: ModelBuilder, u: Signals) -> None:
@@ -45,6 +46,7 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
     e.sensor(READINGS[0], speed - carried, turning - taken)
     e.sensor(READINGS[1], carried, taken)
     e.sensor(LEVER, p.wheel_radius)
+    e.sensor(MASS, p.wheel_mass)
 
 
 WHEEL_SPIN = Model(

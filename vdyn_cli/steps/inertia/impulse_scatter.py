@@ -25,17 +25,18 @@ def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tu
     Torque and forces of a rolling wheel scatter more slowly than from sample to sample: the tire is uneven, the road
     rough, the amplifiers have filters. Third differences of
 
-        e = impulse - J gained,    var(d3 e) / 20 = f^2 S_T + 3.5 J^2 speed^2,
+        e = impulse - J gained,    var(d3 e) / 20 = f^2 S_T + (m r)^2 S_a + 3.5 J^2 speed^2,
 
     leave out what changes slowly, as most model errors do; J is taken from them, and their median leaves out the
-    changes of pedals. S_T is the variance by the white noise of the samples, and f one factor for all runs, whose
-    sensors are the same. Too small a noise of the torque beside that of the speed would bias the inertia high (total
-    least squares).
+    changes of pedals. S_T and S_a are the variances by the white noise of the samples of torque and acceleration, m r
+    the wheel's mass times radius, and f one factor for all runs, whose sensors are the same. Too small a noise of the
+    torque beside that of the speed would bias the inertia high (total least squares).
 
     Parameters
     ----------
     wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a wheel that is free.
     """
+    moment = wheel.get("wheel_mass", 0.0) * wheel.get("wheel_radius", 0.0)
     whitened: list[Array] = []
     of_torque: list[float] = []
     for run in runs:
@@ -45,7 +46,8 @@ def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tu
         change, effort = np.diff(run.gained, 3), np.diff(torque, 3)
         inertia = float(change @ effort / max(float(change @ change), TINY))
         sampled = (run.noise.torque * float(np.median(run.noise.spread))) ** 2
-        usual = sampled + THIRD_OF_DIFFERENCES * (inertia * run.noise.speed) ** 2
+        of_car = moment**2 * float(np.median(run.noise.carried))
+        usual = sampled + of_car + THIRD_OF_DIFFERENCES * (inertia * run.noise.speed) ** 2
         whitened.append((torque - inertia * run.gained) / usual**0.5)
         of_torque.append(sampled / usual)
     count = sum(e.size for e in whitened)

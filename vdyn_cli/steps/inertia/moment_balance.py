@@ -5,7 +5,8 @@
 The wheel's speed is never differentiated: noise of the derivative biases Jw low, by half at 1 kHz, and a smoothing
 filter removes the steps that carry the information. Over a quarter of a second the speed gained is a hundred times the
 noise of its two readings. Where something else moves much as the wheel does (its mass with the car), what separates
-them may be no larger than that noise: the gains of speed are adjusted within it (total least squares).
+them may be no larger than that noise or the accelerometer's: wheel and car are adjusted within it (total least
+squares).
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
-from vdyn_cli.physics.models.wheel_spin import LEVER, READINGS, WHEEL_SPIN
+from vdyn_cli.physics.models.wheel_spin import LEVER, MASS, READINGS, WHEEL_SPIN
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -81,12 +82,15 @@ def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Mod
     log = log.with_channels(**filled)
     if first.size == 0:
         nothing = np.zeros(0)
-        return DriveWindows(log, first, last, nothing, WindowNoise(1.0, 1.0, nothing, nothing.astype(bool)))
+        return DriveWindows(log, first, last, nothing, WindowNoise(1.0, 1.0, nothing, nothing, nothing.astype(bool)))
     squares = np.concatenate([[0.0], np.cumsum(np.convolve(np.diff(time), [0.5, 0.5]) ** 2)])
+    spread = np.sqrt(squares[last] - squares[first])
+    of_car = white_level(log["acceleration"][good], time[good]) if "acceleration" in log else 0.0
     noise = WindowNoise(
-        white_level(_net_torque(log, wheel)[good], time[good]),
+        white_level(_net_torque(log, {**wheel, "wheel_mass": 0.0})[good], time[good]),
         white_level(speed[good], time[good]),
-        np.sqrt(squares[last] - squares[first]),
+        spread,
+        (of_car * spread) ** 2,
         last[:-1] == first[1:],
     )
     gained = np.asarray(log["wheel_speed"][last] - log["wheel_speed"][first])
@@ -151,6 +155,11 @@ class MomentBalance:
         return above / below
 
     @property
+    def moment(self) -> float:
+        """Stated mass times radius of the wheel, kg m; 0 of a wheel that is free."""
+        return self.wheel.get("wheel_mass", 0.0) * self.wheel.get("wheel_radius", 0.0)
+
+    @property
     def first_inertia(self) -> float:
         """Where the search begins, kg m^2: the plain inertia, or an ordinary wheel's where that is not positive."""
         ordinary = RIM_SHARE * self.wheel.get("wheel_mass", 20.0) * self.wheel.get("wheel_radius", 0.3) ** 2
@@ -173,12 +182,13 @@ class MomentBalance:
 
         Rows are the windows' impulses Jw (simulated minus measured gain of speed), whitened by their covariance there::
 
-            r = L^-1 R,    R = J (simulated - measured),    L L' = S_T + J^2 S_w,    J = (r0 / r) Jw
+            r = L^-1 R,    R = J (simulated - measured),    L L' = S = S_T + (m r0)^2 S_a + J^2 S_w,    J = (r0 / r) Jw
 
-        with S_T and S_w those of the torque's impulses and of the gains of speed: total least squares. dr/dJ is taken
-        with the gains adjusted within their noise, measured + J S_w S^-1 R, which gives the cost's own gradient and
-        does not count noise as information. r0 is the stated radius, r the model's: scaling torque, radius and inertia
-        alike changes nothing that was measured, and must not seem to make the residual smaller.
+        with S_T, S_a and S_w those of the torque's impulses and of the gains of the car's and the wheel's speed: total
+        least squares. dr/dJ and dr/dm are taken with the gains adjusted within their noise, the wheel's measured +
+        J S_w S^-1 R, which gives the cost's own gradient and does not count noise as information. m is the model's
+        wheel mass, r its radius, r0 the stated one: scaling torque, radius and inertia alike changes nothing that was
+        measured, and must not seem to make the residual smaller.
 
         Parameters
         ----------
@@ -210,14 +220,15 @@ class MomentBalance:
             scale, longer = self._lever(simulated, theta.size)
             slopes -= np.outer(theta[0] * excess, longer)
             apparent = theta[0] * scale
-            factor = run.noise.factor(apparent)
+            moment, heavier = self._moment(simulated, theta.size)
+            factor = run.noise.factor(apparent, moment)
             residual = whitened(factor, theta[0] * excess * scale)
             larger = -apparent * longer  # d J / d unknown
             larger[0] += scale
-            noise = run.noise.speed_covariance(weighed(factor, residual))
-            return Rows(
-                residual, whitened(factor, slopes * scale - np.outer(apparent * noise, larger)), time=run.middle
-            )
+            weighed_residual = weighed(factor, residual)
+            adjusted = np.outer(apparent * run.noise.speed_covariance(weighed_residual), larger)
+            adjusted += np.outer(moment * run.noise.carried * weighed_residual, heavier)
+            return Rows(residual, whitened(factor, slopes * scale - adjusted), time=run.middle)
 
         return Regression(every, tuple(run.log.name for run in self.runs), rows)
 
@@ -227,6 +238,13 @@ class MomentBalance:
             return 1.0, np.zeros(unknowns)
         lever = float(simulated.outputs[LEVER][0])
         return self.wheel["wheel_radius"] / lever, simulated.sensitivities[LEVER][0] / lever
+
+    def _moment(self, simulated: Simulated, unknowns: int) -> tuple[float, Array]:
+        """Modeled mass times stated radius, kg m, and its change by each unknown; zeros of a wheel that is free."""
+        if MASS not in simulated.outputs:
+            return 0.0, np.zeros(unknowns)
+        radius = self.wheel["wheel_radius"]
+        return radius * float(simulated.outputs[MASS][0]), radius * simulated.sensitivities[MASS][0]
 
     def slopes(
         self,

@@ -17,27 +17,33 @@ class WindowNoise:
 
     Parameters
     ----------
-    torque, speed : standard deviations of the net torque (N m) and the wheel's speed (rad/s).
+    torque, speed : standard deviations of the torque with the forces (N m) and the wheel's speed (rad/s).
     spread : (w,), s, root of the sum of squares of the samples' weights in each window's integral.
+    carried : (w,), (m/s)^2, variance of the speed that the car gains in each window by its accelerometer.
     adjoining : (w - 1,), whether a window's last sample is the next one's first.
     """
 
     torque: float
     speed: float
     spread: Array
+    carried: Array
     adjoining: NDArray[np.bool_]
 
-    def variance(self, inertia: float) -> Array:
-        """Variance of each window's impulse, (w,) (N m s)^2: of the torque's integral and two readings of the speed."""
-        return np.asarray((self.torque * self.spread) ** 2 + 2.0 * (inertia * self.speed) ** 2)
+    def variance(self, inertia: float, moment: float) -> Array:
+        """Variance of each window's impulse, (w,) (N m s)^2: of the torque's integral and two readings of the speed.
 
-    def factor(self, inertia: float) -> Array:
+        ``moment``, kg m, is mass times radius of the wheel, by which the accelerometer enters.
+        """
+        of_torque = (self.torque * self.spread) ** 2 + moment**2 * self.carried
+        return np.asarray(of_torque + 2.0 * (inertia * self.speed) ** 2)
+
+    def factor(self, inertia: float, moment: float) -> Array:
         """Banded Cholesky factor, (2, w), of the covariance of the windows' impulses, (N m s)^2.
 
         Adjoining windows share one reading of the speed, whose error enters them with opposite signs.
         """
         band = np.zeros((2, self.spread.size))
-        band[0] = self.variance(inertia)
+        band[0] = self.variance(inertia, moment)
         band[1, :-1] = np.where(self.adjoining, -((inertia * self.speed) ** 2), 0.0)
         return factored(band)
 

@@ -25,6 +25,7 @@ from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
+from vdyn_cli.steps.inertia.acceleration_noise import with_slow_acceleration
 from vdyn_cli.steps.inertia.drive_checks import radius_doubts, sign_doubts, too_little
 from vdyn_cli.steps.inertia.impulse_scatter import with_scatter
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
@@ -250,4 +251,5 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
 
 
 def _balance(logs: Sequence[Log], window: float, wheel: Mapping[str, float], zero: float) -> MomentBalance:
-    return MomentBalance(with_scatter([drive_windows(log, window, wheel) for log in logs], wheel), wheel, zero)
+    runs = with_scatter([drive_windows(log, window, wheel) for log in logs], wheel)
+    return MomentBalance(with_slow_acceleration(runs, logs, wheel), wheel, zero)

@@ -73,7 +73,7 @@ def _summary(road: RoadInertia | None, pendulum: PendulumInertia | None) -> FitS
     if road is not None:
         off = np.concatenate([measured - simulated for measured, simulated in road.torque])
         inertia = road.solution.values["wheel_inertia"]
-        floor = np.concatenate([np.sqrt(r.noise.variance(inertia)) / r.duration for r in road.runs])
+        floor = np.concatenate([np.sqrt(r.noise.variance(inertia, road.moment)) / r.duration for r in road.runs])
         numbers, unit = (_rms(off), _rms(floor)), "N m"
     elif swing is not None:
         off = swing.recording.values - swing.simulated

@@ -22,6 +22,7 @@ class RoadInertia:
     Parameters
     ----------
     runs, solution : the windows, and the fit to them.
+    moment : kg m, mass times radius of the wheel as stated.
     torque : of each run, the mean torque in its windows, (w,) N m, twice: from the wheel's speed (Jw times the speed
         gained over the time), and from torque and forces at the hub.
     budget : scatter of the data, what was taken as known, the gain of torque against force.
@@ -29,6 +30,7 @@ class RoadInertia:
 
     runs: tuple[DriveWindows, ...]
     solution: Solution
+    moment: float
     torque: tuple[tuple[Array, Array], ...]
     budget: Budget
 
@@ -72,16 +74,20 @@ def road_inertia_at(
 ) -> RoadInertia:
     """The estimate at a solution of the balance's regression; parameters as of :func:`road_inertia`."""
     torque = tuple(
-        torque_in_windows(run, solution, white) for run, white in zip(balance.runs, solution.residuals, strict=True)
+        torque_in_windows(run, solution, white, balance.moment)
+        for run, white in zip(balance.runs, solution.residuals, strict=True)
     )
     shared, zeros = list(solution.values.values()), solution.per_run["hub_torque_zero"]
     slopes = balance.slopes(tuple(KNOWN), shared, zeros, effects, unknowns)
-    return RoadInertia(balance.runs, solution, torque, _budget(solution, known, slopes, gain_std))
+    return RoadInertia(balance.runs, solution, balance.moment, torque, _budget(solution, known, slopes, gain_std))
 
 
-def torque_in_windows(run: DriveWindows, solution: Solution, white: Array) -> tuple[Array, Array]:
-    """Mean torque in each window from the wheel's speed, and from the hub's torque and forces."""
-    factor = run.noise.factor(solution.values["wheel_inertia"])
+def torque_in_windows(run: DriveWindows, solution: Solution, white: Array, moment: float) -> tuple[Array, Array]:
+    """Mean torque in each window from the wheel's speed, and from the hub's torque and forces.
+
+    ``moment``, kg m, is mass times radius of the wheel: what the accelerometer's noise is multiplied by.
+    """
+    factor = run.noise.factor(solution.values["wheel_inertia"], moment)
     excess = factor[0] * white
     excess[1:] += factor[1, :-1] * white[:-1]
     measured = solution.values["wheel_inertia"] * run.gained / run.duration

@@ -54,11 +54,12 @@ def stand_result(
     for name in DRAG:
         estimates[name] = _with_gain(name, solution, settings)
     torques = [
-        torque_in_windows(run, solution, white) for run, white in zip(balance.runs, solution.residuals, strict=True)
+        torque_in_windows(run, solution, white, balance.moment)
+        for run, white in zip(balance.runs, solution.residuals, strict=True)
     ]
     off = np.concatenate([measured - simulated for measured, simulated in torques])
     inertia = solution.values["wheel_inertia"]
-    floor = np.concatenate([np.sqrt(r.noise.variance(inertia)) / r.duration for r in balance.runs])
+    floor = np.concatenate([np.sqrt(r.noise.variance(inertia, balance.moment)) / r.duration for r in balance.runs])
     names = (*solution.names, *solution.per_run)
     summary = FitSummary(
         tuple(run.log.name for run in balance.runs),

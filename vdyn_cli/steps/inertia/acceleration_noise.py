@@ -1,0 +1,73 @@
+"""Noise of the car's acceleration that is slower than the samples, against the speed of the wheel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.inertia.moment_balance import DriveWindows, drive_windows
+
+# s: ten times what clocks may differ by, so that forces that are read late count little.
+BLOCK = 1.0
+ROWS_PER_UNKNOWN = 5  # at least, so that a median of what is left is one of noise
+NORMAL = 1.4826  # standard deviation over median of absolute values of a normal distribution
+
+
+def with_slow_acceleration(
+    runs: Sequence[DriveWindows], logs: Sequence[Log], wheel: Mapping[str, float]
+) -> tuple[DriveWindows, ...]:
+    """The runs with an accelerometer as noisy as blocks of a second show it, where that is more than white noise.
+
+    A car pitches and the road is rough: an accelerometer errs for longer than a sample. What it integrates to differs
+    from what the wheel gains by the tire's slip, which follows the share phi of longitudinal force and load:
+
+        r gained = c v + b duration + change of r om (k phi + h phi |phi|) + e,    var e = 2 (r speed)^2 + var a
+
+    with c, k, h shared and b of each run; ``var a`` is the rest beside white noise of both readings. The median leaves
+    out the slips that this law does not follow.
+
+    Parameters
+    ----------
+    logs : that the runs were cut from. wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance.
+
+    Source: Fuller, Measurement Error Models (Wiley 1987), 2.2: the bias that noise of a regressor leaves.
+    """
+    blocks = [drive_windows(log, BLOCK, wheel) for log in logs]
+    radius, count = wheel["wheel_radius"], sum(b.first.size for b in blocks)
+    columns, gained = [], []
+    for k, block in enumerate(blocks):
+        own = np.zeros((block.first.size, len(blocks)))
+        own[:, k] = block.duration
+        columns.append(np.column_stack([_gained_by_car(block), *_slips(block, wheel), own]))
+        gained.append(radius * block.gained)
+    matrix, right = np.concatenate(columns), np.concatenate(gained)
+    if count < ROWS_PER_UNKNOWN * matrix.shape[1]:
+        return tuple(runs)
+    left = right - matrix @ np.linalg.lstsq(matrix, right)[0]
+    white = np.concatenate([2.0 * (radius * b.noise.speed) ** 2 + b.noise.carried for b in blocks])
+    shown = (NORMAL * float(np.median(np.abs(left)))) ** 2 * count / (count - matrix.shape[1])
+    slow = max(shown - float(np.median(white)), 0.0) / BLOCK**2  # (m/s^2)^2
+    return tuple(
+        replace(run, noise=replace(run.noise, carried=run.noise.carried + slow * run.duration**2)) for run in runs
+    )
+
+
+def _gained_by_car(block: DriveWindows) -> Array:
+    """Speed that the car gains in each block by its accelerometer, (w,) m/s."""
+    a, time = block.log["acceleration"], block.log.time
+    speed = np.concatenate([[0.0], np.cumsum((a[1:] + a[:-1]) / 2 * np.diff(time))])
+    return np.asarray(speed[block.last] - speed[block.first])
+
+
+def _slips(block: DriveWindows, wheel: Mapping[str, float]) -> tuple[Array, Array]:
+    """Change over each block of r om phi and r om phi |phi|, (w,) m/s."""
+    log, weight = block.log, wheel["wheel_mass"] * GRAVITY
+    share = log["hub_force_x"] / np.maximum(log["hub_force_z"] + weight, weight)
+    linear = wheel["wheel_radius"] * log["wheel_speed"] * share
+    curved = linear * np.abs(share)
+    return linear[block.last] - linear[block.first], curved[block.last] - curved[block.first]
