@@ -158,6 +158,19 @@ def test_a_step_onto_a_plateau_is_not_taken() -> None:
     assert solve(regression).values == pytest.approx({"a": 213.8, "b": 0.547})
 
 
+def test_a_step_to_sensitivities_that_overflow_is_not_taken() -> None:
+    """The first step ends between 0.95 and 1, where d r / dx is 1e200: its square overflows."""
+    times = np.linspace(0.5, 1.5, 20)
+    noise = 0.01 * np.cos(9.0 * times)
+
+    def rows(run: int, x: np.ndarray) -> Rows:
+        steep = 1e200 if 0.95 < x[0] < 1.0 else 1.0
+        return Rows(times * (x[0] ** 2 - 0.8) + noise, (2 * x[0] * steep * times)[:, None])
+
+    solution = solve(Regression((Unknown("p", 0.6),), ("run",), rows))
+    assert solution.values["p"] == pytest.approx(0.8**0.5, rel=0.01)
+
+
 @pytest.mark.parametrize(("left", "arrives"), [(0.5, True), (5.0, False)])
 def test_at_an_edge_the_fit_ends_where_no_step_keeps_what_it_promises(left: float, arrives: bool) -> None:
     """What is left over could be had on the other side of x = 0, where something else breaks; a promise that is less
