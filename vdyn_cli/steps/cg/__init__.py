@@ -16,6 +16,8 @@ I - (M h + J) (H - h). The last two have opposite signs: a pitch rate of the wro
 
 The balance is integrated over 20 ms, so the pitch rate is never differentiated; noise in loads, acceleration and pitch
 rate all enters the balance (total least squares). Each run has its own zero of the load cells, within ``load_zero``.
+Without rear loads, the heave by an uneven road is colored noise of the front load, estimated from what the balance
+leaves, and the unknowns are found by what of the channels follows from the acceleration (instrumental variables).
 
 Assumes a flat road, no lift, rigid body; a road grade acts like an accelerometer offset. Source: SAE 2017-01-1574,
 equations (5) to (7).

@@ -37,7 +37,7 @@ class WhitenedRun:
     Parameters
     ----------
     true : the most probable channels at the run's unknowns, smoothed, ready to be simulated.
-    factor : (2, k) banded Cholesky factor of the covariance of the integrated balances.
+    factor : (b, k) banded Cholesky factor of the covariance of the integrated balances.
     residual : (k,) whitened balances of the measured channels.
     expected : (k,) balances of the true channels.
     """
@@ -56,12 +56,13 @@ class BalanceRows:
     ----------
     fit : with the effects in the balance.
     at : all unknowns (s + g m) of the fit at which noise and true channels were made.
-    runs : what is held constant of each run.
+    runs : what is held constant of each run. heave : the autocovariance of the heave in their noise, N^2.
     """
 
     fit: LoadFit
     at: Array
     runs: tuple[WhitenedRun, ...]
+    heave: Array
 
     def __call__(self, run: int, theta: Array) -> Rows:
         """One run's rows at its local unknowns (k,), shared first."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
@@ -30,6 +30,8 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun
 from vdyn_cli.steps.cg.carried_weight import CarriedWeight
+from vdyn_cli.steps.cg.driven_channels import driven_channels
+from vdyn_cli.steps.cg.heave_noise import NO_HEAVE, heave_autocovariance
 from vdyn_cli.steps.cg.known_vehicle import HEAVE_STD
 from vdyn_cli.steps.cg.load_windows import LoadWindows
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
@@ -40,6 +42,7 @@ from vdyn_cli.steps.contract import NO_VALUES
 # longer, since its noise comes from the same readings as that of the balance and would bias the unknowns to zero.
 SPAN, TRUE_SPAN = 0.06, 0.12
 MOST_ROUNDS = 12  # of the fit, at each of which the move shrinks: one that needs more does not converge
+HEAVE_ROUNDS = 3  # of the fit, with the heave's noise from what each leaves; it is held then
 SETTLED = 1e-3  # standard deviations that an unknown may still move
 TOLERANCE = 1e-8  # of one residual's variance that a further step of a fit may still gain
 
@@ -108,10 +111,10 @@ class LoadFit:
 
     @cached_property
     def first_solution(self) -> Solution:
-        """The fit with noise and true channels as they are at the start; raises ResultError as ``solve``."""
+        """The fit with true channels as at the start and the sensors' noise; raises ResultError as ``solve``."""
         own = [u.start for u in self.unknowns if u.per_run]
         start = np.array([*(u.start for u in self.unknowns if not u.per_run), *own * len(self.runs)])
-        return solve(self.regression(start), tolerance=TOLERANCE)
+        return solve(self.regression(start, heave=NO_HEAVE), tolerance=TOLERANCE)
 
     def solve(self) -> Solution:
         """Fit, with noise and true channels recomputed until the unknowns no longer move.
@@ -121,14 +124,19 @@ class LoadFit:
         ResultError : the unknowns are not determined, or do not settle.
         """
 
+        first, heave = self.first_solution, NO_HEAVE
+        for _ in range(HEAVE_ROUNDS if "rear_load" not in self.runs[0].loads else 0):
+            heave = self.heave_noise(self.place(first))
+            first = solve(self.regression(self.place(first), heave=heave), tolerance=TOLERANCE)
+
         def refit(solution: Solution) -> tuple[Solution, float]:
             at = self.place(solution)
-            later = solve(self.regression(at), tolerance=TOLERANCE)
+            later = solve(self.regression(at, heave=heave), tolerance=TOLERANCE)
             shared = len(later.names)
             moved = np.abs(self.place(later) - at)[:shared] / np.array(list(later.std.values()))
             return later, float(np.max(moved))
 
-        settled = until_settled(refit, self.first_solution, MOST_ROUNDS - 1, SETTLED)
+        settled = until_settled(refit, first, MOST_ROUNDS - 1, SETTLED)
         if not settled.converged:
             finding = Finding("fit", "the fit of the moment balance does not converge", remedy="check units and signs")
             last = settled.state
@@ -147,10 +155,10 @@ class LoadFit:
         own = np.array([solution.per_run[u.name] for u in self.unknowns if u.per_run])
         return np.concatenate([shared, own.T.ravel()])
 
-    def regression(self, at: Array, start: Array | None = None) -> Regression:
+    def regression(self, at: Array, start: Array | None = None, heave: Array | None = None) -> Regression:
         """The regression over all runs, noise and true channels as they are ``at`` these unknowns.
 
-        It begins at ``start``, or there.
+        It begins at ``start``, or there. The heave's noise is as ``heave_noise`` there, unless it is given.
 
         r(theta) = L^-1 (g(theta_0; measured) + g(theta; true) - g(theta_0; true)),   J = dr/dtheta
 
@@ -160,36 +168,49 @@ class LoadFit:
         shared = [u for u in self.unknowns if not u.per_run]
         own = [u for u in self.unknowns if u.per_run]
         s, m = len(shared), len(own)
-        whitened_runs = [
-            self._whitened_run(k, np.concatenate([at[:s], at[s + k * m : s + (k + 1) * m]]))
-            for k in range(len(self.runs))
-        ]
+        noise = self.heave_noise(at) if heave is None else heave
+        driven = _driven(self, at, noise)
+        whitened_runs = [self._whitened_run(k, _local(self, at, k), noise, one) for k, one in enumerate(driven)]
 
         begin = at if start is None else start
         begun = [replace(u, start=value) for u, value in zip(shared, begin[:s].tolist(), strict=True)]
         starts = {u.name: begin[s + i :: m] for i, u in enumerate(own)}
-        rows = BalanceRows(self, at, tuple(whitened_runs))
+        rows = BalanceRows(self, at, tuple(whitened_runs), noise)
         return Regression((*begun, *own), tuple(w.run for w in self.runs), rows, starts)
+
+    def heave_noise(self, at: Array) -> Array:
+        """Autocovariance (m,), N^2, of the road's heave as front load, by the imbalance there; none with rear loads."""
+        if "rear_load" in self.runs[0].loads:
+            return NO_HEAVE
+        found = [self._imbalance(k, _local(self, at, k), NO_HEAVE) for k in range(len(self.runs))]
+        return heave_autocovariance([e for e, _ in found], [band for _, band in found])
 
     def mean_imbalance(self, solution: Solution, run: int) -> tuple[Array, Array]:
         """Each window's mean imbalance as front axle load (k,), N, and its standard deviation from the noise."""
-        own = [float(solution.per_run[u.name][run]) for u in self.unknowns if u.per_run]
-        theta = np.array([*(solution.values[n] for n in solution.names), *own])
+        at = self.place(solution)
+        imbalance, band = self._imbalance(run, _local(self, at, run), self.heave_noise(at))
+        return imbalance, np.sqrt(band[0])
+
+    def _imbalance(self, run: int, theta: Array, heave: Array) -> tuple[Array, Array]:
+        """Each window's mean imbalance as front axle load (k,), N, and the lower band (b, k) of its covariance."""
         windows = self.runs[run]
         balance, slopes = self.balance(windows, self.measured[run], theta)
         partial = self._partials(slopes, windows)
         scale = partial["front_load"] * windows.width
-        return balance / scale, np.sqrt(balance_covariance(windows, partial)[0]) / np.abs(scale)
+        band = balance_covariance(windows, partial, heave)
+        for j in range(len(band)):
+            band[j, : scale.size - j] /= scale[: scale.size - j] * scale[j:]
+        return balance / scale, band
 
-    def _whitened_run(self, run: int, theta: Array) -> WhitenedRun:
-        """One run's noise and true channels at its local unknowns."""
+    def _whitened_run(self, run: int, theta: Array, heave: Array, driven: Mapping[str, Array]) -> WhitenedRun:
+        """One run's noise and true channels at its local unknowns; ``driven`` channels replace the most probable."""
         windows = self.runs[run]
         balance, slopes = self.balance(windows, self.measured[run], theta)
         partial = self._partials(slopes, windows)
-        factor = factored(balance_covariance(windows, partial))
+        factor = factored(balance_covariance(windows, partial, heave))
         residual = whitened(factor, balance)
-        channels = true_channels(windows, partial, weighed(factor, residual), self._load_delay(theta))
-        true = _balance_inputs(windows, channels, TRUE_SPAN)
+        channels = true_channels(windows, partial, weighed(factor, residual), _load_delay(self, theta))
+        true = _balance_inputs(windows, {**channels, **driven}, TRUE_SPAN)
         return WhitenedRun(true, factor, residual, self.balance(windows, true, theta)[0])
 
     def balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
@@ -223,15 +244,30 @@ class LoadFit:
         channels = (*windows.loads, "acceleration")
         return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
 
-    def _load_delay(self, theta: Array) -> float:
-        """By how much the loads are logged late at these unknowns, s."""
-        values = dict(zip(self.simulator.unknowns, theta.tolist(), strict=False))
-        clock: Law = attrgetter("value")
-        for effect in self.effects:
-            if (law := effect.laws.get(f"{MOMENTS[0]}_clock")) is not None:
-                own = {n: values.get(n, effect.nominal.get(n, 0.0)) for n in effect.unknowns}
-                clock = _corrected(law, clock, Signals(**own))
-        return float(clock(Signals(value=0.0)))
+
+def _local(fit: LoadFit, at: Array, run: int) -> Array:
+    """One run's unknowns of all, (s + m)."""
+    m = sum(u.per_run for u in fit.unknowns)
+    s = len(fit.unknowns) - m
+    return np.concatenate([at[:s], at[s + run * m : s + (run + 1) * m]])
+
+
+def _driven(fit: LoadFit, at: Array, heave: Array) -> Sequence[Mapping[str, Array]]:
+    """Of each run, what the driver causes of its channels; nothing where the heave is measured."""
+    if not heave.size:
+        return [{}] * len(fit.runs)
+    return driven_channels(fit.runs, fit.known["antenna_height"] - float(at[0]))  # the height comes first
+
+
+def _load_delay(fit: LoadFit, theta: Array) -> float:
+    """By how much the loads are logged late at these unknowns, s."""
+    values = dict(zip(fit.simulator.unknowns, theta.tolist(), strict=False))
+    clock: Law = attrgetter("value")
+    for effect in fit.effects:
+        if (law := effect.laws.get(f"{MOMENTS[0]}_clock")) is not None:
+            own = {n: values.get(n, effect.nominal.get(n, 0.0)) for n in effect.unknowns}
+            clock = _corrected(law, clock, Signals(**own))
+    return float(clock(Signals(value=0.0)))
 
 
 def _corrected(law: Callable[[Law, Signals, Signals], Number], inner: Law, q: Signals) -> Law:

@@ -7,17 +7,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.cg.heave_noise import NO_HEAVE, with_heave
 from vdyn_cli.steps.cg.load_windows import LoadWindows
 
 SMOOTHING = 0.015  # s, standard deviation: passes what the body does, 3 Hz by 96 %, and stops the sensors' noise
 
 
-def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array]) -> Array:
-    """Lower band (2, k) of the covariance of the integrated balances; neighbors share one sample.
+def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array], heave: Array = NO_HEAVE) -> Array:
+    """Lower band (b, k) of the covariance of the integrated balances; by the sensors, neighbors share one sample.
 
     Parameters
     ----------
     partial : derivatives (k,) of each window's mean balance to each channel, the pitch acceleration as ``pitch_rate``.
+    heave : autocovariance of the heave as front load, as ``heave_autocovariance``.
     """
     band = np.zeros((2, windows.first.size))
     adjacent = np.diff(windows.first) == windows.weights.shape[1] - 1
@@ -30,7 +32,7 @@ def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array]) -> Ar
     p, variance = partial["pitch_rate"], windows.noise["pitch_rate"] ** 2
     band[0] += 2 * variance * p**2
     band[1, :-1] -= variance * p[:-1] * p[1:] * adjacent
-    return band
+    return with_heave(band, heave, partial["front_load"] * windows.width)
 
 
 def true_channels(

@@ -19,6 +19,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.cg.balance_rows import BalanceRows
 from vdyn_cli.steps.cg.carried_weight import carried_weight
 from vdyn_cli.steps.cg.gps_zero import gps_zero
+from vdyn_cli.steps.cg.heave_noise import NO_HEAVE
 from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_contradiction
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle, with_free_heave
 from vdyn_cli.steps.cg.load_fit import LoadFit
@@ -131,17 +132,19 @@ class CgProblem(SimulatedProblem):
         if rows.misfit >= STEP_POLICY.balance_noise:
             return self.regression(effects, unknowns, start)
         fit = self.fit_with(effects, unknowns)
-        return fit.regression(rows.place_in(fit), fit.place(self._first, start))
+        return fit.regression(rows.place_in(fit), fit.place(self._first, start), rows.heave)
 
     def _place(self, fit: LoadFit) -> Array:
         """Where noise and true channels are taken: at the fit with all effects of ``fit``.
 
         Far from a large effect the wrong noise and channels hide it from a linearization, and all effects together,
         free profiles among them, can imitate it: where one effect alone leaves noise, at the fit with that one. Where
-        the fit with all fails, or does not follow the loads, at the best of those with one.
+        the fit with all fails, or does not follow the loads, at the best of those with one. Without rear loads the
+        heave's noise is estimated from what a fit leaves: one effect alone is enough that leaves as little as all.
         """
         alone: tuple[Array, float] | None = None
-        if _misfit(self._first) >= STEP_POLICY.balance_misfit:
+        heaves = "rear_load" not in self.fit.runs[0].loads
+        if not heaves and _misfit(self._first) >= STEP_POLICY.balance_misfit:
             alone = self._best_with_one(fit)
             if alone[1] < STEP_POLICY.balance_noise:
                 return alone[0]
@@ -150,11 +153,15 @@ class CgProblem(SimulatedProblem):
         try:
             for _ in range(ROUNDS):
                 solution = solve(whole.regression(at), tolerance=TOLERANCE)
-                at, misfit = whole.place(solution), _misfit(solution)
+                at, misfit = whole.place(solution), _unexplained(whole, solution)
         except ResultError:
             at, misfit = fit.place(self._first), np.inf
-        if misfit < STEP_POLICY.balance_misfit:
+        enough = STEP_POLICY.balance_noise * misfit if heaves else STEP_POLICY.balance_misfit
+        if (_unexplained(self.fit, standing(lambda: self.baseline)) if heaves else misfit) < enough:
             return at
+        if heaves:
+            alone = self._best_with_one(fit)
+            return alone[0] if alone[1] < enough else at
         alone = alone or self._best_with_one(fit)
         return alone[0] if alone[1] < misfit else at
 
@@ -169,8 +176,8 @@ class CgProblem(SimulatedProblem):
                 solution = alone.solve()
             except ResultError:
                 continue
-            if _misfit(solution) < misfit:
-                at, misfit = fit.place(solution), _misfit(solution)
+            if (left := _unexplained(alone, solution)) < misfit:
+                at, misfit = fit.place(solution), left
         return at, misfit
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
@@ -196,6 +203,15 @@ class CgProblem(SimulatedProblem):
 def _misfit(solution: Solution) -> float:
     """Sum of squares of the whitened residuals per row: 1 where noise alone is left."""
     return 2.0 * solution.cost / sum(r.size for r in solution.residuals)
+
+
+def _unexplained(fit: LoadFit, solution: Solution) -> float:
+    """Squares of the balances per row over the noise of the sensors alone, without the road's heave."""
+    if "rear_load" in fit.runs[0].loads:
+        return _misfit(solution)
+    rows = fit.regression(fit.place(solution), heave=NO_HEAVE).rows
+    assert isinstance(rows, BalanceRows)
+    return rows.misfit
 
 
 def _scaled_loads(logs: Sequence[Log], share: float) -> tuple[Log, ...]:
