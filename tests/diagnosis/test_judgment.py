@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.candidate_models import candidate_model, catalogue_falls_short
+from vdyn_cli.diagnosis.candidate_models import candidate_model, catalogue_falls_short, pairs
 from vdyn_cli.diagnosis.detection import detect, reachable_t
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.judgment import Judgment, judge
@@ -49,6 +49,14 @@ def test_pairs_are_tried_only_where_the_whole_catalogue_could_do(hidden: dict[st
     tried = [candidate_model(strategy, (e.name,)) for e in CATALOGUE]
     best = min((t for t in tried if t is not None), key=lambda t: t.cost)
     assert catalogue_falls_short(strategy, best) is short
+
+
+def test_what_needs_no_other_is_tried_alone_however_little_it_showed() -> None:
+    strategy = open_strategy(Campaign(7, hidden={"wave": 3.0}).setup(*CATALOGUE))
+    base = strategy.fitted(())
+    assert base is not None
+    tried = [m.effects for m in pairs(strategy, (), detect(strategy, base))]
+    assert tried == [("wave",)]
 
 
 @pytest.mark.parametrize("runs", [8, 18])

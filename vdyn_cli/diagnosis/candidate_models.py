@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, permutations
 from math import inf, sqrt
 
 from vdyn_cli.diagnosis.detection import Detection, is_testable, p_value
@@ -163,7 +163,10 @@ def _wrong_sign(model: FullModel, fitted: FittedModel, name: str) -> bool:
 
 
 def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> tuple[CandidateModel, ...]:
-    """Candidate models of two effects, each of which is needed beside the other.
+    """Candidate models of two effects, each of which is needed beside the other; or of that which needs no other.
+
+    Beside a baseline that is far off, scores are no measure: what is the whole answer may show least alone, and has not
+    been tried.
 
     Parameters
     ----------
@@ -177,7 +180,13 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
             evidence[name] = max(evidence.get(name, 0.0), beside.evidence[name])
     names = sorted((n for n in evidence if evidence[n] > POLICY.pair_evidence), key=lambda n: -evidence[n])
     models = [candidate_model(strategy, p) for p in _best_pairs(strategy, names[: POLICY.pair_pool])]
-    return tuple(m for m in models if m is not None and all_needed(strategy, m))
+    both = [m for m in models if m is not None]
+    seen = {t.effects for t in tried}
+    alone = dict.fromkeys(
+        (e,) for m in both for e, other in permutations(m.effects) if not _is_needed(strategy, m, other)
+    )
+    enough = [candidate_model(strategy, e) for e in alone if e not in seen]
+    return (*filter(None, enough), *(m for m in both if all_needed(strategy, m)))
 
 
 def _best_pairs(strategy: Strategy, names: Sequence[str]) -> list[tuple[str, str]]:
