@@ -13,6 +13,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.known_vehicle import known_vehicle
+from vdyn_cli.steps.cg.load_windows import rolling
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
 ROUNDS = 3  # of the loads and their second derivatives, which change them by a per cent
@@ -69,7 +70,8 @@ def _log(day: DayRequest, k: int) -> Log:
     speed = np.maximum(at["start_speed"] + np.r_[0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))], 0.5)
     pitch, turn, bend = _pitching(day, time, rate, known["mass"] * at["cg_height"] / at["pitch_inertia"])
     lever = known["antenna_height"] - at["cg_height"]
-    true = {"acceleration": rate - lever * bend, "pitch": pitch, "pitch_rate": turn, "speed": speed}
+    motion = {"pitch": pitch, "pitch_rate": turn, "speed": speed, "rolling": rolling(speed)}
+    true = {**motion, "acceleration": rate - lever * bend}
     front, rear = _loads(day, known, time, {**true, "pitch_acceleration": bend})
     zero = 2**0.5 * getattr(day.spec, "settings").load_zero.value  # noqa: B009
     felt = GRAVITY * np.sin(pitch) if known["slope_felt"] else 0.0
