@@ -12,12 +12,15 @@ MOMENT, LOAD = 200.0, 50.0  # N m, N: plausible sizes of what is left out, and o
 
 
 def balance_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
-    """The body's moment over acceleration and pitch rate, and the load readings over their value."""
+    """The body's moment over acceleration and pitch rate, and the load readings over their value.
+
+    The moment is none at rest: a constant one is the weight's, by ``cg_to_rear``.
+    """
     push = span_of([log["acceleration"] for log in logs], 1.0)
     parts = [
         Part(
             "motion_moment", "", "acceleration", push, MOMENT, "N m", "m/s^2", "the moment of the body's motion",
-            "acceleration", anchored=False, law=addition, arguments=lambda x, values: {}, kin=("climb", "acceleration"),
+            "acceleration", law=addition, arguments=lambda x, values: {}, kin=("climb", "acceleration"),
         )
     ]  # fmt: skip
     if all("pitch_rate" in log for log in logs):
@@ -25,7 +28,7 @@ def balance_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
         parts.append(
             Part(
                 "motion_moment", "", "pitch_rate", rate, MOMENT, "N m", "rad/s", "the moment of the body's motion",
-                "pitch rate", anchored=False, law=addition, arguments=lambda x, values: {},
+                "pitch rate", law=addition, arguments=lambda x, values: {},
             )
         )  # fmt: skip
     for place in ("front", "rear"):

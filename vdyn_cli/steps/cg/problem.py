@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -61,6 +61,9 @@ class CgProblem(SimulatedProblem):
     vehicle: KnownVehicle
     fit: LoadFit
     findings: tuple[Finding, ...]
+    _fits_with_one: dict[tuple[object, ...], tuple[Solution, float] | None] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @property
     def model(self) -> Model:
@@ -170,15 +173,23 @@ class CgProblem(SimulatedProblem):
         at, misfit = fit.place(self._first), np.inf
         own = {profile.name for profile in self.profiles}
         for effect in (e for e in fit.effects if e.name not in own):
-            unknowns = tuple(u for u in fit.effect_unknowns if u.name in effect.unknowns)
-            alone = self.fit_with((effect,), [replace(u, prior=None) for u in unknowns])
+            unknowns = tuple(replace(u, prior=None) for u in fit.effect_unknowns if u.name in effect.unknowns)
+            found = self._alone(effect, unknowns)
+            if found is not None and found[1] < misfit:
+                at, misfit = fit.place(found[0]), found[1]
+        return at, misfit
+
+    def _alone(self, effect: Effect, unknowns: tuple[Unknown, ...]) -> tuple[Solution, float] | None:
+        """The fit with one effect and its misfit, made once; None where it does not hold."""
+        key = effect.name, *((u.name, u.start) for u in unknowns)
+        if key not in self._fits_with_one:
+            alone = self.fit_with((effect,), unknowns)
             try:
                 solution = alone.solve()
+                self._fits_with_one[key] = solution, _unexplained(alone, solution)
             except ResultError:
-                continue
-            if (left := _unexplained(alone, solution)) < misfit:
-                at, misfit = fit.place(solution), left
-        return at, misfit
+                self._fits_with_one[key] = None
+        return self._fits_with_one[key]
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The distance from the center of gravity to the front axle."""
