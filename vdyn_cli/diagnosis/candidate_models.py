@@ -163,7 +163,7 @@ def _wrong_sign(model: FullModel, fitted: FittedModel, name: str) -> bool:
 
 
 def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> tuple[CandidateModel, ...]:
-    """Candidate models of two effects, each of which is needed beside the other; or of that which needs no other.
+    """Candidate models of two effects, each of which is needed beside the other; or of the one that needs no other.
 
     Beside a baseline that is far off, scores are no measure: what is the whole answer may show least alone, and has not
     been tried.
