@@ -20,6 +20,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Problem, published
 
 ZERO = "is not significantly different from zero"
+STILL_MISSED = "with it, too, the simulation misses the logs"
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def extended(
     An answer of several effects that the exact model does not confirm gives way to one of them that nearly suffices.
     Where the baseline gives no result, an answer with which the exact model gives none either gives way to the other
     effects that suffice. Where it gives none or is excluded, of several answers the first that gives a result is taken
-    in.
+    in. Where the baseline misses the logs, an answer with which the model misses them, too, is none.
 
     Parameters
     ----------
@@ -72,7 +73,10 @@ def extended(
         again = _extended(strategy, fewer, extend, problem, base) if fewer else found
         if again[1].result is not None:
             found = again
-    return found
+    judgment, extension = found
+    if extension.result is None and judgment.answer is not None and any(f.doubt for f in base.refused):
+        judgment = judgment.unknown(STILL_MISSED)
+    return judgment, extension
 
 
 def _extended(

@@ -275,8 +275,8 @@ def test_torque_and_speed_of_different_drives_are_refused_as_clocks_apart(root: 
     assert all("belong to one drive and one clock" in f.remedy for f in caught.value.findings)
     document = caught.value.record.document
     assert not document["parameters"]
-    assert document["diagnosis"]["verdict"] == "data_fault"
-    assert [c["effect"] for c in document["diagnosis"]["causes"]] == ["speed_delay"]
+    assert document["diagnosis"]["verdict"] == "unknown"
+    assert not document["diagnosis"]["causes"]
 
 
 def test_a_torque_of_the_wrong_sign_is_reported(root: Path, tmp_path: Path) -> None:
