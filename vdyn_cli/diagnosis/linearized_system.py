@@ -118,7 +118,7 @@ class LinearizedSystem:
     names : of the columns: the shared unknowns, then (where blocks are the units) every run's own as ``name#run``.
     columns : (n, p), J; y : (n,).
     label : (n,), the unit of each row, ascending.
-    run : (units,), the run of each unit, -1 for a stated prior, -2 for one whose size was estimated from the data.
+    run : (units,), the run of each unit, -1 for a stated prior, -2 for one that the program estimates.
     counts : (units,), rows of each before they were compressed.
     kind : what a unit is.
     """
@@ -213,10 +213,10 @@ def linearized_system(linear: LinearizedRuns, kind: Literal["auto", "run", "bloc
         for row in known:
             parts.append(_spread(row[None], s, m, k, runs))
             owner.append((-1, 1))
-    estimated = [u.prior_degrees < np.inf for u in regression.shared if u.prior]
-    for row, by_data in zip(prior_rows(regression.shared, linear.shared), estimated, strict=True):
+    stated = [u.prior_stated for u in regression.shared if u.prior]
+    for row, by_user in zip(prior_rows(regression.shared, linear.shared), stated, strict=True):
         parts.append(np.concatenate([row[:-1], np.zeros(len(names) - s), -row[-1:]])[None])
-        owner.append((-2 if by_data else -1, 1))
+        owner.append((-1 if by_user else -2, 1))
     stacked = np.vstack(parts)
     label = np.repeat(np.arange(len(parts), dtype=np.int64), [len(p) for p in parts])
     run, count = np.array(owner, dtype=np.int64).T

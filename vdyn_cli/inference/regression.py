@@ -29,6 +29,7 @@ class Unknown:
     prior : mean and standard deviation of the normal prior, or None.
     prior_correlation : of the prior with those of other unknowns, by name; independent of all that are not named.
     prior_degrees : degrees of freedom behind the prior's standard deviation, where it was estimated from the data.
+    prior_stated : the prior is a stated value, such as a drawing; False: it is an estimate of the program's own.
     per_run : every run has its own value.
     nuisance : a nuisance parameter: not reported, and ignored in the choice of the independent units.
     physical : the range outside which no value can be published, where ``lower`` and ``upper`` are relaxed.
@@ -44,6 +45,7 @@ class Unknown:
     nuisance: bool = False
     prior_correlation: Mapping[str, float] = field(default_factory=dict)
     prior_degrees: float = np.inf
+    prior_stated: bool = True
     physical: tuple[float, float] | None = None
 
 

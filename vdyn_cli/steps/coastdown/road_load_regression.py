@@ -134,15 +134,16 @@ def with_hill_prior(regression: Regression) -> Regression:
     if not rows.hills:
         return regression
     correlation = rows.hill_factor @ rows.hill_factor.T
-    prior, degrees = (0.0, rows.sizes[ROUGHNESS]), independent_slopes(rows.hill_factor)
+    degrees = independent_slopes(rows.hill_factor)
     related = {
         a: dict(zip(rows.hills, row.tolist(), strict=True)) for a, row in zip(rows.hills, correlation, strict=True)
     }
-    unknowns = tuple(
-        replace(u, prior=prior, prior_correlation=related[u.name], prior_degrees=degrees) if u.name in related else u
-        for u in regression.unknowns
-    )
-    return replace(regression, unknowns=unknowns)
+
+    def with_prior(u: Unknown) -> Unknown:
+        u = replace(u, prior=(0.0, rows.sizes[ROUGHNESS]), prior_degrees=degrees, prior_stated=False)
+        return replace(u, prior_correlation=related[u.name])
+
+    return replace(regression, unknowns=tuple(with_prior(u) if u.name in related else u for u in regression.unknowns))
 
 
 def scaled_to_residuals(regression: Regression) -> Regression:

@@ -127,7 +127,7 @@ class RoadLayout:
 def road_unknowns(layout: RoadLayout) -> tuple[Unknown, ...]:
     """The independent slopes in units of the roughness: nuisances with a prior of one."""
     degrees = independent_slopes(layout.factor)
-    one = Unknown("", 0.0, prior=(0.0, 1.0), nuisance=True, prior_degrees=degrees)
+    one = Unknown("", 0.0, prior=(0.0, 1.0), nuisance=True, prior_degrees=degrees, prior_stated=False)
     return tuple(replace(one, name=f"road_{k + 1}") for k in range(layout.factor.shape[1]))
 
 

@@ -113,13 +113,12 @@ def drive_regression(setup: SimulationSetup, varies: BetweenDriveSpread) -> Regr
 
 def _sloping(setup: SimulationSetup, varies: BetweenDriveSpread) -> SimulationSetup:
     """The setup with an unknown mean slope and unknown lags of torque and speed."""
-    timings = (
-        Unknown(n, 0.0, -1.0, 1.0, "s", (0.0, LAG_STD), nuisance=True) for e in APPARENT_LAGS for n in e.unknowns
-    )
+    lag = Unknown("", 0.0, -1.0, 1.0, "s", (0.0, LAG_STD), nuisance=True, prior_stated=False)
+    timings = (replace(lag, name=n) for e in APPARENT_LAGS for n in e.unknowns)
     setup = replace(setup, effects=(*APPARENT_LAGS, *setup.effects), extra=(*timings, *setup.extra))
     if varies.slope <= 0:
         return setup
-    slope = Unknown(DRIVE_SLOPE, 0.0, prior=(0.0, varies.slope), nuisance=True)
+    slope = Unknown(DRIVE_SLOPE, 0.0, prior=(0.0, varies.slope), nuisance=True, prior_stated=False)
     return replace(setup, effects=(MEAN_SLOPE, *setup.effects), extra=(*setup.extra, slope))
 
 

@@ -37,5 +37,6 @@ def with_slip_lag(setup: SimulationSetup) -> SimulationSetup:
     if lag <= 0.0:
         return setup
     known = lag, STEP_POLICY.slip_spread * lag
-    unknowns = tuple(Unknown(n, lag, -1.0, 1.0, "s", known, nuisance=True) for n in SPEED_LAG.unknowns)
+    one = Unknown("", lag, -1.0, 1.0, "s", known, nuisance=True, prior_stated=False)
+    unknowns = tuple(replace(one, name=n) for n in SPEED_LAG.unknowns)
     return replace(setup, effects=(SPEED_LAG, *setup.effects), extra=(*unknowns, *setup.extra))
