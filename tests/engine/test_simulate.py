@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -246,6 +248,16 @@ def test_a_model_without_states_is_a_map(backend):
     np.testing.assert_allclose(found.outputs["force"], 3 * twist**3 + 0.25, rtol=1e-14, atol=1e-15)
     np.testing.assert_allclose(found.sensitivities["force"], np.column_stack([twist**3, np.ones(1500)]), rtol=1e-14)
     assert found.final == {}
+
+
+def test_some_outputs_can_be_read_alone():
+    some, whole = Simulator(replace(HALF_CAR, outputs=("load_rear",)), HALF, HALF_UNKNOWNS), half()
+    found, both = some(bump(), HALF_THETA), whole(bump(), HALF_THETA)
+    assert some.outputs == ("load_rear",) != whole.outputs
+    np.testing.assert_array_equal(found.outputs["load_rear"], both.outputs["load_rear"])
+    np.testing.assert_array_equal(found.sensitivities["load_rear"], both.sensitivities["load_rear"])
+    with pytest.raises(ValueError, match="'load_raer' is not known; did you mean 'load_rear'"):
+        Simulator(replace(HALF_CAR, outputs=("load_raer",)), HALF)
 
 
 def test_a_single_sample_is_read_without_a_step():

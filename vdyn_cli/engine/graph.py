@@ -160,7 +160,9 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
     now = {now_of(*key): value for key, value in leads.now.items()}
     constants = {**p, **q, **now, **c}
     rates = column(builder.rates[name] for name in x)
-    readings = _readings(builder, column(x.values()), rates, column(u.values()))
+    refuse_unknown(f"output of {model.name}", model.outputs, builder.outputs)
+    read_outputs = {n: o for n, o in builder.outputs.items() if n in (model.outputs or builder.outputs)}
+    readings = _readings(read_outputs, column(x.values()), rates, column(u.values()))
     shifted = tuple(name for name, (_, _, shift) in readings.items() if not shift.is_zero())
     rated = tuple(name for name in shifted if readings[name][1] is not None)
     read_out = column(
@@ -194,10 +196,12 @@ def _moving(x: Mapping[str, ca.SX], rates: Mapping[str, Number]) -> tuple[ca.SX,
     return column(x.values()), column(rates.get(name, 0.0) for name in x)
 
 
-def _readings(builder: ModelBuilder, x: ca.SX, rates: ca.SX, u: ca.SX) -> dict[str, tuple[ca.SX, ca.SX | None, ca.SX]]:
+def _readings(
+    outputs: Mapping[str, tuple[Number, Number | None, Number]], x: ca.SX, rates: ca.SX, u: ca.SX
+) -> dict[str, tuple[ca.SX, ca.SX | None, ca.SX]]:
     """Each output with its rate, exact where it depends on states alone and needed for a shift, and its clock shift."""
     found = {}
-    for name, (value, rate, shift) in builder.outputs.items():
+    for name, (value, rate, shift) in outputs.items():
         value, shift = ca.SX(value), ca.SX(shift)
         if not shift.is_zero() and x.numel() and not (u.numel() and ca.depends_on(value, u)):
             rate = ca.jtimes(value, x, rates)

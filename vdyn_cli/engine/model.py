@@ -19,6 +19,7 @@ class Model:
     parameters : names of its constants, read as ``e.p.<name>``.
     inputs : names of its signals in time, read as ``u.<name>``; linear between samples.
     context : names of constants of a run that every law sees, such as ``heading`` (+1 out, -1 back).
+    outputs : those that are read, for models that cost less with fewer; none: all.
 
     Notes
     -----
@@ -31,3 +32,4 @@ class Model:
     parameters: tuple[str, ...]
     inputs: tuple[str, ...]
     context: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()

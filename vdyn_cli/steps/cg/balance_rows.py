@@ -15,6 +15,7 @@ from vdyn_cli.inference.banded import whitened
 from vdyn_cli.physics.models.load_transfer import CARRIED, HEAVE_LEVERS, SOUGHT, SPEED_RATE
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.cg.carried_weight import with_carried
+from vdyn_cli.steps.cg.load_simulators import simulated
 from vdyn_cli.steps.cg.speed_change import with_speed
 
 if TYPE_CHECKING:
@@ -74,8 +75,8 @@ class BalanceRows:
         carried = fit.carried[run] if fit.carried else None
         if speed is None and carried is None:
             return balanced
-        simulated = fit.simulated(fit.measured[run].still, theta)
-        outputs, partial = simulated.outputs, simulated.sensitivities
+        read = simulated(fit.simulators.corrected, fit.measured[run].still, theta)
+        outputs, partial = read.outputs, read.sensitivities
         if speed is not None:
             balanced = with_speed(balanced, speed, outputs[SPEED_RATE], partial[SPEED_RATE])
         if carried is not None:

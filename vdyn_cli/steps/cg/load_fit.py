@@ -12,7 +12,7 @@ import numpy as np
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
+from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, solve
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.inference.iterate import until_settled
@@ -33,6 +33,7 @@ from vdyn_cli.steps.cg.carried_weight import CarriedWeight
 from vdyn_cli.steps.cg.driven_channels import driven_channels
 from vdyn_cli.steps.cg.heave_noise import NO_HEAVE, heave_autocovariance
 from vdyn_cli.steps.cg.known_vehicle import HEAVE_STD
+from vdyn_cli.steps.cg.load_simulators import LoadSimulators, load_simulators, simulated
 from vdyn_cli.steps.cg.load_windows import LoadWindows
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
 from vdyn_cli.steps.cg.speed_change import SpeedChange
@@ -97,12 +98,12 @@ class LoadFit:
         )
 
     @cached_property
-    def simulator(self) -> Simulator:
+    def simulators(self) -> LoadSimulators:
         """The balance with the unknowns and, for the noise, the zeros of all channels."""
         zeros = [f"{n}_zero" for n in (*self.runs[0].loads, "acceleration")]
         values = {**self.known, **{n: 0.0 for n in zeros}, **{u.name: u.start for u in self.unknowns[: len(SOUGHT)]}}
         names = tuple(dict.fromkeys([*(u.name for u in self.unknowns), *zeros]))
-        return Simulator(self.model, values, names, self.effects)
+        return load_simulators(self.model, values, names, self.effects, "rear_load" in self.runs[0].loads)
 
     @cached_property
     def measured(self) -> tuple[BalanceInputs, ...]:
@@ -214,33 +215,29 @@ class LoadFit:
         return WhitenedRun(true, factor, residual, self.balance(windows, true, theta)[0])
 
     def balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
-        """Integrated balances (k,), and their derivatives (k, j) to all of the simulator's unknowns and the rate."""
-        still, turning = (self.simulated(drive, theta) for drive in (inputs.still, inputs.turning))
+        """Integrated balances (k,), and their derivatives (k, j) to all of the simulators' unknowns and the rate."""
+        still = simulated(self.simulators.moments, inputs.still, theta)
+        turning = simulated(self.simulators.turned, inputs.turning, theta)
         change = windows.change(inputs.pitch_rate)
 
-        def integrated(quiet: Array, moving: Array) -> Array:
+        def integrated(quiet: Mapping[str, Array], moving: Mapping[str, Array]) -> tuple[Array, Array]:
             # The balance is linear in the pitch acceleration, whose integral is the change of the pitch rate.
-            columns = (-1, *[1] * (quiet.ndim - 1))
-            per_rate = windows.integral(moving - quiet) / windows.width.reshape(columns)
-            return windows.integral(quiet) + per_rate * change.reshape(columns)
+            added = sum((moving[n] - quiet[n] for n in self.simulators.turned.outputs), np.zeros(1))
+            columns = (-1, *[1] * (added.ndim - 1))
+            per_rate = windows.integral(added) / windows.width.reshape(columns)
+            whole = windows.integral(quiet[MOMENTS[0]] + quiet[MOMENTS[1]])
+            return whole + per_rate * change.reshape(columns), per_rate
 
-        loads, motion = MOMENTS
-        quiet, moving = (s.outputs[loads] + s.outputs[motion] for s in (still, turning))
-        balance = integrated(quiet, moving)
-        slopes = integrated(*(s.sensitivities[loads] + s.sensitivities[motion] for s in (still, turning)))
-        per_rate = windows.integral(moving - quiet) / windows.width
+        balance, per_rate = integrated(still.outputs, turning.outputs)
+        slopes, _ = integrated(still.sensitivities, turning.sensitivities)
         # In newtons read: an effect that scales loads and motion alike must not make the residual smaller.
         unit = float(still.outputs[UNIT][0])
         slopes = slopes - np.outer(balance, still.sensitivities[UNIT][0] / unit)
         return balance / unit, np.column_stack([slopes, per_rate]) / unit
 
-    def simulated(self, drive: Drive, theta: Array) -> Simulated:
-        """The model at a run's local unknowns, the zeros of the channels behind them at zero."""
-        return self.simulator(drive, np.append(theta, np.zeros(len(self.simulator.unknowns) - theta.size)))
-
     def _partials(self, slopes: Array, windows: LoadWindows) -> dict[str, Array]:
         """Derivative (k,) of the mean balance to each channel, and to the pitch acceleration."""
-        at = self.simulator.unknowns.index
+        at = self.simulators.unknowns.index
         channels = (*windows.loads, "acceleration")
         return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
 
@@ -261,7 +258,7 @@ def _driven(fit: LoadFit, at: Array, heave: Array) -> Sequence[Mapping[str, Arra
 
 def _load_delay(fit: LoadFit, theta: Array) -> float:
     """By how much the loads are logged late at these unknowns, s."""
-    values = dict(zip(fit.simulator.unknowns, theta.tolist(), strict=False))
+    values = dict(zip(fit.simulators.unknowns, theta.tolist(), strict=False))
     clock: Law = attrgetter("value")
     for effect in fit.effects:
         if (law := effect.laws.get(f"{MOMENTS[0]}_clock")) is not None:

@@ -1,0 +1,52 @@
+"""The simulations of a load-transfer run, each of the outputs alone that are read of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
+from vdyn_cli.physics.models.load_transfer import CARRIED, MOMENTS, SPEED_RATE, UNIT
+from vdyn_cli.quantities.arrays import Array
+
+
+@dataclass(frozen=True)
+class LoadSimulators:
+    """The balance with the unknowns of a fit and, for the noise, the zeros of all channels.
+
+    Parameters
+    ----------
+    moments : of loads and motion, and what one newton read stands for.
+    turned : the moments that a pitch acceleration changes.
+    corrected : the rate of the speed by the accelerometer, and what both axles carry where both are weighed.
+    """
+
+    moments: Simulator
+    turned: Simulator
+    corrected: Simulator
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Of all three."""
+        return self.moments.unknowns
+
+
+def load_simulators(
+    model: Model, values: Mapping[str, float], unknowns: Sequence[str], effects: Sequence[Effect], both_axles: bool
+) -> LoadSimulators:
+    """The simulations of a model with effects, its other parameters at ``values``."""
+
+    def of(*outputs: str) -> Simulator:
+        return Simulator(replace(model, outputs=outputs), values, unknowns, effects)
+
+    turned, corrected = (MOMENTS[1:], (SPEED_RATE, CARRIED)) if both_axles else (MOMENTS, (SPEED_RATE,))
+    return LoadSimulators(of(*MOMENTS, UNIT), of(*turned), of(*corrected))
+
+
+def simulated(simulator: Simulator, drive: Drive, theta: Array) -> Simulated:
+    """A simulation at a run's local unknowns ``theta``, the zeros of the channels behind them at zero."""
+    return simulator(drive, np.append(theta, np.zeros(len(simulator.unknowns) - theta.size)))
