@@ -42,10 +42,12 @@ from vdyn_cli.steps.contract import NO_VALUES
 # s to either side, over which a load's second derivative is taken: measured channels, true channels. The latter is
 # longer, since its noise comes from the same readings as that of the balance and would bias the unknowns to zero.
 SPAN, TRUE_SPAN = 0.06, 0.12
-MOST_ROUNDS = 12  # of the fit, at each of which the move shrinks: one that needs more does not converge
+MOST_ROUNDS = 14  # of the fit, at each of which the move shrinks: one that needs more does not converge
 HEAVE_ROUNDS = 3  # of the fit, with the heave's noise from what each leaves; it is held then
 SETTLED = 1e-3  # standard deviations that an unknown may still move
 TOLERANCE = 1e-8  # of one residual's variance that a further step of a fit may still gain
+ROUGH_TOLERANCE = 1e-2  # the same of a round while the unknowns still move from round to round
+INEXACT = 0.03  # of the last round's move, in standard deviations, by which a round may miss its own minimum
 
 
 @dataclass(frozen=True)
@@ -117,32 +119,38 @@ class LoadFit:
         start = np.array([*(u.start for u in self.unknowns if not u.per_run), *own * len(self.runs)])
         return solve(self.regression(start, heave=NO_HEAVE), tolerance=TOLERANCE)
 
-    def solve(self) -> Solution:
+    def solve(self, near: Solution | None = None) -> Solution:
         """Fit, with noise and true channels recomputed until the unknowns no longer move.
+
+        Parameters
+        ----------
+        near : a solution for the same unknowns from which the fit begins; None: the first solution.
 
         Raises
         ------
         ResultError : the unknowns are not determined, or do not settle.
         """
 
-        first, heave = self.first_solution, NO_HEAVE
+        first, heave = near or self.first_solution, NO_HEAVE
         for _ in range(HEAVE_ROUNDS if "rear_load" not in self.runs[0].loads else 0):
             heave = self.heave_noise(self.place(first))
             first = solve(self.regression(self.place(first), heave=heave), tolerance=TOLERANCE)
 
-        def refit(solution: Solution) -> tuple[Solution, float]:
+        def refit(state: tuple[Solution, float]) -> tuple[tuple[Solution, float], float]:
+            solution, before = state
             at = self.place(solution)
-            later = solve(self.regression(at, heave=heave), tolerance=TOLERANCE)
+            tolerance = float(np.clip((INEXACT * before) ** 2, TOLERANCE, ROUGH_TOLERANCE))
+            later = solve(self.regression(at, heave=heave), tolerance=tolerance)
             shared = len(later.names)
-            moved = np.abs(self.place(later) - at)[:shared] / np.array(list(later.std.values()))
-            return later, float(np.max(moved))
+            moved = float(np.max(np.abs(self.place(later) - at)[:shared] / np.array(list(later.std.values()))))
+            return (later, moved), moved if tolerance == TOLERANCE else np.inf
 
-        settled = until_settled(refit, first, MOST_ROUNDS - 1, SETTLED)
+        settled = until_settled(refit, (first, np.inf), MOST_ROUNDS - 1, SETTLED)
+        last, _ = settled.state
         if not settled.converged:
             finding = Finding("fit", "the fit of the moment balance does not converge", remedy="check units and signs")
-            last = settled.state
             raise RefusedFitError([finding], self.regression(self.place(last)), lambda: last)
-        return settled.state
+        return last
 
     def place(self, solution: Solution, start: Mapping[str, float] = NO_VALUES) -> Array:
         """All unknowns (s + g m), shared first, then run by run, at a solution of this fit or of one without effects.

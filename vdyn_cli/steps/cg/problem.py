@@ -35,8 +35,10 @@ from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 FREE_MOMENT = 500.0  # N m, plausible size of a free profile: a tenth of the moment of braking at 6 m/s^2
-ROUNDS = 2  # of the fit with all effects, for noise and true channels: they only serve the linearization there
+ROUNDS = 2  # of a fit for noise and true channels: they only serve the linearization there
 TOLERANCE = 1e-2  # of one residual's variance that a further step of that fit may still gain
+MOST_ITERATIONS = 100  # of that fit in a round: one that then still creeps along a valley does not hold
+LAW_UNKNOWNS = 3  # of a law at most, an amplitude and two shapes; a free function has many more
 SPEED_INTEGRATED = Finding(
     "cg",
     "the speed is not logged: it is integrated from the acceleration, zero where the run is slowest",
@@ -61,7 +63,7 @@ class CgProblem(SimulatedProblem):
     vehicle: KnownVehicle
     fit: LoadFit
     findings: tuple[Finding, ...]
-    _fits_with_one: dict[tuple[object, ...], tuple[Solution, float] | None] = field(
+    _fits_with_one: dict[tuple[str, ...], tuple[Solution, float] | None] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
@@ -151,14 +153,8 @@ class CgProblem(SimulatedProblem):
             alone = self._best_with_one(fit)
             if alone[1] < STEP_POLICY.balance_noise:
                 return alone[0]
-        whole = replace(fit, effect_unknowns=unbounded(fit.effect_unknowns))
-        at, misfit = fit.place(self._first), np.inf
-        try:
-            for _ in range(ROUNDS):
-                solution = solve(whole.regression(at), tolerance=TOLERANCE)
-                at, misfit = whole.place(solution), _unexplained(whole, solution)
-        except ResultError:
-            at, misfit = fit.place(self._first), np.inf
+        found = self._nearly_fitted(replace(fit, effect_unknowns=unbounded(fit.effect_unknowns)))
+        at, misfit = (fit.place(found[0]), found[1]) if found else (fit.place(self._first), np.inf)
         enough = STEP_POLICY.balance_noise * misfit if heaves else STEP_POLICY.balance_misfit
         if (_unexplained(self.fit, standing(lambda: self.baseline)) if heaves else misfit) < enough:
             return at
@@ -173,23 +169,30 @@ class CgProblem(SimulatedProblem):
         at, misfit = fit.place(self._first), np.inf
         own = {profile.name for profile in self.profiles}
         for effect in (e for e in fit.effects if e.name not in own):
-            unknowns = tuple(replace(u, prior=None) for u in fit.effect_unknowns if u.name in effect.unknowns)
-            found = self._alone(effect, unknowns)
+            free = len(effect.unknowns) > LAW_UNKNOWNS  # a free function: its prior alone tells it from the unknowns
+            own_unknowns = (u for u in fit.effect_unknowns if u.name in effect.unknowns)
+            unknowns = tuple(u if free else replace(u, prior=None) for u in own_unknowns)
+            key = effect.name, *(u.name for u in unknowns)
+            if key not in self._fits_with_one:
+                self._fits_with_one[key] = self._nearly_fitted(self.fit_with((effect,), unknowns))
+            found = self._fits_with_one[key]
             if found is not None and found[1] < misfit:
                 at, misfit = fit.place(found[0]), found[1]
         return at, misfit
 
-    def _alone(self, effect: Effect, unknowns: tuple[Unknown, ...]) -> tuple[Solution, float] | None:
-        """The fit with one effect and its misfit, made once; None where it does not hold."""
-        key = effect.name, *((u.name, u.start) for u in unknowns)
-        if key not in self._fits_with_one:
-            alone = self.fit_with((effect,), unknowns)
-            try:
-                solution = alone.solve()
-                self._fits_with_one[key] = solution, _unexplained(alone, solution)
-            except ResultError:
-                self._fits_with_one[key] = None
-        return self._fits_with_one[key]
+    def _nearly_fitted(self, fit: LoadFit) -> tuple[Solution, float] | None:
+        """A fit with effects as far as noise and true channels need it, and its misfit; None where it does not hold.
+
+        It begins at the fit without effects.
+        """
+        try:
+            solution = self._first
+            for _ in range(ROUNDS):
+                balance = fit.regression(fit.place(solution))
+                solution = solve(balance, tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS)
+            return solution, _unexplained(fit, solution)
+        except ResultError:
+            return None
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The distance from the center of gravity to the front axle."""
@@ -205,7 +208,9 @@ class CgProblem(SimulatedProblem):
         """
         fit = self.fit_with(effects, unknowns) if unknowns else self.fit
         try:
-            return cg_result(fit, fit.solve() if unknowns else self.baseline, self.vehicle, self.findings)
+            near = self._nearly_fitted(fit) if unknowns else None
+            solution = fit.solve(near[0] if near else None) if unknowns else self.baseline
+            return cg_result(fit, solution, self.vehicle, self.findings)
         except RefusedFitError as error:
             exact = replace(self.vehicle, std={})
             raise unpublished(error, lambda solution: cg_result(fit, solution, exact, self.findings)) from None

@@ -62,7 +62,7 @@ def _moved(fit: LoadFit, solution: Solution, vehicle: KnownVehicle) -> dict[str,
     """How far each result moves when a known number is one standard deviation larger."""
     moved = {}
     for name, std in vehicle.std.items():
-        other = replace(fit, known={**vehicle.values, name: vehicle.values[name] + std}).solve()
+        other = replace(fit, known={**vehicle.values, name: vehicle.values[name] + std}).solve(solution)
         moved[name] = {n: other.values[n] - solution.values[n] for n in SOUGHT}
     return moved
 
