@@ -51,7 +51,7 @@ def open_amplitudes(strategy: Strategy, judgment: Judgment, amplitudes: Mapping[
         probable = probable_answers(strategy, answer.fitted)
         each = [(p, fitted_amplitudes(one, strategy.model.setup)) for one, p in probable]
         return {n: _mixed(e, [(p, o[n].interval95) for p, o in each if n in o]) for n, e in amplitudes.items()}
-    bias = half_widths(unexplained_biases(strategy.model, strategy.relinearized(answer.fitted)))
+    bias = half_widths(unexplained_biases(strategy.model, answer.fitted))  # relinearized, it has no profiles
     return {n: _wider(e, float(np.hypot(e.half_width, bias.get(n, 0.0)))) for n, e in amplitudes.items()}
 
 
