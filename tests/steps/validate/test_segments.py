@@ -89,6 +89,19 @@ def test_a_log_that_begins_in_a_tip_in_begins_at_its_own_speed() -> None:
     assert abs(value - 10.0) < 0.03
 
 
+@pytest.mark.parametrize("jerk", [-0.5, 0.0, 0.3])
+def test_a_start_speed_is_not_off_by_a_jerk_too_small_to_be_seen(jerk: float) -> None:
+    """All starts in acceleration would share the error, so its mean over many starts counts, not one start's noise."""
+    time = np.arange(0.0, 4.0, 0.02)
+    off = []
+    for seed in range(60):
+        noisy = 10.0 + time + 0.5 * jerk * time**2 + np.random.default_rng(seed).normal(0.0, 0.03, time.size)
+        value, std = end_speed(time, noisy, first=True)
+        off.append((value - 10.0) / std)
+    assert abs(np.mean(off)) < 0.4
+    assert np.std(off) < 1.3
+
+
 def test_a_car_that_stands_all_through_is_no_drive() -> None:
     still = log(speed=np.zeros(TIME.size), drive_torque=np.zeros(TIME.size), brake_torque=np.zeros(TIME.size))
     found, said = drive_segments([log(), still], [RunConditions("out"), RunConditions("back")], Segmentation("vehicle"))
