@@ -74,7 +74,7 @@ def extended(
         if again[1].result is not None:
             found = again
     judgment, extension = found
-    if extension.result is None and judgment.answer is not None and any(f.doubt for f in base.refused):
+    if extension.result is None and judgment.answer is not None and _missed(base):
         judgment = judgment.unknown(STILL_MISSED)
     return judgment, extension
 
@@ -84,7 +84,7 @@ def _extended(
 ) -> tuple[Judgment, Extension]:
     setup = strategy.model.setup
     if extend in ("named", "learned") and _without_baseline(strategy, judgment, base):
-        return _with_open_answer(strategy, judgment, extend == "learned", problem)
+        return _with_open_answer(strategy, judgment, extend == "learned", problem, _missed(base))
     wanted = _wanted(extend, setup, judgment, base)
     start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
     result, failed = publish_with(problem, [setup.candidates[e] for e in wanted], start)
@@ -101,11 +101,15 @@ def _extended(
 
 
 def _with_open_answer(
-    strategy: Strategy, judgment: Judgment, learned: bool, problem: Problem
+    strategy: Strategy, judgment: Judgment, learned: bool, problem: Problem, missed: bool
 ) -> tuple[Judgment, Extension]:
     """The model extended by the first of several answers with which it gives parameters: those without are excluded.
 
     Their intervals hold all answers. A prediction by one of several answers is none, and stays refused.
+
+    Parameters
+    ----------
+    missed : the baseline misses the logs: answers that all miss them, too, are none.
     """
     setup = strategy.model.setup
     if zero := _may_be_zero(judgment, setup, (), None):
@@ -113,18 +117,23 @@ def _with_open_answer(
     found = Extension()
     answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
     alone = all(len(answer.effects) == 1 for answer in answers)
-    for answer in answers:
-        if not learned and set(answer.effects) & setup.learned:
-            continue
+    tried = [a for a in answers if learned or not set(a.effects) & setup.learned]
+    for answer in tried:
         effects = [setup.candidates[e] for e in answer.effects]
         result, failed = publish_with(problem, effects, strategy.relinearized(answer.fitted).values)
+        missed &= result is None
         if result is None or not result.parameters:
             found = found if found.effects else Extension(failed=failed)
         elif not found.effects:
             found = Extension(answer.effects, result, _amplitudes(result, effects), open=True)
         elif alone:  # from a refused baseline a linear fit reaches no amplitude
             found = replace(found, amplitudes={**found.amplitudes, **_amplitudes(result, effects)})
-    return judgment, found
+    return judgment.unknown(STILL_MISSED, judgment.beyond_range) if missed and tried else judgment, found
+
+
+def _missed(base: Result) -> bool:
+    """Whether the baseline gives no result since it misses the logs."""
+    return any(f.doubt for f in base.refused)
 
 
 def _without_baseline(strategy: Strategy, judgment: Judgment, base: Result) -> bool:
