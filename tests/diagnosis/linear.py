@@ -36,6 +36,7 @@ TRACES: dict[str, Trace] = {
     "wind": lambda x, h, k: h * (1 - x) ** 2,
     "wind_twin": lambda x, h, k: h * ((1 - x) ** 2 + 1e-3 * np.sin(9 * x)),
     "wave": lambda x, h, k: np.sin(7 * x),
+    "wave_again": lambda x, h, k: np.sin(7 * x),
     "wave_time": lambda x, h, k: 0 * x,  # shapes a cause, and shows in no data by itself
     "step": lambda x, h, k: 1.0 * (x > 0.6),
     "warming": lambda x, h, k: (k - 3.5) / 5 + 0 * x,

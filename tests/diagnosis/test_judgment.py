@@ -329,6 +329,15 @@ def test_a_large_cause_is_named_though_its_law_is_not_exact(unlisted: float, nam
         assert told(case, verdict).endswith("of the rms misfit).")
 
 
+def test_a_law_that_also_fits_what_a_simple_one_leaves_is_not_named_alone() -> None:
+    """A constant force that is not quite constant is no proof of a slow decay."""
+    simple, more = cause("wave", reach=200.0), cause("wavy", ("wave_again", "bump"), reach=200.0)
+    campaign = Campaign(4, hidden={"wave": 120.0, "bump": 1.5})
+    _, verdict = judged(campaign, SLOPE, WIND, STEP, simple, more)
+    assert verdict.verdict == "ambiguous"
+    assert [a.effects for a in verdict.answers] == [("wave",), ("wavy",)]
+
+
 def test_two_errors_that_hid_each_other_are_told() -> None:
     """A level stated too high hides half of a step: with the step in, predictions with that level are worse."""
     stated = {"level": (4.0, 0.3), "bend": (-2.0, 0.3)}

@@ -265,11 +265,22 @@ def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel
 def _with_rivals(
     strategy: Strategy, answers: tuple[CandidateModel, ...], tried: tuple[CandidateModel, ...], found: Detection
 ) -> tuple[CandidateModel, ...]:
-    """The answers of one effect, and the effects beyond their plausible range that fit as well."""
-    beyond = beyond_range(strategy, tried, found) if answers else ()
+    """The answers of one effect, simpler ones that nearly suffice, and effects beyond their range that fit as well.
+
+    Laws are not exact: beside a large effect the shape of another one, such as a slow decay, fits what its law leaves.
+    """
+    if not answers:
+        return ()
+    least = min(_unknowns(strategy, t) for t in answers)
+    simpler = nearly_sufficient([t for t in tried if t not in answers and _unknowns(strategy, t) < least])
+    beyond = beyond_range(strategy, tried, found)
     every = (*tried, *beyond)
     stand = not_significantly_worse(strategy.model, every) or nearly_sufficient(every)
-    return (*answers, *(t for t in beyond if t in simplest(strategy.model, stand, every)))
+    return (*simpler, *answers, *(t for t in beyond if t in simplest(strategy.model, stand, every)))
+
+
+def _unknowns(strategy: Strategy, one: CandidateModel) -> int:
+    return sum(len(strategy.model.freed(e)) for e in one.effects)
 
 
 def _beyond_alone(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> CandidateModel | None:
