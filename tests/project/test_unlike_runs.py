@@ -74,3 +74,20 @@ def test_a_run_that_was_driven_slower_is_in_the_same_unit(witness: str) -> None:
     assert not list(other_units([drive(k, f, 1.0) for k, f in enumerate((1.0, slower, 1.0, 1.0))]))
     (finding,) = other_units([drive(k, 1.0, u) for k, u in enumerate((1.0, mph, 1.0, 1.0))])
     assert finding.where.startswith("run_1.csv")
+
+
+def test_a_slower_drive_is_in_the_same_unit_where_its_torque_agrees() -> None:
+    """Four drives, one in a town: a car of 1200 kg gains as much speed from its torque in all of them."""
+
+    def drive(k: int, factor: float, unit: float) -> Log:
+        t = np.arange(0.0, 60.0, 0.1)
+        rate = factor * np.repeat([1.2, 0.6, 0.1, -0.4, -0.8, 0.3], t.size // 6)
+        speed = 3.0 * factor + np.cumsum(rate) * 0.1
+        torque = np.maximum(1200 * rate + 150 + 0.4 * speed**2, 0.0) * 0.31
+        noise = np.random.default_rng(k).normal(0.0, 0.05, t.size)
+        return Log(f"run_{k}.csv", t, {"speed": unit * (speed + noise), "drive_torque": torque})
+
+    mph = 1 / 1.609344
+    assert not list(other_units([drive(k, f, 1.0) for k, f in enumerate((1.0, mph, 1.0, 1.0))]))
+    (finding,) = other_units([drive(k, 1.0, u) for k, u in enumerate((1.0, mph, 1.0, 1.0))])
+    assert finding.where.startswith("run_1.csv")

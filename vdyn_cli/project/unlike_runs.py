@@ -20,12 +20,15 @@ NEAR = 0.04  # relative distance from a factor: factors are 1.6 and more from ea
 FEWEST = 3  # siblings
 # Channels that measure the same motion by another sensor.
 WITNESSES = ("wheel_speed", "wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr", "position")
+DRIVES = ("drive_torque", "drive_torque_left", "drive_force", "motor_current")  # what changes the speed
+BIN = 1.0  # s over which rates of the speed and drives are averaged: below, a quantized speed has none
 
 
 def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
     """A finding for each run whose speeds are those of its siblings times the factor between two units.
 
-    A run that was driven slower has the siblings' ratio of the speed to what else measured it: that is no other unit.
+    A run that was driven slower has the siblings' ratio of the speed to what else measured it, or of the drive to the
+    speed's rate: that is no other unit.
     """
     for channel in SPEEDS:
         high = {k: float(np.nanquantile(np.abs(log[channel]), 0.98)) for k, log in enumerate(logs) if channel in log}
@@ -43,12 +46,33 @@ def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
 
 def _other_witness(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:
     """Whether another channel of the same motion is that of the siblings times the same ratio."""
-    for other in WITNESSES:
-        found = [_mean(log, other) / _mean(log, channel) if other in log and channel in log else 0.0 for log in logs]
+    for other in (*WITNESSES, *DRIVES):
+        told = _drive_per_rate if other in DRIVES else _mean_ratio
+        found = [told(log, other, channel) if other in log and channel in log else 0.0 for log in logs]
         siblings = [v for j, v in enumerate(found) if j != k and np.isfinite(v) and v > 0.0]
         if siblings and np.isfinite(found[k]) and found[k] > 0.0:
             return bool(abs(np.log(found[k] / np.median(siblings))) < 0.5 * abs(np.log(ratio)))
     return False
+
+
+def _mean_ratio(log: Log, other: str, channel: str) -> float:
+    return _mean(log, other) / mean if (mean := _mean(log, channel)) > 0.0 else 0.0
+
+
+def _drive_per_rate(log: Log, drive: str, channel: str) -> float:
+    """The slope of a drive over the rate of the speed, while it drives: mass times radius, in the speed's own scale."""
+    good = np.isfinite(log[drive]) & np.isfinite(log[channel])
+    time = log.time[good]
+    if time.size < 2 or time[-1] - time[0] < FEWEST * BIN:
+        return 0.0
+    knots = np.arange(time[0], time[-1], BIN)
+    rate = np.diff(np.interp(knots, time, log[channel][good])) / BIN
+    total = np.interp(knots, time, np.r_[0.0, np.cumsum(np.diff(time) * log[drive][good][1:])])
+    drives = np.diff(total) / BIN
+    driven = drives > 0.0
+    if driven.sum() < FEWEST or not np.ptp(rate[driven]) > 0.0:
+        return 0.0
+    return max(float(np.polyfit(rate[driven], drives[driven], 1)[0]), 0.0)
 
 
 def _mean(log: Log, channel: str) -> float:
