@@ -170,7 +170,10 @@ class Run(Strict):
     )
     direction: Literal["out", "back"] | None = Field(None, description="direction of travel on the test track")
     start: Annotated[Given, Si("s", -LONGEST_TEST, LONGEST_TEST)] | None = Field(
-        None, description="start time of this log after the start of the first log, s"
+        None,
+        description="start time of this log after the start of the first log, s; left out in all runs: by the logs' "
+        "times where they are of one clock, else as if the runs were driven in this order without a pause (logs of "
+        "more than 10 min: each a trip of its own)",
     )
     temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = Field(
         None, description="air temperature during this run where it differs from the environment's, K"

@@ -41,6 +41,7 @@ from vdyn_cli.steps.coastdown.road_load_regression import rows_of, with_noise_of
 from vdyn_cli.steps.coastdown.road_position import first_place
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.coastdown.road_search import LocatedCampaign, located
+from vdyn_cli.steps.coastdown.run_starts import run_starts
 from vdyn_cli.steps.coastdown.segments import CoastSegment, coast_segment, split
 from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected, usable
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
@@ -200,7 +201,10 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     else:
         selection = replace(selection, segments=tuple(one for s in selection.segments for one in split(s)))
     segments = selection.segments
-    runs = tuple(_road_run(spec, s, float(logs[s.run].time[0]), drive, given) for s in segments)
+    starts = run_starts(spec.runs, logs)
+    runs = tuple(
+        replace(_road_run(spec, s, float(logs[s.run].time[0]), drive, given), start=starts[s.run]) for s in segments
+    )
     if use == "none":
         runs = tuple(replace(r, acceleration=None) for r in runs)
     elif zeros:
@@ -281,7 +285,6 @@ def _road_run(
         segment.part,
         acceleration=log.channels.get("acceleration"),
         heading=heading,
-        start=run.start.value if run.start else 0.0,
         temperature=run.temperature.value if run.temperature else day or NORMAL_TEMPERATURE,
         air_density=density,
         since=float(log.time[0]) - begin,

@@ -1,0 +1,49 @@
+"""When runs began, where the description does not say it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.bench.hidden_logs import Scenario, make
+from vdyn_cli.description.test_description import Run
+from vdyn_cli.project.execute import execute
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.run_starts import run_starts
+
+FOLLOWING, OWN_CLOCKS, TRIPS = ((100.0, 160.0), (300.0, 380.0)), ((0.0, 60.0), (0.0, 80.0)), ((0.0, 1500.0),) * 2
+
+
+def starts(spans: tuple[tuple[float, float], ...], *stated: str | None) -> tuple[float, ...]:
+    runs = [Run.model_validate({"log": f"{k}.csv", **({"start": s} if s else {})}) for k, s in enumerate(stated)]
+    logs = [Log(str(k), np.linspace(*span, 11), {}) for k, span in enumerate(spans)]
+    return run_starts(runs, logs)
+
+
+@pytest.mark.parametrize(("spans", "stated", "expected"), [
+    (OWN_CLOCKS, ("0 s", "190 s"), (0.0, 190.0)),
+    (FOLLOWING, (None, None), (0.0, 200.0)),
+    (FOLLOWING[::-1], (None, None), (200.0, 0.0)),
+    (OWN_CLOCKS, (None, None), (0.0, 60.0)),
+    (TRIPS, (None, None), (0.0, 0.0)),
+    (OWN_CLOCKS[:1], (None,), (0.0,)),
+])  # fmt: skip
+def test_a_start_is_stated_or_by_one_clock_or_by_order(
+    spans: tuple[tuple[float, float], ...], stated: tuple[str | None, ...], expected: tuple[float, ...]
+) -> None:
+    assert starts(spans, *stated) == expected
+
+
+@pytest.mark.slow
+def test_tires_that_warm_up_over_the_day_are_found_where_no_start_is_stated(tmp_path: Path) -> None:
+    description = make(Scenario("coastdown", {"tire_warmup": 0.2}, 4312, "wide"), tmp_path).description
+    text = description.read_text()
+    description.write_text(re.sub(r",? ?start: [^,}\n]*", "", text))
+    diagnosis = execute("coastdown", description).document["diagnosis"]
+    assert diagnosis["verdict"] == "named"
+    assert [c["effect"] for c in diagnosis["causes"]] == ["tire_warmup"]
+    low, high = diagnosis["causes"][0]["unknowns"]["tire_warmup"]["interval95"]
+    assert low <= 0.2 <= high
