@@ -370,9 +370,9 @@ def _added_sensitivities(setup: SimulationSetup) -> tuple[Mapping[str, Array], .
 
 def with_secants(setup: SimulationSetup, secants: Mapping[str, float]) -> SimulationSetup:
     """The setup whose sensitivities to nondifferentiable effects are taken over these amplitudes."""
-    made = replace(setup, secants=secants)
-    if setup.unextended is not None:  # what it simulated holds, but for those columns
-        vars(made)["first"] = _with_other_secants(made, setup.first)
+    made, seen = replace(setup, secants=secants), setup.first
+    # What it simulated holds. Away from zero no sensitivity is a secant.
+    vars(made)["first"] = seen if setup.unextended is None else _with_other_secants(made, seen)
     return made
 
 
