@@ -16,7 +16,9 @@ from pathlib import Path
 from threading import get_ident
 
 VARIABLE = "VDYN_CACHE"  # the folder; empty for none
-MOST = 400  # files; the ones used least recently are removed beyond that
+# Files of some 10 kB. A diagnosis of bumps needs 400, and the next one of the same step the same ones: with all steps
+# in the folder none has to be compiled again. Beyond, the quarter that was used least recently is removed.
+MOST = 4000
 DIGEST = 32  # bytes of a sha256
 
 
@@ -88,6 +90,7 @@ def _write(path: Path, code: bytes) -> None:
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
-    files = sorted(path.parent.glob("*.o"), key=lambda f: f.stat().st_mtime)
-    for old in files[: max(len(files) - MOST, 0)]:
-        old.unlink(missing_ok=True)
+    files = list(path.parent.glob("*.o"))
+    if len(files) > MOST:
+        for old in sorted(files, key=lambda f: f.stat().st_mtime)[: len(files) - MOST + MOST // 4]:
+            old.unlink(missing_ok=True)
