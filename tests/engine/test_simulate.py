@@ -12,7 +12,7 @@ from tests.engine.plants import HALF, HALF_CAR, ROAD, ROAD_LOAD
 from vdyn_cli.effects import catalogue
 from vdyn_cli.engine.maths import sin
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.simulate import Drive, Simulator
+from vdyn_cli.engine.simulate import Drive, Simulator, sensitive_to
 from vdyn_cli.quantities.errors import ResultError
 
 HEADWIND = next(effect for effect in catalogue() if effect.name == "headwind")
@@ -258,6 +258,16 @@ def test_some_outputs_can_be_read_alone():
     np.testing.assert_array_equal(found.sensitivities["load_rear"], both.sensitivities["load_rear"])
     with pytest.raises(ValueError, match="'load_raer' is not known; did you mean 'load_rear'"):
         Simulator(replace(HALF_CAR, outputs=("load_raer",)), HALF)
+
+
+def test_sensitivities_to_some_unknowns_are_those_among_all():
+    names = ("tire_stiffness", "start.heave")
+    found, whole = sensitive_to(half(), names)(bump(), HALF_THETA), half()(bump(), HALF_THETA)
+    for name, columns in whole.sensitivities.items():
+        np.testing.assert_array_equal(found.outputs[name], whole.outputs[name])
+        np.testing.assert_allclose(
+            found.sensitivities[name], columns[:, [HALF_UNKNOWNS.index(n) for n in names]], rtol=1e-12, atol=1e-12
+        )
 
 
 def test_a_single_sample_is_read_without_a_step():

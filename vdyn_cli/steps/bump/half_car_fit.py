@@ -10,7 +10,7 @@ import numpy as np
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.simulate import Simulated, Simulator
+from vdyn_cli.engine.simulate import Simulated, Simulator, sensitive_to
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.restrict import restricted
@@ -40,6 +40,7 @@ class BumpFit:
     Parameters
     ----------
     effect_unknowns : of ``effects``, shared by all crossings; those left out stay zero, or nominal.
+    sensitive : the unknowns to which sensitivities are simulated; none: all.
     """
 
     crossings: tuple[Crossing, ...]
@@ -48,6 +49,7 @@ class BumpFit:
     weights: ChannelWeights
     effects: tuple[Effect, ...] = ()
     effect_unknowns: tuple[Unknown, ...] = ()
+    sensitive: tuple[str, ...] = ()
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -84,7 +86,8 @@ class BumpFit:
     @cached_property
     def simulator(self) -> Simulator:
         """The half car with every unknown but the sensors' zeros."""
-        return self.simulator_of([u.name for u in (*self.shared, *self.own[: len(CROSSING) + len(BODY)])])
+        whole = self.simulator_of([u.name for u in (*self.shared, *self.own[: len(CROSSING) + len(BODY)])])
+        return sensitive_to(whole, self.sensitive) if self.sensitive else whole
 
     @cached_property
     def scales(self) -> tuple[Array, ...]:
@@ -99,18 +102,19 @@ class BumpFit:
         return tuple(scales)
 
     @cached_property
-    def _narrowed(self) -> dict[tuple[str, ...], BumpFit]:
-        """Fits with some of the effects, each made once, by their effects' unknowns."""
+    def _narrowed(self) -> dict[tuple[tuple[str, ...], tuple[str, ...]], BumpFit]:
+        """Fits with some of the effects, each made once, by their effects' unknowns and those that are sensitive."""
         return {}
 
-    def only(self, names: Sequence[str]) -> BumpFit:
+    def only(self, names: Sequence[str], sensitive: Sequence[str] = ()) -> BumpFit:
         """The fit with those effects alone that have one of these unknowns, and of theirs only these."""
         unknowns = tuple(u for u in self.effect_unknowns if u.name in names)
-        key = tuple(u.name for u in unknowns)
-        if key not in self._narrowed:
-            effects = tuple(e for e in self.effects if set(e.unknowns) & set(key))
-            self._narrowed[key] = replace(self, effects=effects, effect_unknowns=unknowns)
-        return self._narrowed[key]
+        free, felt = tuple(u.name for u in unknowns), tuple(u.name for u in unknowns if u.name in sensitive)
+        if (free, felt) not in self._narrowed:
+            effects = tuple(e for e in self.effects if set(e.unknowns) & set(free))
+            narrowed = replace(self, effects=effects, effect_unknowns=unknowns, sensitive=felt)
+            self._narrowed[free, felt] = narrowed
+        return self._narrowed[free, felt]
 
     def simulator_of(self, unknowns: Sequence[str]) -> Simulator:
         """The half car with these unknowns, the others at their starts."""
@@ -216,25 +220,24 @@ class BumpRows:
     def linearized(self, run: int, theta: Array) -> Simulated:
         """One run with its sensitivities at its local unknowns ``theta`` (k,), as ``BumpFit.simulate`` gives them.
 
-        Effects that are zero do not act on each other: each is simulated with those that are not, which costs much
-        less than all at once.
+        Effects that are zero do not act on each other: the sensitivities to each are simulated beside those effects
+        that are not, which costs much less than all at once.
         """
         fit = self.fit
         values = dict(zip((u.name for u in fit.shared), theta.tolist(), strict=False))
         resting = [e for e in fit.effects if not any(values.get(n) for n in e.unknowns if n not in e.nominal)]
         if len(resting) < 2:
             return fit.simulate(run, theta)
-        acting = {n for e in fit.effects if e not in resting for n in e.unknowns}
-        names, count = [u.name for u in (*fit.shared, *fit.own)], len(fit.simulator.unknowns)
-        sensitivities: dict[str, Array] = {}
-        for effect in resting:
-            some = fit.only([*acting, *effect.unknowns])
-            at = [names.index(u.name) for u in (*some.shared, *some.own)]
-            found = some.simulate(run, theta[at])
+        acting = [n for e in fit.effects if e not in resting for n in e.unknowns]
+        names = [u.name for u in (*fit.shared, *fit.own)]
+        parts = [fit.only(acting), *(fit.only([*acting, *e.unknowns], tuple(e.unknowns)) for e in resting)]
+        found = [one.simulate(run, theta[[names.index(n) for n in one.simulator.unknowns]]) for one in parts]
+        whole = {n: np.zeros((found[0].time.size, len(fit.simulator.unknowns))) for n in fit.channels}
+        for one, simulated in zip(parts, found, strict=True):
+            columns = [names.index(n) for n in one.sensitive or one.simulator.unknowns]
             for channel in fit.channels:
-                whole = sensitivities.setdefault(channel, np.zeros((found.time.size, count)))
-                whole[:, at[: len(some.simulator.unknowns)]] = found.sensitivities[channel]
-        return replace(found, sensitivities=sensitivities)
+                whole[channel][:, columns] = simulated.sensitivities[channel]
+        return replace(found[0], sensitivities=whole)
 
     def residual(self, run: int, theta: Array) -> Array:
         """The whitened residuals of one run, as in the rows."""
