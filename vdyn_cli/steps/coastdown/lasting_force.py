@@ -31,14 +31,20 @@ class LastingForce:
     ----------
     coefficients : by unknown, (3,) per unit of it, N, N s/m and N s^2/m^2.
     beyond : speeds (n,) in m/s, and the force there in N that three coefficients cannot hold.
+    slopes : by unknown, shapes among them, (n,): the change of the force there per unit of it.
     """
 
     coefficients: Mapping[str, Array]
     beyond: tuple[Array, Array]
+    slopes: Mapping[str, Array]
 
 
 def lasting_force(
-    effects: Sequence[Effect], at: Mapping[str, float], speeds: tuple[float, float], temperature: float
+    effects: Sequence[Effect],
+    at: Mapping[str, float],
+    std: Mapping[str, float],
+    speeds: tuple[float, float],
+    temperature: float,
 ) -> LastingForce:
     """The deceleration of a coasting car with each effect, less that without it, times the inertia, over the speeds.
 
@@ -48,24 +54,32 @@ def lasting_force(
     ----------
     effects : those that add a force (``resists``).
     at : parameters of the road load in SI, and the values of the effects' unknowns.
+    std : of those that were estimated, over which the slopes are taken: the forms of learned laws may be steep.
     speeds : lowest and highest, m/s. temperature : K.
     """
     every = np.linspace(max(speeds[0], 1.0), speeds[1], SPEEDS)
     powers = np.vander(every, 3, increasing=True)
     coefficients: dict[str, Array] = {}
+    slopes: dict[str, Array] = {}
     beyond = np.zeros(SPEEDS)
     for effect in effects:
         for name, force in _forces(effect, at, every, temperature).items():
             fitted = np.linalg.lstsq(powers, force, rcond=None)[0]
             coefficients[name] = np.asarray(fitted / at[name])
+            slopes[name] = np.asarray(force / at[name])
             beyond += force - powers @ fitted
-    return LastingForce(coefficients, (every, beyond))
+        for name in (n for n in effect.nominal if std.get(n, 0.0) > 0.0):
+            ends = [at[name] + way * std[name] for way in (-1.0, 1.0)]
+            low, high = (sum(_forces(effect, {**at, name: end}, every, temperature).values()) for end in ends)
+            slopes[name] = np.asarray((high - low) / (ends[1] - ends[0]))
+    return LastingForce(coefficients, (every, beyond), slopes)
 
 
 def _forces(effect: Effect, at: Mapping[str, float], every: Array, temperature: float) -> dict[str, Array]:
     """The force by each amplitude of an effect, N at every speed (n,)."""
     model = road_load()
     values = {n: at.get(n, 0.0) for n in model.parameters} | {"wind_variance": 0.0}
+    values |= {n: at.get(n, nominal) for n, nominal in effect.nominal.items()}
     inertia = values["mass"] + values["rotating_mass"]
     rested = {**dict.fromkeys(model.inputs, 0.0), "elapsed": WARM}
 

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
 import numpy as np
 
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.steps.coastdown.lasting_force import LastingForce
 
 POUND_FORCE = 4.4482216152605  # N, exact (international pound, standard gravity)
 MILE_PER_HOUR = 0.44704  # m/s, exact
@@ -29,7 +29,8 @@ EPA_KEYS = ("A_lbf", "B_lbf_per_mph", "C_lbf_per_mph2")
 class RoadLoad:
     """f0 N, f1 N s/m, f2 N s^2/m^2, with their covariance (3, 3) and the degrees of freedom behind it.
 
-    ``beyond`` is the part of a force that three coefficients cannot hold: speeds m/s and forces N, each (n,).
+    ``beyond`` is the part of a force that three coefficients cannot hold: speeds m/s and forces N, each (n,);
+    ``spread`` the standard deviation of the whole force then, over the same speeds.
     """
 
     f0: float
@@ -38,6 +39,7 @@ class RoadLoad:
     covariance: Array | None = None
     degrees: float = float("inf")
     beyond: tuple[Array, Array] | None = None
+    spread: tuple[Array, Array] | None = None
 
     @classmethod
     def from_epa(cls, a: float, b: float, c: float) -> RoadLoad:
@@ -77,8 +79,12 @@ class RoadLoad:
         if self.covariance is None:
             return np.zeros(v.size)
         gradient = np.column_stack([np.ones(v.size), v, v**2])
-        variance = np.einsum("ni,ij,nj->n", gradient, self.covariance, gradient)
-        return np.asarray(t_quantile(min(self.degrees, 1e6)) * np.sqrt(np.maximum(variance, 0.0)))
+        std = np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", gradient, self.covariance, gradient), 0.0))
+        if self.spread is not None:
+            every, whole = self.spread
+            inside = (v >= every[0]) & (v <= every[-1])
+            std = np.where(inside, np.interp(v, every, whole), np.maximum(std, np.interp(v, every, whole)))
+        return np.asarray(t_quantile(min(self.degrees, 1e6)) * std)
 
     def force_with_half_width(self, speed: float) -> tuple[float, float]:
         """Force and half its 95 % interval, N, at one speed in m/s."""
@@ -149,8 +155,7 @@ def road_load_of(
     names: tuple[str, ...],
     covariance: Array,
     degrees: float,
-    lasting: Mapping[str, Array] = MappingProxyType({}),
-    beyond: tuple[Array, Array] | None = None,
+    lasting: LastingForce | None = None,
 ) -> RoadLoad:
     """The road load polynomial of the model's parameters, with its covariance to first order.
 
@@ -160,9 +165,9 @@ def road_load_of(
     ----------
     at : rolling_resistance, rolling_speed, drag_area, mass, air_density in SI.
     names, covariance : of those that were estimated, (k, k).
-    lasting : what effects that belong to the car add to f0, f1, f2, (3,) per unit of each of their unknowns.
-    beyond : what of that three coefficients cannot hold.
+    lasting : what effects that belong to the car add.
     """
+    added: Mapping[str, Array] = lasting.coefficients if lasting else {}
     weight, density = at["mass"] * GRAVITY, 0.5 * at["air_density"]
     slopes = {
         "rolling_resistance": (weight, 0.0, 0.0),
@@ -170,9 +175,9 @@ def road_load_of(
         "drag_area": (0.0, 0.0, density),
         "mass": (at["rolling_resistance"] * GRAVITY, at["rolling_speed"] * GRAVITY, 0.0),
         "air_density": (0.0, 0.0, 0.5 * at["drag_area"]),
-        **{n: tuple(c.tolist()) for n, c in lasting.items()},
+        **{n: tuple(c.tolist()) for n, c in added.items()},
     }
-    more = sum((at[n] * c for n, c in lasting.items()), np.zeros(3)).tolist()
+    more = sum((at[n] * c for n, c in added.items()), np.zeros(3)).tolist()
     gradient = np.array([slopes.get(n, (0.0, 0.0, 0.0)) for n in names]).reshape(len(names), 3)
     return RoadLoad(
         at["rolling_resistance"] * weight + more[0],
@@ -180,5 +185,14 @@ def road_load_of(
         density * at["drag_area"] + more[2],
         gradient.T @ covariance @ gradient,
         degrees,
-        beyond,
+        lasting.beyond if lasting else None,
+        _spread(names, gradient, covariance, lasting) if lasting and lasting.slopes else None,
     )
+
+
+def _spread(names: tuple[str, ...], gradient: Array, covariance: Array, lasting: LastingForce) -> tuple[Array, Array]:
+    """Speeds, and the standard deviation of the whole force there: that of the shapes of learned laws, too."""
+    every = lasting.beyond[0]
+    powers = np.vander(every, 3, increasing=True)
+    slopes = np.column_stack([lasting.slopes.get(n, powers @ g) for n, g in zip(names, gradient, strict=True)])
+    return every, np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", slopes, covariance, slopes), 0.0))

@@ -109,10 +109,11 @@ class RoadLoadAnswer:
     def _load_at(self, temperature: float) -> RoadLoad:
         """The road load in the air of the test, tires at a temperature (K) by the accepted effects."""
         solution, at = self.fit.solution, {**self.fit.at, "air_density": _air_density(self.fit)}
-        lasting = lasting_force([e for e in self.effects if resists(e)], at, self.fit.speeds, temperature)
+        std = dict(zip(solution.names, np.sqrt(np.diag(solution.covariance)).tolist(), strict=True))
+        lasting = lasting_force([e for e in self.effects if resists(e)], at, std, self.fit.speeds, temperature)
         degrees = [solution.degrees[n] for n in solution.names if n in MAIN]
         free = min(degrees, default=1e6)
-        return road_load_of(at, solution.names, solution.covariance, free, lasting.coefficients, lasting.beyond)
+        return road_load_of(at, solution.names, solution.covariance, free, lasting)
 
     @cached_property
     def corrected(self) -> RoadLoad | None:
