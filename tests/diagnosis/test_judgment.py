@@ -142,9 +142,12 @@ def test_a_sensor_is_a_fault_of_the_data() -> None:
     assert told(case, verdict).startswith("Data fault: a wind")
 
 
-def test_a_cause_that_needs_more_than_is_plausible_is_not_the_cause() -> None:
-    case, verdict = judged(Campaign(6, hidden={"wind": 2.0}), SLOPE, cause("wind", reach=1.0), WAVE, STEP)
+@pytest.mark.parametrize("linearized", [False, True])
+def test_a_cause_that_needs_more_than_is_plausible_is_not_the_cause(linearized: bool) -> None:
+    small = cause("wind", reach=1.0)
+    case, verdict = judged(Campaign(6, hidden={"wind": 2.0}), SLOPE, small, WAVE, STEP, linearized=linearized)
     assert verdict.verdict == "unknown"
+    assert verdict.beyond_range is not None
     assert "A wind comes closest, but its amplitude is beyond the plausible range" in told(case, verdict)
 
 

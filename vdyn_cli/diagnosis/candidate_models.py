@@ -95,8 +95,8 @@ def beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Det
     tried : candidate models of one effect. found : scores of the candidates beside the baseline.
     """
     names = [n for n in _likely_singles(found) if all(t.effects != (n,) for t in tried)]
-    wide = strategy.beyond_range() if names else None
-    models = [candidate_model(wide, (n,)) for n in names] if wide is not None else []
+    wide = strategy.beyond_range()
+    models = [candidate_model(wide, (n,)) for n in names]
     return tuple(m for m in models if m is not None)
 
 

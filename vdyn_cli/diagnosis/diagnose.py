@@ -173,13 +173,14 @@ def _doubted(
 
 
 def _fitted(judgment: Judgment, setup: DiagnosisSetup) -> dict[str, Estimate]:
-    """The amplitudes of all answers, as the diagnosis fitted them.
+    """The amplitudes of all answers, or of the effect that would be one, as the diagnosis fitted them.
 
     None of several answers where one has several effects: beside others, an effect has another amplitude in each.
     """
     if len(judgment.answers) > 1 and any(len(answer.effects) > 1 for answer in judgment.answers):
         return {}
-    return {n: e for answer in judgment.answers for n, e in fitted_amplitudes(answer, setup).items()}
+    answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
+    return {n: e for answer in answers for n, e in fitted_amplitudes(answer, setup).items()}
 
 
 def _beside_baseline(base: Result, extended_result: Result, extension: Extension, found: PartJudgment) -> Result:

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, shapes_of, started_at, unknowns_of
 from vdyn_cli.diagnosis.linearized_system import LinearizedRuns, LinearizedSystem
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown
@@ -95,6 +96,17 @@ class FullModel:
         """
         wanted = {n: self.amplitudes(n) for n in names if n not in at.effects}
         return scores(at.system.by_run() if runs else at.system, self.with_base(at.effects), wanted)
+
+
+def with_open_range(model: FullModel) -> FullModel:
+    """The model whose effects may exceed their plausible range up to ``open_range``, where that is possible."""
+    setup, factor = model.setup, POLICY.open_range / POLICY.range_factor
+    bounded = {n for e in setup.effects for n in amplitudes_of(e) if n not in e.possible}
+    unknowns = tuple(
+        replace(u, lower=factor * u.lower, upper=factor * u.upper) if u.name in bounded else u
+        for u in model.regression.unknowns
+    )
+    return replace(model, regression=replace(model.regression, unknowns=unknowns))
 
 
 def full_model(

@@ -9,7 +9,7 @@ from vdyn_cli.diagnosis.candidate_models import candidate_model
 from vdyn_cli.diagnosis.detection import Detection, detect
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import bounds_of, is_scale
-from vdyn_cli.diagnosis.full_model import LEAST_STEP, NO_VALUES, FittedModel, FullModel, full_model
+from vdyn_cli.diagnosis.full_model import LEAST_STEP, NO_VALUES, FittedModel, FullModel, full_model, with_open_range
 from vdyn_cli.diagnosis.held_out_gain import rms_of
 from vdyn_cli.diagnosis.linearized_system import initial_values, linearize, linearized_system
 from vdyn_cli.diagnosis.nested_fits import NestedFits
@@ -74,8 +74,11 @@ class LinearizedStrategy:
             self._predictions[key] = FittedModel(tuple(effects), fitted.solution, runs, linearized_system(runs))
         return self._predictions[key]
 
-    def beyond_range(self) -> None:
-        """None: relinearized fits stay within the plausible range."""
+    def beyond_range(self) -> LinearizedStrategy:
+        """See Strategy. The linearization stays where it is: relinearized fits stay within the plausible range."""
+        wide = LinearizedStrategy(with_open_range(self.model), self.relinearization)
+        wide._fits.keep((), self.fitted(()))
+        return wide
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
         """None: nondifferentiable effects are linearized about their likely amplitude."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from vdyn_cli.diagnosis.detection import Detection
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, shapes_of, started_at
-from vdyn_cli.diagnosis.full_model import NO_VALUES, FittedModel, FullModel, full_model
+from vdyn_cli.diagnosis.full_model import NO_VALUES, FittedModel, FullModel, full_model, with_open_range
 from vdyn_cli.diagnosis.nested_fits import NestedFits
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference import Regression
@@ -47,13 +47,7 @@ class RefitStrategy:
 
     def beyond_range(self) -> RefitStrategy:
         """See Strategy."""
-        setup, factor = self.model.setup, POLICY.open_range / POLICY.range_factor
-        bounded = {n for e in setup.effects for n in amplitudes_of(e) if n not in e.possible}
-        unknowns = tuple(
-            replace(u, lower=factor * u.lower, upper=factor * u.upper) if u.name in bounded else u
-            for u in self.model.regression.unknowns
-        )
-        wide = RefitStrategy(replace(self.model, regression=replace(self.model.regression, unknowns=unknowns)))
+        wide = RefitStrategy(with_open_range(self.model))
         wide._fits.keep((), self.fitted(()))
         return wide
 

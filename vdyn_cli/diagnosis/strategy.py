@@ -37,8 +37,8 @@ class Strategy(Protocol):
         None where predictions are those of the fit, or the model has no finite value there.
         """
 
-    def beyond_range(self) -> Strategy | None:
-        """The strategy whose effects may exceed their plausible range up to ``open_range``; None if fits are linear."""
+    def beyond_range(self) -> Strategy:
+        """The strategy whose effects may exceed their plausible range up to ``open_range``."""
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
         """Amplitudes over which sensitivities of nondifferentiable effects are taken, with ``effects`` in."""

@@ -79,6 +79,8 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
             labels = " with ".join(effects[e].label for e in judgment.closest.effects)
             verb = "come" if len(judgment.closest.effects) > 1 or is_plural(labels) else "comes"
             closest = f" {_capital(labels)} {verb} closest, but {judgment.why or 'a significant residual remains'}."
+            if judgment.beyond_range and (amount := amplitude_text(effects[judgment.closest.effects[0]], amplitudes)):
+                closest = f" {_capital(labels)}{amount} would explain it."
         return f"Unmodeled effect present ({p}): no candidate effect explains the misfit.{closest}"
     if judgment.verdict == "ambiguous":
         return _ambiguous(judgment, effects, amplitudes)
