@@ -149,11 +149,9 @@ def _addition(element: str, curve: CurveDefinition) -> Callable[[Any, Sequence[A
     basis = np.array(curve.basis)
 
     def table(x: Any, values: Sequence[Any]) -> Any:
-        waves = part.cosines(x)
-        total: Any = 0.0
-        for j, value in enumerate(values):
-            total = total + value * sum(float(b) * w for b, w in zip(basis[:, j], waves, strict=True))
-        return total
+        # Weights of the cosines first: they do not change in time, and a simulation makes them once.
+        weights = [sum(float(b) * value for b, value in zip(row, values, strict=True)) for row in basis]
+        return sum((weight * wave for weight, wave in zip(weights, part.cosines(x), strict=True)), 0.0)
 
     return table
 
