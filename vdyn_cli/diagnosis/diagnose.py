@@ -15,7 +15,7 @@ from vdyn_cli.diagnosis.extension import Extension, extended
 from vdyn_cli.diagnosis.judgment import Judgment, judge, resized
 from vdyn_cli.diagnosis.matters import limits_of
 from vdyn_cli.diagnosis.next_test import next_tests
-from vdyn_cli.diagnosis.open_answers import with_open_answers
+from vdyn_cli.diagnosis.open_answers import holding_free_curve, with_open_answers
 from vdyn_cli.diagnosis.part_figure import part_figure
 from vdyn_cli.diagnosis.part_judgment import PartJudgment, with_part
 from vdyn_cli.diagnosis.part_record import with_part_record
@@ -86,6 +86,7 @@ def _diagnosed(
     if extension.result is None:
         result = final
     else:
+        final = holding_free_curve(final, extension, by_part.learned, prepared.simulated)
         extension = replace(extension, result=final)
     diagnosis = _doubted(diagnosis, extension.result, extension.result or result, doubts)
     notes = (*already_included(prepared, setup), *_note(diagnosis))

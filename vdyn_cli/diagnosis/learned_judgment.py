@@ -38,7 +38,7 @@ def with_learned_law(
         law = learned(finding, form, good, label)
         named = _named(strategy, judgment, law)
         if named is not None:
-            return (*named, law)
+            return (*named, law if form is None else replace(law, free=learned(finding, None, good, label).effect))
     return None
 
 

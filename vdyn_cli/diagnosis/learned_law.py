@@ -57,6 +57,7 @@ class Learned:
     Parameters
     ----------
     indistinguishable : other forms that do as well.
+    free : of a formula, the same law as a table; None for a table.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Learned:
     definition: LawDefinition
     effect: Effect
     indistinguishable: tuple[str, ...]
+    free: Effect | None = None
 
 
 def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:

@@ -10,6 +10,7 @@ from vdyn_cli.diagnosis.extension import Extension, publish_with
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.interval_union import Answer, biases, widened
 from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.learned_law import Learned
 from vdyn_cli.diagnosis.probable_answers import probable_answers
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.diagnosis.unexplained import unexplained_biases
@@ -70,6 +71,18 @@ def with_open_answers(
     if others:
         result = problem.spanning(result, others if base.refused or extension.open else (base, *others))
     return with_wider_intervals(result, widened(result.parameters, found), note)
+
+
+def holding_free_curve(result: Result, extension: Extension, law: Learned | None, problem: SimulatedProblem) -> Result:
+    """The result of a learned formula, whose intervals beside the parameters hold those of the free curve.
+
+    A formula may leave a tenth of the curve's deviation, and as much where the data do not tell it from the curve: at
+    the flank of a step a sine is off by more than its own interval.
+    """
+    if law is None or law.free is None or extension.effects != (law.name,) or not result.parameters:
+        return result
+    curve = publish_with(problem, [law.free])[0]
+    return result if curve is None else problem.spanning(result, [curve])
 
 
 def _averaged(strategy: Strategy, fitted: FittedModel, problem: SimulatedProblem, result: Result) -> Result:
