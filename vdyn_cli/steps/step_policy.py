@@ -85,6 +85,11 @@ class StepPolicy:
         "The conventional 5 %, over all runs and unknowns together (Bonferroni): the runs' scatter decides, no noise "
         "model.",
     )  # fmt: skip
+    step_ratio: float = threshold(
+        2.0, "", "by which a steady rise over the runs must leave more squares than a step between two of them",
+        "The likelihood of eight runs is then 2^4 = 16 times as large with the step: strong evidence. A steady rise of "
+        "half the runs' scatter a run passes for a step on 11 of 100 days (without it: 18), of all of it on 4 (12).",
+    )  # fmt: skip
     outlier_degrees: int = threshold(
         3, "degrees of freedom", "that the other runs must have left",
         "With two, t would have to exceed 20.",

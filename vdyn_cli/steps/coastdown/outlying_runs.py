@@ -1,6 +1,7 @@
-"""Runs that are outliers among the others: a dragging brake, a passing lorry, an engaged gear.
+"""Runs that are outliers among the others: a dragging brake, a passing lorry, an engaged gear, a roof box put on.
 
-Both tests are externally studentized residuals: of a run's force, and of what a run does to the parameters.
+Two tests are externally studentized residuals: of a run's force, and of what a run does to the parameters. The third is
+of a step of the force between two runs.
 """
 
 from __future__ import annotations
@@ -56,6 +57,44 @@ def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
     p_value = min(1.0, n * 2.0 * float(stdtr(left, -far[worst])))
     outlying = p_value < STEP_POLICY.outlier_level
     return OutlyingRun(worst, float(residual[worst] / free[worst]), p_value) if outlying else None
+
+
+def risen_from(force: Array, heading: Array) -> OutlyingRun | None:
+    """The run from which on the force is larger than in the runs before it, if that is significant.
+
+    A mean, the direction and a step before run k are fitted, with two runs on either side of it at least; the largest
+    t of a step up over all k is tested at ``outlier_level`` (Bonferroni). No step where a steady rise over the order
+    fits about as well (cooling, rising wind). Steps down are not tested: warming tires make them.
+
+    Parameters
+    ----------
+    force : (n,) N, of each run beyond the common road load. heading : (n,) +1 out, -1 back.
+    """
+    from scipy.special import stdtr
+
+    n = force.size
+    base = np.column_stack([np.ones(n), *([heading] if np.ptp(heading) > 0 else [])])
+    left = n - base.shape[1] - 1
+    if left < STEP_POLICY.outlier_degrees:
+        return None
+    steady, _, _ = _added(base, np.arange(n, dtype=np.float64), force)
+    steps = {k: _added(base, (np.arange(n) >= k).astype(np.float64), force) for k in range(2, n - 1)}
+    first = min(steps, key=lambda k: steps[k][0])
+    squares, size, leverage = steps[first]
+    if size <= 0.0 or steady < STEP_POLICY.step_ratio * squares:
+        return None
+    std = np.sqrt(squares / left / leverage)
+    p_value = min(1.0, len(steps) * float(stdtr(left, -size / std))) if std > 0.0 else 0.0
+    return OutlyingRun(first, size, p_value) if p_value < STEP_POLICY.outlier_level else None
+
+
+def _added(base: Array, column: Array, force: Array) -> tuple[float, float, float]:
+    """Sum of squares left by base and column, the column's coefficient, and its squares beside the base."""
+    own = column - base @ (np.linalg.pinv(base) @ column)
+    rest = force - base @ (np.linalg.pinv(base) @ force)
+    leverage = float(own @ own)
+    size = float(own @ rest) / leverage
+    return float(rest @ rest) - size**2 * leverage, size, leverage
 
 
 def influential_runs(fit: RoadLoadFit, level: float) -> dict[str, tuple[str, ...]]:

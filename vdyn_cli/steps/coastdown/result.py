@@ -29,7 +29,7 @@ from vdyn_cli.steps.coastdown.expected_accuracy import (
 )
 from vdyn_cli.steps.coastdown.lasting_force import lasting_force, resists
 from vdyn_cli.steps.coastdown.noise import noise_of
-from vdyn_cli.steps.coastdown.outlying_runs import outlying_run
+from vdyn_cli.steps.coastdown.outlying_runs import outlying_run, risen_from
 from vdyn_cli.steps.coastdown.quality import FitQuality, physical_sizes
 from vdyn_cli.steps.coastdown.reference_conditions import (
     ROLLING_BY_TEMPERATURE,
@@ -292,18 +292,24 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
 
 
 def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
-    """A coast that is an outlier; segments of an open road differ anyhow."""
+    """A coast that is an outlier, or from which on the resistance is larger; segments of an open road differ anyhow."""
     if not answer.coasting:
         return []
-    runs = answer.fit.campaign.runs
-    outlier = outlying_run(run_forces(answer.fit)[0], np.array([r.heading for r in runs]))
-    if outlier is None:
-        return []
-    way = "more" if outlier.force > 0 else "less"
-    what = (
-        f"resistance is {abs(outlier.force):.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"
-    )
-    return [Finding(runs[outlier.run].name, what, remedy="inspect this run; remove it if it is disturbed", doubt=True)]
+    runs, found = answer.fit.campaign.runs, []
+    forces, headings = run_forces(answer.fit)[0], np.array([r.heading for r in runs])
+    if (risen := risen_from(forces, headings)) is not None:
+        what = f"from this run on resistance is {risen.force:.0f} N more than before it (p = {risen.p_value:.1g})"
+        remedy = (
+            "look for what was changed before it (load, tire pressure, roof box, windows, wet road); "
+            "where something was, describe the runs before and from it on in two files"
+        )
+        found.append(Finding(runs[risen.run].name, what, remedy=remedy, doubt=True))
+    if (outlier := outlying_run(forces, headings)) is not None:
+        way, size = "more" if outlier.force > 0 else "less", abs(outlier.force)
+        what = f"resistance is {size:.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"
+        remedy = "inspect this run; remove it if it is disturbed"
+        found.append(Finding(runs[outlier.run].name, what, remedy=remedy, doubt=True))
+    return found
 
 
 def _contradicted_givens(answer: RoadLoadAnswer) -> list[Finding]:
