@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vdyn_cli.io.reader import is_clock
 from vdyn_cli.io.sample_times import Rising, check_rising, check_steps
 from vdyn_cli.quantities.log import Log, LogSource
 
@@ -95,3 +96,13 @@ def test_two_loggers_written_into_one_file_are_uneven() -> None:
 def test_a_clock_in_another_unit_is_doubted() -> None:
     assert "check the unit of time" in steps(np.arange(1000) * 20.0)
     assert "check the unit of time" in steps(np.arange(1000) * 1e-6)
+
+
+@pytest.mark.parametrize("name", ["Device Time", "GPS Time", "Elapsed Time (s)", "system_time", "Zeit (s)", "t"])
+def test_a_clock_is_known_by_the_names_that_loggers_give_it(name: str) -> None:
+    assert is_clock(name)
+
+
+@pytest.mark.parametrize("name", ["Torque", "GPS Speed (m/s)", "GPS Timing Error", "Device Temperature", "throttle"])
+def test_other_channels_of_such_loggers_are_no_clocks(name: str) -> None:
+    assert not is_clock(name)

@@ -16,7 +16,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import to_si
 
 _CLOCK = re.compile(
-    r"((elapsed|log|sample)[ _]?time|time|(\w+[ _.])?time[ _]?stamps?|zeit|x_value|t(?=_m?s\b|[^\w]|$))(?![a-z])",
+    r"((elapsed|log|sample|device|gps|system|recording)[ _]?time|time|(\w+[ _.])?time[ _]?stamps?|zeit|x_value|"
+    r"t(?=_m?s\b|[^\w]|$))(?![a-z])",
     re.IGNORECASE,
 )
 # Rates, Hz, that loggers of road tests have: a unit of time is decided where only one gives such a rate.
