@@ -22,7 +22,9 @@ settings.load_profile("without deadline")
 
 # The files that take longest start first, so that the parallel processes end together.
 LONGEST = (
+    "test_play_of_another_plant.py",
     "test_coastdown_diagnosis.py",
+    "test_rough_road.py",
     "test_differential.py",
     "test_coastdown.py",
     "test_sample_day.py",

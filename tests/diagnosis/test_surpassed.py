@@ -32,6 +32,7 @@ def test_a_part_surpasses_an_answer_that_leaves_much(
 
 
 @pytest.mark.slow  # a diagnosis of 4 s
+@pytest.mark.thorough
 def test_a_fading_brake_beside_a_road_is_named_though_its_fit_without_a_prior_reaches_its_bound() -> None:
     result = diagnosed_case(messy_day.drive(17_008, messy_day.drawn_day("fading", 17_008)), position=True)
     assert result.diagnosis is not None

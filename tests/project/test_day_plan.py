@@ -122,6 +122,7 @@ def test_a_mapped_channel_that_no_day_has_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_a_plan_of_coasts_says_what_to_add(tmp_path: Path) -> None:
     document = plan(_described(tmp_path, "coastdown", plan={"start_speed": "60 km/h", "end_speed": "30 km/h"}))
     wider = next(one for one in document.added if "to 7 km/h" in one.manoeuvre)

@@ -68,6 +68,7 @@ def test_friction_at_low_speed_is_in_the_published_road_load() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_a_linear_term_beyond_its_range_is_no_fading_brake() -> None:
     def force(v: float) -> float:
         return 100.0 + 9.0 * v + 0.4 * v**2

@@ -9,8 +9,10 @@ import pytest
 from tests.plant.other_classes import HEAVY_EV, KART, TRUCK, Coaster, write_day
 from vdyn_cli.project.execute import execute
 
+LARGE = pytest.param(TRUCK, marks=[pytest.mark.slow, pytest.mark.thorough])  # a diagnosis of half a minute
 
-@pytest.mark.parametrize("car", [pytest.param(TRUCK, marks=pytest.mark.slow), KART], ids=["truck", "kart"])
+
+@pytest.mark.parametrize("car", [LARGE, KART], ids=["truck", "kart"])
 def test_two_runs_each_way_on_a_slope_of_one_per_cent(car: Coaster, tmp_path: Path) -> None:
     result = execute("coastdown", write_day(tmp_path, car, 0.010, 3)).result
     assert result.fit.runs == ("run0.csv", "run1.csv", "run2.csv", "run3.csv")

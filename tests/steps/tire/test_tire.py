@@ -134,6 +134,7 @@ def test_the_peak_of_the_formula() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_a_sweep_over_a_wet_patch_is_pointed_at() -> None:
     """Where slip is large the road is wet in one of the sweeps: no curve has such a shape, and the others make one."""
     vehicle = random_vehicle(2)
