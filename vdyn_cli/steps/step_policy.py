@@ -90,6 +90,11 @@ class StepPolicy:
         "The likelihood of eight runs is then 2^4 = 16 times as large with the step: strong evidence. A steady rise of "
         "half the runs' scatter a run passes for a step on 11 of 100 days (without it: 18), of all of it on 4 (12).",
     )  # fmt: skip
+    shortest_trip: float = threshold(
+        600.0, "s", "of the median log, above which logs without a start each begin with cold tires",
+        "The nominal time constant of tires that warm up: a longer log shows its own warm-up, a shorter one is a part "
+        "of the day's.",
+    )  # fmt: skip
     outlier_degrees: int = threshold(
         3, "degrees of freedom", "that the other runs must have left",
         "With two, t would have to exceed 20.",

@@ -8,8 +8,7 @@ import numpy as np
 
 from vdyn_cli.description.test_description import Run
 from vdyn_cli.quantities.log import Log
-
-TRIP = 600.0  # s, the nominal time constant of tires that warm up: a longer log shows its own warm-up
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 def run_starts(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[float, ...]:
@@ -29,6 +28,6 @@ def run_starts(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[float, ...]:
     order = np.argsort(first, kind="stable")
     if np.all(last[order[:-1]] <= first[order[1:]]):
         return tuple((first - first.min()).tolist())
-    if np.median(last - first) > TRIP:
+    if np.median(last - first) > STEP_POLICY.shortest_trip:
         return (0.0,) * len(runs)
     return (0.0, *np.cumsum(last - first)[:-1].tolist())
