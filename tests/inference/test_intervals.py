@@ -116,7 +116,7 @@ def test_the_unit_of_evidence(runs: int, lengths: tuple[int, ...], unit: str) ->
     if unit == "block":
         assert solution.n_units >= 12
     if unit == "model":
-        assert "come from the noise model alone" in solution.warnings[0]
+        assert "are based on the noise model alone" in solution.warnings[0]
         assert solution.std == solution.classical_std
 
 

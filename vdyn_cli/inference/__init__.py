@@ -7,13 +7,13 @@ from typing import Literal
 
 import numpy as np
 
-from vdyn_cli.inference.evidence import infer
 from vdyn_cli.inference.intervals import equal_information_blocks
 from vdyn_cli.inference.minimize import Minimum, minimize
 from vdyn_cli.inference.normal_system import Solved
 from vdyn_cli.inference.refusals import refusals
 from vdyn_cli.inference.regression import Loss, Objective, Regression, Rows, Unknown
 from vdyn_cli.inference.solution import Downweighted, Solution, Unit
+from vdyn_cli.inference.unit_scatter import infer
 from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN, exceeds_noise, white_level, whiten
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
@@ -37,11 +37,11 @@ __all__ = [
 
 
 class RefusedFitError(ResultError):
-    """A fit whose minimum cannot be published; where it stands can still be shown, and is what a diagnosis starts from.
+    """A fit whose minimum cannot be published; a diagnosis can still show it and start from it.
 
     Parameters
     ----------
-    findings : why. regression : that was solved. ends : () -> where the fit ended, with its intervals.
+    findings : the reasons. regression : the regression solved. ends : () -> the refused solution, with its intervals.
     """
 
     def __init__(self, findings: Sequence[Finding], regression: Regression, ends: Callable[[], Solution]) -> None:
@@ -50,7 +50,7 @@ class RefusedFitError(ResultError):
         self._ends = ends
 
     def solution(self) -> Solution | None:
-        """Where the fit ended; None where its information is singular, so that it has no intervals."""
+        """The refused solution; None where its information is singular, so that it has no intervals."""
         try:
             return self._ends()
         except (np.linalg.LinAlgError, ArithmeticError, ValueError):
@@ -58,11 +58,15 @@ class RefusedFitError(ResultError):
 
 
 def standing(fit: Callable[[], Solution]) -> Solution:
-    """A fit, or where it stands if it cannot be published: the place from which a diagnosis goes on.
+    """The solution of a fit, also of a refused one, as the starting point of a diagnosis.
+
+    Parameters
+    ----------
+    fit : () -> solution; may raise RefusedFitError.
 
     Raises
     ------
-    ResultError : the fit stands nowhere.
+    ResultError : the fit has no solution, not even a refused one.
     """
     try:
         return fit()
@@ -95,13 +99,13 @@ def solve(
     tolerance : convergence: largest predicted reduction of the sum of squares by a further step, in variances of one
         residual (1e-3 is 3 % of a standard deviation); 0 iterates to rounding. For nondifferentiable models, such as
         a wheel that leaves the road.
-    unconverged : accept a fit that did not converge, as the place from which a diagnosis goes on.
+    unconverged : accept a fit that did not converge, as the starting point of a diagnosis.
 
     Raises
     ------
     RefusedFitError
-        The fit does not converge; the data do not determine the unknowns (the message names the combination that they
-        do determine); or a value lies at its bound.
+        The fit does not converge; the unknowns are not identifiable (the message names the combination that is); or a
+        value lies at its bound.
     """
     minimum, scale = _minimize(regression, robust, most_iterations, tolerance)
     solved = Solved(regression, minimum, robust, scale)
@@ -111,9 +115,13 @@ def solve(
 
 
 def approach(regression: Regression, most_iterations: int) -> tuple[dict[str, float], dict[str, Array]]:
-    """Values of the shared and of every run's own unknowns after a few steps, without checks and intervals.
+    """Values of the unknowns after a few iterations, without checks and intervals.
 
     For fits of which only the residual is used. Unknowns that the data do not determine need priors.
+
+    Returns
+    -------
+    Shared unknowns by name, and per-run unknowns by name, (runs,) each.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Noise in which only neighbors share anything: the factor of its banded covariance C = L L', and solving with it."""
+"""Noise that is correlated between neighbors only: Cholesky factor of its banded covariance C = L L', and solving."""
 
 from __future__ import annotations
 
@@ -8,11 +8,19 @@ from vdyn_cli.quantities.arrays import Array
 
 
 def factored(band: Array) -> Array:
-    """L as a lower band, (b, n), of a covariance given as one: row k holds the k-th diagonal below.
+    """The Cholesky factor L of a banded covariance, in lower band form like the covariance.
+
+    Parameters
+    ----------
+    band : (b, n), row k holds the k-th diagonal below the main one.
+
+    Returns
+    -------
+    (b, n).
 
     Raises
     ------
-    ArithmeticError : no noise has that covariance.
+    ArithmeticError : the covariance is not finite or not positive definite.
     """
     from scipy.linalg import cholesky_banded
 
@@ -37,7 +45,7 @@ def whitened(factor: Array, values: Array) -> Array:
 
 
 def weighed(factor: Array, values: Array) -> Array:
-    """L'^-1 v; of whitened values it makes C^-1 times what they were.
+    """L'^-1 v; of whitened values L^-1 y it gives the weighted C^-1 y.
 
     Parameters
     ----------

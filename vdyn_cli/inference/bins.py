@@ -1,4 +1,4 @@
-"""Averages of neighboring samples: a fit then costs what the gusts need, whatever the logger's rate."""
+"""Averages of neighboring samples: the cost of a fit then depends on the gusts' time scale, not on the log's rate."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from vdyn_cli.quantities.arrays import Array
 
 @dataclass(frozen=True)
 class Bins:
-    """Samples in groups that follow one another.
+    """Consecutive groups of samples.
 
     Parameters
     ----------
-    first : (b,), index of each group's first sample; ``count`` : (b,), how many there are.
-    time : (b,) s, mean time of each; ``width`` : (b,) s, what each covers.
-    lead : (b,) s, mean time less the begin of what the group covers: half of the width of many samples, none of one.
+    first : (b,), index of each group's first sample; ``count`` : (b,), its number of samples.
+    time : (b,) s, mean time of each; ``width`` : (b,) s, time span of each.
+    lead : (b,) s, mean time minus start of the span: half the width for many samples, zero for one.
     """
 
     first: NDArray[np.int64]
@@ -39,8 +39,8 @@ def cut(time: Array, width: float, part: NDArray[np.int64] | None = None) -> Bin
     Parameters
     ----------
     time : (n,) s, increasing, n >= 2.
-    width : s, at most so wide; a log that is sampled more slowly keeps its samples.
-    part : (n,), labels of stretches that no group may join, such as the windows of one log.
+    width : s, largest width; a log that is sampled more slowly keeps its samples.
+    part : (n,), labels of segments that no group may span, such as the windows of one log.
     """
     part = np.zeros(time.size, dtype=np.int64) if part is None else part
     begins = np.flatnonzero(np.r_[True, part[1:] != part[:-1]])
@@ -55,7 +55,7 @@ def cut(time: Array, width: float, part: NDArray[np.int64] | None = None) -> Bin
         offset += groups
     first = np.flatnonzero(np.r_[True, label[1:] != label[:-1]]).astype(np.int64)
     count = np.diff(np.r_[first, time.size]).astype(np.int64)
-    # A group reaches to the next one's first sample, and the last of a stretch to its end.
+    # A group extends to the first sample of the next one, and the last group of a segment to the segment's end.
     until = np.r_[time[first[1:]], time[-1]]
     until[np.searchsorted(first, ends, side="right") - 1] = time[ends]
     middle = np.add.reduceat(time, first) / count
@@ -64,7 +64,7 @@ def cut(time: Array, width: float, part: NDArray[np.int64] | None = None) -> Bin
 
 @dataclass(frozen=True)
 class Nodes:
-    """Instants at which a smooth trace is enough to know its mean over the samples of every bin.
+    """Instants whose values suffice to compute the mean of a smooth trace over the samples of every bin.
 
     Parameters
     ----------
@@ -82,9 +82,13 @@ class Nodes:
 
 
 def nodes(time: Array, bins: Bins) -> Nodes:
-    """Nodes of the bins of one stretch; exact for traces that are parabolas within a bin.
+    """Nodes of the bins of one segment; exact for traces that are parabolas within a bin.
 
-    The weights are the means of Lagrange's polynomials over the bin's own samples, so an uneven clock does no harm.
+    The weights are the means of Lagrange's polynomials over the bin's samples, so uneven sampling does no harm.
+
+    Parameters
+    ----------
+    time : (n,) s, of the samples. bins : their groups, (b).
     """
     first = bins.first
     edges = np.r_[time[0], 0.5 * (time[first[1:]] + time[first[1:] - 1]), time[-1]]

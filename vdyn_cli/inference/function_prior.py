@@ -5,8 +5,8 @@ Gaussian process with a Matern covariance (smoothness 5/2) where
 
     s_i^2 = size^2 (5 / l^2 + (i pi)^2)^-3 / sum_j (5 / l^2 + (j pi)^2)^-3
 
-with the length l as a share of the span. The basis does not depend on size and length, so that both are chosen by the
-evidence without another simulation.
+with the length l as a share of the span. The basis does not depend on size and length, so the evidence can select both
+without another simulation.
 Source: Solin and Sarkka, Hilbert space methods for reduced-rank Gaussian process regression, Stat. Comput. 30 (2020).
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 
 LENGTHS = (0.04, 0.08, 0.15, 0.3, 0.6)  # of the span: from the narrowest cosine of the basis to nearly a straight line
-HIGHEST = 5  # coefficients whose mean square stands for those beyond: a quarter of the basis
+HIGHEST = 5  # highest coefficients, from which the truncated ones are extrapolated: a quarter of the basis
 SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)  # of the plausible size: from a hundredth to ten times
 
 
@@ -30,14 +30,14 @@ def spectrum(orders: Array, length: float) -> Array:
 
 
 def beyond(coefficients: Array, orders: Array) -> float:
-    """Mean square of what the cosines beyond the highest order would add, (value unit)^2.
+    """Truncation error: mean square of the omitted cosines above the highest order, (value unit)^2.
 
     The coefficients of a law with a kink in its slope fall as i^-2: with m the mean square of the highest ones at n,
     sum over i > n of m (n / i)^4 / 2 = m n / 6.
 
     Parameters
     ----------
-    coefficients : (n,) as found. orders : (n,) ascending.
+    coefficients : (n,) estimates. orders : (n,) ascending.
     """
     return float(np.mean(coefficients[-HIGHEST:] ** 2) * orders[-1] / 6.0)
 
@@ -80,12 +80,13 @@ def evidence(information: Array, score: Array, variance: Array) -> FunctionEvide
 
 
 def best_evidence(information: Array, score: Array, orders: Array, size: float, copies: int = 1) -> FunctionEvidence:
-    """The evidence at the best size and length.
+    """The largest evidence over a grid of sizes and lengths.
 
     Parameters
     ----------
-    orders : (n / copies,) orders of the cosines of one function. size : plausible size of the function.
-    copies : functions of the same size and length, one after the other.
+    information, score : as in ``evidence``.
+    orders : (n / copies,) orders of the cosines of one function. size : plausible amplitude of the function.
+    copies : number of functions with the same size and length, whose coefficients are concatenated.
     """
     tried = [
         evidence(information, score, np.tile((factor * size) ** 2 * spectrum(orders, length), copies))

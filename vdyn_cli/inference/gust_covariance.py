@@ -1,18 +1,17 @@
-"""What disturbs a car on the road: gusts, a wind and a rolling resistance that differ from run to run, uneven road.
+"""Noise covariance of a run on the road: gusts, wind and rolling resistance that vary between runs, uneven road.
 
-The residual of a simulated speed is no white noise: a gust pushes the car, and the push stays in its speed. To first
-order a disturbance w moves the speed by dv and the specific force by df::
+The residual of a simulated speed is not white noise: a gust pushes the car, and the change of speed persists. To first
+order a disturbance w changes the speed by dv and the specific force by df::
 
-    dv' = -fade dv - pull w + a          pull = rho Cd A (V + w)/(M + mr), the drag's derivative to the air speed
-    df  = -fade dv - pull w + a (1 - share)
+    dv' = -fade dv - pull w + a - g share i      pull = rho Cd A (V + w)/(M + mr)
+    df  = -fade dv - pull w + a + g (1 - share) i     share = M/(M + mr)
 
-where a is what acts on the mass directly, and ``share`` is 1 for a slope felt in full by the speed and M/(M + mr) of
-which leaves the specific force. So the covariance of a run's binned residuals is a sum of few known shapes, each with
-a size (and a time) to be found from the data::
+where a is a force over the inertia and i a slope. So the covariance of a run's binned residuals is a sum of a few known
+terms, each with an amplitude (and a correlation time) to be estimated from the data::
 
     C = white/count + sum_j size_j^2 G_j K(time_j) G_j' + sum_j size_j^2 u_j u_j' + known
 
-K is exp(-|t - t'|/time) for gusts and uneven road, u the response to something constant within a run.
+K is exp(-|t - t'|/time) for gusts and uneven road, u the response to a disturbance that is constant within a run.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 
 @dataclass(frozen=True)
 class NoiseSource:
-    """A size or time of the noise, positive: log-normal about ``typical``, ``spread`` being the sd of its logarithm."""
+    """Amplitude or correlation time of a noise, with a log-normal prior: median ``typical``, log sd ``spread``."""
 
     name: str
     typical: float
@@ -40,15 +39,15 @@ class NoiseSource:
 SOURCES: Mapping[str, NoiseSource] = {
     s.name: s
     for s in (
-        NoiseSource("speed_noise", 1.0, 0.7),  # of the level that third differences of the speed show
+        NoiseSource("speed_noise", 1.0, 0.7),  # relative to the level from third differences of the speed
         NoiseSource("acceleration_noise", 1.0, 1.5),  # likewise; vibration is not white
-        # Of turbulence 2 m above open country the standard deviation is 0.2 of the mean wind (1/log(z/z0), EN 1991-1-4)
+        # Turbulence 2 m above open country has a standard deviation of 0.2 of the mean wind (1/log(z/z0), EN 1991-1-4),
         # and test days have means of 1 to 5 m/s (SAE J1263 allows 4.5): 0.2 to 1 m/s.
         NoiseSource("gust", 0.5, 1.0, "m/s"),
         NoiseSource("gust_time", 8.0, 0.5, "s"),
         NoiseSource("run_wind", 0.3, 1.0, "m/s"),
         NoiseSource("run_force", 1e-3, 1.0, "m/s^2"),  # 1 % of the rolling resistance of a car
-        NoiseSource("run_drive", 2e-3, 1.0, "m/s^2"),  # that and the torque sensor's zero, where the drive is measured
+        NoiseSource("run_drive", 2e-3, 1.0, "m/s^2"),  # plus the torque sensor's zero, where the drive is measured
         NoiseSource("road", 3e-4, 2.0),
         NoiseSource("road_time", 5.0, 1.0, "s"),
         NoiseSource("road_mean", 1e-4, 2.0),
@@ -63,7 +62,7 @@ SOURCES: Mapping[str, NoiseSource] = {
 @dataclass(frozen=True)
 class White:
     source: str
-    variance: Array  # (n,) of each row where the source's size is one
+    variance: Array  # (n,) of each row for an amplitude of one
 
 
 @dataclass(frozen=True)
@@ -76,17 +75,17 @@ class SteadyComponent:
 class Colored:
     size: str
     time: str
-    response: Array  # (n, b), of the rows to the disturbance in each bin
+    response: Array  # (n, b), of each row to the disturbance in each bin
     lag: Array  # (b, b) s
 
 
 @dataclass(frozen=True)
 class RunNoise:
-    """The covariance of one run's rows, as a function of the sources' sizes.
+    """The covariance of one run's rows, as a function of the sources' amplitudes.
 
     Parameters
     ----------
-    known : (n, n), or (1, 1) of zero: what needs no size to be found.
+    known : (n, n), part of the covariance without unknown amplitude; (1, 1) of zero for none.
     push : (n,), response of the rows to a constant acceleration of 1 m/s^2.
     """
 
@@ -96,12 +95,12 @@ class RunNoise:
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """Names of the sizes and times that the covariance depends on, each once."""
+        """Names of the amplitudes and times that the covariance depends on, each once."""
         names = [n for p in self.parts for n in ((p.size, p.time) if isinstance(p, Colored) else (p.source,))]
         return tuple(dict.fromkeys(names))
 
     def covariance(self, sizes: Mapping[str, float]) -> Array:
-        """(n, n), of the rows."""
+        """Covariance (n, n) of the rows for these amplitudes and times."""
         total = self.known + np.zeros((self.push.size, self.push.size))
         for part in self.parts:
             if isinstance(part, White):
@@ -114,7 +113,7 @@ class RunNoise:
         return total
 
     def factor(self, sizes: Mapping[str, float]) -> Array:
-        """Lower triangular factor (n, n) of the covariance; its diagonal (n,) alone where all is white."""
+        """Lower triangular factor (n, n) of the covariance; only its diagonal (n,) where all noise is white."""
         if all(isinstance(p, White) for p in self.parts) and not self.known.any():
             return np.sqrt(sum(sizes[p.source] ** 2 * p.variance for p in self.parts if isinstance(p, White)))
         return np.asarray(np.linalg.cholesky(self.covariance(sizes)), dtype=np.float64)
@@ -153,19 +152,19 @@ class RunNoise:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What the covariance of one run depends on.
+    """Conditions of one run that determine its noise covariance.
 
     Parameters
     ----------
     bins : (b) groups of samples.
-    pull : (b,) 1/s, the drag's derivative to the air speed over the inertia.
-    fade : (b,) 1/s, how fast a difference of speed dies out; zero where the resistances see the measured speed.
+    pull : (b,) 1/s, derivative of the drag to the air speed, divided by the inertia.
+    fade : (b,) 1/s, decay rate of a change of speed; zero where the resistances are computed from the measured speed.
     slope_share : M/(M + mr).
-    speed_level : m/s of white noise in a sample of the speed.
-    jolt : m/s per root second, of white noise in the drive (integrated: a random walk of the speed).
-    acceleration_level : m/s^2 of white noise in a sample of the accelerometer.
+    speed_level : m/s, white noise of a speed sample.
+    jolt : m/s per root second, white noise of the drive (integrated: a random walk of the speed).
+    acceleration_level : m/s^2, white noise of an accelerometer sample.
     zero : m/s^2, standard deviation of the accelerometer's zero in this run, where it is not fitted.
-    driven : whether a measured drive pushes the car, whose zero differs from run to run.
+    driven : whether a measured drive force acts on the car; its sensor's zero varies between runs.
     """
 
     bins: Bins
@@ -179,8 +178,8 @@ class Surroundings:
     driven: bool = False
 
     @property
-    def own_force(self) -> str:
-        """The source of a constant force that each run has for itself."""
+    def constant_force(self) -> str:
+        """Name of the source of a force that is constant within a run and varies between runs."""
         return "run_drive" if self.driven else "run_force"
 
 
@@ -207,7 +206,7 @@ def slope_response(s: Surroundings) -> Array:
 
 
 def white_noise(s: Surroundings, channels: Sequence[str]) -> RunNoise:
-    """Of speed or acceleration or both: every sample independent, as plain least squares has it.
+    """Noise of speed or acceleration or both, with independent samples, as ordinary least squares assumes.
 
     Parameters
     ----------
@@ -227,9 +226,9 @@ def white_noise(s: Surroundings, channels: Sequence[str]) -> RunNoise:
 
 
 def speed_noise(s: Surroundings) -> RunNoise:
-    """Of a simulated speed alone: white reading, gusts, wind and rolling resistance of the run.
+    """Noise of a simulated speed: white sensor noise, gusts, wind and rolling resistance of the run, m/s.
 
-    Assumes gusts with an exponential autocorrelation along time. Levels in m/s of speed.
+    Assumes gusts with an exponential autocorrelation in time.
     """
     integral = integration(s.bins, s.fade)
     gust = -integral * s.pull[None, :]
@@ -237,15 +236,15 @@ def speed_noise(s: Surroundings) -> RunNoise:
         White("speed_noise", s.speed_level**2 / s.bins.count),
         Colored("gust", "gust_time", gust, _lag(s.bins)),
         SteadyComponent("run_wind", gust.sum(axis=1)),
-        SteadyComponent(s.own_force, integral.sum(axis=1)),
+        SteadyComponent(s.constant_force, integral.sum(axis=1)),
     )
     return RunNoise(parts, _walk(s), integral.sum(axis=1))
 
 
 def speed_and_force_noise(s: Surroundings) -> RunNoise:
-    """Of the speed (first b rows) and the specific force (last b rows): a slope moves the one, hardly the other.
+    """Noise of the speed (first b rows, m/s) and the specific force (last b rows, m/s^2).
 
-    Levels in m/s for the speed and m/s^2 for the specific force.
+    A slope changes the speed, but hardly the specific force.
     """
     integral, here = integration(s.bins, np.zeros_like(s.pull)), np.eye(s.bins.time.size)
     push = np.vstack([integral, here])
@@ -259,7 +258,7 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
         Colored("road", "road_time", road, lag),
         SteadyComponent("road_mean", road.sum(axis=1)),
         SteadyComponent("run_wind", gust.sum(axis=1)),
-        SteadyComponent(s.own_force, push.sum(axis=1)),
+        SteadyComponent(s.constant_force, push.sum(axis=1)),
     )
     known = np.zeros((2 * none.size, 2 * none.size))
     known[: none.size, : none.size] = _walk(s)
@@ -267,17 +266,14 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
 
 
 def force_noise(s: Surroundings) -> RunNoise:
-    """Of the specific force alone, on an open road: colored pushes of any cause, and a zero known to ``s.zero``.
-
-    Levels in m/s^2.
-    """
+    """Noise of the specific force on an open road, m/s^2: colored noise of any cause, and a zero of std ``s.zero``."""
     lag, ones = _lag(s.bins), np.ones(s.bins.time.size)
     parts = (
         White("acceleration_noise", s.acceleration_level**2 / s.bins.count),
         Colored("gust", "gust_time", np.diag(-s.pull), lag),
         Colored("push", "push_time", np.eye(ones.size), lag),
         SteadyComponent("run_wind", -s.pull),
-        SteadyComponent(s.own_force, ones),
+        SteadyComponent(s.constant_force, ones),
     )
     return RunNoise(parts, s.zero**2 * np.outer(ones, ones), ones)
 

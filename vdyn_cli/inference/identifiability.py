@@ -9,21 +9,21 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 
-SINGULAR = 1e-7  # singular value with columns of unit length: the accuracy of the sensitivities
+COLLINEAR = 1e-7  # singular value with columns of unit length: the accuracy of the sensitivities
 WIDEST = 0.5  # of the physical range: an interval of a larger standard deviation (+- 2) is wider than the range
 NEGLIGIBLE_PART = 0.02  # of a direction's largest component: left out of the message
 TIED = 0.7  # correlation from which an unknown is listed with another: half of its variance is shared
 
 
 @dataclass(frozen=True)
-class Open:
+class Unidentifiable:
     """Combinations of the unknowns that the data do not determine.
 
     Parameters
     ----------
     directions : (s, d), null directions: changes of the unknowns that hardly change the residual.
-    members : indices of the unknowns that take part in these directions.
-    free : d of the members; the data determine each other member plus a multiple of these.
+    members : indices of the unknowns that are involved in these directions.
+    free : d of the members; with these fixed, the data determine the other members.
     """
 
     directions: Array
@@ -31,7 +31,7 @@ class Open:
     free: tuple[int, ...]
 
     def combinations(self) -> list[Array]:
-        """Coefficients, (s,) each, of the combinations that are determined: p_i - N_i N_F^-1 p_F."""
+        """Coefficients, (s,) each, of the identifiable combinations p_i - N_i N_F^-1 p_F."""
         free = list(self.free)
         rows = []
         for i in (i for i in self.members if i not in free):
@@ -42,40 +42,40 @@ class Open:
         return rows
 
 
-def find_open(factor: Array, ranges: Array, lengths: Array) -> Open | None:
-    """Combinations that the data do not determine; None where all unknowns are identifiable.
+def find_unidentifiable(factor: Array, ranges: Array, lengths: Array) -> Unidentifiable | None:
+    """The combinations of unknowns that are not identifiable; None where all unknowns are.
 
     Parameters
     ----------
     factor : (s, s), QR factor of the whitened Jacobian, per-run unknowns eliminated.
     ranges : (s,), width of each unknown's physical range; infinite where it has none.
-    lengths : (s,), of the Jacobian's columns before the per-run unknowns were eliminated.
+    lengths : (s,), norms of the Jacobian's columns before the per-run unknowns were eliminated.
 
     An unknown is not identifiable where sensitivities are collinear to 1e-7, or where its standard deviation exceeds
     half of its physical range.
     """
     unit = np.where(lengths > 0, lengths, 1.0)
     _, values, axes = np.linalg.svd(factor / unit)
-    parallel: Array = axes[values <= SINGULAR].T
+    parallel: Array = axes[values <= COLLINEAR].T
     if parallel.shape[1]:
         return _of_null_space(parallel, unit)
     inverse = np.linalg.inv(factor)
     return _of_wide(inverse @ inverse.T, ranges)
 
 
-def _of_null_space(parallel: Array, unit: Array) -> Open:
-    """From directions (s, d) in units of one over the columns' lengths."""
+def _of_null_space(parallel: Array, unit: Array) -> Unidentifiable:
+    """From null directions (s, d) for columns of unit length; ``unit`` (s,) holds the columns' norms."""
     from scipy.linalg import qr
 
     sizes = np.max(np.abs(parallel) / np.max(np.abs(parallel), axis=0), axis=1)
     members = [i for i, size in enumerate(sizes) if size > NEGLIGIBLE_PART]
-    later = 1.0 + 1e-3 * np.arange(len(members))  # of equals the first one is reported as determined
+    later = 1.0 + 1e-3 * np.arange(len(members))  # of equally suitable unknowns the last are the free ones
     order = qr((parallel[members] * later[:, None]).T, pivoting=True, mode="r")[1]
     free = sorted(members[i] for i in order[: parallel.shape[1]])
-    return _open(parallel / unit[:, None], members, free)
+    return _of_members(parallel / unit[:, None], members, free)
 
 
-def _of_wide(covariance: Array, ranges: Array) -> Open | None:
+def _of_wide(covariance: Array, ranges: Array) -> Unidentifiable | None:
     """From standard deviations that exceed the physical ranges: fix the widest, then the next, until none does."""
     left, free = covariance.copy(), list[int]()
     while True:
@@ -91,21 +91,21 @@ def _of_wide(covariance: Array, ranges: Array) -> Open | None:
     free.sort()
     remaining = np.maximum(np.diag(left), 0.0) / np.diag(covariance)
     members = [i for i in range(len(ranges)) if 1.0 - remaining[i] > TIED**2 or i in free]
-    return _open(covariance[:, free] @ np.linalg.inv(covariance[np.ix_(free, free)]), members, free)
+    return _of_members(covariance[:, free] @ np.linalg.inv(covariance[np.ix_(free, free)]), members, free)
 
 
-def _open(directions: Array, members: Sequence[int], free: Sequence[int]) -> Open:
+def _of_members(directions: Array, members: Sequence[int], free: Sequence[int]) -> Unidentifiable:
     kept = np.zeros_like(directions)
     kept[list(members)] = directions[list(members)]
-    return Open(kept, tuple(members), tuple(free))
+    return Unidentifiable(kept, tuple(members), tuple(free))
 
 
 def phrase(names: Sequence[str], row: Array) -> str:
-    """A linear combination as text, to two digits: ``rolling_resistance + 0.8 x drag_area``.
+    """A linear combination as text, coefficients to two digits: ``rolling_resistance + 0.8 x drag_area``.
 
     Parameters
     ----------
-    names : (k,). row : (k,) factors of the combination.
+    names : (k,). row : (k,) coefficients.
     """
     text = ""
     terms = [(name, float(f"{factor:.2g}")) for name, factor in zip(names, row, strict=True) if factor]

@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
 
-ALONE = 1e-9  # share of a direction's information from other units that counts as none: rounding of the eigenvalues
+ALONE = 1e-9  # share of a direction's information from other units that counts as zero: rounding of the eigenvalues
 
 
 @dataclass(frozen=True)
 class UnitFactor:
-    """One independent unit's factor of the regression, at the minimum.
+    """QR factor of one independent unit's rows at the minimum.
 
     Parameters
     ----------
     run : index of the run; units of one run share its own unknowns.
     factor : (h, m + s + 1), its rows or QR factor over [own | shared | residual].
     own : (m, m), covariance of the run's own unknowns for known shared ones.
-    follow : (m, s), derivative of the own unknowns' optimum to the shared ones.
+    follow : (m, s), derivative of the own unknowns' optimum with respect to the shared ones.
     """
 
     run: int
@@ -52,8 +52,8 @@ class Spread:
 def spread(units: Sequence[UnitFactor], covariance: Array) -> Spread:
     """Cluster-robust covariance of the shared unknowns from the residuals of whole units.
 
-    With J the unit's total derivative to the shared unknowns, r its residual, C the inverse information of all
-    units and priors, and H = J C J' + (the same of the own unknowns) the unit's leverage::
+    With J the unit's total derivative with respect to the shared unknowns, r its residual, C the inverse information
+    of all units and priors, and H = J C J' + (the same for the own unknowns) the unit's leverage::
 
         score contribution  d = C J' (1 - H)^(-1/2) r        cov = sum d d', unbiased where the noise model holds
         deletion                C J' (1 - H)^(-1) r          (jackknife; cov too large where units share unknowns)
@@ -62,7 +62,7 @@ def spread(units: Sequence[UnitFactor], covariance: Array) -> Spread:
 
     Parameters
     ----------
-    covariance : (s, s), inverse information about the shared unknowns, priors and all units considered.
+    covariance : (s, s), inverse information about the shared unknowns from all units and priors.
 
     Assumes that units are independent; within a unit the noise may have any correlation.
     Source: Bell and McCaffrey, Survey Methodology 28 (2002) 169-181, there called bias-reduced linearization.
@@ -104,7 +104,7 @@ def _degrees(units: Sequence[UnitFactor], ways: list[tuple[Array, Array, Array]]
     """Satterthwaite's degrees of freedom for one shared unknown under the noise model."""
     through = np.array([w[1][i] for w in ways])
     matrix = np.diag([float(w[0][i] @ w[0][i]) for w in ways]) - through @ covariance @ through.T
-    run = np.array([u.run for u in units if u.own.size])  # where runs are the units, they have none of their own left
+    run = np.array([u.run for u in units if u.own.size])  # empty where runs are the units: no own unknowns remain
     for k in np.unique(run):
         at = np.flatnonzero(run == k)
         own = np.array([ways[j][2][i] for j in at])
@@ -113,7 +113,7 @@ def _degrees(units: Sequence[UnitFactor], ways: list[tuple[Array, Array, Array]]
 
 
 def equal_information_blocks(information: Array, blocks: int) -> NDArray[np.int64]:
-    """Cut rows, in their order, into blocks that carry equal information.
+    """Divide consecutive rows into blocks that carry equal information.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def equal_information_blocks(information: Array, blocks: int) -> NDArray[np.int6
 
 
 def t_quantile(degrees: float, probability: float = 0.975) -> float:
-    """Student's quantile; a normal variable's where the degrees of freedom are many or infinite."""
+    """Quantile of Student's t; of the normal distribution where the degrees of freedom are many or infinite."""
     from scipy.special import stdtrit
 
     return float(stdtrit(min(degrees, 1e9), probability))

@@ -1,4 +1,4 @@
-"""Fits whose weights or linearization depend on their own answer: repeat until it settles."""
+"""Fixed-point iteration, for fits whose weights or linearization depend on their own result."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ S = TypeVar("S")
 
 @dataclass(frozen=True)
 class Settled(Generic[S]):
-    """Where the repetition ended: its last state, the last relative move, and whether that is below the tolerance."""
+    """End of the iteration: its last state, the last relative move, and whether that is below the tolerance."""
 
     state: S
     moved: float
@@ -24,7 +24,7 @@ def until_settled(step: Callable[[S], tuple[S, float]], start: S, rounds: int, t
     Parameters
     ----------
     step : state -> (next state, its move, usually the largest change of an unknown in standard deviations).
-    rounds : most applications; with none, the start is the end and has not converged.
+    rounds : largest number of iterations; with zero, the start is returned as not converged.
     """
     state, moved = start, float("inf")
     for _ in range(rounds):

@@ -1,4 +1,4 @@
-"""Regressions linearized once at their start, and the blocks into which the rows of a run are cut."""
+"""Regressions linearized once at their start values, and the blocks into which the rows of a run are divided."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from vdyn_cli.inference.qr_factors import qr_factor
 from vdyn_cli.inference.regression import Regression, Rows, Unknown
 from vdyn_cli.quantities.arrays import Array
 
-BLOCKS = 24  # of all runs together where runs are few: 2^24 sign patterns reach any level in use
-FEWEST_ROWS = 6  # of a block: with fewer, a block's noise pattern dominates its score
-# Of rows that are far apart, as in tables of split times: of 24 clean tables of 60 and 52 levels one alarm at 5 %,
-# headwind of 2 m/s named in 5 of 5, slope of 0.6 % in 4 of 5; in blocks of 6 none of them could be diagnosed.
+BLOCKS = 24  # of all runs together where runs are few: 2^24 sign patterns suffice for every significance level in use
+FEWEST_ROWS = 6  # per block: with fewer, a block's noise pattern dominates its score
+# Per block for rows that are far apart, as in tables of split times: one false alarm at 5 % in 24 clean tables of 60
+# and 52 levels, headwind of 2 m/s found in 5 of 5, slope of 0.6 % in 4 of 5; with blocks of 6 none can be diagnosed.
 FEWEST_APART = 3
 
 
@@ -23,8 +23,8 @@ def linearized(regression: Regression) -> Regression:
     """The regression linearized at its start, each run reduced to one QR factor per block.
 
     For models that are expensive to simulate and whose unknowns have narrow priors: one pass over the logs, and every
-    later fit is cheap. The error grows with the square of the steps. Nuisances with a prior lose their bounds: a linear
-    model needs none, the prior holds them, and how far they move is what a diagnosis tests.
+    later fit is cheap. The error grows with the square of the steps. Nuisance parameters with a prior lose their
+    bounds: the prior constrains them, and a diagnosis tests how far they move.
     """
     x = regression.start()
     runs = len(regression.runs)
@@ -56,19 +56,17 @@ def _without_bounds(u: Unknown) -> Unknown:
 
 
 def blocks_within(rows: Rows, wanted: int) -> int:
-    """Number of blocks of a run: ``wanted``, or fewer so that each holds at least FEWEST_ROWS rows.
-
-    Of rows that are far apart, FEWEST_APART.
-    """
+    """Number of blocks of a run: ``wanted``, or fewer to keep FEWEST_ROWS rows in each (FEWEST_APART if far apart)."""
     return max(1, min(wanted, rows.residual.size // (FEWEST_APART if rows.apart else FEWEST_ROWS)))
 
 
 def blocks_of(rows: Rows, matrix: Array, blocks: int) -> list[NDArray[np.int64]]:
-    """Row indices of each block, in the order of time, with equal information about all unknowns together.
+    """Row indices of each block, ordered by time, with equal information about all unknowns together.
 
     Parameters
     ----------
-    matrix : (n, k) whitened sensitivities. blocks : number of blocks.
+    rows : of one run; their own blocks are used where they are already reduced to QR factors.
+    matrix : (n, k + 1) whitened [sensitivities | residual]. blocks : number of blocks.
     """
     if rows.block is not None and rows.folded is not None:
         return [np.flatnonzero(rows.block == b) for b in range(len(rows.folded))]
@@ -82,15 +80,6 @@ def blocks_of(rows: Rows, matrix: Array, blocks: int) -> list[NDArray[np.int64]]
 
 
 def scaled(columns: Array) -> Array:
-    """The columns scaled to unit length, without those that are zero.
-
-    Parameters
-    ----------
-    columns : (n, k).
-
-    Returns
-    -------
-    (n, m) with m the number of columns that are not zero.
-    """
+    """The nonzero columns, scaled to unit length: (n, m) of (n, k)."""
     size = np.sqrt(np.sum(columns**2, axis=0))
     return np.asarray(columns[:, size > 0] / size[size > 0])

@@ -11,27 +11,27 @@ from vdyn_cli.inference.qr_factors import reduce
 from vdyn_cli.inference.regression import Objective, Point
 from vdyn_cli.quantities.arrays import Array
 
-NEGLIGIBLE = 1e-16  # of the cost: a step that promises less has arrived
-HARMLESS = 1e-4  # of one residual's variance: a stalled step that promises less moves nothing that matters
-KINKED = 2.0  # of one residual's variance, two standard errors: what a kink may promise and not keep
-BLIND = 1e-3  # of an unknown's sensitivity left after one step
-SUFFICIENT = 1e-4  # of the predicted reduction of the cost that a step must achieve
-IDLE = 3  # steps in a row that gained less than the tolerance: a further one that fails ends the fit
-PARTS = (1.0, 0.3, 0.1, 0.03)
-OUTDONE = 4  # points in a row that do not promise to get below what another start has reached
+NEGLIGIBLE = 1e-16  # predicted reduction, relative to the cost, below which the fit has converged
+HARMLESS = 1e-4  # predicted reduction, in variances of one residual, below which a stalled fit has converged
+NONDIFFERENTIABLE = 2.0  # likewise (two standard errors), if no step achieves the reduction predicted at a kink
+PLATEAU = 1e-3  # share of an unknown's sensitivity left after one step, below which the step is rejected
+SUFFICIENT = 1e-4  # share of the predicted reduction of the cost that a step must achieve
+IDLE = 3  # consecutive steps that gained less than the tolerance: the next failed step ends the fit
+PARTS = (1.0, 0.3, 0.1, 0.03)  # of a full step, tried at a kink
+HOPELESS = 4  # consecutive points that predict no cost below the one reached from another start
 LEAST_DAMPING = 1e-13
 MOST_DAMPING = 1e12
 
 
 @dataclass(frozen=True)
 class Minimum:
-    """Where the iteration ended.
+    """End of the iteration.
 
     Parameters
     ----------
-    active : unknowns that the fit pushes against a bound.
+    active : whether each unknown is held by a bound.
     converged : whether it is a minimum.
-    promise : reduction of the cost that a full step would still promise.
+    promise : reduction of the cost predicted for a full step.
     step : that full step.
     """
 
@@ -55,16 +55,16 @@ def minimize(
 
     Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that are not at a bound, D the largest column
     norms so far; an unknown that would leave its range stops at the bound. mu falls where the linearization predicts
-    well and rises where it does not. A step is linearized only where the cost falls. The iteration ends where it does
-    not promise to get below the cost that another start has reached (``Regression.reached``).
+    well and rises where it does not. The model is linearized only where the cost falls. The iteration ends early where
+    its predicted cost stays above the one reached from another start (``Regression.reached``).
 
     Parameters
     ----------
     evaluate : cost and QR factors at x, or None where the model cannot be computed.
     tolerance : convergence: largest reduction of the sum of squares that the linearization predicts for a full step, in
         variances of one residual; a hundred times that where the fit stalls. At a nondifferentiable point, and with a
-        large residual, no step achieves the prediction: then the actual reductions of the step and of parts of it are
-        tested, where the prediction is below two standard errors.
+        large residual, no step achieves the prediction: if it is below two standard errors, the actual reductions of
+        the step and of parts of it are tested instead.
 
     Raises
     ------
@@ -76,29 +76,30 @@ def minimize(
         raise ArithmeticError("the model has no finite value at the start")
     scale = _positive(point.system.column_norms())
     damping, growth = 1e-3, 2.0
-    idle = outdone = 0
+    idle = hopeless = 0
     for iteration in range(most_iterations):
         active = _active(point, lower, upper)
         full = _step(point, active, scale, LEAST_DAMPING)
         promise = point.system.reduction(full)
-        variance = point.cost / max(point.n_rows - len(point.x), 1)  # halved as the cost is
+        variance = point.cost / max(point.n_rows - len(point.x), 1)  # half of it, like the cost
         if promise <= max(NEGLIGIBLE * point.cost, tolerance * variance):
             return Minimum(point, active, True, promise, full, iteration)
-        outdone = outdone + 1 if point.cost - promise > evaluate.regression.reached - tolerance * variance else 0
-        if outdone == OUTDONE:
+        hopeless = hopeless + 1 if point.cost - promise > evaluate.regression.reached - tolerance * variance else 0
+        if hopeless == HOPELESS:
             return Minimum(point, active, False, promise, full, iteration)
         while True:
             step = _step_within(point, active, scale, damping, lower, upper)
             x, predicted = _snapped(point.x + step, lower, upper), point.system.reduction(step)
-            trial = evaluate(x) if _falls(evaluate, x, point.cost - SUFFICIENT * predicted) else None
+            trial = evaluate(x) if _may_fall_below(evaluate, x, point.cost - SUFFICIENT * predicted) else None
             gain = (point.cost - trial.cost) / predicted if trial is not None and predicted > 0 else -1.0
-            if trial is not None and gain > SUFFICIENT and not _blinded(point, trial):
+            if trial is not None and gain > SUFFICIENT and not _on_plateau(point, trial):
                 break
             damping, growth = damping * growth, growth * 2
             if damping > MOST_DAMPING or idle > IDLE or not np.any(point.x + step != point.x):
                 harmless = max(HARMLESS, 100 * tolerance) * variance
                 arrived = promise <= harmless or (
-                    promise <= KINKED * variance and _kept(evaluate, point, full, lower, upper) <= harmless
+                    promise <= NONDIFFERENTIABLE * variance
+                    and _largest_reduction(evaluate, point, full, lower, upper) <= harmless
                 )
                 return Minimum(point, active, arrived, promise, full, iteration)
         damping = max(damping * (0.3 if gain > 0.75 else 1.0 if gain > 0.25 else 2.0), LEAST_DAMPING)
@@ -109,18 +110,18 @@ def minimize(
     return Minimum(point, _active(point, lower, upper), False, promise, full, most_iterations)
 
 
-def _falls(evaluate: Objective, x: Array, below: float) -> bool:
-    """Whether the cost at x may be below a limit; without a cheap cost only the linearization tells."""
+def _may_fall_below(evaluate: Objective, x: Array, below: float) -> bool:
+    """Whether the cost at x may be below a limit; True where the cost alone is not cheaper than the linearization."""
     return not evaluate.cheap or evaluate.cost(x) < below
 
 
-def _kept(evaluate: Objective, point: Point, step: Array, lower: Array, upper: Array) -> float:
-    """The most by which a step, or a part of it, lowers the cost."""
+def _largest_reduction(evaluate: Objective, point: Point, step: Array, lower: Array, upper: Array) -> float:
+    """Largest reduction of the cost by a step or by a part of it."""
     return max(point.cost - evaluate.cost(np.clip(point.x + part * step, lower, upper)) for part in PARTS)
 
 
 def _snapped(x: Array, lower: Array, upper: Array) -> Array:
-    """x with what rounding left beside a bound put on it."""
+    """x, with values that rounding left next to a bound set to the bound."""
     x = np.where(np.isclose(x, lower, rtol=1e-14, atol=0), lower, x)
     return np.where(np.isclose(x, upper, rtol=1e-14, atol=0), upper, x)
 
@@ -129,9 +130,9 @@ def _positive(norms: Array) -> Array:
     return np.where(norms > 0, norms, 1.0)
 
 
-def _blinded(point: Point, trial: Point) -> bool:
-    """Whether a step threw an unknown onto a plateau, where the model is almost independent of it."""
-    return bool(np.any(trial.system.column_norms() < BLIND * point.system.column_norms()))
+def _on_plateau(point: Point, trial: Point) -> bool:
+    """Whether a step moved an unknown to a plateau, where the model is almost independent of it."""
+    return bool(np.any(trial.system.column_norms() < PLATEAU * point.system.column_norms()))
 
 
 def _active(point: Point, lower: Array, upper: Array) -> NDArray[np.bool_]:
@@ -141,16 +142,16 @@ def _active(point: Point, lower: Array, upper: Array) -> NDArray[np.bool_]:
 
 def _step(point: Point, active: NDArray[np.bool_], scale: Array, damping: float) -> Array:
     """The damped step of the unknowns that no bound holds."""
-    return _rest(point, np.zeros_like(point.x), active, scale, damping)
+    return _completed(point, np.zeros_like(point.x), active, scale, damping)
 
 
 def _step_within(
     point: Point, active: NDArray[np.bool_], scale: Array, damping: float, lower: Array, upper: Array
 ) -> Array:
-    """The damped step within the bounds: what would leave stops at its bound, and the rest is solved again."""
+    """The damped step within the bounds: unknowns that would leave stop at their bound, the others are solved again."""
     held, step = active.copy(), np.zeros_like(point.x)
     while True:
-        step = _rest(point, step, held, scale, damping)
+        step = _completed(point, step, held, scale, damping)
         inside = np.clip(point.x + step, lower, upper) - point.x
         leaving = ~held & (inside != step) & ((point.x + step < lower) | (point.x + step > upper))
         if not leaving.any():
@@ -158,8 +159,8 @@ def _step_within(
         step, held = inside, held | leaving
 
 
-def _rest(point: Point, step: Array, held: NDArray[np.bool_], scale: Array, damping: float) -> Array:
-    """The step completed: what is held is given, the others make the best of it."""
+def _completed(point: Point, step: Array, held: NDArray[np.bool_], scale: Array, damping: float) -> Array:
+    """The complete step: the held unknowns' part is given, the others are solved for by damped least squares."""
     system = point.system.after(step, held)
     s = system.n_shared
     reduced = reduce(system, scale * np.where(held, 1.0, np.sqrt(damping)))

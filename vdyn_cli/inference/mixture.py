@@ -1,4 +1,4 @@
-"""The interval of a quantity for which several answers have a probability each."""
+"""The interval of a quantity that has several possible values, each with a probability."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def mixture_interval(
 
     Parameters
     ----------
-    own : 95 % interval m_0 -+ 1.96 s_0 of the answer that has the remaining probability.
-    others : probability p_k and 95 % interval of each other answer. All intervals are of positive width.
+    own : 95 % interval m_0 -+ 1.96 s_0 of the component that has the remaining probability.
+    others : probability p_k and 95 % interval of each other component. All intervals have a positive width.
 
     Returns
     -------

@@ -38,7 +38,7 @@ class Solved:
 
     @cached_property
     def follow(self) -> Array:
-        """Derivative of the optimum of each run's own unknowns to the shared ones, (g, m, s)."""
+        """Derivative of the optimum of each run's own unknowns with respect to the shared ones, (g, m, s)."""
         return np.asarray(-np.linalg.solve(self.reduced.own[:, :, : self.m], self.reduced.own[:, :, self.m : -1]))
 
     @property

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.arrays import Array
 
 
 def qr_factor(matrix: Array) -> Array:
-    """The upper triangular QR factor T with T'T = M'M.
+    """The upper triangular QR factor R with R'R = M'M.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class BorderedSystem:
         return np.asarray(np.sqrt(np.concatenate([shared, squares[:, :m].ravel()])))
 
     def after(self, step: Array, held: NDArray[np.bool_]) -> BorderedSystem:
-        """The system after the step of the held unknowns, (s + g m), whose columns become zero."""
+        """The system after a step (s + g m) of the held unknowns; their columns become zero."""
         if not held.any():
             return self
         s, m = self.n_shared, self.n_own
@@ -94,11 +94,11 @@ class BorderedSystem:
 
 @dataclass(frozen=True)
 class Reduced:
-    """The system of the shared unknowns after each run's own are eliminated.
+    """The system of the shared unknowns after each run's own ones are eliminated.
 
     Parameters
     ----------
-    own : (g, m, m + s + 1), the rows that give a run's own unknowns from the shared ones.
+    own : (g, m, m + s + 1), the eliminated rows, which give a run's own unknowns for known shared ones.
     runs : (g, s + 1, s + 1), each run's QR factor over [shared | residual].
     factor : (s + 1, s + 1), QR factor of all runs and common rows.
     """
@@ -121,7 +121,7 @@ def reduce(system: BorderedSystem, damping: Array) -> Reduced:
 
     Parameters
     ----------
-    damping : (s + g m), weights of rows that hold each unknown's step at zero; those of own unknowns must be > 0.
+    damping : (s + g m), weights of rows that pull each unknown's step to zero; those of own unknowns must be > 0.
     """
     m, s, g = system.n_own, system.n_shared, system.runs.shape[0]
     stack = system.runs

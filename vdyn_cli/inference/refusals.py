@@ -1,34 +1,34 @@
-"""Reasons to refuse a minimum: unknowns that are not identifiable, no convergence, or a value at its bound."""
+"""Reasons to refuse a minimum: unknowns that are not identifiable, no convergence, or an estimate at its bound."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.inference.identifiability import SINGULAR, Open, find_open, listed, phrase
+from vdyn_cli.inference.identifiability import COLLINEAR, Unidentifiable, find_unidentifiable, listed, phrase
 from vdyn_cli.inference.normal_system import Solved
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 
 AT_BOUND = 1e-7  # distance from a bound, of the physical range, that counts as at the bound
-GIVEN = 0.1  # standard deviation of a prior, of the physical range, below which the prior determines the unknown
-DRAWN = 1e-3  # share of the largest possible response from which a run's own unknown takes part in a null direction
+NARROW_PRIOR = 0.1  # standard deviation of a prior, of the physical range, below which the prior determines the unknown
+INVOLVED = 1e-3  # share of the largest possible response from which a run's own unknown is involved in a null direction
 
 
 def refusals(solved: Solved, unconverged: bool = False) -> list[Finding]:
-    """The reasons to refuse the minimum as a result; the first kind found only, since it explains the others.
+    """The reasons to refuse the minimum as a result; only the first kind found, because it explains the others.
 
     In this order: runs without information, parameters that are not identifiable, no convergence, estimates at bounds.
 
     Parameters
     ----------
-    unconverged : accept a fit that did not converge.
+    solved : the minimum. unconverged : accept a fit that did not converge.
     """
     undetermined = _runs_without_information(solved) or _undetermined(solved)
     return undetermined or ([] if unconverged else _unconverged(solved)) or _at_bounds(solved)
 
 
 def _runs_without_information(solved: Solved) -> list[Finding]:
-    """Runs that do not determine their own unknowns, even for known shared ones."""
+    """Runs that do not determine their own unknowns, even if the shared ones are known."""
     regression, m = solved.regression, solved.m
     findings = []
     for run, rows in enumerate(solved.reduced.own if m else ()):
@@ -36,12 +36,12 @@ def _runs_without_information(solved: Solved) -> list[Finding]:
         undetermined = [u.name for u, n in zip(regression.own, norms, strict=True) if n == 0]
         if not undetermined:
             _, values, axes = np.linalg.svd(rows[:, :m] / norms)
-            open_axes = np.abs(axes[values < SINGULAR * values.max()])
+            open_axes = np.abs(axes[values < COLLINEAR * values.max()])
             undetermined = [
                 u.name for i, u in enumerate(regression.own) if open_axes.size and open_axes[:, i].max() > 0.1
             ]
         if undetermined:
-            what = f"the run's data do not determine its unknowns {listed(undetermined)}"
+            what = f"the data of this run do not determine {listed(undetermined)}"
             findings.append(
                 Finding(regression.runs[run], what, "", f"leave the run out, or fix {' or '.join(undetermined)}")
             )
@@ -54,15 +54,17 @@ def _undetermined(solved: Solved) -> list[Finding]:
     if not s:
         return []
     # A narrow prior determines an unknown, however large the scatter of the data.
-    given = [u.prior is not None and u.prior[1] < GIVEN * (u.upper - u.lower) for u in regression.shared]
+    given = [u.prior is not None and u.prior[1] < NARROW_PRIOR * (u.upper - u.lower) for u in regression.shared]
     ranges = np.where(given, np.inf, [u.upper - u.lower for u in regression.shared])
     noise = max(float(np.sqrt(solved.variance)), 1.0)
-    found = find_open(solved.reduced.factor[:s, :s] / noise, ranges, solved.point.system.column_norms()[:s] / noise)
+    found = find_unidentifiable(
+        solved.reduced.factor[:s, :s] / noise, ranges, solved.point.system.column_norms()[:s] / noise
+    )
     if found is None:
         return []
     names = [u.name for u in regression.shared]
     members = [names[i] for i in found.members]
-    own = _drawn_along(solved, found)
+    own = _own_in_null_directions(solved, found)
     rows = found.combinations()
     if rows:
         x = solved.point.x[:s]
@@ -80,16 +82,16 @@ def _undetermined(solved: Solved) -> list[Finding]:
     ]
 
 
-def _drawn_along(solved: Solved, found: Open) -> list[str]:
-    """The runs' own unknowns that take part in the null directions."""
+def _own_in_null_directions(solved: Solved, found: Unidentifiable) -> list[str]:
+    """The runs' own unknowns that are involved in the null directions."""
     m = solved.m
     if not m:
         return []
     rows: Array = solved.reduced.own[:, :, m:-1]
-    moved = np.max(np.abs(rows @ found.directions), axis=(0, 2))
-    could = np.max(np.abs(rows) @ np.abs(found.directions), axis=(0, 2))
-    along = moved > DRAWN * np.maximum(could, 1e-300)
-    return [u.name for u, a in zip(solved.regression.own, along, strict=True) if a]
+    response = np.max(np.abs(rows @ found.directions), axis=(0, 2))
+    largest = np.max(np.abs(rows) @ np.abs(found.directions), axis=(0, 2))
+    involved = response > INVOLVED * np.maximum(largest, 1e-300)
+    return [u.name for u, a in zip(solved.regression.own, involved, strict=True) if a]
 
 
 def _unconverged(solved: Solved) -> list[Finding]:

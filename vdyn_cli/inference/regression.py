@@ -27,12 +27,12 @@ class Unknown:
     ----------
     start, lower, upper : start value and physical range, in SI.
     prior : mean and standard deviation of the normal prior, or None.
-    prior_correlation : of the prior with those of other unknowns, by name; independent of all that are not named.
-    prior_degrees : degrees of freedom behind the prior's standard deviation, where it was estimated from the data.
-    prior_stated : the prior is a stated value, such as a drawing; False: it is an estimate of the program's own.
+    prior_correlation : correlation of the prior with those of other unknowns, by name; zero for those not named.
+    prior_degrees : degrees of freedom of the prior's standard deviation, where it was estimated from the data.
+    prior_stated : True: the user stated the prior, such as a drawing's value; False: the program estimated it.
     per_run : every run has its own value.
     nuisance : a nuisance parameter: not reported, and ignored in the choice of the independent units.
-    physical : the range outside which no value can be published, where ``lower`` and ``upper`` are relaxed.
+    physical : the range that a published value must lie in, where ``lower`` and ``upper`` are relaxed.
     """
 
     name: str
@@ -57,13 +57,13 @@ class Rows:
     ----------
     residual : (n,), in units of its noise.
     jacobian : (n, k), d residual / d local unknowns: the shared ones in order, then this run's own.
-    block : (n,), label of the block of each row, or None: cut by equal information in the order of ``time``, or of
-        the rows where ``time`` is None.
-    time : (n,), when each row was taken; give it where the rows of several channels follow one another.
-    plain : the main channel's residual (p,) in its own unit, with its derivatives (p, k), before it was whitened.
-    folded : (blocks,), number of rows of each block before it was reduced to its QR factor; None for plain rows.
-    plain_root : (p, m), a root of the covariance of the noise in ``plain``, where the step has a model of it.
-    apart : the rows are so far apart in time that few of them are a block.
+    block : (n,), label of the block of each row, or None: blocks of equal information, ordered by ``time``, or in the
+        order of the rows where ``time`` is None.
+    time : (n,), time of each row; needed where the rows of several channels are concatenated.
+    plain : the main channel's residual (p,) in its own unit and its derivatives (p, k), before whitening.
+    folded : (blocks,), number of rows of each block before its reduction to a QR factor; None without reduction.
+    plain_root : (p, m), a square root of the noise covariance of ``plain``, where the step has a model of it.
+    apart : the rows are so far apart in time that a block needs few of them.
     """
 
     residual: Array
@@ -78,7 +78,7 @@ class Rows:
 
 @runtime_checkable
 class Residuals(Protocol):
-    """Rows of which the residuals can be had without their derivatives, for less."""
+    """Rows whose residuals can be evaluated without their derivatives at lower cost."""
 
     def residual(self, run: int, theta: Array) -> Array:
         """The residuals (n,) of the rows of one run; ``theta`` (s + o,): shared unknowns, then the run's own."""
@@ -96,11 +96,11 @@ class Regression:
     rows : ``rows(i, theta)`` of run i at its local unknowns, shared first. It may raise ArithmeticError, or return
         values that are not finite, where the model cannot be computed.
     run_starts : (runs,) starts of a per-run unknown, by name, where one start does not suit all.
-    narrow : ``narrow(names)`` gives the rows over those shared unknowns and the run's own, all others staying where
-        they start: for models that cost less with fewer unknowns. None where nothing is saved.
-    log_noise : sum of the logarithms of the rows' noise, log |L| with covariance L L'. Costs of regressions that
-        estimate their own noise are comparable with it added: -log likelihood = cost + log |L| + constant.
-    reached : cost that a fit from another start has reached; one that does not promise less ends unconverged.
+    narrow : ``narrow(names)`` gives the rows for those shared unknowns and the run's own, with all others at their
+        start: for models that cost less with fewer unknowns. None where nothing is saved.
+    log_noise : log |L| of the noise covariance L L', which makes the costs of regressions with different noise models
+        comparable: -log likelihood = cost + log |L| + constant.
+    reached : cost reached from another start; a fit that does not predict a lower one ends unconverged.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -118,11 +118,11 @@ class Regression:
 
     @cached_property
     def own(self) -> tuple[Unknown, ...]:
-        """The unknowns that each run has of its own, (m)."""
+        """The unknowns that have one value for each run, (m)."""
         return tuple(u for u in self.unknowns if u.per_run)
 
     def local(self, x: Array, run: int) -> Array:
-        """The run's local unknowns out of all, (s + g m): shared first, then run by run."""
+        """One run's local unknowns (s + m), from all unknowns (s + g m): shared first, then run by run."""
         s, m = len(self.shared), len(self.own)
         return np.concatenate([x[:s], x[s + run * m : s + (run + 1) * m]])
 
@@ -146,16 +146,16 @@ class Regression:
 
 @dataclass(frozen=True)
 class Point:
-    """A regression at one place of its unknowns.
+    """A regression evaluated at one point of its unknowns.
 
     Parameters
     ----------
     x : (s + g m), shared first, then run by run.
-    cost : half the sum of squares, or of losses, priors included.
+    cost : half the sum of squares, or the sum of losses, priors included.
     system : the linearization.
-    squares : sum of rho'(r)^2, priors included: of r^2 where no loss is robust.
-    curvature : mean of rho''(r): 1 where no loss is robust.
-    n_rows : number of rows of all runs before their reduction, and one for each prior.
+    squares : sum of rho'(r)^2, priors included; of r^2 where the loss is not robust.
+    curvature : mean of rho''(r); 1 where the loss is not robust.
+    n_rows : number of rows of all runs before their reduction, plus one for each prior.
     """
 
     x: Array
@@ -199,7 +199,7 @@ def evaluate(regression: Regression, x: Array, loss: Loss = "none", scale: float
 
     Parameters
     ----------
-    x : (k,) shared unknowns, then those of each run. scale : residual of an inlier, in the units of the noise.
+    x : (s + g m), shared first, then run by run. scale : residual of an inlier, in units of the noise.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         return _evaluate(regression, x, loss, scale)
@@ -217,7 +217,7 @@ def _evaluate(regression: Regression, x: Array, loss: Loss, scale: float) -> Poi
         except ArithmeticError:
             return None
         matrix = matrix_of(rows, s, loss, scale)
-        if not np.isfinite(np.sum(matrix**2)):  # sensitivities that grow without bound have norms that overflow
+        if not np.isfinite(np.sum(matrix**2)):  # the norms of diverging sensitivities overflow
             return None
         own = prior_rows(regression.own, local[s:])
         slope, curvature = slopes(rows.residual, loss, scale)
@@ -254,7 +254,7 @@ class Objective:
         return evaluate(self.regression, x, self.loss, self.scale)
 
     def cost(self, x: Array) -> float:
-        """The cost at x, infinite where the model cannot be computed; from residuals alone where these cost less."""
+        """The cost at x, infinite where the model cannot be computed; from residuals alone where that is cheaper."""
         rows = self.regression.rows
         if not isinstance(rows, Residuals):
             point = self(x)
@@ -274,12 +274,12 @@ class Objective:
 
     @property
     def cheap(self) -> bool:
-        """Whether the cost alone costs less than the linearization."""
+        """Whether the cost can be evaluated without the linearization."""
         return isinstance(self.regression.rows, Residuals)
 
 
 def matrix_of(rows: Rows, n_shared: int, loss: Loss = "none", scale: float = 1.0) -> Array:
-    """Rows of [own | shared | residual] whose squares and products are the loss's curvature and slope.
+    """Rows M of [own | shared | residual], weighted so that M'M holds the Hessian and the gradient of the loss.
 
     Parameters
     ----------

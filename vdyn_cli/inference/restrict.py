@@ -1,4 +1,4 @@
-"""Nested regressions: one model with every candidate effect, of which a fit frees some and holds the others at zero."""
+"""Nested regressions: of a model with every candidate effect, a fit frees some and holds the others at zero."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from vdyn_cli.quantities.arrays import Array
 
 @runtime_checkable
 class Narrowing(Protocol):
-    """Rows of a regression that can be had over some of its shared unknowns alone, for less."""
+    """Rows of a regression that can be evaluated for a subset of its shared unknowns at lower cost."""
 
     def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> Callable[[int, Array], Rows] | None:
-        """The rows over the unknowns ``free``, the others being held at these values; None where it saves nothing."""
+        """The rows for the unknowns ``free``, with the others held at these values; None where it saves nothing."""
         ...
 
 
 @dataclass(frozen=True)
 class _Held:
-    """Rows of the full regression with some shared unknowns held, their columns left out."""
+    """Rows of the full regression with some shared unknowns held and their columns removed."""
 
     full: Regression
     free: NDArray[np.int64]
@@ -47,7 +47,7 @@ class _Held:
 
 @dataclass(frozen=True)
 class _HeldResiduals(_Held):
-    """The same of rows whose residuals cost less alone."""
+    """The same for rows whose residuals cost less without their derivatives."""
 
     def residual(self, run: int, theta: Array) -> Array:
         """See Residuals."""
@@ -56,12 +56,13 @@ class _HeldResiduals(_Held):
 
 
 def restricted(full: Regression, held: Mapping[str, float], starts: Solution | None = None) -> Regression:
-    """The regression in which the shared unknowns of ``held`` keep those values.
+    """The regression with some shared unknowns held at given values.
 
     Parameters
     ----------
     full : the regression with every unknown free.
-    starts : a solution whose values are the start of the free unknowns.
+    held : values of the held unknowns by name, SI.
+    starts : a solution that provides the start values of the free unknowns.
     """
     shared = full.shared
     free = np.array([i for i, u in enumerate(shared) if u.name not in held], dtype=np.int64)

@@ -1,16 +1,16 @@
-"""Noise amplitudes from the data, by restricted maximum likelihood.
+"""Estimation of noise amplitudes by restricted maximum likelihood.
 
-For each run's residual r, derivatives J to the shared and U to the run's own unknowns, and covariance C(amplitudes),
-minimized over the logarithms x of the amplitudes::
+With each run's residual r, derivatives J to the shared and U to the run's own unknowns, and covariance C(amplitudes),
+the estimate minimizes over the logarithms x of the amplitudes::
 
     sum 1/2 log |C| + 1/2 log |A| + 1/2 sum e' C^-1 e + sum 1/2 ((x - typical)/spread)^2,
     A = sum J' C^-1 J,  e = r - J A^-1 sum J' C^-1 r
 
 The term log |A| accounts for the part of the noise that the fitted unknowns absorb: without it the amplitudes are
 biased low. The run's own unknowns have a wide prior, C + D^2 U U'.
-Unknowns that are random with a common standard deviation (the slopes of a road that all runs share) stay among the
-shared ones with a prior of one, their derivatives scaled by that standard deviation. The restricted likelihood is
-then that of all runs together, which are no longer independent.
+Random unknowns with a common standard deviation (the slopes of a road that all runs share) belong to the shared
+unknowns, with a prior of standard deviation one and derivatives scaled by that common standard deviation. The runs
+are then no longer independent, and the restricted likelihood is that of all runs together.
 Source: Patterson and Thompson, Biometrika 58 (1971) 545-554.
 """
 
@@ -27,7 +27,7 @@ from vdyn_cli.inference.gust_covariance import SOURCES, Colored, RunNoise
 from vdyn_cli.quantities.arrays import Array
 
 WIDE = 10.0  # prior standard deviation of the own unknowns, in their units: far above the error of a start speed
-NEGLIGIBLE = 1e-3  # of the log likelihood: a step that gains less moves no amplitude by 0.05 standard deviations
+NEGLIGIBLE = 1e-3  # gain of log likelihood that ends the iteration: less changes an amplitude by < 0.05 std
 FARTHEST = 1.0  # of a logarithm, in one step
 MOST_STEPS = 100
 REACH = 4.0  # bound of an amplitude, in prior standard deviations from the typical one
@@ -50,11 +50,11 @@ def typical_sizes(noise: RunNoise) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class RandomUnknowns:
-    """Shared unknowns with a common standard deviation of their own, which is one of the noise's amplitudes.
+    """Shared unknowns that are random with a common standard deviation, which is one of the noise amplitudes.
 
     Parameters
     ----------
-    source : name of the amplitude. columns : indices among the shared unknowns; their derivatives are per unit of it.
+    source : name of the amplitude. columns : their indices among the shared unknowns.
     least : smallest amplitude.
     """
 
@@ -70,7 +70,7 @@ def find_sizes(
     random: RandomUnknowns | None = None,
     most: Mapping[str, float] = MappingProxyType({}),
 ) -> dict[str, float]:
-    """The amplitudes of all noise sources, common to the runs.
+    """Estimate the amplitudes of all noise sources, common to the runs, each in its source's unit.
 
     Newton's iteration with the average information as the second derivative (Gilmour, Thompson and Cullis,
     Biometrics 51 (1995) 1440-1450): a few evaluations, each of which passes over all runs.
@@ -79,8 +79,8 @@ def find_sizes(
     ----------
     start : start values; their names are the sources to estimate.
     priors : (s,), prior information (1/variance) of the shared unknowns; zero for none.
-    random : shared unknowns whose standard deviation is among the amplitudes; the residuals are those at their zero.
-    most : the largest physical amplitude of a source; what exceeds it stays in the residual.
+    random : shared unknowns whose standard deviation is among the amplitudes; the residuals are those for zero values.
+    most : the largest physical amplitude of a source.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def find_sizes(
 
 @dataclass(frozen=True)
 class _Curved:
-    """A function's value, its gradient (k,) and an approximation (k, k) of its second derivative, positive definite."""
+    """A function's value, its gradient (k,) and a positive definite approximation (k, k) of its Hessian."""
 
     value: float
     slope: Array
@@ -123,7 +123,7 @@ class _Curved:
 
 
 def _newton(cost: Callable[[Array], _Curved], x: Array, low: Array, top: Array) -> Array:
-    """The minimum within bounds, by Newton's steps of at most FARTHEST, halved where they do not reduce the value."""
+    """The minimum within bounds, by Newton steps of at most FARTHEST, halved where they do not reduce the value."""
     here, reach = cost(x), FARTHEST
     for _ in range(MOST_STEPS):
         held = ((x <= low) & (here.slope > 0)) | ((x >= top) & (here.slope < 0))
@@ -148,12 +148,12 @@ def likelihoods_of(
     random: RandomUnknowns,
     alternatives: Sequence[Sequence[Array]],
 ) -> Array:
-    """The restricted log likelihood, up to a constant, for each of several derivatives to the random unknowns.
+    """The restricted log likelihood, up to a constant, of alternative models of the random unknowns.
 
     Parameters
     ----------
     known : (s,), prior information of the shared unknowns.
-    alternatives : for each of k, every run's (n, r) derivatives to r random unknowns per unit of the amplitude.
+    alternatives : of each of k models, every run's derivatives (n, r) to the r random unknowns per unit amplitude.
 
     Returns
     -------
@@ -176,7 +176,7 @@ def likelihoods_of(
         own_prior = np.ones(rows[0].shape[1] - others.size - 1)
         product = sum((r.T @ r for r in rows), np.diag(np.r_[known[others], own_prior, 0.0]))
         information, pulled = product[:-1, :-1], product[:-1, -1]
-        # By eigenvalues: unknowns that no run shows have no information, in all alternatives alike.
+        # By eigenvalues, because unknowns to which no run responds have no information (in all alternatives alike).
         values, axes = np.linalg.eigh(information)
         good = values > 1e-12 * values[-1]
         fitted = (axes[:, good].T @ pulled) ** 2 / values[good]
@@ -187,11 +187,11 @@ def likelihoods_of(
 def restricted_likelihood(
     runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: Array, random: RandomUnknowns | None = None
 ) -> tuple[float, dict[str, float]]:
-    """The negative restricted log likelihood, and its derivatives to the logarithms of the amplitudes.
+    """The negative restricted log likelihood, and its derivatives to the logarithms of the amplitudes, by name.
 
     Parameters
     ----------
-    known : (s,), prior information of the shared unknowns, one for random ones.
+    known : (s,), prior information of the shared unknowns; one for random ones.
     """
     found = _curved(runs, sizes, known, random)
     return found.value, dict(zip(sizes, found.slope.tolist(), strict=True))
@@ -200,10 +200,10 @@ def restricted_likelihood(
 def _curved(
     runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: Array, random: RandomUnknowns | None
 ) -> _Curved:
-    """The negative restricted log likelihood over the logarithms of the amplitudes, in their order.
+    """The negative restricted log likelihood as a function of the logarithms of the amplitudes, in their order.
 
-    The average information is 1/2 e' C_i P C_j e, with the derivatives C_i of the covariance, e = P r, and P the
-    inverse of the covariance less what the shared unknowns absorb.
+    The average information is 1/2 e' C_i P C_j e, with the derivatives C_i of the covariance, e = P r, and
+    P = C^-1 - C^-1 J A^-1 J' C^-1.
     """
     s = known.size
     information, pulled, value = np.diag(known), np.zeros(s), 0.0
@@ -248,15 +248,15 @@ def _curved(
 
 
 def _beside_others(slope: Array, bend: Array, shown: Array) -> Array:
-    """What the average information of amplitudes (k,) lacks where other noise hides them: they vanish quadratically.
+    """Correction (k,) of the average information for amplitudes that are small beside other noise.
 
-    With the shares l of the variance that an amplitude makes, in all directions of the data, the likelihood's
-    derivative is sum(l) less what the residuals show, and the average information 2 sum(l^2) where the model holds.
-    Where the shares are small, twice the derivative is missing in the second derivative; where they are one, nothing.
+    With the shares l of the variance that an amplitude contributes, over all directions of the data, the likelihood's
+    derivative is sum(l) minus the part in the residuals, and the average information is 2 sum(l^2) where the model
+    holds. Where the shares are small, it lacks twice the derivative; where they are one, nothing.
 
     Parameters
     ----------
-    slope : derivatives. bend : average information (k, k). shown : what the residuals show of each.
+    slope : (k,) derivatives. bend : (k, k) average information. shown : (k,) part in the residuals.
     """
     share = 0.5 * np.diag(bend) / np.maximum(shown, 1e-300)
     return np.asarray(2 * np.maximum(slope, 0.0) * (1.0 - np.clip(share, 0.0, 1.0)))
@@ -277,7 +277,7 @@ class _SolvedRun:
         return np.asarray(dpotrs(self.factor, columns, lower=1)[0])
 
     def remaining(self, inverse: Array, step: Array) -> tuple[Array, Array]:
-        """(n, n) C^-1 less what the shared unknowns absorb, less e e'; and e (n,), the weighted residual."""
+        """P - e e', (n, n), and the weighted residual e = P r, (n,), of ``_curved``."""
         from scipy.linalg.lapack import dpotri
 
         s = self.shared.shape[1]
@@ -292,7 +292,7 @@ class _SolvedRun:
 def _solved(run: NoisyRun, sizes: Mapping[str, float], scale: Array) -> _SolvedRun:
     from scipy.linalg.lapack import dpotrf, dpotrs
 
-    own = run.own / np.maximum(1.0, np.max(np.abs(run.own), axis=0, initial=0.0))  # the prior need not be wider
+    own = run.own / np.maximum(1.0, np.max(np.abs(run.own), axis=0, initial=0.0))  # bounded: WIDE is wide enough
     covariance = run.noise.covariance(sizes) + WIDE**2 * own @ own.T
     factor, wrong = dpotrf(covariance.T, lower=1, overwrite_a=1)  # symmetric; its transpose is in order of columns
     if wrong:

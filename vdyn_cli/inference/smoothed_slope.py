@@ -1,8 +1,8 @@
 """Kalman smoother of a road's slope from noisy measurements along the distance.
 
 The slope is an Ornstein-Uhlenbeck process over the distance, i(x + d) = i(x) exp(-d/length) + innovation, of standard
-deviation ``size``; each measurement adds white noise. Size, length and noise are estimated from the measurements by
-maximum likelihood over a grid and a finer one. The smoothed slope is the process' mean given all measurements (Kalman
+deviation ``size``; each measurement adds white noise. Size, length and noise maximize the likelihood of the
+measurements over a coarse and then a finer grid. The smoothed slope is the process' mean given all measurements (Kalman
 filter forward, Rauch-Tung-Striebel smoother back). Its error is independent of its value, so that a regression on it
 has no attenuation bias (errors in variables), unlike one on the noisy measurements.
 
@@ -21,35 +21,35 @@ from vdyn_cli.quantities.arrays import Array
 SIZES = tuple(np.geomspace(0.0015, 0.03, 6))
 LENGTHS = tuple(np.geomspace(30.0, 1500.0, 7))  # m
 NOISES = tuple(np.geomspace(0.0005, 0.03, 8))  # of a measurement, as a slope
-PLAIN = 10.0  # log likelihood ratio above which hills are significant: below it noise would be used as slope
+SIGNIFICANT = 10.0  # log likelihood ratio above which hills are significant: below it noise would be used as slope
 FINER = tuple(np.geomspace(0.6, 1.67, 7))  # factors on the best point of the grid
 
 
-def smoothed_slope(along: Array, looks: Array, seen: NDArray[np.bool_]) -> tuple[Array, Array]:
+def smoothed_slope(along: Array, measured: Array, used: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Mean and standard deviation of the slope at each measurement, (k,) each; zero where hills are not significant.
 
     Parameters
     ----------
-    along : (k,) m, increasing positions. looks : (k,) measured slopes. seen : (k,) whether a measurement is used.
+    along : (k,) m, increasing positions. measured : (k,) slopes, -. used : (k,) whether a measurement is used.
     """
     best = np.ones(3)
     for axes in ((SIZES, LENGTHS, NOISES), (FINER, FINER, FINER)):
         grid = best * np.array(list(product(*axes)))
-        likelihood = _filtered(along, looks, seen, grid)[0]
+        likelihood = _filtered(along, measured, used, grid)[0]
         best = grid[int(np.argmax(likelihood))]
-    if float(np.max(likelihood)) - _level(looks[seen]) < PLAIN:
+    if float(np.max(likelihood)) - _level_road_likelihood(measured[used]) < SIGNIFICANT:
         return np.zeros(along.size), np.full(along.size, best[0])
-    _, mean, variance = _filtered(along, looks, seen, best[None])
+    _, mean, variance = _filtered(along, measured, used, best[None])
     return _smoothed(along, mean[:, 0], variance[:, 0], best)
 
 
-def _level(looks: Array) -> float:
-    """Log likelihood of a level road with white measurement noise, without the constants that ``_filtered`` omits."""
-    spread = max(float(np.mean(looks**2)), 1e-12) if looks.size else 1.0
-    return -0.5 * looks.size * (float(np.log(spread)) + 1.0)
+def _level_road_likelihood(measured: Array) -> float:
+    """Log likelihood of a level road with white measurement noise, up to the constant that ``_filtered`` omits."""
+    spread = max(float(np.mean(measured**2)), 1e-12) if measured.size else 1.0
+    return -0.5 * measured.size * (float(np.log(spread)) + 1.0)
 
 
-def _filtered(along: Array, looks: Array, seen: NDArray[np.bool_], grid: Array) -> tuple[Array, Array, Array]:
+def _filtered(along: Array, measured: Array, used: NDArray[np.bool_], grid: Array) -> tuple[Array, Array, Array]:
     """Log likelihood (g,) of each row (size, length, noise) of the grid, and filtered mean and variance (k, g)."""
     prior, length, noise = grid[:, 0] ** 2, grid[:, 1], grid[:, 2] ** 2
     mean, variance, likelihood = np.zeros(len(grid)), prior.copy(), np.zeros(len(grid))
@@ -58,8 +58,8 @@ def _filtered(along: Array, looks: Array, seen: NDArray[np.bool_], grid: Array) 
     for k in range(along.size):
         kept = np.exp(-steps[k] / length)
         mean, variance = kept * mean, kept**2 * variance + (1.0 - kept**2) * prior
-        if seen[k]:
-            spread, off = variance + noise, looks[k] - mean
+        if used[k]:
+            spread, off = variance + noise, measured[k] - mean
             likelihood -= 0.5 * (np.log(spread) + off**2 / spread)
             gain = variance / spread
             mean, variance = mean + gain * off, variance * (1.0 - gain)

@@ -18,7 +18,7 @@ STEP = 1e-4  # of the input; central differences of smooth formulas are then goo
 class Contribution:
     """One input of a result: its value, standard deviation and the sensitivity of the result.
 
-    ``slope`` is d result / d input; ``degrees`` are those of Student's t behind ``std`` (infinite: a stated one).
+    ``slope`` is d result / d input; ``degrees`` are the degrees of freedom of ``std`` (infinite if stated).
     """
 
     name: str
@@ -36,7 +36,7 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Budget:
-    """A result that was computed from uncertain, independent inputs.
+    """A result computed from uncertain, independent inputs.
 
     u^2 = sum (c_i u_i)^2, with effective degrees of freedom u^4 / sum((c_i u_i)^4 / nu_i) (Welch-Satterthwaite).
     Source: JCGM 100:2008, Guide to the expression of uncertainty in measurement, 5.1.2 and annex G.4.
@@ -64,7 +64,7 @@ class Budget:
 
     @property
     def main(self) -> Contribution | None:
-        """The input that contributes most, if any is uncertain."""
+        """The input that contributes most; None where all are exact."""
         largest = max(self.contributions, key=lambda c: c.part, default=None)
         return largest if largest is not None and largest.part > 0 else None
 
@@ -99,7 +99,7 @@ def propagate(
     formula : smooth in every input.
     inputs : values with standard deviations, independent of each other.
     units : of the inputs, for the table.
-    degrees : of freedom behind a standard deviation that came from data.
+    degrees : degrees of freedom of the standard deviations that were estimated from data.
     """
     at = {name: given.value for name, given in inputs.items()}
     contributions = []

@@ -1,4 +1,4 @@
-"""White noise: its level in a recorded channel, and rows whitened by a covariance."""
+"""White noise: its standard deviation in a recorded channel, and whitening by a covariance."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 
-# standard errors of the variance of white noise, noise^2 (2 / n)^0.5, by which a channel's must exceed it: below,
-# the channel may hold noise alone. Beyond, the intervals say what it tells.
+# A channel's variance must exceed that of its white noise by so many of its standard errors, noise^2 (2 / n)^0.5: with
+# less, the channel may hold noise alone. Above that, the intervals show how much information the channel holds.
 LEAST_EXCESS = 10.0
 ROUNDING = 1e-12  # of a variance
 NORMAL_FROM_MEDIAN = 1.482602218505602  # standard deviation of a normal variable per median absolute value
 
 
 def white_level(trace: Array, time: Array | None = None) -> float:
-    """The standard deviation of the white noise in a smooth trace, from its third differences.
+    """The standard deviation of the white noise in a smooth trace, from its third differences, in the trace's unit.
 
-    A third difference removes what a parabola describes and leaves white noise 20 times its variance; the median
-    keeps jumps and outliers out. For uneven samples the divided difference takes its place::
+    A third difference removes any parabola and multiplies the variance of white noise by 20; the median is robust
+    against jumps and outliers. For uneven samples the divided difference is used::
 
         d_i = sum_j c_j x_(i+j),  c_j = 1 / prod_(l != j) (t_j - t_l),   level = 1.4826 median |d_i| / |c|
 
@@ -50,7 +50,7 @@ def white_level(trace: Array, time: Array | None = None) -> float:
 
 
 def exceeds_noise(spread: float, noise: float, count: int) -> bool:
-    """Whether a channel holds more than white noise, however small it is.
+    """Whether a channel holds more than white noise, however small the excess is.
 
     spread^2 - noise^2 > 10 noise^2 (2 / n)^0.5
 

@@ -18,8 +18,8 @@ from vdyn_cli.quantities.arrays import Array
 Kind = Literal["run", "block"]
 
 FEWEST_RUNS = 6  # from which the run is the unit, if their information is even enough: t quantile 2.6 with 5 degrees
-BLOCKS = 12  # blocks within runs otherwise: more are shorter, and the residual autocorrelation would couple them
-PER_UNKNOWN = 3  # blocks at least per shared unknown without a prior: with fewer the fit absorbs their scatter
+BLOCKS = 12  # blocks within runs otherwise: if there were more, the residual autocorrelation would couple them
+PER_UNKNOWN = 3  # smallest number of blocks per shared unknown without a prior: with fewer the fit absorbs the scatter
 FEWEST_BLOCKS = 8
 FEWEST_EFFECTIVE = 4.0  # effective number of units below which their scatter is not used: 3 degrees of freedom
 OUTLIER = 0.3  # weight below which a row is listed: a residual above 4.5 standard deviations with Huber's loss
@@ -29,7 +29,7 @@ NEIGHBORS = 3  # rows: outliers no farther apart are listed together
 
 
 def _contradicted_priors(solved: Solved) -> list[str]:
-    """Given values that the data contradict."""
+    """Sentences about prior values that the data contradict."""
     regression, x = solved.regression, solved.point.x
     every = regression.shared + regression.own * len(regression.runs)
     found = []
@@ -38,22 +38,23 @@ def _contradicted_priors(solved: Solved) -> list[str]:
             mean, std = unknown.prior
             off = (x[i] - mean) / std
             if abs(off) > LARGEST_PULL:
-                what = f"{regression.label(i)} comes out at {x[i]:.4g} {unknown.unit}".strip()
+                what = f"{regression.label(i)} is estimated at {x[i]:.4g} {unknown.unit}".strip()
                 found.append(f"{what}, {abs(off):.0f} standard deviations from the given {mean:.4g}")
     return found
 
 
 def infer(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
-    """The solution, with intervals from runs or blocks where there are enough, else from the noise model.
+    """The solution, with intervals from the scatter of runs or blocks; with too few of them, from the noise model.
 
     Parameters
     ----------
+    solved : the minimum.
     wanted : independent unit of the intervals; ``auto`` takes runs where they suffice, else blocks.
     """
     kind: Kind = ("run" if _enough_runs(solved) else "block") if wanted == "auto" else wanted
     units, residuals, downweighted = _units(solved, kind)
-    found = intervals.spread([_evidence(solved, u, kind) for u in units], solved.covariance)
-    effective = _least(solved, found.effective, len(units))
+    found = intervals.spread([_unit_factor(solved, u, kind) for u in units], solved.covariance)
+    effective = _smallest_effective(solved, found.effective, len(units))
     many = len(units) >= FEWEST_BLOCKS and effective >= FEWEST_EFFECTIVE
     warnings = [f"down-weighted {d}" for d in downweighted] + _contradicted_priors(solved)
     classical = solved.variance * solved.covariance
@@ -67,7 +68,7 @@ def infer(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
         if not few:
             shown = np.floor(10.0 * effective) / 10.0  # 3.96 is less than 4
             lacking = f"the effective number of units, {shown:.1f}, is too small (needed: {FEWEST_EFFECTIVE:g})"
-        warnings.append(f"the intervals come from the noise model alone: {lacking}")
+        warnings.append(f"the intervals are based on the noise model alone: {lacking}")
     names = tuple(u.name for u in solved.regression.shared)
     values, std = solved.point.x[: solved.s], np.sqrt(np.diag(covariance))
     half = [intervals.t_quantile(d) * e for d, e in zip(degrees, std, strict=True)]
@@ -103,8 +104,8 @@ def _per_run(solved: Solved) -> tuple[dict[str, Array], dict[str, Array]]:
     return {n: values[:, i] for i, n in enumerate(names)}, {n: std[:, i] for i, n in enumerate(names)}
 
 
-def _least(solved: Solved, effective: Array, count: int) -> float:
-    """Smallest effective number of units over the requested unknowns without a prior."""
+def _smallest_effective(solved: Solved, effective: Array, count: int) -> float:
+    """Smallest effective number of units over the requested unknowns; ``count`` if all have priors."""
     requested = [e for e, u in zip(effective, solved.regression.shared, strict=True) if not (u.nuisance or u.prior)]
     return float(min(requested, default=count))
 
@@ -113,14 +114,14 @@ def _enough_runs(solved: Solved) -> bool:
     if len(solved.regression.runs) < FEWEST_RUNS:
         return False
     information = np.sum((solved.reduced.runs[:, :, :-1] @ solved.covariance) ** 2, axis=1)
-    return _least(solved, intervals.effective_number(information), len(information)) >= FEWEST_EFFECTIVE
+    return _smallest_effective(solved, intervals.effective_number(information), len(information)) >= FEWEST_EFFECTIVE
 
 
 def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[Array, Array]:
-    """Covariance and degrees of freedom with the uncertainty of the priors added.
+    """Covariance (s, s) and degrees of freedom (s,) with the uncertainty of the priors added.
 
-    The scatter of blocks does not show it: a prior is common to all blocks. Where the run is the unit, the scatter
-    contains the runs' own priors. Degrees of freedom after Satterthwaite, infinite for the part of stated priors.
+    The scatter of blocks does not contain it, because a prior is common to all blocks. Where the run is the unit, the
+    scatter contains the runs' own priors. Satterthwaite's degrees of freedom, infinite for the part of stated priors.
     """
     rows = list(prior_rows(solved.regression.shared, np.zeros(solved.s))[:, :-1])
     few = min((u.prior_degrees for u in solved.regression.shared if u.prior), default=np.inf)
@@ -140,14 +141,14 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
     return covariance, degrees
 
 
-def _evidence(solved: Solved, unit: Unit, kind: Kind) -> UnitFactor:
+def _unit_factor(solved: Solved, unit: Unit, kind: Kind) -> UnitFactor:
     if kind == "run":
         return UnitFactor(unit.run, solved.reduced.runs[unit.run], np.zeros((0, 0)), np.zeros((0, solved.s)))
     return UnitFactor(unit.run, unit.factor, solved.own[unit.run], solved.follow[unit.run])
 
 
 def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...], list[Downweighted]]:
-    """Second pass, at the solution: QR factor of each unit, residuals, outliers."""
+    """Second pass over the runs, at the solution: QR factor of each unit, residuals, outliers."""
     regression, s = solved.regression, solved.s
     units: list[Unit] = []
     residuals, downweighted = [], []
@@ -169,7 +170,7 @@ def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...], l
 
 
 def _blocks_of_runs(solved: Solved) -> NDArray[np.int64]:
-    """Number of blocks of each run: its share of the information, at least one."""
+    """Number of blocks of each run, in proportion to its information; at least one."""
     whole = solved.reduced.runs[:, :, :-1]
     information = np.sum((whole @ solved.covariance) * whole, axis=(1, 2))
     free = sum(u.prior is None for u in solved.regression.shared)
