@@ -10,6 +10,7 @@ from tests.plant.vehicle import random_vehicle
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.shaft.encoder_angles import unwrapped, with_twist_of_angles
 from vdyn_cli.steps.shaft.noise import ReadingConditions
 from vdyn_cli.steps.shaft.shaft_readings import UNREAD_RATE, ShaftReadings, readings_of
@@ -57,7 +58,7 @@ def test_a_rate_that_was_not_read_does_not_take_in_the_torques_noise() -> None:
     assert np.abs(run.linked(run.time**2, 2 * run.time)).max() < 1e-13
     alternating = np.resize([1.0, -1.0], run.time.size)
     assert np.abs(run.linked(np.zeros(run.time.size), alternating)[1:]).min() > 1e-3
-    (noise,) = ShaftSide("left", (run,), (), None, None, 0.005).rate_noise
+    (noise,) = ShaftSide("left", (run,), (), None, None, 0.005, Given(0.0)).rate_noise
     assert noise < 2 * run.noise[1] / 2e-3
 
 

@@ -160,6 +160,26 @@ def test_a_torque_that_is_logged_late_is_not_a_damping() -> None:
     assert "5.0 ms or more after the twist" in doubt.remedy
 
 
+def test_the_delay_of_the_torque_is_corrected_and_its_uncertainty_carried_into_the_damping() -> None:
+    """1 ms late over k = 29 kN m/rad passes for 29 N m s/rad of damping too few: the result says so."""
+    vehicle = random_vehicle(6)
+    data = log(vehicle, 6)
+    late = data.with_channels(shaft_torque=np.interp(data.time - 1e-3, data.time, data["shaft_torque"]))
+    silent = STEP.estimate(spec(runs=RUN), (late,), Parameters())
+    (note,) = [f for f in silent.findings if f.where == "shaft_damping_left"]
+    assert "same instant" in note.what
+    assert "torque_delay" in note.remedy
+    true = plant.truth(vehicle)["shaft_damping_left"]
+    told = STEP.estimate(spec(runs=RUN, settings={"torque_delay": "1 +- 0.1 ms"}), (late,), Parameters())
+    damping, plain = told.parameters["shaft_damping_left"], silent.parameters["shaft_damping_left"]
+    stiffness = told.parameters["shaft_stiffness_left"].value
+    assert plain.interval95[1] < true
+    assert damping.interval95[0] < true < damping.interval95[1]
+    assert damping.value - plain.value == pytest.approx(1e-3 * stiffness, rel=0.1)
+    assert damping.std >= 1e-4 * stiffness
+    assert not [f for f in told.findings if f.where == "shaft_damping_left"]
+
+
 def test_what_cannot_serve_is_refused_with_the_line_to_change() -> None:
     data = log(random_vehicle(7), 7)
     still = data.with_channels(shaft_torque=5 + 1.5 * np.random.default_rng(1).standard_normal(data.time.size))

@@ -175,7 +175,7 @@ def test_the_noise_of_an_unread_rate_holds_what_the_torque_leaves_in_it(noise: f
     true, known = log(vehicle, 911), log(vehicle, 911, ("shaft_torque", "twist"))
     more = np.random.default_rng(911).normal(0.0, noise, known.time.size) if noise else 0.0
     known = known.with_channels(shaft_torque=known["shaft_torque"] + more)
-    side = ShaftSide("left", (ShaftReadings.of(known, 1.0),), (), None, None, 0.0)
+    side = ShaftSide("left", (ShaftReadings.of(known, 1.0),), (), None, None, 0.0, Given(0.0))
     (stated,) = side.rate_noise
     (rate,) = side.logged((), ()).rate
     assert stated == pytest.approx(np.std(rate - true["motor_speed"] + true["wheel_speed"]), rel=0.35)

@@ -141,8 +141,8 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
         drawing = drawing_budget(sections, modulus) if sections else None
         bar = propagate(rod_stiffness, spec.pendulum[name].measured(), UNITS) if name in spec.pendulum else None
         if readings[name] or drawing or bar:
-            gain = spec.settings.torque_gain.value
-            sides.append(ShaftSide(name, readings[name], sections, drawing, bar, gain))
+            gain, delay = spec.settings.torque_gain.value, spec.settings.torque_delay
+            sides.append(ShaftSide(name, readings[name], sections, drawing, bar, gain, delay))
     if not sides:
         remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
         raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))

@@ -25,7 +25,7 @@ def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]
     ----------
     findings : of the description and the logs.
     """
-    estimates, doubts = _estimates(sides)
+    estimates, notes = _estimates(sides)
     by_method = {s.side.name: {name: {"value": b.value, "std": b.std} for name, b in s.methods.items()} for s in sides}
     restate = partial(text.sentence, sides=sides)
     return Result(
@@ -37,7 +37,7 @@ def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]
         figures.comparisons(sides),
         figures.figures(sides),
         text.tables(sides),
-        tuple(dict.fromkeys([*findings, *doubts])),
+        tuple(dict.fromkeys([*findings, *notes])),
         {"stiffness_by": by_method},
         amplitudes=_amplitudes(sides),
         restate=restate,
@@ -62,19 +62,21 @@ def _amplitudes(sides: Sequence[ComparedStiffness]) -> dict[str, Estimate]:
 
 
 def _estimates(sides: Sequence[ComparedStiffness]) -> tuple[dict[str, Estimate], list[Finding]]:
-    """Stiffnesses, and the dampings that the logs determine."""
-    estimates, doubts = {}, []
+    """Stiffnesses, the dampings that the logs determine, and what a reader must know of these."""
+    estimates, notes = {}, []
     for side in sides:
         budgets = {f"shaft_stiffness_{side.side.name}": side.published}
         if side.logged is not None:
             damping, name = side.logged.damping, f"shaft_damping_{side.side.name}"
             if damping.interval95[0] > 0:
                 budgets[name] = damping
+                if not side.side.torque_delay.std:
+                    notes.append(text.one_clock(name, side.logged.stiffness))
             else:
-                doubts.append(text.no_damping(name, damping, side.logged.stiffness))
+                notes.append(text.no_damping(name, damping, side.logged.stiffness))
         for name, budget in budgets.items():
             estimates[name] = Estimate.of(name, budget.value, budget.std, budget.interval95, "shaft")
-    return estimates, doubts
+    return estimates, notes
 
 
 def _correlation(sides: Sequence[ComparedStiffness]) -> dict[str, dict[str, float]]:

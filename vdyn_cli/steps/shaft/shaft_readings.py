@@ -110,6 +110,17 @@ class ShaftReadings:
         return Drive(self.time, {"twist": twist, "twist_rate": rate})
 
 
+def _with_torque_on_time(log: Log, delay: float) -> Log:
+    """The log with its torque read ``delay`` s later, which is when what happened now was logged."""
+    torque = log["shaft_torque"]
+    there = np.isfinite(torque)
+    if not delay or not there.any():
+        return log
+    return log.with_channels(
+        shaft_torque=np.interp(log.time + delay, log.time[there], torque[there], left=np.nan, right=np.nan)
+    )
+
+
 def _used(log: Log) -> list[str]:
     """The channels of the log that are read: one speed alone gives no twist."""
     speeds = [n for n in ("motor_speed", "wheel_speed") if n in log]
@@ -131,7 +142,8 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
         if by_angles and (doubts := ratio_of_angles_doubts(logged, ratio)):
             findings += doubts
             continue
-        log = with_twist_of_angles(logged, ratio) if by_angles else logged
+        log = _with_torque_on_time(logged, spec.settings.torque_delay.value)
+        log = with_twist_of_angles(log, ratio) if by_angles else log
         used = _used(log)
         if "motor_speed" not in used:
             log = condensed(log, TWIST_RATE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -56,6 +56,7 @@ class ShaftSide:
     runs : readings of its logs.
     sections : of its drawing. drawing, bar : stiffness, N m/rad, by drawing and by a bar that swung on it, or None.
     torque_gain : standard deviation of the gain of the torque sensor.
+    torque_delay : s, by which the torque was logged late; the readings are corrected for its value.
     """
 
     name: SideName
@@ -64,6 +65,7 @@ class ShaftSide:
     drawing: Budget | None
     bar: Budget | None
     torque_gain: float
+    torque_delay: Given
 
     @cached_property
     def linear(self) -> Solution:
@@ -97,6 +99,9 @@ class ShaftSide:
     def logged(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoggedShaft:
         """Fit the logs of this side; an error of the torque's gain moves stiffness and damping alike.
 
+        A torque that is logged late by d reads k phi(t - d), to first order k phi - k d phi': the damping is too small
+        by k d.
+
         Raises
         ------
         ResultError : the logs do not determine a stiffness.
@@ -104,10 +109,10 @@ class ShaftSide:
         fit = self._fit(effects, unknowns)
         solution, covariance = fit.solve(self.linear)
         std = np.sqrt(np.diag(covariance)).tolist()
-        stiffness, damping = (
-            self._budget(solution, name, unit, error)
-            for name, unit, error in zip(("shaft_stiffness", "shaft_damping"), (UNIT, "N m s/rad"), std, strict=False)
-        )
+        stiffness = self._budget(solution, "shaft_stiffness", UNIT, std[0])
+        damping = self._budget(solution, "shaft_damping", "N m s/rad", std[1])
+        late = Contribution("torque_delay", self.torque_delay.value, self.torque_delay.std, "s", stiffness.value)
+        damping = replace(damping, contributions=(*damping.contributions, late))
         if stiffness.interval95[0] <= 0:
             got = f"{stiffness.value:.4g} +- {stiffness.std:.2g} {UNIT}"
             raise ResultError(

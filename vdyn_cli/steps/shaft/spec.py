@@ -16,6 +16,7 @@ from vdyn_cli.steps.pendulum.pendulum_rig import Bar
 SideName = Literal["left", "right"]
 SIDES: tuple[SideName, ...] = ("left", "right")
 SOLID = Given(0.0)
+LONGEST_DELAY = 1.0  # s: telemetry takes a few hundredths; what is longer is another unit
 
 
 class SectionSpec(Strict):
@@ -50,6 +51,9 @@ class ShaftSettings(Strict):
     )
     torque_gain: Annotated[Given, Si("", 0, 0.1)] = Field(
         Given(0.0), description="standard deviation of the torque sensor's gain, 0.001 for 0.1 %"
+    )
+    torque_delay: Annotated[Given, Si("s", -LONGEST_DELAY, LONGEST_DELAY)] = Field(
+        Given(0.0), description="time by which the torque is logged later than twist and speeds, 0 +- 0.05 ms"
     )
 
 

@@ -52,8 +52,15 @@ def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
         )
         return Finding(name, what, got, remedy)
     late = -1e3 * damping.value / stiffness.value  # T(t) = k phi(t - d) reads as k phi - k d phi'
-    remedy = f"the torque seems to be logged {late:.1f} ms or more after the twist: check the loggers' clocks"
+    remedy = f"the torque seems to be logged {late:.1f} ms or more after the twist: state 'torque_delay' under settings"
     return Finding(name, "is significantly negative, which is not physical, and not published", got, remedy)
+
+
+def one_clock(name: str, stiffness: Budget) -> Finding:
+    """What a damping assumes of the clocks where the description states no uncertainty of the torque's delay."""
+    got = f"a torque logged 1 ms late lowers it by {1e-3 * stiffness.value:.2g} N m s/rad"
+    remedy = "if their clocks can differ, state by how much under settings: 'torque_delay: 0 +- 0.05 ms'"
+    return Finding(name, "assumes that torque and twist are logged at the same instant", got, remedy)
 
 
 def tables(sides: Sequence[ComparedStiffness]) -> tuple[Table, ...]:
