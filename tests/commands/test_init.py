@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.io.stored_logs import write
+from tests.io.stored_logs import FORMATS, write
 from vdyn_cli.commands.run_init import run_init
 from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.channel_survey import ChannelFacts
@@ -224,6 +224,13 @@ def test_rivals_and_groups_of_an_mdf_file(tmp_path: Path) -> None:
     }
     assert "not decided between 'logger 1: Speed' and 'logger 2: Speed'" in found.text
     assert "speed" in found.undecided
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_coast_down_of_every_format_is_described(kind: str, tmp_path: Path) -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+    path = write(kind, tmp_path / "run", [{"time": time, "Speed": 30.0 - 0.3 * time}], {"time": "s", "Speed": "m/s"})
+    assert draft("coastdown", path)[1]["channels"]["speed"]["column"] == "Speed"
 
 
 @pytest.mark.parametrize(

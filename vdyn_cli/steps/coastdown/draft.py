@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vdyn_cli.io.csv.coastdown_report import DAY, SPEED, ReportedRun, likely_levels, read_report, written_levels
 from vdyn_cli.io.csv.csv_source import open_source
+from vdyn_cli.quantities.errors import InputError
 
 DRAFT = """\
 vehicle:
@@ -68,6 +69,9 @@ def _row(name: str, run: ReportedRun, start: float) -> str:
 
 
 def _report(path: Path) -> tuple[ReportedRun, ...]:
-    with open_source(path) as source:
-        lines = b"".join(source.blocks).decode(source.encoding, "replace").splitlines()
+    try:
+        with open_source(path) as source:
+            lines = b"".join(source.blocks).decode(source.encoding, "replace").splitlines()
+    except InputError:  # no text: a log of another format, or none
+        return ()
     return read_report(lines)
