@@ -129,22 +129,6 @@ def test_mostly_missing_or_empty_is_a_problem() -> None:
 
 
 @pytest.mark.parametrize("every", [2, 5, 10])
-def test_a_slower_rate_is_recognised(every: int) -> None:
-    values = np.full(N, np.nan)
-    values[3::every] = load()[3::every]
-    text = said(values)
-    assert f"is written only once in {every} rows" in text
-    assert not check(values).problems
-
-
-def test_a_slower_rate_on_a_clock_that_is_no_multiple() -> None:
-    values = np.full(N, np.nan)
-    rows = np.unique(np.round(np.arange(0, N, 8.53)).astype(int))
-    values[rows[rows < N]] = load()[rows[rows < N]]
-    assert "a slower rate" in said(values)
-
-
-@pytest.mark.parametrize("every", [2, 5, 10])
 def test_a_held_slower_sensor_is_recognised(every: int) -> None:
     assert f"changes only once in {every} rows" in said(np.repeat(load()[::every], every)[:N])
 

@@ -112,12 +112,6 @@ def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, every: _Rows) -
     n = missing.size
     if rows.size == 0:
         return Finding(where, "is empty", remedy="map another column, or leave out this run or this channel"), True
-    steps = np.diff(rows)
-    usual = float(np.median(steps)) if steps.size else 1.0
-    near = np.abs(steps - usual) <= max(1.0, 0.25 * usual)
-    if usual >= 2.0 and steps.size >= 3 and near.mean() > 0.9:
-        what = f"is written only once in {usual:.0f} rows, {rows.size} values in {n}: a slower rate"
-        return Finding(where, what, remedy="the rows between stay empty, without interpolation"), False
     runs = _stretches(missing)
     longest = max(runs, key=lambda r: r[1])
     share = (n - rows.size) / n

@@ -1,0 +1,72 @@
+"""Channels of different rates in one table, with blanks between the values of the slower ones: each on its own rows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.log import Log, LogSource
+
+Rows = NDArray[np.intp]
+
+_FEWEST = 4  # values, whose steps show a rate
+_REGULAR = 0.9  # of the steps between values, which are the usual one: blanks by chance leave steps of all lengths
+_NEAR = 0.25  # of the usual step: messages of a bus come so regularly
+_BETWEEN = 0.25  # stretches of blanks for each value: fewer are dropouts, and one is a gap
+
+
+def slower_rows(time: Array, values: Array) -> Rows | None:
+    """The rows (m,) of a table at which a slower channel (n,) is written; None where it has the table's clock.
+
+    Every k-th row, k > 1, or by a clock of its own between the rows of other channels. Gaps, and values that are
+    missing by chance, are no slower clock.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    if rows.size == values.size or rows.size < _FEWEST:
+        return None
+    steps = np.diff(rows)
+    usual = float(np.median(steps))
+    if usual >= 2.0:
+        near = np.abs(steps - usual) <= max(1.0, _NEAR * usual)
+    else:
+        apart = np.diff(time[rows])
+        near = np.abs(apart - np.median(apart)) <= _NEAR * np.median(apart)
+        near &= bool(np.count_nonzero(steps > 1) >= _BETWEEN * rows.size)
+    return rows if near.mean() > _REGULAR else None
+
+
+def on_own_clocks(log: Log) -> Log:
+    """The log of a table as a reader gives it, with the channels of slower rates in ``source.others``.
+
+    The log has the rows of its first channel; blanks that are no slower rate stay NaN.
+    """
+    if log.source is None or not log.channels:
+        return log
+    found = {name: slower_rows(log.time, values) for name, values in log.channels.items()}
+    if all(rows is None for rows in found.values()):
+        return log
+    groups: dict[bytes, list[str]] = {}
+    for name, rows in found.items():
+        groups.setdefault(b"" if rows is None else rows.tobytes(), []).append(name)
+    first, *others = (_part(log, log.source, names, found[names[0]]) for names in groups.values())
+    source = replace(first.source or log.source, others=(*log.source.others, *others), problems=log.source.problems)
+    return replace(first, source=source, findings=log.findings)
+
+
+def _part(log: Log, source: LogSource, names: list[str], rows: Rows | None) -> Log:
+    """Some channels at their rows; all rows where ``rows`` is None."""
+    columns = {name: source.columns[name] for name in ("time", *names)}
+    channels = {name: log[name] for name in names}
+    if rows is None:
+        return Log(log.name, log.time, channels, (), replace(source, columns=columns, problems=(), others=()))
+    line_of = partial(_line, source, rows)
+    own = {name: values[rows] for name, values in channels.items()}
+    return Log(log.name, log.time[rows], own, (), LogSource(columns, line_of, row=source.row))
+
+
+def _line(source: LogSource, rows: Rows, sample: int) -> int:
+    return source.line_of(int(rows[sample]))
