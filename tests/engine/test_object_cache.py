@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from vdyn_cli.engine import object_cache
-from vdyn_cli.engine.object_cache import VARIABLE, kept
+from vdyn_cli.engine.object_cache import VARIABLE, cached
 
 CODE = bytes(range(256)) * 20
 
@@ -29,7 +29,7 @@ def made(*parts: str, code: bytes = CODE) -> tuple[bytes, bool]:
         calls.append(1)
         return code
 
-    return kept(parts, make), bool(calls)
+    return cached(parts, make), bool(calls)
 
 
 def test_the_same_text_is_compiled_once(folder: Path) -> None:
@@ -80,7 +80,7 @@ def test_without_a_folder_the_text_is_compiled(tmp_path: Path, monkeypatch: pyte
 
 
 def test_what_was_not_used_for_longest_is_removed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(object_cache, "MOST", 3)
+    monkeypatch.setattr(object_cache, "MOST_FILES", 3)
     for k, name in enumerate("abc"):
         before = set(folder.glob("*.o"))
         made(name)

@@ -378,7 +378,5 @@ def test_steps_too_large_are_found_where_the_numbers_stay_finite():
     simulate = Simulator(Model("loose", assemble, (), ()), {})
     coarse, fine = Drive(np.arange(0, 1, 0.04), {}), Drive(np.arange(0, 1, 0.0005), {})
     assert np.all(np.isfinite(simulate(coarse).outputs["place"]))
-    with pytest.raises(ResultError, match=r"steps of 40 ms are too large: halving them changes place by \d+ %"):
-        simulate.refuse_coarse_steps(coarse)
-    simulate.refuse_coarse_steps(fine)
+    assert simulate.step_error(coarse)["place"] > 0.05
     assert simulate.step_error(fine)["place"] < 1e-3

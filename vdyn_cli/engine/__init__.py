@@ -1,1 +1,1 @@
-"""One symbolic model in, simulation with exact sensitivities out: the only room that integrates."""
+"""Simulation of symbolic models with exact sensitivities; all integration in time is in this package."""

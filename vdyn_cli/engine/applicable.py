@@ -1,4 +1,4 @@
-"""Which effects apply to a model: those whose law it calls with the signals that they need."""
+"""The effects that apply to a model: those whose law it calls with the signals that they need."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ E = TypeVar("E", bound=Correction)
 
 
 class _Probe(ModelBuilder):
-    """A model builder that records which effects find their signals, and which signal the others lack."""
+    """A model builder that records which effects have all their signals, and which signal the others lack."""
 
     def __init__(self, model: Model, effects: tuple[Correction, ...]) -> None:
         self.lacking: dict[str, str] = {}
@@ -60,13 +60,13 @@ def applicable(model: Model, catalogue: Iterable[E]) -> tuple[E, ...]:
 
 
 def missing_signals(model: Model, catalogue: Iterable[Correction]) -> dict[str, str]:
-    """The signal that each effect lacks, by effect, of those that correct a law that the model has."""
+    """Of the effects that correct a law of the model but lack a signal: that signal, by name of the effect."""
     return dict(_probed(model, tuple(catalogue)).lacking)
 
 
 def _probed(model: Model, effects: tuple[Correction, ...]) -> _Probe:
-    """The model assembled with every effect, as far as its signals go."""
+    """The builder of a model assembled with every effect; effects that lack a signal are recorded and left out."""
     builder = _Probe(model, effects)
-    model.assemble(builder, Signals(**leads_of(builder, model.inputs).seen(symbols(model.inputs))))
+    model.assemble(builder, Signals(**leads_of(builder, model.inputs).applied(symbols(model.inputs))))
     builder.finish(lambda of: of)
     return builder

@@ -1,4 +1,4 @@
-"""Which backend runs a graph, and with how many tangent directions."""
+"""Selection of the backend that runs a graph, and the largest number of tangent directions per kernel."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.kernel import Kernel, Seeds
 
 Backend = Literal["auto", "llvm", "vm"]
-# Unknowns per kernel; more take several passes. With the full vehicle's states twice as many would exceed the first
-# cache, and the vectors of 17 to 31 unknowns would be partly empty.
-MOST = 16
+# Unknowns per kernel; more of them take several kernels. With the full vehicle's states, twice as many would exceed
+# the first-level cache, and vectors for 17 to 31 unknowns would be partly empty.
+MOST_DIRECTIONS = 16
 VARIABLE = "VDYN_BACKEND"
 
 
 def chosen(backend: Backend) -> Backend:
-    """Machine code where available, unless requested otherwise; the environment variable applies to "auto" only.
+    """The backend to use: as requested; for "auto" the environment variable, else machine code where available.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def chosen(backend: Backend) -> Backend:
 
 
 def build(graph: Graph, seeds: Seeds, backend: Backend) -> Kernel:
-    """A kernel for a graph and at most MOST unknowns; see kernel.py.
+    """A kernel for a graph and at most MOST_DIRECTIONS unknowns; see kernel.py.
 
     Parameters
     ----------

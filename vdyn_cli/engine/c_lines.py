@@ -1,4 +1,4 @@
-"""The values of a graph as lines of C, each with a name of its own."""
+"""The values of a graph as lines of C, one named value per line."""
 
 from __future__ import annotations
 
@@ -59,10 +59,10 @@ def number(value: float) -> str:
 
 
 class CBody:
-    """The values of a field in its order; ``sources`` are the texts of its inputs, element by element."""
+    """C code for the values of a field; ``sources`` are the C expressions of its inputs, element by element."""
 
     def __init__(self, order: Order, sources: Sequence[Sequence[str]]) -> None:
-        self._plain: dict[int, str] = {}  # what needs no line of its own
+        self._plain: dict[int, str] = {}  # inputs and constants, which need no line
         self._lines: dict[int, str] = {}
         for place, value in enumerate(order.values):
             if value.op == ca.OP_CONST:
@@ -78,7 +78,7 @@ class CBody:
         return self._plain.get(place) or f"v{place}"
 
     def lines(self, places: Iterable[int]) -> list[str]:
-        """The lines that make the values at these places."""
+        """The lines that compute the values at these places, in order."""
         return [self._lines[place] for place in sorted(places) if place in self._lines]
 
 

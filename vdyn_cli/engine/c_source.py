@@ -1,8 +1,7 @@
-"""Printing a graph as C99: a header and a source that need libm and nothing else.
+"""A graph as C99 source: a header and a source file that depend on libm only.
 
-Every instruction becomes one line, in the words of structs with named fields, and the Runge-Kutta step is that of
-ir_steps.py operation for operation: a compiler that keeps to ISO C without contraction (``-std=c99``) gives the bits
-of the virtual machine.
+Every instruction becomes one line, with structs of named fields, and the Runge-Kutta step has the same operations as in
+ir_steps.py: a compiler that follows ISO C without contraction (``-std=c99``) reproduces the virtual machine to the bit.
 """
 
 from __future__ import annotations
@@ -33,10 +32,10 @@ class CProgram:
 
     Parameters
     ----------
-    name : prefix of every name in it.
+    name : prefix of every name in the files.
     header, source : the text of ``<name>.h`` and ``<name>.c``.
-    states, inputs, parameters, outputs : fields of the structs ``<name>_state`` and so on, in their order; all of
-        them are doubles. The names are the graph's, made identifiers.
+    states, inputs, parameters, outputs : fields of the structs ``<name>_state`` and so on, in order; all are doubles,
+        with the graph's names converted to identifiers.
     start : states that ``<name>_init`` takes as arguments.
     """
 
@@ -76,25 +75,25 @@ def c_program(
         extern const parameters <name>_defaults
 
     A step takes ``substeps`` Runge-Kutta steps of dt / substeps each, with inputs linear from ``before`` to ``after``;
-    ``y`` is what the sensors read before it.
+    ``y`` holds the sensors' readings before the step.
 
     Parameters
     ----------
-    start : states whose initial value is an argument of init, such as the speed; the others start as the model says.
+    start : states whose initial value is an argument of init, such as the speed; the others have the model's start.
     defaults : values of the parameters, SI; 0 where none is given.
-    comments : unit and meaning of any name.
-    title : what the files say of themselves in their first line.
+    comments : unit and meaning by name.
+    title : first line of both files, as a comment.
 
     Raises
     ------
-    ValueError : a name is not a C identifier; an unknown name; a model without states; a sensor with a
-        shifted clock, which would need the trace's past.
-    NotImplementedError : an operation that has no line of C.
+    ValueError : a name is not a C identifier or not known; the model has no states; a sensor has a shifted clock,
+        which would need past values.
+    NotImplementedError : an operation has no equivalent in C.
     """
     if not graph.states:
         raise ValueError("a model without states has no step to print")
     if graph.shifted:
-        raise ValueError(f"{', '.join(graph.shifted)}: a sensor whose clock is shifted has no place in a model in C")
+        raise ValueError(f"{', '.join(graph.shifted)}: a model in C cannot have a sensor with a shifted clock")
     refuse_unknown("state", start, graph.states)
     refuse_unknown("parameter", defaults, graph.constants)
     groups = {"state": graph.states, "input": graph.inputs, "parameters": graph.constants, "output": graph.outputs}
@@ -125,33 +124,27 @@ class _Printer:
 
     def header(self, groups: Mapping[str, Sequence[str]], comments: Mapping[str, str], title: str) -> str:
         guard, name = f"{self.name.upper()}_H", self.name
-        words = {
-            "state": "What moves.",
-            "input": "What drives it.",
-            "parameters": "What it is made of.",
-            "output": "What it shows.",
-        }
+        headings = {"state": "States.", "input": "Inputs.", "parameters": "Parameters.", "output": "Outputs."}
         lines = [f"/* {title} */", f"#ifndef {guard}", f"#define {guard}", ""]
         lines += ["#ifdef __cplusplus", 'extern "C" {', "#endif", ""]
         for group, originals in groups.items():
-            lines += [f"/* {words[group]} */", "typedef struct {"]
+            lines += [f"/* {headings[group]} */", "typedef struct {"]
             for original, own in zip(originals, self.fields[group], strict=True):
                 comment = comments.get(original, "")
                 lines.append(f"    double {own};" + (f" /* {plain(comment)} */" if comment else ""))
             lines += [*(["    double nothing;"] if not originals else []), f"}} {name}_{group};", ""]
         lines += [
-            "/* The parameters as they were estimated. */",
+            "/* Estimated parameters. */",
             f"extern const {name}_parameters {name}_defaults;",
             "",
-            "/* The state to start from, at rest in itself" + (", with the given speed. */" if self.start else ". */"),
+            "/* Set the initial state" + (f" for the given {', '.join(self.start)}. */" if self.start else ". */"),
             f"{self._init()};",
             "",
-            f"/* One step of dt seconds ({self.substeps} of Runge and Kutta's); the inputs go straight from before to "
-            "after.",
-            "   y is what there is to see before the step. */",
+            f"/* One step of dt seconds ({self.substeps} Runge-Kutta steps), with inputs linear from before to after.",
+            "   y: outputs before the step. */",
             f"{self._step()};",
             "",
-            "/* What there is to see now. */",
+            "/* Outputs at the current state. */",
             f"{self._read()};",
             *["", "#ifdef __cplusplus", "}", "#endif", "", f"#endif /* {guard} */", ""],
         ]
@@ -182,7 +175,7 @@ class _Printer:
         return f"void {self.name}_read(const {self.name}_state *x, {self._arguments()}, {self.name}_output *y)"
 
     def _field(self, function: ca.Function) -> list[str]:
-        """Rates of the states and, where somebody looks, the readings; what only they need comes last."""
+        """The function for the rates of the states and, if y is not null, the readings, whose values come last."""
         order = ordered(function)
         body = CBody(order, self._sources())
         lines = body.lines((*order.once, *order.moving))
@@ -193,12 +186,12 @@ class _Printer:
         return _function([f"{head}{self.name}_output *y)"], [*_touch("x u p f", lines), *lines])
 
     def _sources(self) -> list[list[str]]:
-        """How the arguments of a field (x, u, p) are written."""
+        """The C expressions of the arguments (x, u, p) of a field."""
         groups = (("x", "state"), ("u", "input"), ("p", "parameters"))
         return [[f"{pointer}->{name}" for name in self.fields[group]] for pointer, group in groups]
 
     def _helpers(self) -> list[str]:
-        """The arithmetic between the stages, field by field."""
+        """The functions for the arithmetic between the stages, field by field."""
         n = self.name
         s, u = self.fields["state"], self.fields["input"]
         move = [f"to->{f} = x->{f} + h * k->{f};" for f in s]
@@ -259,7 +252,7 @@ class _Printer:
         return _function([self._read()], [f"{self.name}_state unused;", "field(x, u, p, &unused, y);"])
 
     def _starting(self, graph: Graph, start: Sequence[str]) -> list[str]:
-        """The initial state as an expression of what is given."""
+        """The function for the initial state, from the given starts, inputs and parameters."""
         x, u, p = symbols(graph.states), symbols(graph.inputs), symbols(graph.constants)
         fixed = {n: v for n, v in graph.starts.items() if n not in start}
         known = [fixed.get(n, s) for n, s in x.items()]
@@ -278,11 +271,11 @@ def _function(head: Sequence[str], body: Sequence[str], arguments: str = "") -> 
 
 
 def _touch(arguments: str, body: Sequence[str]) -> list[str]:
-    """Lines for the arguments that a body does not use, of which a compiler would warn."""
+    """``(void)`` lines for the arguments that a body does not use, to avoid compiler warnings."""
     text = "\n".join(body)
     return [f"(void){name};" for name in arguments.split() if not re.search(rf"\b{name}\b", text)]
 
 
 def plain(text: str) -> str:
-    """The text as it can stand in a comment."""
+    """The text without comment marks, for use in a comment."""
     return text.replace("*/", "* /").replace("/*", "/ *")

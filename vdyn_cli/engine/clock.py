@@ -1,4 +1,4 @@
-"""A simulated output at shifted times: the reading of a sensor with a delayed or offset clock."""
+"""A simulated output at shifted times: the reading of a sensor with a delay or a clock offset."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 
 
-# Seven arrays: three signals with their tangents on one time. Pairs in objects would be built at every call only to be
-# taken apart here.
+# Seven arrays: three signals with their tangents on one time axis. Pairing them in objects would only add cost.
 def read_at(
     time: Array,
     value: Array,
@@ -30,8 +29,8 @@ def read_at(
 
     Returns
     -------
-    (n,) and (n, k). Outside the recorded time the trace goes on straight where its rate is known and stays where it is
-    not (differences of a noisy trace say nothing about what lies beyond it).
+    (n,) and (n, k). Outside the time range the trace is extrapolated linearly if its rate is known, else held constant
+    (the slope of a noisy trace does not allow extrapolation).
     """
     if time.size < 2:
         return value, tangents

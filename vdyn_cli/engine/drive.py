@@ -1,4 +1,4 @@
-"""Input and output of a simulation: a drive on any time grid, and outputs and sensitivities at each sample."""
+"""Input and output of a simulation: a drive on any time grid; outputs and sensitivities at each sample."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Drive:
     time : (n,) s, increasing; any grid.
     inputs : each (n,), or one number for the whole run; linear between samples.
     start : initial states; those neither given nor among the unknowns start as the model declares.
-    parameters : values that differ from the simulator's in this run alone, such as air_density; no unknowns.
+    parameters : values that differ from the simulator's in this run only, such as air_density; not for unknowns.
     context : the model's context in this run, such as heading.
     between : further points of an input, (times, values), each (c,), strictly between samples: the input is linear
-        from point to point, so that a corner need not lie at a sample. It is evaluated where a step begins and ends.
+        from point to point, so that a corner need not lie at a sample. It is evaluated at the ends of each step.
 
     Raises
     ------
@@ -57,7 +57,7 @@ class Drive:
         object.__setattr__(self, "inputs", inputs)
 
     def line(self, name: str) -> Points:
-        """An input's samples and the points between them."""
+        """Times and values of an input's samples and of the points between them, (n + c,) each."""
         values = np.broadcast_to(self.inputs[name], self.time.shape)
         at, further = self.between.get(name, (np.zeros(0), np.zeros(0)))
         where = np.searchsorted(self.time, at)

@@ -1,9 +1,9 @@
-"""Forward derivatives of a graph: every value carries its derivatives in K directions, by one table of rules.
+"""Forward-mode differentiation of a graph: every value has derivatives in K directions, by one table of rules.
 
-The rules are written once and interpreted by each backend, so that machine code and virtual machine agree. They differ
-from CasADi's own where those are not wanted: a branch not taken contributes nothing, even where its derivative is
-infinite (CasADi multiplies by zero and gets nan), and ``copysign(x, y)`` has the slope of ``|x| sign(y)``.
-At a tie fmax and fmin take half of each side, fabs' (0) = 0.
+All backends use the same rules, so that machine code and virtual machine agree. They differ from CasADi's rules in two
+points: a branch not taken contributes nothing, even where its derivative is infinite (CasADi multiplies by zero and
+gets nan), and ``copysign(x, y)`` has the slope of ``|x| sign(y)``.
+At a tie the slope of fmax and fmin is the mean of both sides; fabs'(0) = 0.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Algebra(Protocol):
         """The sum of two rows of tangents."""
 
     def subtract(self, left: Tangents, right: Tangents) -> Tangents:
-        """The left tangents less the right ones."""
+        """The left tangents minus the right ones."""
 
     def negate(self, tangents: Tangents) -> Tangents:
         """The tangents times -1."""
@@ -40,7 +40,7 @@ class Algebra(Protocol):
 
 
 def instructions(function: ca.Function) -> Iterator[tuple[int, list[int], list[int], float]]:
-    """(operation, outputs, inputs, constant) of a graph in its order."""
+    """(operation, outputs, inputs, constant) of each instruction of a graph, in order."""
     for k in range(function.n_instructions()):
         op = function.instruction_id(k)
         constant = function.instruction_constant(k) if op == ca.OP_CONST else 0.0
@@ -84,7 +84,7 @@ ONE: dict[int, Callable[[Apply, Value, Value], Value]] = {
     ca.OP_LOG: lambda f, x, v: f(ca.OP_INV, x),
     ca.OP_FABS: lambda f, x, v: f(ca.OP_SIGN, x),
 }
-# The same for v = op(x, y): derivatives to x and to y, as functions (f, x, y, v); None where there is none.
+# The same for v = op(x, y): derivatives to x and to y, as functions (f, x, y, v); None if zero or not needed.
 TWO: dict[int, tuple[Callable[..., Value], Callable[..., Value] | None]] = {
     ca.OP_MUL: (lambda f, x, y, v: y, lambda f, x, y, v: x),
     ca.OP_POW: (
@@ -149,7 +149,7 @@ def _linear(algebra: Algebra, op: int, a: Sequence[Value], t: Sequence[Tangents 
 
 
 def refuse_unknown_operations(function: ca.Function) -> None:
-    """Raise NotImplementedError where a law used a function that engine/maths.py does not offer."""
+    """Raise NotImplementedError where a law uses a function that engine/maths.py does not provide."""
     plain = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT)
     for op, _, _, _ in instructions(function):
         if op not in plain and op not in KNOWN:

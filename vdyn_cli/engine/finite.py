@@ -1,4 +1,4 @@
-"""Errors of a simulation that is not finite or has too large steps: when, which state, and the remedy."""
+"""Errors of a simulation that is not finite: when, which state, and the remedy."""
 
 from __future__ import annotations
 
@@ -11,16 +11,20 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 
 
 def first_not_finite(rows: Array) -> int | None:
-    """The first row (of n, k) with a value that is not finite."""
+    """Index of the first row of (n, k) with a value that is not finite; None if there is none."""
     odd = ~np.isfinite(rows).all(axis=1)
     return int(np.argmax(odd)) if odd.any() else None
 
 
-def culprit(rows: Array, row: int, names: Sequence[str]) -> str:
+def diverged_first(rows: Array, row: int, names: Sequence[str]) -> str:
     """The column that diverged first: of those not finite at ``row``, the one with the largest growth just before.
 
-    An unstable integration step makes every state diverge within a step or two; the cause is the state that oscillates
-    with growing amplitude.
+    In an unstable integration all states diverge within a step or two; the cause is the state that oscillates with
+    growing amplitude.
+
+    Parameters
+    ----------
+    rows : (n, k). row : the first row that is not finite. names : of the columns, for the message.
     """
     odd = np.flatnonzero(~np.isfinite(rows[row]))
     odd = odd[odd < len(names)]
@@ -36,33 +40,16 @@ def culprit(rows: Array, row: int, names: Sequence[str]) -> str:
 
 
 def not_finite(model: str, time: float, step: float, what: str) -> ResultError:
-    """The error of a simulation that is no longer finite at ``time`` (s), with steps of ``step`` (s).
+    """The error of a simulation that is no longer finite.
 
     Parameters
     ----------
-    model : its name. time, step : s. what : the quantity that is not finite.
+    model : its name. time : s, when. step : s, length of the integration steps. what : the quantity not finite.
     """
     return ResultError(
         Finding(
             f"model {model!r} at t = {time:.6g} s",
             f"{what} is not a finite number: the step of {1e3 * step:.3g} ms is too large, or the model is unstable",
             remedy="use smaller steps (more substeps), or check the parameters and inputs at that time",
-        )
-    )
-
-
-def too_coarse(model: str, step: float, output: str, share: float) -> ResultError:
-    """The error of a simulation that stays finite while its steps, of ``step`` (s), are too large to follow it.
-
-    Parameters
-    ----------
-    step : s. output : the output that changes most. share : its change over its range when steps are halved.
-    """
-    return ResultError(
-        Finding(
-            f"model {model!r}",
-            f"steps of {1e3 * step:.3g} ms are too large: halving them changes {output} by "
-            f"{100 * share:.0f} % of its range",
-            remedy="use smaller steps (more substeps)",
         )
     )

@@ -1,4 +1,4 @@
-"""Tracing: a model and its effects become one symbolic graph."""
+"""Tracing of a model and its effects to one symbolic graph."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Graph:
 
     ``field(x, u, p) -> (rates of the states, readings)``: the constants ``p`` are the model's parameters,
     the effects' unknowns and the context, in the order of ``constants``. The readings are the outputs, followed by the
-    rates of those in ``rated`` and the clock shifts of those in ``shifted``. What is shifted and not rated has no rate
-    that the graph knows: it must be found from the trace itself. ``leads(p)`` are the leads and lags of
-    ``leading``, pairs of an input and which of both (see ``lead``).
+    rates of those in ``rated`` and the clock shifts of those in ``shifted``. The rate of an output that is shifted but
+    not rated must be computed from its trace. ``leads(p)`` returns the lead or lag of each pair (input, kind) in
+    ``leading`` (see ``lead.py``).
     """
 
     states: tuple[str, ...]
@@ -44,7 +44,7 @@ class Graph:
 
     @property
     def readings(self) -> int:
-        """Number of values that the field reads at a moment, beside the rates of the states."""
+        """Number of readings that the field returns."""
         return int(self.field.size1_out(1))
 
     @cached_property
@@ -65,7 +65,7 @@ class Graph:
         return ca.Function("slopes", [x, u, p, v_re, v_im, w_re, w_im], gradients, {"cse": True})
 
     def start(self, given: frozenset[str]) -> ca.Function:
-        """``(x, u, p) -> (x0, dx0/d(x, p))`` where ``given`` starts are taken from x and the others by their laws."""
+        """``(x, u, p) -> (x0, dx0/d(x, p))``: the ``given`` starts are taken from x, the others from their laws."""
         x, u, p = self._symbols
         starts = ca.SX(x)
         for i, name in enumerate(self.states):
@@ -74,7 +74,7 @@ class Graph:
         return ca.Function("start", [x, u, p], [starts, ca.densify(ca.jacobian(starts, ca.vertcat(x, p)))])
 
     def live(self, seeded_starts: frozenset[int], seeded_constants: frozenset[int]) -> frozenset[int]:
-        """The states that can feel the seeds: the others carry no derivatives."""
+        """The states whose derivatives to the seeded starts and constants can be nonzero."""
         on_states, on_constants = (ca.DM(self.field.jac_sparsity(0, k), 1.0).full() > 0 for k in (0, 2))
         felt = on_constants[:, sorted(seeded_constants)].any(axis=1)
         felt[sorted(seeded_starts)] = True
@@ -86,14 +86,14 @@ class Graph:
 
 
 def closest(name: str, known: Iterable[str]) -> str:
-    """A hint for a name that is not known: the closest one, or all of them."""
+    """Hint for an unknown name: the closest known one, or all of them."""
     names = list(known)
     near = get_close_matches(name, names, n=1)
     return f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(sorted(names)) or 'none'}"
 
 
 def refuse_unknown(what: str, names: Iterable[str], known: Iterable[str]) -> None:
-    """Raise ValueError for the first name that is not known."""
+    """Raise ValueError, with a hint, for the first name that is not known; ``what`` says what the names are."""
     known = tuple(known)
     for name in names:
         if name not in known:
@@ -106,13 +106,13 @@ def symbols(names: Iterable[str]) -> dict[str, Any]:
 
 
 def column(values: Iterable[Number]) -> ca.SX:
-    """A dense column, also when there are no values or they are plain numbers."""
+    """A dense column of symbols or plain numbers; (0, 1) for none."""
     listed = list(values)
     return ca.densify(ca.vertcat(*listed)) if listed else ca.SX(0, 1)
 
 
 def constants_of(model: Model, effects: Iterable[Correction]) -> dict[str, float]:
-    """The effects' unknowns with their default values.
+    """The effects' unknowns with their neutral values, SI.
 
     Raises
     ------
@@ -129,11 +129,11 @@ def constants_of(model: Model, effects: Iterable[Correction]) -> dict[str, float
 
 @lru_cache(maxsize=64)
 def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
-    """Assemble a model once on symbols.
+    """Assemble a model with its effects on symbols; the same arguments are traced once.
 
     Raises
     ------
-    MissingSignalError : an effect asks for a signal that the model does not have.
+    MissingSignalError : an effect needs a signal that the model does not have.
     ValueError : an effect corrects a law that the model never calls; a state has no rate or a rate no state.
     """
     defaults = constants_of(model, effects)
@@ -148,7 +148,7 @@ def trace(model: Model, effects: tuple[Correction, ...] = ()) -> Graph:
 
     builder = ModelBuilder(read, p, q, effects, c)
     leads = leads_of(builder, model.inputs)
-    model.assemble(builder, Signals(**leads.seen(u)))
+    model.assemble(builder, Signals(**leads.applied(u)))
     builder.finish(lambda of: ca.jtimes(ca.SX(of), *_moving(x, builder.rates)))
     if unmet := [effect.name for effect in effects if effect.name not in builder.met]:
         raise ValueError(f"model {model.name!r} has no element for the effect {', '.join(unmet)}")
@@ -199,7 +199,7 @@ def _moving(x: Mapping[str, ca.SX], rates: Mapping[str, Number]) -> tuple[ca.SX,
 def _readings(
     outputs: Mapping[str, tuple[Number, Number | None, Number]], x: ca.SX, rates: ca.SX, u: ca.SX
 ) -> dict[str, tuple[ca.SX, ca.SX | None, ca.SX]]:
-    """Each output with its rate, exact where it depends on states alone and needed for a shift, and its clock shift."""
+    """Value, rate and clock shift of each output; of shifted outputs that depend on states only, the exact rate."""
     found = {}
     for name, (value, rate, shift) in outputs.items():
         value, shift = ca.SX(value), ca.SX(shift)

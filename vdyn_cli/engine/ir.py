@@ -1,6 +1,6 @@
-"""Printing a graph as LLVM IR: a loop over steps, each value with K tangent directions beside it.
+"""A graph as LLVM IR: a loop over steps, each value with K tangent directions.
 
-No fast-math flags and no library knowledge: values come out as CasADi's virtual machine computes them, bit for bit.
+Without fast-math flags and built-in knowledge of libm, values equal those of CasADi's virtual machine, bit for bit.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ _FUNCTIONS = {
     ca.OP_COPYSIGN: "llvm.copysign.f64",
 }
 _BINARY = (ca.OP_ATAN2, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_FMAX, ca.OP_FMIN, ca.OP_COPYSIGN)
-ROW = 8  # tangents that a processor takes at once, roughly
-# The stack is aligned so that spilled tangents do not straddle cache lines: a third of the time of small models.
+ROW = 8  # tangents per vector instruction, roughly
+# Stack alignment keeps spilled tangents within cache lines: saves a third of the time of small models.
 _ATTRIBUTES = 'attributes #0 = { nounwind alignstack=64 "no-builtins" }'
 
 
@@ -53,7 +53,7 @@ def constant(value: float) -> str:
 
 @dataclass(frozen=True)
 class _Term:
-    """A row of tangents times a number, both by name; no number stands for 1."""
+    """A row of tangents times a factor, both by name; a factor of None is 1."""
 
     row: str
     factor: str | None
@@ -61,7 +61,7 @@ class _Term:
 
 
 class _ValuePrinter:
-    """Prints the operations on values, which are names of the text."""
+    """Prints the operations on values; a value is a name in the text."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -123,7 +123,7 @@ class _ValuePrinter:
         return self.name(f"load double, ptr {at}, align 8")
 
     def move(self, value: str, rate: str) -> str:
-        """The value at this stage of the step."""
+        """value + h rate, at this stage of the step."""
         return self.value(ca.OP_ADD, value, self.value(ca.OP_MUL, "%h", rate))
 
     def store(self, value: str, array: str, offset: int) -> None:
@@ -132,7 +132,7 @@ class _ValuePrinter:
 
 
 class Printer(_ValuePrinter):
-    """The algebra that prints: values are names of the text, tangents are sums of terms that are not added up yet."""
+    """The algebra that prints: values are names in the text, tangents are lists of terms not summed yet."""
 
     def __init__(self, directions: int) -> None:
         super().__init__()
@@ -141,7 +141,7 @@ class Printer(_ValuePrinter):
         self._spread: dict[str, str] = {}
 
     def scale(self, tangents: Tangents, by: Value) -> Tangents:
-        """Terms are scaled before they are added up, one number instead of a row, as long as there are few of them."""
+        """The tangents times a value; a few terms are scaled one by one (scalars, not rows), many are summed first."""
         scalar = constant(by) if isinstance(by, float) else by
         few = tangents if len(tangents) <= max(1, self._directions // ROW) else self.collected(tangents)
         return tuple(
@@ -150,7 +150,7 @@ class Printer(_ValuePrinter):
         )
 
     def add(self, left: Tangents, right: Tangents) -> Tangents:
-        """The sum: terms of one row are merged, the others are kept until they are needed."""
+        """The sum: terms of the same row are merged, the others are kept until the sum is needed."""
         terms = {t.row: t for t in left}
         for t in right:
             terms[t.row] = self._merged(terms[t.row], t) if t.row in terms else t
@@ -163,11 +163,11 @@ class Printer(_ValuePrinter):
         return _Term(a.row, self.name(f"{how} double {a.factor or one}, {b.factor or one}"), a.minus)
 
     def subtract(self, left: Tangents, right: Tangents) -> Tangents:
-        """The left tangents less the right ones."""
+        """The left tangents minus the right ones."""
         return self.add(left, self.negate(right))
 
     def negate(self, tangents: Tangents) -> Tangents:
-        """The tangents times -1: a sign of each term, without an instruction."""
+        """The tangents times -1: changes the signs of the terms, without an instruction."""
         return tuple(_Term(t.row, t.factor, not t.minus) for t in tangents)
 
     def choose(self, condition: Value, tangents: Tangents) -> Tangents:
@@ -178,11 +178,11 @@ class Printer(_ValuePrinter):
         )
 
     def collected(self, tangents: Tangents) -> Tangents:
-        """The same as one term, added up."""
+        """The tangents summed to one term."""
         return tangents if len(tangents) == 1 else self._single(self.sum(tangents))
 
     def sum(self, tangents: Tangents) -> str:
-        """The row that the terms make."""
+        """Name of the row that is the sum of the terms."""
         total = ""
         for term in tangents:
             row = term.row if term.factor is None else self._times(term.row, term.factor)
@@ -203,12 +203,12 @@ class Printer(_ValuePrinter):
         return self.name(f"fmul {self._row} {row}, {self._spread[scalar]}")
 
     def load_tangents(self, array: str, offset: int) -> Tangents:
-        """The row of K derivatives that stands in an array at an offset, counted in doubles."""
+        """The row of K derivatives in an array at an offset, in doubles."""
         at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
         return self._single(self.name(f"load {self._row}, ptr {at}, align 8"))
 
     def move_tangents(self, offset: int) -> Tangents:
-        """z + h k of one state: its tangents moved by the step h along the rates k."""
+        """Tangents of z + h k of one state."""
         moved = self.add(self.load_tangents("%z", offset), self.scale(self.load_tangents("%k", offset), "%h"))
         return self.collected(moved)
 
@@ -237,10 +237,10 @@ def print_kernel(graph: Graph, directions: int, live: frozenset[int], seeded: fr
 
 
 class _Body:
-    """A field in two functions: ``prepare`` writes what constants alone decide, ``field`` does the rest.
+    """A field in two functions: ``prepare`` stores the values that depend on constants only, ``field`` does the rest.
 
-    Rates f and readings w are those of the state z + h k; rows are arranged [tangents | values]. What only the readings
-    need is skipped in the stages of a step that nobody reads.
+    Rates f and readings w are those of the state z + h k; rows are arranged [tangents | values]. Values needed for
+    readings only are skipped in the stages without readings.
     """
 
     def __init__(
@@ -253,7 +253,7 @@ class _Body:
 
     @property
     def held(self) -> int:
-        """How many values ``prepare`` leaves."""
+        """Number of values that ``prepare`` stores."""
         return len(self._kept)
 
     def prepared(self) -> Printer:
@@ -295,13 +295,13 @@ class _Body:
                 a, t = [v for v, _ in found], [carried for _, carried in found]
                 v = out.value(op, *a)
                 carried = tangent(out, op, a, v, t) if self._directions else None
-                # What several others are made of is added up once.
+                # Tangents that are used several times are summed once.
                 shared = carried is not None and self._order.uses[place] > 1
                 work[place] = v, out.collected(carried) if shared else carried
         return work
 
     def _found(self, out: Printer, work: _Work, place: int) -> tuple[str, Tangents | None]:
-        """A value, loaded where ``prepare`` has left it."""
+        """A value, loaded where ``prepare`` has stored it."""
         if place not in work:
             row = self._kept[place]
             carried = out.load_tangents("%q", row * self._directions) if self._tangents[place] else None

@@ -1,24 +1,24 @@
-"""The loop over Runge-Kutta steps as LLVM IR: the same for every model, on values and tangent directions alike.
+"""The loop over Runge-Kutta steps as LLVM IR, the same for every model.
 
-The step length has no derivative, so a lane moves as a value does, and one row z of both is integrated. Rows are
-arranged [tangents | values], which keeps tangents aligned; what is stored as one vector is loaded as one vector, for a
-load that straddles two stores has to wait for memory.
+The step length has no derivative, so tangents are integrated like values, in one row z of both. Rows are arranged
+[tangents | values], which keeps tangents aligned; data stored as one vector is loaded as one vector, because a load
+that spans two stores has to wait for memory.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-UNROLLED = 4  # so many neighbors are written out rather than looped over
+UNROLLED = 4  # groups of up to so many vectors are unrolled, not looped over
 
-Groups = Sequence[tuple[int, int]]  # (width, count): neighbors that are moved together, one group after the other
+Groups = Sequence[tuple[int, int]]  # (width, count) of consecutive groups of vectors
 
 
 def print_steps(states: int, inputs: int, readings: int, directions: int, held: int) -> list[str]:
     """``void run(n, z, u, dt, p, tp, w, trajectory)``, arrays as in kernel.py.
 
-    It calls ``prepare(p, tp, q)`` once, which leaves in q, of size ``held``, what constants alone decide; then
-    ``field(z, k, h, u, p, tp, q, f, w, reading)``: rates f and, if asked for, readings w of the state z + h k.
+    It calls ``prepare(p, tp, q)`` once, which stores in q, of size ``held``, the values that depend on constants only;
+    then ``field(z, k, h, u, p, tp, q, f, w, reading)``: rates f and, on request, readings w of the state z + h k.
     """
     if not states:
         return _static(inputs, readings, directions, held)
@@ -62,7 +62,7 @@ def print_steps(states: int, inputs: int, readings: int, directions: int, held: 
 
 
 def _static(inputs: int, readings: int, directions: int, held: int) -> list[str]:
-    """A model without states: readings alone."""
+    """The loop for a model without states: readings only."""
     return [
         "define void @run(i64 %n, ptr %now, ptr %u, ptr %dt, ptr %p, ptr %tp, ptr %w, ptr %trajectory) #0 {",
         "entry:",
@@ -94,7 +94,7 @@ def _address(name: str, array: str, stride: int) -> list[str]:
 
 
 class _Block:
-    """One group of neighbors: loads, arithmetic, one store."""
+    """Code for one vector: loads, arithmetic, one store."""
 
     def __init__(self, tag: str, width: int, index: str) -> None:
         self.lines: list[str] = []
@@ -131,7 +131,7 @@ def _mean(b: _Block) -> None:
 
 
 def _finished(b: _Block) -> None:
-    """z + h (((k1 + 2 k2) + 2 k3) + k4), in this order: so does the virtual machine."""
+    """z + h (((k1 + 2 k2) + 2 k3) + k4), in this order, like the virtual machine."""
     total = b.load("k1")
     for name in ("k2", "k3"):
         k = b.load(name)
@@ -141,7 +141,7 @@ def _finished(b: _Block) -> None:
 
 
 def _function(name: str, arrays: str, extra: str, groups: Groups, work: Callable[[_Block], None]) -> list[str]:
-    """A function that works through all groups in turn."""
+    """A function that applies ``work`` to all vectors of all groups."""
     arguments = ", ".join(f"ptr noalias %{array}" for array in arrays.split())
     lines = [f"define internal void @{name}({arguments}{extra}) #0 {{", "entry:"]
     start, here = 0, "entry"

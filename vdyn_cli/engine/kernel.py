@@ -10,12 +10,12 @@ from vdyn_cli.quantities.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class Seeds:
-    """Which derivatives a kernel carries.
+    """The derivatives that a kernel computes.
 
     Parameters
     ----------
-    constants : (constants, k) derivatives of the constants to the unknowns; k = 0 for values alone.
-    seeded : constants, and ``live`` : states, whose derivatives can differ from zero; of the others none are computed.
+    constants : (constants, k) derivatives of the constants to the k unknowns; k = 0: values only.
+    seeded, live : indices of the constants and of the states whose derivatives can be nonzero; only these are computed.
     """
 
     constants: Array
@@ -24,24 +24,24 @@ class Seeds:
 
 
 class Kernel(Protocol):
-    """Machine code, or its stand-in, for the steps of one graph with K >= k tangent directions for k unknowns."""
+    """Machine code, or its fallback, for the steps of one graph with K >= k tangent directions for k unknowns."""
 
     directions: int
     rows: int
 
     # Seven parameters: the signature of the compiled function
     def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
-        """Take the readings and advance one Runge-Kutta step, ``n`` <= rows times.
+        """Compute the readings and advance one Runge-Kutta step, ``n`` <= rows times.
 
-        All arrays are C-contiguous; the one door that calls this has checked them.
+        All arrays are C-contiguous; the caller has checked them.
 
         Parameters
         ----------
-        z : (states (K + 1),) [K derivatives of each state | states], given before the first step, left after the last.
+        z : (states (K + 1),) [K derivatives of each state | states] before the first step; updated in place.
         u : (n + 1, inputs), linear over each step.
-        dt : (n,); a step of length zero leaves the states as they are.
+        dt : (n,) s; a step of length zero does not change the states.
         p : (constants,).
-        w : (n, readings (K + 1)), written: before each step, arranged as z.
-        trajectory : (n, states), written: before each step.
+        w : (n, readings (K + 1)), output: the readings before each step, arranged as z.
+        trajectory : (n, states), output: the states before each step.
         """
         ...

@@ -1,4 +1,4 @@
-"""First-order lags: signals behind a low-pass, with exact derivatives."""
+"""First-order lags of signals, with exact derivatives."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ def lagged_rate(time: Array, value: Array, rate: Array, lag: float) -> tuple[Arr
 
     Parameters
     ----------
-    time : (n,) s. value, rate : (n, k), x and x' of k signals; cubic in between.
-    lag : s, the time constant. Below zero x is the signal that follows, and y = x - lag x' is what it follows.
+    time : (n,) s. value, rate : (n, k), x and x' of k signals; cubic between samples.
+    lag : s, the time constant. If negative, x is the lagged signal, and y = x - lag x' is the signal that it follows.
 
     Returns
     -------
-    (n, k) r and (n, k) dr/dlag. It starts on the ramp on which the signal starts.
+    (n, k) r and (n, k) dr/dlag. Initial value: steady state for a ramp with the signal's initial slope.
     """
     from scipy.linalg import solve_banded
 
@@ -28,7 +28,7 @@ def lagged_rate(time: Array, value: Array, rate: Array, lag: float) -> tuple[Arr
     step = np.diff(time)[:, None]
     kept = np.exp(-step / lag) if lag else np.zeros_like(step)
     moved = kept * step / lag**2 if lag else np.zeros_like(step)  # d kept / d lag
-    # x' is a quadratic in each step, d + b u + c u^2, for which p = x' - lag x'' + lag^2 x''' follows without a memory.
+    # In each step x' is a quadratic d + b u + c u^2, with the particular solution p = x' - lag x'' + lag^2 x'''.
     first, last, mean = rate[:-1], rate[1:], np.diff(value, axis=0) / step
     b, twice_c = (6.0 * mean - 4.0 * first - 2.0 * last) / step, 6.0 * (first + last - 2.0 * mean) / step**2
     begun, ended = first - lag * b + lag**2 * twice_c, last - lag * (b + twice_c * step) + lag**2 * twice_c

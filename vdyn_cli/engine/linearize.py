@@ -1,7 +1,7 @@
 """Linearization of a model about a steady state: the state, its eigenvalues, and their derivatives to parameters.
 
-All derivatives are exact, those of the eigenvalues too: the Jacobian moves with a parameter directly and because the
-steady state moves.
+All derivatives are exact, also those of the eigenvalues: the Jacobian depends on a parameter directly and through the
+steady state.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 
 MOST_STEPS = 60
-ARRIVED = 1e-11  # a step so small, relative to the steps of the first guess's scale, is the last one
+ARRIVED = 1e-11  # weighted norm of the rates below which a step need not reduce it
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class Root:
 
     Parameters
     ----------
-    value : s, rad/s; the motion goes as exp(s t).
-    shape : each state's share of the motion, in the state's own unit; the largest participant is 1.
-    participation : how much of this root each state holds: |left x right|, all states together 1. Has no unit, so that
-        meters and radians compare.
+    value : s, 1/s; the motion is proportional to exp(s t).
+    shape : right eigenvector, each state in its own unit; the state with the largest participation is 1.
+    participation : participation factor |left x right| of each state; the sum is 1. It has no unit, so that meters and
+        radians are comparable.
     slopes : derivative of ``value`` to each constant of the model.
     """
 
@@ -46,11 +46,11 @@ class SteadyState:
 
     Parameters
     ----------
-    states : values of all states; those that take no part, such as the position, stand at their start.
-    inputs : values of all inputs, those found among them.
-    active : the states of A: all but those that are fixed and those that nothing depends on.
+    states : values of all states; those not in ``active``, such as the position, keep their start value.
+    inputs : values of all inputs, including the free ones.
+    active : the states of A: all except the fixed ones and those that nothing depends on.
     matrix : (n, n) A, 1/s in mixed units.
-    roots : the eigenvalues with a positive or no imaginary part, slowest first.
+    roots : the eigenvalues with an imaginary part >= 0, in the order of their magnitude.
     """
 
     states: Mapping[str, float]
@@ -72,17 +72,17 @@ def steady(
 ) -> SteadyState:
     """The steady state of a model, and its eigenvalues.
 
-    f(x, u, p) = 0 by Newton's method over the states that are not held and the inputs that are free;
-    ds/dp = w' (dA/dp) v / (w' v) for left and right eigenvectors w, v, with the steady state's own dx/dp.
+    Solves f(x, u, p) = 0 by Newton's method for the states that are not held and the inputs that are free;
+    ds/dp = w' (dA/dp) v / (w' v) for left and right eigenvectors w, v, including the steady state's dx/dp.
 
     Parameters
     ----------
-    model, parameters : the model and the values of all its parameters.
-    inputs : values of its inputs; of those that are free, a guess.
-    held : states with a given value whose rate must vanish all the same, such as the speed of a cruise.
-    free : inputs to find, such as the torque that holds the speed; as many as states are held.
+    model, parameters : the model and the values of all its parameters, SI.
+    inputs : values of its inputs; start values of the free ones.
+    held : states with a given value and zero rate, such as the speed of a cruise.
+    free : inputs to solve for, such as the torque that holds the speed; as many as held states.
     context : the model's context.
-    fixed : states that take no part, such as the position of a car short of a bump.
+    fixed : states with a given value and any rate, such as the position of a car before a bump.
 
     Raises
     ------
@@ -99,8 +99,8 @@ def steady(
     p = np.array([values[name] for name in graph.constants], dtype=np.float64)
     u = np.array([inputs[name] for name in graph.inputs], dtype=np.float64)
     active = _active(graph, fixed)
-    places = _Places(graph, active, held, free)
-    x, u = _settle(model, graph, places, _start(graph, {**held, **fixed}, u, p), u, p)
+    places = _UnknownIndices(graph, active, held, free)
+    x, u = _newton_solution(model, graph, places, _start(graph, {**held, **fixed}, u, p), u, p)
     on_x = np.asarray(graph.slopes(x, u, p, 0, 0)[0])[np.ix_(active, active)]
     return SteadyState(
         dict(zip(graph.states, x.tolist(), strict=True)),
@@ -112,7 +112,7 @@ def steady(
 
 
 def _active(graph: Graph, fixed: Mapping[str, float]) -> list[int]:
-    """The states that something depends on; not those that only count, such as a position."""
+    """Indices of the states on which other rates depend; a pure integrator such as a position is not among them."""
     depends = np.asarray(ca.DM(graph.field.jac_sparsity(0, 0), 1.0)) > 0
     active = [i for i, name in enumerate(graph.states) if name not in fixed]
     while idle := [i for i in active if not depends[active, i].any()]:
@@ -120,8 +120,8 @@ def _active(graph: Graph, fixed: Mapping[str, float]) -> list[int]:
     return active
 
 
-class _Places:
-    """Where the unknowns of the steady state stand in x and u, and which rates must vanish."""
+class _UnknownIndices:
+    """Indices in x and u of the unknowns of the steady state, and of the rates that must vanish."""
 
     def __init__(self, graph: Graph, active: list[int], held: Mapping[str, float], free: Sequence[str]) -> None:
         self.active = active
@@ -130,7 +130,7 @@ class _Places:
         self.rates = active
 
     def derivatives(self, slopes: ca.Function, x: Array, u: Array, p: Array) -> tuple[Array, Array]:
-        """Of the rates, to the unknowns (m, n) and to the constants (m, p)."""
+        """Derivatives of the rates to the unknowns, (m, n), and to the constants, (m, p)."""
         on_x, on_u, on_p = (np.asarray(block)[self.rates] for block in list(slopes(x, u, p, 0, 0))[:3])
         return np.hstack([on_x[:, self.x], on_u[:, self.u]]), on_p
 
@@ -142,8 +142,10 @@ def _start(graph: Graph, held: Mapping[str, float], u: Array, p: Array) -> Array
     return start
 
 
-def _settle(model: Model, graph: Graph, places: _Places, x: Array, u: Array, p: Array) -> tuple[Array, Array]:
-    """Newton's method, steps halved while the rates, each in units of its steepest slope, grow."""
+def _newton_solution(
+    model: Model, graph: Graph, places: _UnknownIndices, x: Array, u: Array, p: Array
+) -> tuple[Array, Array]:
+    """Newton's method; a step is halved while the norm of the rates, each over its largest derivative, grows."""
     field = graph.field
     weights: Array | None = None
     count = len(places.x)
@@ -176,12 +178,12 @@ def _settle(model: Model, graph: Graph, places: _Places, x: Array, u: Array, p: 
     )
 
 
-def _roots(graph: Graph, places: _Places, matrix: Array, x: Array, u: Array, p: Array) -> tuple[Root, ...]:
+def _roots(graph: Graph, places: _UnknownIndices, matrix: Array, x: Array, u: Array, p: Array) -> tuple[Root, ...]:
     values, right = np.linalg.eig(matrix)
     left = np.linalg.pinv(right).conj().T  # columns, scaled so that left' right = 1
     slope = graph.root_slopes
     to_z, to_p = places.derivatives(graph.slopes, x, u, p)
-    moves = -np.asarray(np.linalg.lstsq(to_z, to_p, rcond=1e-13)[0])  # of the steady state with the constants
+    moves = -np.asarray(np.linalg.lstsq(to_z, to_p, rcond=1e-13)[0])  # d (steady state) / d constants
     names = [graph.states[i] for i in places.active]
     found = []
     for k in np.argsort(np.abs(values)):

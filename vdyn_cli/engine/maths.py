@@ -1,7 +1,7 @@
-"""The functions that element laws may use: they accept floats and symbols alike. The door to CasADi for laws.
+"""The functions that element laws may use, for floats and CasADi symbols alike.
 
-``where(condition, a, b)`` computes both sides, so both must have a value where they are not taken. A power with a
-fractional exponent has none below zero. At a tie fmax and fmin have half of each side's slope; fabs has slope 0 at 0.
+``where(condition, a, b)`` computes both sides, so both must be defined everywhere. A power with a fractional exponent
+is not defined below zero. At a tie the slope of fmax and fmin is the mean of both sides; that of fabs at 0 is 0.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ where, both, either, negate = ca.if_else, ca.logic_and, ca.logic_or, ca.logic_no
 
 
 def soft_abs(x: Any, width: float) -> Any:
-    """|x| made smooth: sqrt(x^2 + width^2) - width, exactly 0 at 0.
+    """Smooth approximation of |x|: sqrt(x^2 + width^2) - width, exactly 0 at 0.
 
     Parameters
     ----------
@@ -27,5 +27,5 @@ def soft_abs(x: Any, width: float) -> Any:
 
 
 def dead_zone(x: Any, gap: Any, width: float) -> Any:
-    """x minus +-gap around zero, smooth over ``width``; exactly x where the gap is zero, slope never negative."""
+    """Smooth dead zone of half-width ``gap``, rounded over ``width``; exactly x for gap = 0, slope never negative."""
     return x + (sqrt((x - gap) ** 2 + width**2) - sqrt((x + gap) ** 2 + width**2)) / 2

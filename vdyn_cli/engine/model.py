@@ -1,4 +1,4 @@
-"""A model: a name, the function that assembles it on a builder, and the names of everything that goes in."""
+"""A model: its name, the function that assembles its laws, and the names of its parameters, inputs and context."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ class Model:
     Parameters
     ----------
     name : the model's name in messages.
-    assemble : ``assemble(e, u)`` calls elements on builder ``e`` with inputs ``u``, states rates and sensors.
+    assemble : ``assemble(e, u)`` calls laws on the builder ``e`` with inputs ``u`` and defines rates and sensors.
     parameters : names of its constants, read as ``e.p.<name>``.
-    inputs : names of its signals in time, read as ``u.<name>``; linear between samples.
-    context : names of constants of a run that every law sees, such as ``heading`` (+1 out, -1 back).
-    outputs : those that are read, for models that cost less with fewer; none: all.
+    inputs : names of its input signals, read as ``u.<name>``; linear between samples.
+    context : names of constants of a run that every law can read, such as ``heading`` (+1 out, -1 back).
+    outputs : names of the sensors to compute, for models that cost less with fewer; empty: all.
 
     Notes
     -----
-    States and outputs need no list: the first ``e.state(...)`` and ``e.sensor(...)`` declare them.
+    States and outputs need no list: ``e.state(...)`` and ``e.sensor(...)`` declare them.
     A model without states is a static map from inputs to outputs.
     """
 

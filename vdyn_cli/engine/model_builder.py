@@ -1,12 +1,12 @@
-"""The builder of a model: it calls element laws with their effects, and keeps states and sensors.
+"""The builder of a model: it calls element laws with their effects, and collects states and sensors.
 
-Contract, for ``s`` the frozen signals that a law sees and ``q`` the unknowns of an effect::
+Contract, with ``s`` the signals that a law reads and ``q`` the unknowns of an effect::
 
     element   law(s) -> number
     effect    law'(law, s, q) -> number        equals law(s), bit for bit, when q = 0
     model     model(e, u) -> None              calls e(law, ...), e.state(...), e.integrate(...), e.sensor(...)
 
-The arithmetic is plain, so the same law runs on floats and on symbols.
+Laws use ordinary arithmetic, so the same law runs on floats and on symbols.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ Law = Callable[["Signals"], Number]
 
 
 class MissingSignalError(AttributeError):
-    """A law or an effect needs a signal that the model does not have: the effect is not applicable."""
+    """A law or an effect needs a signal that the model does not have; such an effect is not applicable."""
 
 
 class Signals(SimpleNamespace):
-    """Named numbers or symbols, the arguments of a law; copied with changes, never edited."""
+    """Named numbers or symbols, the arguments of a law; never modified, only copied with changes."""
 
     def but(self, **changed: Number) -> Signals:
         """A copy with some signals replaced or added."""
@@ -51,25 +51,25 @@ class Correction(Protocol):
 
     @property
     def nominal(self) -> Mapping[str, float]:
-        """Value of each unknown that is not zero without the effect, SI."""
+        """Neutral value, SI, of the unknowns whose neutral value is not zero."""
 
     @property
     def states(self) -> Mapping[str, Callable[[Signals], Number]]:
-        """Start value by state that the effect adds to the model, as a law of the signals."""
+        """Rate of each state that the effect adds to the model, as a law of the signals."""
 
     @property
     def probes(self) -> tuple[float, ...]:
-        """Amplitudes, SI, at which an effect without a slope at zero is tried; empty for others."""
+        """Amplitudes, SI, at which an effect whose derivative vanishes at zero is tried; empty for others."""
 
 
 class ModelBuilder:
-    """Assembles one model: ``e(law, at, **signals)`` is the law with every effect that corrects it.
+    """Assembles one model: ``e(law, at, **signals)`` evaluates the law with every effect that corrects it.
 
     Parameters
     ----------
-    read : gives a state's value (or symbol) from its name and start value.
+    read : returns a state's value (or symbol) for its name and start value.
     parameters, unknowns, context : named numbers or symbols.
-    effects : the corrections to apply, in this order; several on one law nest.
+    effects : the corrections to apply, in this order; several effects on one law are nested.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class ModelBuilder:
         self.p = self("parameters", **parameters)
 
     def __call__(self, law: Law | str, at: str = "", **signals: Number) -> Any:
-        """The law's value; ``law`` may name an identity ("parameters", an input, a sensor) that effects can correct."""
+        """The law's value with its effects; a name ("parameters", an input, a sensor) is a law that changes nothing."""
         if isinstance(law, str):
             name = law
             value: Law = (lambda s: s) if law == "parameters" else (lambda s: s.value)
@@ -105,7 +105,7 @@ class ModelBuilder:
         return value(s)
 
     def _states(self, effect: Correction, at: str, s: Signals) -> dict[str, Number]:
-        """The effect's own states; their rates see the law's signals, the effect's states and its unknowns."""
+        """The states that the effect adds; their rates depend on the law's signals, these states and its unknowns."""
         states = {name: self.state(f"{effect.name}.{name}{at}") for name in effect.states}
         if states:
             seen = s.but(**states, **{name: self._unknowns[name] for name in effect.unknowns})
@@ -129,24 +129,24 @@ class ModelBuilder:
         self.rates.update(rates)
 
     def sensor(self, name: str, true: Number, rate: Number | None = None) -> None:
-        """A reading: its value law and its clock law are elements that effects can correct.
+        """Declare a sensor; effects can correct its value law and its clock law.
 
-        The value law sees ``sensor``, its name; an input's law does not, and leads the other way, from the reading
-        back to the truth. The clock law ``<name>_clock`` gives the shift in seconds at which the true value is read (0
-        without effects). ``rate``, the time derivative of the true value, is only needed where the value depends on an
-        input directly and the model knows better than differences of the simulated trace.
+        The value law has the signal ``sensor``, the sensor's name; the law of an input does not have it and maps from
+        the reading to the true value. The clock law ``<name>_clock`` is the time shift in s at which the true value is
+        read (0 without effects). ``rate``, the time derivative of the true value, is only needed where the value
+        depends directly on an input and the model's derivative is better than differences of the simulated trace.
         """
         self.outputs[name] = (self(name, value=true, sensor=name), rate, self(f"{name}_clock", value=0.0))
 
     def rate(self, name: str, of: Number) -> None:
-        """A reading of the time derivative of an expression, such as jerk.
+        """Declare a sensor for the time derivative of an expression, such as jerk.
 
-        Along the states; inputs are held, since what they do between samples is the log's choice and not the model's.
-        It is read after all other sensors, when every state has its rate.
+        The derivative follows the states with constant inputs, because their course between samples is not known.
+        It is evaluated after all other sensors, when every state has its rate.
         """
         self._sought[name] = of
 
     def finish(self, derivative: Callable[[Number], Number]) -> None:
-        """Add the readings that ``rate`` requested; ``derivative`` gives the time derivative of an expression."""
+        """Add the sensors that ``rate`` declared; ``derivative`` returns the time derivative of an expression."""
         for name, of in self._sought.items():
             self.sensor(name, derivative(of))

@@ -1,4 +1,4 @@
-"""Machine code from LLVM IR through llvmlite, without a compiler on the machine. The one door to llvmlite."""
+"""Machine code from LLVM IR through llvmlite, without an installed compiler. The only module that uses llvmlite."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ import numpy as np
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir import print_kernel
 from vdyn_cli.engine.kernel import Seeds
-from vdyn_cli.engine.object_cache import kept
+from vdyn_cli.engine.object_cache import cached
 from vdyn_cli.quantities.arrays import Array
 
-# Measured on models of 2 to 49 states: the code generator's first level gains a factor of two with tangents over level
-# 0, higher levels nothing. Passes over the text gain nothing with tangents (CasADi has shared what can be shared); on
-# values alone they find the like work of a vehicle's four corners and do it at once, which gains a sixth.
+# Measured on models of 2 to 49 states: level 1 of the code generator is twice as fast as level 0 with tangents, higher
+# levels gain nothing. Optimization passes gain nothing with tangents (CasADi has eliminated common subexpressions); on
+# values alone they vectorize the equal operations of a vehicle's four corners, which gains a sixth.
 _LEVEL = 1
-CACHE = 2**15  # numbers that a call may write and that are at hand when they are read: a quarter of a megabyte
-DIRECTIONS = (0, 1, 2, 4, 8, 16)  # whole vectors: what is in between would be filled up by the processor anyway
+CACHE = 2**15  # numbers that a call may write so that they are still in the cache when read: a quarter of a megabyte
+DIRECTIONS = (0, 1, 2, 4, 8, 16)  # full vectors: the processor would pad other numbers to these
 
 
 class MachineCode:
@@ -33,7 +33,7 @@ class MachineCode:
         self._p_tangents = np.zeros((constants, self.directions))
         self._p_tangents[:, :unknowns] = seeds.constants
         self._run, self._owner = compiled(
-            print_kernel(graph, self.directions, seeds.live, seeds.seeded), abreast=not self.directions
+            print_kernel(graph, self.directions, seeds.live, seeds.seeded), vectorized=not self.directions
         )
 
     # Seven parameters: as Kernel.__call__
@@ -51,7 +51,7 @@ def _llvm() -> Any:
 
 
 def available() -> bool:
-    """Whether machine code is available here, by compiling some."""
+    """Whether machine code is available on this machine, tested by compiling a function."""
     try:
         compiled("define void @run(ptr %z) {\nret void\n}")
     except (ImportError, OSError, RuntimeError):  # not installed, its library does not load, too old, or no such CPU
@@ -60,18 +60,18 @@ def available() -> bool:
 
 
 @lru_cache(maxsize=128)
-def compiled(text: str, abreast: bool = False) -> tuple[Callable[..., None], object]:
-    """The function ``run`` of a text, and the object that must outlive it; the same text is compiled once.
+def compiled(text: str, vectorized: bool = False) -> tuple[Callable[..., None], object]:
+    """The compiled function ``run`` of a text of LLVM IR, and the object that must outlive it; each text compiles once.
 
-    ``abreast`` looks for like operations on numbers that can be done at once; the results are the same to the bit.
+    ``vectorized`` combines equal operations on different numbers; the results are the same to the bit.
     """
     llvm = _llvm()
     cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
     def engine(module: Any, **cache: Callable[..., object]) -> Any:
-        """An engine that has compiled a module, or been given the code of one."""
+        """An engine that has compiled a module or loaded its object code."""
         machine = llvm.Target.from_default_triple().create_target_machine(opt=_LEVEL, cpu=cpu, features=features)
-        if abreast and "notify_func" in cache:
+        if vectorized and "notify_func" in cache:
             tuning = llvm.create_pipeline_tuning_options(speed_level=1)
             tuning.slp_vectorization = True
             passes = llvm.create_pass_builder(machine, tuning)
@@ -88,15 +88,15 @@ def compiled(text: str, abreast: bool = False) -> tuple[Callable[..., None], obj
         engine(module, notify_func=lambda _, code: found.append(bytes(code)))
         return found[0]
 
-    # In place of a function that does nothing the engine is given the code; it is run as read, whether kept or new.
-    code = kept((text, str(abreast), *_made_with(llvm), str(_LEVEL), cpu, features), object_code)
+    # The engine loads the object code in place of an empty module, so that cached and new code run the same way.
+    code = cached((text, str(vectorized), *_versions(llvm), str(_LEVEL), cpu, features), object_code)
     owner = engine(llvm.parse_assembly("define void @run() {\nret void\n}"), getbuffer_func=lambda _: code)
     signature = ctypes.CFUNCTYPE(None, ctypes.c_int64, *[ctypes.c_void_p] * 7)
     return signature(owner.get_function_address("run")), owner
 
 
-def _made_with(llvm: Any) -> tuple[str, ...]:
-    """The versions of what compiles, and the kind of machine."""
+def _versions(llvm: Any) -> tuple[str, ...]:
+    """Versions of llvmlite and LLVM, and the target triple."""
     from llvmlite import __version__
 
     return __version__, ".".join(map(str, llvm.llvm_version_info)), llvm.get_default_triple()

@@ -1,8 +1,8 @@
-"""Compiled machine code kept between processes, in a folder of the user.
+"""Cache of compiled machine code between processes, in a folder of the user.
 
-A file holds the object code of one text, made by one version of LLVM for one processor: its name is the sha256 of all
-of these, and its first bytes are the sha256 of the rest. A file that is missing, cut off, altered, or that others could
-have written is not read, and a folder that cannot be written is not used: the text is compiled instead.
+A file holds the object code of one text, compiled by one version of LLVM for one processor: its name is the sha256 of
+all of these, and its first bytes are the sha256 of the rest. A file that is missing, truncated, altered or writable by
+other users is not read, and a folder that cannot be written is not used: the text is compiled instead.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from pathlib import Path
 from threading import get_ident
 
 VARIABLE = "VDYN_CACHE"  # the folder; empty for none
-# Files of some 10 kB. A diagnosis of bumps needs 400, and the next one of the same step the same ones: with all steps
-# in the folder none has to be compiled again. Beyond, the quarter that was used least recently is removed.
-MOST = 4000
+# Files of some 10 kB. A diagnosis of bumps needs 400, and the next diagnosis of that step reuses them; this is enough
+# for all steps. Above this number, the least recently used quarter is removed.
+MOST_FILES = 4000
 DIGEST = 32  # bytes of a sha256
 
 
 def folder() -> Path | None:
-    """Where object code is kept; None where the user wants none, or has no home."""
+    """The cache folder; None where the user has disabled the cache or has no home."""
     named = os.environ.get(VARIABLE)
     if named is not None:
         return Path(named) if named else None
@@ -34,8 +34,8 @@ def folder() -> Path | None:
         return None
 
 
-def kept(parts: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
-    """The object code of these parts, from the folder, or made and put there.
+def cached(parts: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
+    """The object code for these parts, from the cache, or compiled and stored there.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def kept(parts: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
 
 
 def _read(path: Path) -> bytes | None:
-    """The code of a file that only this user can have written, and that is whole; else None."""
+    """The code in a file; None if it is incomplete or another user could have written it."""
     try:
         if not (_own(path.parent) and _own(path)):
             return None
@@ -69,7 +69,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _own(path: Path) -> bool:
-    """Whether a file or folder belongs to this user, and only this user can write it."""
+    """Whether a file or folder belongs to this user and only this user can write it."""
     if not hasattr(os, "getuid"):
         return True
     found = path.lstat()
@@ -78,7 +78,7 @@ def _own(path: Path) -> bool:
 
 
 def _write(path: Path, code: bytes) -> None:
-    """Write whole or not at all, and remove what was not used for longest."""
+    """Write a file atomically, and remove the least recently used ones if there are too many."""
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     if not _own(path.parent):
         return
@@ -91,6 +91,6 @@ def _write(path: Path, code: bytes) -> None:
     finally:
         partial.unlink(missing_ok=True)
     files = list(path.parent.glob("*.o"))
-    if len(files) > MOST:
-        for old in sorted(files, key=lambda f: f.stat().st_mtime)[: len(files) - MOST + MOST // 4]:
+    if len(files) > MOST_FILES:
+        for old in sorted(files, key=lambda f: f.stat().st_mtime)[: len(files) - MOST_FILES + MOST_FILES // 4]:
             old.unlink(missing_ok=True)

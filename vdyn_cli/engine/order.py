@@ -1,4 +1,4 @@
-"""What of a graph has to be computed when: once for all steps, in every stage of a step, or for the readings alone."""
+"""Order of evaluation of a graph: values needed once for all steps, in every stage of a step, or only for readings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Instruction:
     Parameters
     ----------
     op : CasADi's operation.
-    of : the values it is made of, by their place in the order; for an input, which argument and which element of it.
+    of : places of its arguments in the order; for an input, index of the function argument and of its element.
     value : of a constant.
     """
 
@@ -28,16 +28,16 @@ class Instruction:
 
 @dataclass(frozen=True)
 class Order:
-    """The values of a field (x, u, p) -> (rates, readings), each with a place of its own.
+    """The values of a field (x, u, p) -> (rates, readings); a value's place is its index.
 
     Parameters
     ----------
-    values : in an order in which each one finds what it is made of.
-    rates, readings : the places of the results.
-    once : places of what is made of constants alone.
-    kept : of those, what others are made of; constants of the field itself are not among them.
-    moving, reading : places to compute for the rates, and those that only the readings need besides; in order.
-    uses : how often each value is asked for.
+    values : in an order in which the arguments of each one come before it.
+    rates, readings : places of the results.
+    once : places of values that depend on constants only.
+    kept : places of those that other values or the results use; numbers in the field itself are not among them.
+    moving, reading : places to compute for the rates, and those needed for the readings only; in order.
+    uses : how often each value is used.
     """
 
     values: tuple[Instruction, ...]
@@ -51,19 +51,15 @@ class Order:
 
 
 def ordered(field: ca.Function) -> Order:
-    """Sort out the instructions of a field.
+    """Order and classify the instructions of a field.
 
     Parameters
     ----------
-    field : rates and readings over states, inputs and parameters.
-
-    Returns
-    -------
-    The instructions in order of evaluation, and the slots of the results.
+    field : rates and readings as functions of states, inputs and parameters.
     """
     values: list[Instruction] = []
     results: list[list[int]] = [[0] * int(field.size1_out(k)) for k in range(2)]
-    slots: dict[int, int] = {}  # the graph's own memory is used again and again
+    slots: dict[int, int] = {}  # place of the value in each memory slot of the graph, which are reused
     for op, to, of, value in instructions(field):
         if op == ca.OP_OUTPUT:
             results[to[0]][to[1]] = slots[of[0]]
@@ -93,7 +89,7 @@ def _parts(value: Instruction) -> tuple[int, ...]:
 
 
 def _once(values: list[Instruction]) -> set[int]:
-    """What follows from the constants p; inputs and numbers themselves are at hand anyway."""
+    """Places of the values computed from the constants p only, without the constants and numbers themselves."""
     still: set[int] = set()
     found: set[int] = set()
     for place, value in enumerate(values):
@@ -107,7 +103,7 @@ def _once(values: list[Instruction]) -> set[int]:
 
 
 def _needed(values: list[Instruction], results: list[int], known: set[int]) -> set[int]:
-    """All that the results are made of and that is not known."""
+    """Places of all values that the results depend on and that are not known."""
     found: set[int] = set()
     todo = list(results)
     while todo:

@@ -1,4 +1,4 @@
-"""Simulation with exact sensitivities: the one door to everything that integrates."""
+"""Simulation with exact sensitivities: the only interface to time integration."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike
 
 from vdyn_cli.engine.backend import Backend, build, chosen
 from vdyn_cli.engine.clock import read_at
-from vdyn_cli.engine.course import Course, Grid, Seen, blocks, grid
 from vdyn_cli.engine.drive import Drive, Simulated
-from vdyn_cli.engine.finite import too_coarse
 from vdyn_cli.engine.graph import refuse_unknown, trace
+from vdyn_cli.engine.integrator import Grid, GridReadings, Integrator, blocks, grid
 from vdyn_cli.engine.kernel import Kernel, Seeds
 from vdyn_cli.engine.lead import read_ahead
 from vdyn_cli.engine.model import Model
@@ -30,7 +29,7 @@ __all__ = ["Drive", "Simulated", "Simulator", "sensitive_to"]
 
 @dataclass(frozen=True, eq=False)
 class _Packed:
-    """What a drive gives beyond its signals, in the order of the graph."""
+    """Start values and constants of a drive, in the order of the graph; ``given`` : states with a numeric start."""
 
     start: Array
     constants: Array
@@ -38,17 +37,17 @@ class _Packed:
 
 
 class Simulator:
-    """One model, one choice of unknowns, any number of drives.
+    """Simulates any number of drives with one model and one choice of unknowns.
 
     Parameters
     ----------
     model : the model.
-    parameters : values of all its parameters; also of effects' unknowns that shall not be zero.
-    unknowns : what ``theta`` holds: names of parameters, of effects' unknowns, or ``start.<state>``.
-    effects : corrections, applied in this order. Their unknowns are zero (or nominal) unless given.
-    substeps : Runge-Kutta steps inside each sample.
-    backend : "llvm" (machine code), "vm" (CasADi's virtual machine), or "auto": machine code where it can be had.
-        The environment variable VDYN_BACKEND decides for "auto".
+    parameters : values of all its parameters, SI; also of effects' unknowns that differ from their neutral value.
+    unknowns : names of the elements of ``theta``: parameters, effects' unknowns, or ``start.<state>``.
+    effects : corrections, applied in this order. Their unknowns have their neutral value unless given.
+    substeps : Runge-Kutta steps per sample interval.
+    backend : "llvm" (machine code), "vm" (CasADi's virtual machine), or "auto": the environment variable VDYN_BACKEND,
+        else machine code where available.
 
     Raises
     ------
@@ -79,7 +78,7 @@ class Simulator:
             raise ValueError("an unknown is listed twice")
         values = {**graph.defaults, **dict.fromkeys(model.context, np.nan), **parameters}
         self._constants = np.array([values[name] for name in graph.constants], dtype=np.float64)
-        # Where theta goes, in [starts | constants].
+        # Indices of theta's elements in [starts | constants].
         everywhere = [*starts, *graph.constants]
         self._places = np.array([everywhere.index(name) for name in self.unknowns], dtype=np.intp)
         self._seeds = np.zeros((len(everywhere), self._places.size))
@@ -99,7 +98,7 @@ class Simulator:
 
     @property
     def at_once(self) -> bool:
-        """Whether several threads may simulate at once: machine code keeps nothing between its calls."""
+        """Whether several threads may simulate at once: machine code has no state between calls."""
         return chosen(self._backend) == "llvm"
 
     @property
@@ -110,20 +109,20 @@ class Simulator:
     def __call__(
         self, drive: Drive, theta: ArrayLike = (), *, sensitivities: bool = True, states: bool = False
     ) -> Simulated:
-        """Simulate a drive with the unknowns at ``theta`` (k,).
+        """Simulate a drive with the unknowns at ``theta`` (k,), SI.
 
         Raises
         ------
-        ResultError : the simulation or a derivative is not finite; says what became so first, and when.
-        ValueError : the shape of theta, or the names in the drive, do not fit.
+        ResultError : the simulation or a derivative is not finite; says which quantity first, and when.
+        ValueError : the shape of theta or a name in the drive is wrong.
         """
         drive = self._ahead(drive, theta)
         packed = self._pack(drive)
         whole = self._grids.get(drive)
         if whole is None:
             whole = self._grids[drive] = grid(drive, self._graph.inputs, self._substeps, 0, drive.time.size)
-        course = self._course(packed, whole.inputs[0], theta, sensitivities)
-        return self._result(drive.time, course.along(whole, states))
+        integrator = self._integrator(packed, whole.inputs[0], theta, sensitivities)
+        return self._result(drive.time, integrator.along(whole, states))
 
     def chunks(
         self,
@@ -134,38 +133,37 @@ class Simulator:
         sensitivities: bool = True,
         reach: float = 1.0,
     ) -> Iterator[Simulated]:
-        """The same simulation in pieces, one after the other: memory does not grow with the length of the drive.
+        """The same simulation in consecutive chunks, so that memory does not grow with the length of the drive.
 
-        Joined, the pieces are what a call gives, bit for bit. A fit folds each piece's rows into a triangle and lets
-        the piece go.
+        The concatenated chunks equal the result of a call, bit for bit.
 
         Parameters
         ----------
-        samples : simulated at a time. Pieces have as many, but where a sensor's clock is shifted: its reading waits
-            until the trace has come as far as it looks ahead.
-        reach : s, the largest shift of a sensor's clock; so much of the trace is kept.
+        samples : per chunk; with a shifted sensor clock the chunks differ in length, because a reading waits for the
+            samples ahead that it needs.
+        reach : s, the largest shift of a sensor's clock.
 
         Raises
         ------
-        ResultError, ValueError : as a call; also ValueError where a clock is shifted farther than ``reach``.
+        ResultError, ValueError : as for a call; also ValueError where a clock is shifted by more than ``reach``.
         """
         drive = self._ahead(drive, theta)
         packed, time = self._pack(drive), drive.time
         first_inputs = np.array([np.broadcast_to(drive.inputs[name], time.shape)[0] for name in self._graph.inputs])
-        course = self._course(packed, first_inputs, theta, sensitivities)
+        integrator = self._integrator(packed, first_inputs, theta, sensitivities)
         window = Window(reach, len(self._graph.shifted)) if self._graph.shifted else None
         for begin in range(0, time.size, samples):
             end = min(begin + samples, time.size)
-            seen = course.along(grid(drive, self._graph.inputs, self._substeps, begin, end))
+            seen = integrator.along(grid(drive, self._graph.inputs, self._substeps, begin, end))
             if window is None:
                 yield self._result(time[begin:end], seen)
                 continue
             window.add(time[begin:end], seen, last=end == time.size)
             if window.ready.stop > window.ready.start:
-                yield window.cut(self._result(window.time, window.seen))
+                yield window.complete(self._result(window.time, window.seen))
 
     def _ahead(self, drive: Drive, theta: ArrayLike) -> Drive:
-        """The drive itself, or with its late inputs read ahead by what theta and the drive's parameters say."""
+        """The drive with its leads and lags, from theta and the drive's parameters, applied to its inputs."""
         graph = self._graph
         if not graph.leading:
             return drive
@@ -177,35 +175,27 @@ class Simulator:
         return read_ahead(drive, known)
 
     def step_error(self, drive: Drive, theta: ArrayLike = ()) -> dict[str, float]:
-        """What halving the step changes in each output, at worst, as a share of the output's range.
+        """Largest change of each output when the step is halved, as a share of the output's range.
 
-        A step that is too large need not leave the numbers: tires that let go keep the forces finite, and the
-        simulation goes on as noise. Half the step then gives another result. Clocks count as they are, unshifted.
+        A step that is too large does not always diverge: sliding tires keep the forces finite, and the result is noise.
+        Halving the step then changes the result. Clock shifts are not applied.
 
         Raises
         ------
-        ResultError, ValueError : as a call.
+        ResultError, ValueError : as for a call.
         """
         packed, names, end = self._pack(drive), self._graph.inputs, drive.time.size
         traces = []
         for substeps in (self._substeps, 2 * self._substeps):
             whole = grid(drive, names, substeps, 0, end)
-            course = self._course(packed, whole.inputs[0], theta, sensitivities=False)
-            traces.append(course.along(whole).readings[: len(self._graph.outputs)])
+            integrator = self._integrator(packed, whole.inputs[0], theta, sensitivities=False)
+            traces.append(integrator.along(whole).readings[: len(self._graph.outputs)])
         apart = np.max(np.abs(traces[0] - traces[1]), axis=1)
         usual = np.ptp(traces[1], axis=1) + 1e-6 * (1.0 + np.max(np.abs(traces[1]), axis=1))
         return dict(zip(self._graph.outputs, (apart / usual).tolist(), strict=True))
 
-    def refuse_coarse_steps(self, drive: Drive, theta: ArrayLike = (), tolerance: float = 0.05) -> None:
-        """Raise ResultError where half the step changes an output by more than this share of its range."""
-        errors = self.step_error(drive, theta)
-        worst = max(errors, key=errors.__getitem__, default="")
-        if worst and errors[worst] > tolerance:
-            step = float(np.max(np.diff(drive.time))) / self._substeps
-            raise too_coarse(self.model.name, step, worst, errors[worst])
-
-    def _course(self, packed: _Packed, first_inputs: Array, theta: ArrayLike, sensitivities: bool) -> Course:
-        """What moves: each kernel's states and tangents at the start."""
+    def _integrator(self, packed: _Packed, first_inputs: Array, theta: ArrayLike, sensitivities: bool) -> Integrator:
+        """An integrator with each kernel's states and tangents at their start values."""
         values = np.asarray(theta, dtype=np.float64)
         if values.shape != self._places.shape:
             raise ValueError(f"theta has shape {values.shape}, there are {len(self.unknowns)} unknowns")
@@ -224,7 +214,9 @@ class Simulator:
             rows.append(z)
         names = (*self._graph.states, *self._graph.outputs)
         constants = everything[count:]
-        return Course(self.model.name, names, count, self._graph.readings, k, kernels, rows, constants, self.at_once)
+        return Integrator(
+            self.model.name, names, count, self._graph.readings, k, kernels, rows, constants, self.at_once
+        )
 
     def _pack(self, drive: Drive) -> _Packed:
         packed = self._packed.get(drive)
@@ -262,7 +254,7 @@ class Simulator:
         start, slopes = law(x, first_inputs, p)
         return start.full()[:, 0], slopes.full() @ self._seeds
 
-    def _result(self, time: Array, seen: Seen) -> Simulated:
+    def _result(self, time: Array, seen: GridReadings) -> Simulated:
         graph = self._graph
         outputs, sensitivities = {}, {}
         for i, name in enumerate(graph.outputs):
@@ -282,7 +274,7 @@ class Simulator:
         )
 
     def _kernels(self, unknowns: int) -> list[Kernel]:
-        """One for each block of unknowns; built on the first request, with sensitivities or without."""
+        """One kernel for each block of unknowns, built on the first request with or without sensitivities."""
         kind = bool(unknowns)
         with self._building:
             if kind not in self._built:
@@ -298,7 +290,7 @@ class Simulator:
 
 
 def sensitive_to(simulator: Simulator, names: Sequence[str]) -> Simulator:
-    """The same simulation, with sensitivities to these of its unknowns alone, which costs less."""
+    """The same simulator with sensitivities to some of its unknowns only, which costs less."""
     some, at = copy(simulator), [simulator.unknowns.index(name) for name in names]
     some._seeds, some._seeded, some._built = simulator._seeds[:, at], simulator._places[at], {}
     return some

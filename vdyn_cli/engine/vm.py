@@ -1,4 +1,4 @@
-"""The steps of a graph on CasADi's own virtual machine: the fallback, and the test of the machine code."""
+"""The steps of a graph on CasADi's virtual machine: the fallback, and the reference for tests of the machine code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vdyn_cli.quantities.arrays import Array
 
 
 class VirtualMachine:
-    """A kernel of a fixed number of steps; a shorter call is filled up with steps of length zero."""
+    """A kernel with a fixed number of steps; a shorter call is padded with steps of length zero."""
 
     rows = 128
 
@@ -45,7 +45,7 @@ class VirtualMachine:
 
 
 def _fill(rows: Array, given: Array) -> None:
-    """Copy, and repeat the last row to the end, so that the filling steps see values that occur."""
+    """Copy, and repeat the last row to the end, so that the padding steps have valid inputs."""
     n = given.shape[0]
     rows[:n] = given
     rows[n:] = given[-1]
@@ -75,7 +75,7 @@ class _Symbols:
 
 
 def _with_tangents(field: ca.Function, seeds: Seeds) -> ca.Function:
-    """``(z, u, p) -> (rates of z, w)``; the seeds of constants are numbers in the graph, where most of them vanish."""
+    """``(z, u, p) -> (rates of z, w)``; the seeds of constants are numbers in the graph, where most are zero."""
     algebra, directions = _Symbols(), seeds.constants.shape[1]
     sources = [ca.SX.sym(field.name_in(k), *field.size_in(k)) for k in range(3)]
     x_tangents = ca.SX.sym("tx", directions, sources[0].numel())

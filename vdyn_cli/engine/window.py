@@ -1,18 +1,18 @@
-"""The part of a long simulation that sensors with shifted clocks still need."""
+"""The part of a long simulation that sensors with shifted clocks still need, when it is simulated in chunks."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.engine.course import Seen
 from vdyn_cli.engine.drive import Simulated
+from vdyn_cli.engine.integrator import GridReadings
 from vdyn_cli.quantities.arrays import Array
 
 
 class Window:
-    """Samples kept while a shifted clock can reach them; a sample is complete once all samples in its reach exist.
+    """Samples kept while a shifted clock can reach them; a sample is complete once all samples within reach exist.
 
-    Reading a trace at a shifted time takes the two samples around it and, for their slopes, one more on either side.
+    Interpolation at a shifted time needs the two samples around it and, for their slopes, one more on either side.
 
     Parameters
     ----------
@@ -23,10 +23,10 @@ class Window:
     def __init__(self, reach: float, shifted: int) -> None:
         self._reach, self._shifted = reach, shifted
         nothing = np.empty((0, 0))
-        self.time, self.seen = np.empty(0), Seen(nothing, np.empty((0, 0, 0)), nothing, np.empty(0))
+        self.time, self.seen = np.empty(0), GridReadings(nothing, np.empty((0, 0, 0)), nothing, np.empty(0))
         self.ready = slice(0, 0)
 
-    def add(self, time: Array, seen: Seen, last: bool) -> None:
+    def add(self, time: Array, seen: GridReadings, last: bool) -> None:
         """Append the samples simulated next, and drop those out of every clock's reach.
 
         Raises
@@ -40,7 +40,7 @@ class Window:
             time = np.concatenate([self.time[keep:], time])
             readings = np.concatenate([self.seen.readings[:, keep:], seen.readings], axis=1)
             tangents = np.concatenate([self.seen.tangents[:, keep:], seen.tangents], axis=1)
-            seen = Seen(readings, tangents, seen.trajectory, seen.final)
+            seen = GridReadings(readings, tangents, seen.trajectory, seen.final)
             done -= keep
         far = float(np.max(np.abs(seen.readings[-self._shifted :, done:])))
         if not far <= self._reach:
@@ -52,11 +52,11 @@ class Window:
         self.ready = slice(done, max(end, done))
 
     def _at(self, index: int, following: Array) -> float:
-        """The time of the first sample that is not ready yet; it may be the first of what follows."""
+        """Time of the first sample that is not complete yet; it may be the first of the following chunk."""
         return float(self.time[index] if index < self.time.size else following[0])
 
-    def cut(self, whole: Simulated) -> Simulated:
-        """The complete part of a result over all kept samples."""
+    def complete(self, whole: Simulated) -> Simulated:
+        """The complete samples of a result over all kept samples."""
         outputs = {name: value[self.ready] for name, value in whole.outputs.items()}
         sensitivities = {name: value[self.ready] for name, value in whole.sensitivities.items()}
         return Simulated(whole.time[self.ready], outputs, sensitivities, whole.final, {})

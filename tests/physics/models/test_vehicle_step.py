@@ -25,8 +25,6 @@ def test_a_step_that_explodes_names_time_state_and_remedy():
 def test_a_step_that_stays_finite_and_lies_is_found():
     simulate = Simulator(vehicle(), parameters())
     assert np.all(np.isfinite(simulate(launch(0.004)).outputs["speed"]))
-    with pytest.raises(ResultError, match=r"steps of 4 ms are too large: halving them changes \w+ by \d+ %"):
-        simulate.refuse_coarse_steps(launch(0.004))
+    assert max(simulate.step_error(launch(0.004)).values()) > 0.05
     fine = Simulator(vehicle(), parameters(), substeps=10)
-    fine.refuse_coarse_steps(launch(0.01))
     assert max(fine.step_error(launch(0.01)).values()) < 2e-3

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vdyn_cli.engine.course import blocks
+from vdyn_cli.engine.integrator import blocks
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import Rows
 from vdyn_cli.inference.banded import whitened

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.course import blocks
+from vdyn_cli.engine.integrator import blocks
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Rows, whiten
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, RandomUnknowns

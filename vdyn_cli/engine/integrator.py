@@ -1,4 +1,4 @@
-"""A simulation in progress: kernels that integrate along a grid, and outputs and states at its samples."""
+"""Integration along a grid by kernels, with outputs and states at its samples."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.engine.backend import MOST
+from vdyn_cli.engine.backend import MOST_DIRECTIONS
 from vdyn_cli.engine.drive import Drive
-from vdyn_cli.engine.finite import culprit, first_not_finite, not_finite
+from vdyn_cli.engine.finite import diverged_first, first_not_finite, not_finite
 from vdyn_cli.engine.kernel import Kernel
 from vdyn_cli.quantities.arrays import Array
 
-# Steps of the integration, at 1 to 4 us each: to start a thread and to wait for it takes some 0.2 ms.
+# Integration steps from which several threads are used: a step takes 1 to 4 us, starting a thread some 0.2 ms.
 WORTH_A_THREAD = 5000
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The integration steps (substeps) from a range of samples of a drive.
+    """The integration steps (substeps) of a range of samples of a drive.
 
     Parameters
     ----------
     time : (n,) s, the samples.
-    substeps : to each sample; a drive's last sample has one, of length zero, that only reads.
-    inputs : (steps + 1, inputs), at the beginning of each substep and at the end of the last.
-    steps : (steps,) s, their lengths.
+    substeps : number per sample; a drive's last sample has one of length zero, for the readings.
+    inputs : (steps + 1, inputs), at the start of each substep and at the end of the last.
+    steps : (steps,) s, lengths of the substeps.
     """
 
     time: Array
@@ -38,7 +38,7 @@ class Grid:
 
 
 def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int) -> Grid:
-    """The substeps from sample ``begin`` to ``end``, exclusive, with inputs interpolated linearly at each.
+    """The substeps of the samples ``begin`` to ``end`` (exclusive), with linearly interpolated inputs.
 
     Parameters
     ----------
@@ -64,12 +64,12 @@ def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class GridReadings:
     """Outputs at a grid's samples: each row is the time series of one reading or one state.
 
     Parameters
     ----------
-    readings : (m, n); tangents : (m, n, k); trajectory : (states, n), empty unless asked for; final : (states,).
+    readings : (m, n). tangents : (m, n, k). trajectory : (states, n), empty unless requested. final : (states,).
     """
 
     readings: Array
@@ -79,16 +79,16 @@ class Seen:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
-    """The state of a simulation in progress.
+class Integrator:
+    """Kernels with their current states, which ``along`` advances.
 
     Parameters
     ----------
-    model, names : of the model, and of its states followed by its outputs, for messages.
-    states, readings, unknowns : how many there are.
+    model, names : name of the model, and of its states followed by its outputs, for messages.
+    states, readings, unknowns : numbers of each.
     kernels : one for each block of unknowns (``blocks``).
     rows : for each kernel its row of tangents and states, advanced in place.
-    constants : of the graph.
+    constants : values of the graph's constants.
     at_once : whether kernels may run in several threads.
     """
 
@@ -102,15 +102,15 @@ class Course:
     constants: Array
     at_once: bool
 
-    def along(self, grid: Grid, with_trajectory: bool = False) -> Seen:
-        """Integrate along a grid.
+    def along(self, grid: Grid, with_trajectory: bool = False) -> GridReadings:
+        """Integrate along a grid, from the current states, which become those at its end.
 
         Raises
         ------
         ResultError : a state, a reading or a derivative is not finite.
         """
         n = grid.time.size
-        seen = Seen(
+        seen = GridReadings(
             np.empty((self.readings, n)),
             np.empty((self.readings, n, self.unknowns)),
             np.empty((self.states, n if with_trajectory else 0)),
@@ -128,7 +128,7 @@ class Course:
                 done.result()
         return seen
 
-    def _run(self, kernel: Kernel, z: Array, grid: Grid, seen: Seen, tangents: Array) -> None:
+    def _run(self, kernel: Kernel, z: Array, grid: Grid, seen: GridReadings, tangents: Array) -> None:
         """Run one kernel, in batches of steps that limit the memory."""
         total, sub, directions, m = grid.steps.size, grid.substeps, kernel.directions, self.readings
         rows = min(total, kernel.rows)
@@ -136,8 +136,8 @@ class Course:
         for begin in range(0, total, rows):
             n = min(rows, total - begin)
             kernel(n, z, grid.inputs[begin:], grid.steps[begin:], self.constants, w, passed)
-            at = slice(-begin % sub, n, sub)  # of the substeps, those that begin a sample
-            with np.errstate(invalid="ignore", over="ignore"):  # what is not finite in the states remains so
+            at = slice(-begin % sub, n, sub)  # the substeps that begin at a sample
+            with np.errstate(invalid="ignore", over="ignore"):  # a state that is not finite stays so until the end
                 finite = np.isfinite(z.sum() + w[at].sum())
             if not finite:
                 self._refuse_not_finite(grid, begin, passed[:n], w[:n])
@@ -152,17 +152,19 @@ class Course:
                 seen.final[:] = passed[at][-1]
 
     def _refuse_not_finite(self, grid: Grid, begin: int, states: Array, w: Array) -> None:
-        # Nothing is refused where only the sum overflows by which it was suspected.
+        # If only the sum in ``_run`` overflowed, all values are finite and nothing is raised.
         readings = w[:, w.shape[1] - self.readings :]
         for what, rows in (("", np.hstack([states, readings])), ("a derivative to an unknown", w)):
             if (row := first_not_finite(rows)) is not None:
                 at = begin + row
                 step = grid.steps[max(min(at, grid.steps.size - 1) - 1, 0)]
                 raise not_finite(
-                    self.model, grid.time[at // grid.substeps], step, what or culprit(rows, row, self.names)
+                    self.model, grid.time[at // grid.substeps], step, what or diverged_first(rows, row, self.names)
                 )
 
 
 def blocks(unknowns: int) -> list[slice]:
-    """The unknowns in blocks of at most MOST, one kernel each; one empty block where there are none."""
-    return [slice(first, min(first + MOST, unknowns)) for first in range(0, max(unknowns, 1), MOST)]
+    """Slices of the unknowns, one per kernel, of at most MOST_DIRECTIONS; one empty slice where there are none."""
+    return [
+        slice(first, min(first + MOST_DIRECTIONS, unknowns)) for first in range(0, max(unknowns, 1), MOST_DIRECTIONS)
+    ]
