@@ -57,7 +57,7 @@ def test_a_survey_of_the_opposite_sign_is_a_doubt(case: Case, tmp_path: Path) ->
     inputs = gather(load_step("coastdown"), path)
     problem = inputs.step.prepare(inputs.spec, inputs.data, inputs.known)
     (doubt,) = [f for f in problem.findings if f.where == "road.csv"]
-    assert "the runs feel -" in doubt.what
+    assert "decelerations show -" in doubt.what
     assert "opposite sign" in doubt.remedy
 
 

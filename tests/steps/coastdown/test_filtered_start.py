@@ -44,6 +44,6 @@ def test_other_starts_show_none(day: messy_day.Day) -> None:
 
 def test_the_start_is_cut_and_said() -> None:
     problem = prepared(messy_day.drive(63, DAY), False).problem
-    cut = [r for r in problem.selection.rejected if "lag of" in r.why]  # type: ignore[attr-defined]
+    cut = [r for r in problem.selection.rejected if "lags by" in r.why]  # type: ignore[attr-defined]
     assert len(cut) == 6
     assert all(1.4 < r.stop - r.start < 2.6 for r in cut)

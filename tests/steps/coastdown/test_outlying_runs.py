@@ -9,7 +9,7 @@ from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.coastdown.outlying_runs import outlying_run, risen_from
+from vdyn_cli.steps.coastdown.outlying_runs import outlying_run, resistance_step
 from vdyn_cli.steps.coastdown.step import STEP
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -54,7 +54,7 @@ def test_a_step_of_the_force_is_found_at_its_run() -> None:
     random = np.random.default_rng(4)
     heading = np.tile([1.0, -1.0], 4)
     days = [random.normal(0.0, 6.0, 8) + 20 * heading + 45.0 * (np.arange(8) >= 4) for _ in range(200)]
-    found = [risen_from(day, heading) for day in days]
+    found = [resistance_step(day, heading) for day in days]
     right = [f for f in found if f is not None and f.run == 4]
     assert len(right) > 170
     assert np.mean([f.force for f in right]) == pytest.approx(45.0, abs=2.0)
@@ -66,5 +66,5 @@ def test_no_step_is_found_where_there_is_none(trend: str) -> None:
     heading, order = np.tile([1.0, -1.0], 4), np.arange(8)
     shape = {"none": 0.0 * order, "warming": 40.0 * np.exp(-order / 1.5), "steady rise": 6.0 * order}[trend]
     days = [random.normal(0.0, 6.0, 8) + 20 * heading + shape for _ in range(2000)]
-    found = sum(risen_from(day, heading) is not None for day in days)
+    found = sum(resistance_step(day, heading) is not None for day in days)
     assert found / 2000 < (0.06 if trend == "steady rise" else 1.5 * STEP_POLICY.outlier_level)

@@ -9,7 +9,7 @@ import pytest
 
 from tests.messy_cases import estimated, prepared
 from tests.plant import messy_day
-from vdyn_cli.steps.coastdown.agreement import LocalForces, disagreement, holding, influence, local_forces
+from vdyn_cli.steps.coastdown.agreement import LocalForces, disagreement, influence, local_forces, widened_to_include
 from vdyn_cli.steps.coastdown.quality import quality_of, unphysical
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load
 
@@ -34,7 +34,7 @@ def test_local_forces_are_those_of_the_car() -> None:
 def test_intervals_hold_local_forces_that_disagree() -> None:
     fit = fitted(messy_day.drive(12, SHORT))
     other = {"rolling_resistance": 1.2 * fit.solution.values["rolling_resistance"]}
-    low, high = holding(fit.solution, other).interval95["rolling_resistance"]
+    low, high = widened_to_include(fit.solution, other).interval95["rolling_resistance"]
     assert low < other["rolling_resistance"] < high
     found = local_forces(fit)
     assert found is not None

@@ -14,7 +14,7 @@ from vdyn_cli.effects import catalogue
 from vdyn_cli.inference.restricted_likelihood import RandomUnknowns, restricted_likelihood
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
-from vdyn_cli.steps.coastdown.force_intervals import holding_forces
+from vdyn_cli.steps.coastdown.force_intervals import spanning_forces
 from vdyn_cli.steps.coastdown.road_load_fit import fit_road_load
 from vdyn_cli.steps.coastdown.shared_road import SPECTRA, slope_correlation
 
@@ -110,6 +110,6 @@ def test_the_forces_of_open_answers_are_held() -> None:
         row = {"speed_kmh": 60.0, "force_N": 0.5 * (ends[0] + ends[1]), "interval95": list(ends)}
         return Result("coastdown", "", Parameters({}), fit, "", extra={"road_load": {"tested": 1, "force": [row]}})
 
-    held = holding_forces(at(190.0, 200.0), (at(185.0, 195.0), at(198.0, 210.0))).extra["road_load"]
+    held = spanning_forces(at(190.0, 200.0), (at(185.0, 195.0), at(198.0, 210.0))).extra["road_load"]
     assert held["tested"] == 1
     assert held["force"][0] == {"speed_kmh": 60.0, "force_N": 195.0, "interval95": [185.0, 210.0]}

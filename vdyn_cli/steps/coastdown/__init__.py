@@ -1,33 +1,33 @@
 """Road load from coast-downs: rolling resistance, drag area, F0 F1 F2 and A B C.
 
-A car of mass M with rotating parts of mr = sum J/r^2 slows down by::
+A car of mass M with rotating parts of mr = sum J/r^2 decelerates according to::
 
     (M + mr) V' = F - 1/2 rho Cd A (V + w)|V + w| - frr M g cos(grade) - M g sin(grade)
 
 with F = 0 in neutral, or the drive force (torque x gear_ratio x driveline_efficiency / wheel_radius) where it is
 measured and no brake is used. The simulated speed is fitted to the measured one; every run's start speed is unknown.
-Gusts push the car and the push stays in its speed, so the residuals are whitened with the covariance of gusts, of wind
-and rolling resistance that differ from run to run, and of the sensor. The sizes of this noise come from the data
-(restricted maximum likelihood). Wind of zero mean adds 1/2 rho Cd A var(w), which the model includes. Intervals come
-from the runs. ``noise: white`` is plain least squares instead, as in the paper.
+A gust changes the speed, and the change persists, so the residuals are whitened with the covariance of gusts, of wind
+and rolling resistance that differ from run to run, and of the sensor. The amplitudes of this noise are estimated from
+the data (restricted maximum likelihood). Wind of zero mean adds 1/2 rho Cd A var(w), which the model includes.
+Intervals follow from the scatter between runs. ``noise: white`` uses plain least squares instead, as in the paper.
 
 Where an accelerometer (specific force f = V' + g sin(grade)) is mapped, M f + mr V' = F - Fd - Rr holds without the
 slope. On a track the specific force is fitted together with the speed, and its zero is unknown. On an open road
 (``windows: powered``: parts with drive above zero, without braking) it is fitted alone; its zero comes from the
-energy of each whole log, with an elevation channel or the assumption that the mean
-slope of all roads is zero. Mass scales
-all forces; torque and efficiency are collinear with it, so give ``mass`` and ``driveline_efficiency`` as
+energy of each whole log, with an elevation channel or the assumption that the mean slope of all roads is zero. Mass
+scales all forces; torque and efficiency are collinear with it, so give ``mass`` and ``driveline_efficiency`` as
 ``value +- std`` where they are uncertain: the stated values are priors of the fit and widen the intervals.
 
-Where an elevation is logged and no accelerometer, it gives the grade over the distance that each run drives, as far
-as the coasts feel it; what its steps and noise leave open of the grade is part of the noise (``elevation_grade``).
+Where an elevation is logged but no acceleration, the grade over each run's distance is computed from the elevation and
+scaled by the share of it that the coasts' deceleration shows; its remaining error is part of the noise
+(``elevation_grade``).
 
-Where only a wheel's speed is logged (rad/s or rpm), V = om r: a wheel that rolls free slips by less than 0.1 %, which
-is part of the effective radius. The radius' standard deviation is a scale of the speed, which the intervals include.
-Likewise a motor's current times its torque constant is a drive torque.
+Where only a wheel's speed is logged (rad/s or rpm), V = om r: a free-rolling wheel slips by less than 0.1 %, which
+is part of the effective radius. The radius' standard deviation is a scale error of the speed, which the intervals
+include. Likewise a motor's current times its torque constant is a drive torque.
 
 The mean wind of a run, measured beside the track, is the run's ``wind_speed`` (against the motion) where no channel of
-this name is logged; what it leaves of the wind is found as a headwind. ``crosswind`` is for ``vdyn check``.
+this name is logged; the remaining wind is estimated as a headwind. Only ``vdyn check`` uses ``crosswind``.
 
 In a narrow window of speeds rolling resistance and drag area are collinear; ``settings: {fix: {drag_coefficient:
 0.25}}`` fixes one as the paper does. The result states the window of speeds that separates them.

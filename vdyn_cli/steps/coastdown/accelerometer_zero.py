@@ -1,12 +1,11 @@
-"""An accelerometer's zero from the energy of a whole drive.
+"""The zero offset of an accelerometer from the energy balance of a whole drive.
 
 A forward accelerometer measures f = V' + g sin(grade) + zero. Times the speed, over a whole log::
 
     int f V dt = (V_end^2 - V_start^2)/2 + g (height gained) + zero x distance
 
-so the zero is known as well as the net climb: from an elevation channel, or from the assumption that
-the mean slope of all roads is zero. A reading at standstill does not give the zero, because the car may stand on a
-slope.
+so the zero is as accurate as the net climb, which comes from an elevation channel or from the assumption that the mean
+slope of all roads is zero. A reading at standstill does not give the zero, because the car may stand on a slope.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ from vdyn_cli.quantities.log import Log
 
 LONGEST_GAP = 1.0  # s between samples that still count as neighbors
 SHORTEST = 500.0  # m: below, 5 m of elevation error come near UNKNOWN_STD
-UNKNOWN_STD = 0.02 * GRAVITY  # m/s^2, of a zero that is not measured: 2 % of grade or a body pitched by a degree
+UNKNOWN_STD = 0.02 * GRAVITY  # m/s^2, of a zero that is not measured: a grade of 2 % or a body pitch of one degree
 
 
 @dataclass(frozen=True)
 class AccelerometerZero:
-    """Value and standard deviation, m/s^2, and whether the elevation channel gives the climb."""
+    """Value and standard deviation, m/s^2, and whether the climb was taken from the elevation channel."""
 
     value: float
     std: float
@@ -33,15 +32,15 @@ class AccelerometerZero:
 
 
 def zero_of(log: Log, elevation_error: float, mean_slope: float) -> AccelerometerZero:
-    """The accelerometer's zero in one log.
+    """The accelerometer's zero in one log; 0 with a large standard deviation where the log is too short.
 
-    Assumes : gaps longer than a second hold no part of the energy balance.
+    Gaps longer than a second are left out of the energy balance.
 
     Parameters
     ----------
     log : channels speed, acceleration and perhaps elevation (m).
     elevation_error : m, standard deviation of the elevation at either end.
-    mean_slope : standard deviation of a road's net slope, used where there is no elevation or it stands still.
+    mean_slope : standard deviation of a road's net slope, used where no elevation is logged or it is constant.
     """
     names = [n for n in ("speed", "acceleration", "elevation") if n in log]
     good = np.all([np.isfinite(log[n]) for n in names if n != "elevation"], axis=0)
@@ -57,7 +56,7 @@ def zero_of(log: Log, elevation_error: float, mean_slope: float) -> Acceleromete
     known = np.isfinite(log["elevation"]) if "elevation" in log else np.zeros(log.time.size, dtype=bool)
     measured = bool(known.any()) and float(np.ptp(log["elevation"][known])) > 0
     height = np.interp(time, log.time[known], log["elevation"][known]) if measured else np.zeros(time.size)
-    climb = float(np.sum(np.diff(height)[joined]))  # what was climbed in a gap is not in the work
+    climb = float(np.sum(np.diff(height)[joined]))  # the work done in a gap is not known
     ends = np.sqrt(2.0 * (1 + np.count_nonzero(~joined)))
     error = float(ends) * elevation_error / distance if measured else mean_slope
     return AccelerometerZero((work - gained - GRAVITY * climb) / distance, GRAVITY * error, measured)

@@ -23,12 +23,12 @@ from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 CLASSES = 8  # of speed: a straight line over an eighth of a coast bends by less than the force's own scatter
-FEWEST_SAMPLES = 5  # of a run in a class: a slope of fewer is noise
+FEWEST_SAMPLES = 5  # of a run in a class: a slope from fewer samples is mostly noise
 
 
 @dataclass(frozen=True)
 class LocalForces:
-    """Force from the decelerations of a class of speeds, and what the simulated runs have there.
+    """Forces in classes of speed, from the decelerations of the measured and of the simulated runs.
 
     Parameters
     ----------
@@ -41,25 +41,27 @@ class LocalForces:
     half: Array
 
     def disagreeing(self, speed: float) -> tuple[float, float] | None:
-        """Measured less fitted force at a speed, and half its interval, N; None where they do not disagree.
+        """Measured minus fitted force at a speed and half its interval, N; None where they agree.
 
-        Between the middles of the classes both are interpolated, and beyond them the last class counts.
+        Parameters
+        ----------
+        speed : m/s; both forces are interpolated between the classes and constant beyond the outermost ones.
         """
         off = float(np.interp(speed, self.speed, self.measured - self.fitted))
         half = float(np.interp(speed, self.speed, self.half))
-        return (off, half) if abs(off) > wider_of(self.speed.size) * half else None
+        return (off, half) if abs(off) > bonferroni_factor(self.speed.size) * half else None
 
     @property
     def outside(self) -> NDArray[np.bool_]:
-        """(k,), the classes whose interval does not hold the fitted force."""
+        """(k,), True for the classes whose interval does not contain the fitted force."""
         return np.abs(self.measured - self.fitted) > self.half
 
 
 def local_forces(fit: RoadLoadFit) -> LocalForces | None:
-    """The comparison; None where the car is driven, or too few runs pass a class.
+    """Measured and fitted forces in classes of speed; None where the car is driven or no class has enough runs.
 
-    Assumes that a run's slope within a class is that of its mean speed, for the measured and the simulated run alike.
-    The road's part, common to all runs of a direction, is in the interval by the fitted roughness.
+    Assumes that a run's deceleration within a class belongs to its mean speed, for measured and simulated run alike.
+    The intervals include the slope of the road, which all runs of a direction share, with its fitted roughness.
     """
     if fit.campaign.drive != "coasting" or not fit.campaign.speed_fitted:
         return None
@@ -72,7 +74,7 @@ def local_forces(fit: RoadLoadFit) -> LocalForces | None:
     rows = []
     for a, b in pairwise(edges):
         seen = np.array([_forces(fit, k, simulated[k], float(a), float(b)) for k in range(headings.size)])
-        good = np.isfinite(seen).all(axis=1)  # a run may leave the class in the log and not in the simulation
+        good = np.isfinite(seen).all(axis=1)  # the log may miss a class that the simulation passes
         means, variance, fewest = [], 0.0, np.inf
         for way in np.unique(headings[good]):
             mine = seen[good & (headings == way)]
@@ -83,7 +85,7 @@ def local_forces(fit: RoadLoadFit) -> LocalForces | None:
             fewest = min(fewest, len(mine))
         if means and len(means) == len(np.unique(headings)):
             speed, force, model = np.mean(means, axis=0)
-            # Welch: degrees of freedom of the sum of both directions' variances are at least the smaller one's.
+            # Welch: the degrees of freedom of the summed variances are at least those of the smaller group.
             scatter = t_quantile(len(means) * (fewest - 1.0)) * np.sqrt(variance) / len(means)
             road = NORMAL95 * _road_force(fit, float(a), float(b))
             rows.append((speed, force, model, float(np.hypot(scatter, road))))
@@ -91,7 +93,7 @@ def local_forces(fit: RoadLoadFit) -> LocalForces | None:
 
 
 def _forces(fit: RoadLoadFit, run: int, simulated: Array, low: float, high: float) -> tuple[float, float, float]:
-    """Mean speed (m/s), force by the measured and by the simulated speed (N) of a run between two speeds."""
+    """Mean speed (m/s) of a run between two speeds, and the forces (N) from its measured and simulated speed."""
     one = fit.campaign.runs[run]
 
     def slope(speed: Array) -> tuple[float, float]:
@@ -110,7 +112,7 @@ def _forces(fit: RoadLoadFit, run: int, simulated: Array, low: float, high: floa
 
 
 def _road_force(fit: RoadLoadFit, low: float, high: float) -> float:
-    """Standard deviation of the mean over the directions of the road's force between two speeds, N."""
+    """Standard deviation of the road's slope force between two speeds, N, averaged over the directions."""
     layout = fit.campaign.layout
     if layout is None or not fit.rows.road:
         return 0.0
@@ -126,25 +128,28 @@ def _road_force(fit: RoadLoadFit, low: float, high: float) -> float:
 
 
 def disagreement(found: LocalForces | None) -> float:
-    """Largest difference of a class over its half interval, corrected for the number of classes; above 1 it disagrees.
+    """Largest ratio of difference to half interval over the k classes, divided by ``bonferroni_factor(k)``.
 
-    Bonferroni over k classes: the normal quantile of 0.05/k over that of 0.05.
+    Above 1 measured and fitted forces disagree; 0 where no comparison was possible.
     """
     if found is None:
         return 0.0
     worst = float(np.max(np.abs(found.measured - found.fitted) / np.maximum(found.half, 1e-300)))
-    return worst / wider_of(found.speed.size)
+    return worst / bonferroni_factor(found.speed.size)
 
 
-def wider_of(classes: int) -> float:
-    """By how much the interval of one of several classes is wider, so that all keep the level together."""
+def bonferroni_factor(classes: int) -> float:
+    """Factor by which each interval widens so that those of k classes jointly keep the significance level.
+
+    z(1 - level/(2 k)) / z(0.975) with the normal quantile z
+    """
     return -float(ndtri(STEP_POLICY.disagreement_level / 2 / classes)) / NORMAL95
 
 
 def alternative(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:
-    """Rolling resistance and drag area by the local forces, as far as both are estimated.
+    """Rolling resistance and drag area that fit the local forces; those of the two that are estimated.
 
-    Weighted least squares of measured less fitted force on M g and 1/2 rho V^2.
+    Weighted least squares of the measured minus the fitted force on M g and 1/2 rho V^2.
     """
     columns = {
         "rolling_resistance": np.full(found.speed.size, fit.at["mass"] * GRAVITY),
@@ -156,8 +161,8 @@ def alternative(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:
     return {n: fit.solution.values[n] + float(d) for n, d in zip(names, step, strict=True)}
 
 
-def holding(solution: Solution, other: Mapping[str, float]) -> Solution:
-    """The solution with intervals that also hold other values: the covariance grows by the outer product of the shift.
+def widened_to_include(solution: Solution, other: Mapping[str, float]) -> Solution:
+    """The solution with 95 % intervals that include other values: the shift's outer product adds to the covariance.
 
     Parameters
     ----------
@@ -173,9 +178,9 @@ def holding(solution: Solution, other: Mapping[str, float]) -> Solution:
 
 
 def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
-    """Shift of each published unknown when a run is left out, to first order, by run; none of an only run.
+    """Shift of each published unknown when a run is left out, to first order, by run; empty for a single run.
 
-    The sum over the run's units of their deletions (inference.intervals.Spread).
+    The sum of the deletions of the run's units (inference.intervals.Spread).
     """
     solution = fit.solution
     shared = [(i, n) for i, n in enumerate(solution.names) if n in ("rolling_resistance", "drag_area")]
@@ -189,10 +194,10 @@ def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
 
 
 def shared_force(fit: RoadLoadFit) -> Mapping[float, tuple[float, float]]:
-    """Mean correlation of the residual force between runs of a direction, and the force that they share, N rms.
+    """Mean correlation of the residual force between runs of a direction, and the force that they share (N rms).
 
-    By heading (+1, -1, 0). Residuals are those about the fit on a level road: differences of binned speeds over time
-    as a function of the distance driven. Directions of fewer than two runs are left out.
+    By heading (+1, -1, 0), for directions with at least two runs. The residual force is the inertia times the rate of
+    change of the binned speed residuals on a level road, as a function of the distance driven.
     """
     level = {**fit.at, **dict.fromkeys(fit.rows.road, 0.0)}
     starts = fit.solution.per_run.get("start.speed")
@@ -210,7 +215,7 @@ def shared_force(fit: RoadLoadFit) -> Mapping[float, tuple[float, float]]:
 
 
 def _common(traces: Sequence[tuple[Array, Array]]) -> tuple[float, float]:
-    """Mean correlation between the traces over their common distance, and the rms of what they share."""
+    """Mean correlation between the traces over their common distance, and the rms of their common part."""
     grid = np.linspace(max(t[0][0] for t in traces), min(t[0][-1] for t in traces), 40)
     every = np.array([np.interp(grid, place, force) for place, force in traces])
     every = every - every.mean(axis=1, keepdims=True)

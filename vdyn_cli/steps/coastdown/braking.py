@@ -1,8 +1,8 @@
-"""Brakes, engaged drivelines and throttles that no channel shows, found as outliers of the common deceleration.
+"""Brakes, engaged drivelines and throttles that no channel shows, detected as outliers of the common deceleration.
 
 All segments share one law of deceleration over speed, c(direction) + k V^2, fitted with least absolute deviations,
-which half of the points cannot bend. Parts in which the car slows down or speeds up more than that are cut off; a run
-of which too little is left is rejected. What all runs of one direction share is a slope or a wind, and no brake.
+which tolerates outliers in up to half of the points. Parts that decelerate or accelerate more than that are cut off; a
+run of which too little is left is rejected. A deviation that all runs of a direction share is a slope or a wind.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from vdyn_cli.steps.coastdown.segments import (
 )
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-INTERVAL = 2.0  # s, over which a deceleration is taken
+INTERVAL = 2.0  # s, over which a deceleration is averaged
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,10 @@ class _ExcessDeceleration:
 
     @property
     def outliers(self) -> NDArray[np.int64]:
-        """Intervals with an excess beyond the limit in two successive intervals, or far beyond it in one.
+        """Indices where two successive intervals exceed the limit, or one exceeds it by far.
 
-        The speed keeps what a brake or a throttle changed. An excess that its neighbors take back is a wrong reading.
+        A brake or a throttle changes the speed for good. An excess that the neighboring intervals cancel is a wrong
+        reading and is not returned.
         """
         beyond, gross = np.abs(self.excess) > self.limit, np.abs(self.excess) > STEP_POLICY.brake_gross * self.limit
         # Net excess of each pair with up to two neighbors at either side.
@@ -55,7 +56,7 @@ class _ExcessDeceleration:
         return np.flatnonzero(((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1]) & kept)
 
     def reason(self, at: int) -> str:
-        """What interval ``at`` shows."""
+        """Sentence on the excess in interval ``at``, with its number, time and speed."""
         at += int(abs(self.excess[at + 1]) > abs(self.excess[at])) if at + 1 < self.excess.size else 0
         what, cause = ("slows by", "brake or driveline?") if self.excess[at] > 0 else ("is driven by", "throttle?")
         return (
@@ -67,13 +68,13 @@ class _ExcessDeceleration:
 def without_braking(
     segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], window: float
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without the parts that slow down, or speed up, more than the segments agree on.
+    """Coasts without the parts that deviate from the common deceleration, and the rejected parts.
 
     Parameters
     ----------
-    known : for each segment (n,) m/s^2, the acceleration of drive and slope.
+    known : for each segment (n,) m/s^2, the acceleration by drive and slope.
     directions : of each segment; a slope shifts all runs of one direction alike.
-    window : m/s, span of speed of which at least half must be left.
+    window : m/s, span of speed of which at least ``STEP_POLICY.least_covered`` must be left.
     """
     kept: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
@@ -84,13 +85,13 @@ def without_braking(
     return kept, rejected
 
 
-def braked_before(
+def braked_while_coasting(
     wholes: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
 ) -> dict[int, list[tuple[float, str]]]:
-    """Where each run is braked in the middle of its coast, whatever part of it is fitted: run: [(s, why)].
+    """Times (s) and reasons of every braking within each run's coast, by run, whether or not that part is fitted.
 
-    A driver who brakes and releases leaves warm brakes that drag, and a coast that other runs do not repeat. What slows
-    the car in the first ``RELEASED`` s of the coast is a late clutch, and no brake.
+    A driver who brakes and releases leaves warm, dragging brakes, and the other runs do not repeat that coast. An
+    excess in the first ``RELEASED`` s of the coast is a late clutch and is left out.
 
     Parameters
     ----------
@@ -107,11 +108,11 @@ def braked_before(
 def without_outliers(
     segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], shortest: float
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Driven segments without the parts that slow down, or speed up, more than drive and common law allow.
+    """Driven segments without the parts that deviate from drive and common law, and the rejected parts.
 
     Parameters
     ----------
-    known, directions : as in ``without_braking``. shortest : s, of what is kept.
+    known, directions : as in ``without_braking``. shortest : s, duration of a window that is kept.
     """
     kept: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
@@ -141,7 +142,7 @@ def _windows_between(segment: CoastSegment, outliers: Mask, shortest: float) -> 
 def _compared(
     segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
 ) -> list[_ExcessDeceleration]:
-    """The deceleration of each segment beside the law that all of them share."""
+    """The excess deceleration of each segment over the law that all segments share."""
     seen = [_deceleration(s, k) for s, k in zip(segments, known, strict=True)]
     speeds, values = [s[1] for s in seen], [s[2] for s in seen]
     counts = {d: directions.count(d) for d in directions}
@@ -161,10 +162,10 @@ def _compared(
 
 
 def _levels(fitted: Array, column: NDArray[np.int64], constants: Sequence[Array]) -> Array:
-    """The deceleration of each direction without its V^2, (d,) m/s^2.
+    """The constant term of each direction's deceleration, (d,) m/s^2.
 
-    Of two runs that differ, least absolute deviations cannot tell which is braked: that run counts which is nearer to
-    the others of all directions.
+    Of two differing runs, least absolute deviations cannot decide which one is braked: the one closer to the median of
+    all directions is used.
 
     Parameters
     ----------
@@ -180,7 +181,7 @@ def _levels(fitted: Array, column: NDArray[np.int64], constants: Sequence[Array]
 
 
 def _deceleration(segment: CoastSegment, known: Array) -> tuple[Array, Array, Array]:
-    """Time, speed and deceleration less that of known forces, (b,) s, m/s, m/s^2."""
+    """Time, speed and deceleration minus that by known forces, (b,) s, m/s, m/s^2."""
     bins = cut(segment.log.time, INTERVAL, segment.part)
     time, speed, pushed = bins.time, bins.mean(segment.log["speed"]), bins.mean(known)
     middles = [0.5 * (x[1:] + x[:-1]) for x in (time, speed, pushed)]
@@ -198,7 +199,7 @@ def _least_absolute_deviations(design: Array, values: Array, rounds: int = 30) -
 
 
 def _longer_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment | None, RejectedSegment | None]:
-    """The part of a coast that covers more speed before or after its outliers, and the rejected rest."""
+    """The part before or after the outliers of a coast, whichever covers more speed, and the rejected rest."""
     name, time = one.segment.name, one.segment.log.time
     begin, end = float(time[0]), float(time[-1])
     middle = float(np.median(one.excess))

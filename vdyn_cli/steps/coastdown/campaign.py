@@ -1,4 +1,4 @@
-"""The runs of a coast-down campaign as the fit sees them."""
+"""The runs of a coast-down campaign, with what is known and estimated, as the fit uses them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vdyn_cli.steps.coastdown.shared_road import RoadLayout, road_layout
 
 AccelerometerUse = Literal["none", "beside", "alone"]
 
-BIN_WIDTH = 2.0  # s: a quarter of the usual gust; on an open road torque and force are not sampled together either
+BIN_WIDTH = 2.0  # s: a quarter of the usual gust; averages out that torque and force are not sampled simultaneously
 FEWEST_BINS, MOST_BINS = 8, 200  # of a run: the covariance stays small
 
 
@@ -33,19 +33,19 @@ class Campaign:
     ----------
     drive : which signal of the drive is measured.
     values : the model's parameters in SI.
-    unknowns : shared unknowns, named as the model's parameters; those known with an uncertainty carry a prior.
+    unknowns : shared unknowns, named as the model's parameters; those known with an uncertainty have a prior.
     accelerometer : "none", fitted "beside" the speed, or "alone".
-    white : plain least squares, as if the sensors' noise were all there is.
-    levels : white noise in the samples of each run's channels.
-    road : first and last road coordinate, m; None unless every run has a place on it.
-    air_share : relative standard deviation of the air density where runs have densities of their own.
-    roughness : stated standard deviation of the road's slope, at least; None where nothing is stated.
-    shown_roughness : standard deviation of the slope that turns with the heading (road_search.located).
-    turn : m, between the starts of both directions over the same road, where it was found (shared_road.road_layout).
-    spectrum : of the road (shared_road.SPECTRA).
+    white : plain least squares, with sensor noise only.
+    levels : white noise in the samples of each run's channels, in the channel's unit.
+    road : first and last road coordinate, m; None unless every run's position on the road is known.
+    air_share : relative standard deviation of the air density where runs have individual densities.
+    roughness : stated lower bound of the standard deviation of the road's slope; None where nothing is stated.
+    shown_roughness : standard deviation of the slope that changes sign with the heading (road_search.located).
+    turn : m, between the starts of both directions over the same road, if found (shared_road.road_layout).
+    spectrum : index of the road's spectrum in shared_road.SPECTRA.
     shifts : m, by which each run began farther along than assumed, where position is not logged.
-    level_mean : the shared road is level on average, its mean slope an effect's.
-    level_road : an effect describes the road, so that no random one is in the noise.
+    level_mean : the shared road has a mean slope of zero, because an effect describes the mean slope.
+    level_road : an effect describes the road, so the noise contains no random road.
     """
 
     runs: tuple[RoadRun, ...]
@@ -67,10 +67,10 @@ class Campaign:
 
     @cached_property
     def layout(self) -> RoadLayout | None:
-        """Where the runs met the road that they share; None where the noise holds none.
+        """Positions of the runs on the road that they share; None where the noise contains no shared road.
 
-        Plain least squares has no such noise, an accelerometer sees the slope itself, a logged grade is the road, and
-        drives without a logged position need not begin at one place.
+        Plain least squares has no such noise, an accelerometer measures the slope itself, a logged grade is the road,
+        and driven runs without a logged position need not begin at one place.
         """
         placed = self.road is not None
         if self.white or self.level_road or self.accelerometer != "none" or not (placed or self.drive == "coasting"):
@@ -84,14 +84,14 @@ class Campaign:
 
     @cached_property
     def bins(self) -> tuple[Bins, ...]:
-        """Groups of samples over which residuals are averaged, of each run."""
+        """For each run, the groups of samples over which residuals are averaged."""
         lengths = [float(np.sum(np.diff(r.time)[r.part[1:] == r.part[:-1]])) for r in self.runs]
         widths = [max(min(BIN_WIDTH, t / FEWEST_BINS), t / MOST_BINS) for t in lengths]
         return tuple(cut(r.time, width, r.part) for r, width in zip(self.runs, widths, strict=True))
 
     @cached_property
     def nodes(self) -> tuple[Nodes, ...] | None:
-        """Sparse instants at which coasting runs are simulated; None: runs with inputs need every sample."""
+        """Sparse instants at which coasting runs are simulated; None where varying inputs require every sample."""
         smooth = self.drive == "coasting" and self.accelerometer == "none"
         if not smooth or any(isinstance(v, np.ndarray) for r in self.runs for v in r.inputs.values()):
             return None
@@ -99,7 +99,7 @@ class Campaign:
 
     @cached_property
     def intervals(self) -> int | None:
-        """Intervals between the speed levels of split times: no shape over the speed with more is seen; else None."""
+        """Number of intervals between the speed levels of split times, which limits a free law of speed; else None."""
         if not all(r.split for r in self.runs):
             return None
         return max(np.unique(np.concatenate([r.speed for r in self.runs])).size - 1, 2)
@@ -128,7 +128,7 @@ class Campaign:
 
     @property
     def speed_fitted(self) -> bool:
-        """Whether the simulated speed is fitted, and with it every run's start speed."""
+        """Whether the speed is fitted; every run's start speed is then an unknown."""
         return "speed" in self.channels
 
     @cached_property
@@ -139,7 +139,7 @@ class Campaign:
         )
 
     def mean(self, run: int, simulated: Array) -> Array:
-        """Mean over the samples of every bin, of a signal (or columns) along ``fit_drives``."""
+        """Bin means (b,) of a signal, or (b, k) of columns, simulated at the instants of ``fit_drives``."""
         return self.bins[run].mean(simulated) if self.nodes is None else self.nodes[run].mean(simulated)
 
     def _drive(self, run: RoadRun, time: Array) -> Drive:
@@ -155,6 +155,6 @@ class Campaign:
 
 
 def road_of(runs: tuple[RoadRun, ...]) -> tuple[float, float] | None:
-    """First and last road coordinate of runs, m; None unless every run has a place on the road."""
+    """First and last road coordinate of runs, m; None unless every run's position is known."""
     places = [(r.place, r.heading, float(r.distance[-1])) for r in runs if r.place is not None]
     return road_ends(places) if len(places) == len(runs) else None

@@ -6,8 +6,8 @@ Over n pairs with mean T and standard deviation s::
     p = t s / (sqrt(n) T)
 
 with p <= 2 % over at least four pairs in UN Regulation 83 (70/220/EEC) and p <= 3 % over at least three in WLTP (UN GTR
-15). Both print t rounded to a decimal; here it is Student's 97.5 % quantile with n - 1 degrees of freedom itself (2.26
-for ten pairs, where Regulation 83 prints 2.2 and WLTP 2.3).
+15). Both tabulate t rounded to one decimal; here t is the exact 97.5 % quantile of Student's t with n - 1 degrees of
+freedom (2.26 for ten pairs, where Regulation 83 prints 2.2 and WLTP 2.3).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SMOOTH = 0.5  # s, over which the speed is averaged before it is interpolated
 
 @dataclass(frozen=True)
 class CoastTimes:
-    """The times of all pairs about one reference speed.
+    """Coast-down times of all pairs of runs about one reference speed.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class CoastTimes:
         return float(1.0 / np.mean(1.0 / self.pairs))
 
     def force(self, inertia: float) -> float:
-        """Road load that this time means, N, for an inertia in kg."""
+        """Road load from the mean time, N, for an inertia in kg: inertia (upper - lower)/mean."""
         return inertia * (self.upper - self.lower) / self.mean
 
     def force_error(self, inertia: float) -> float:
@@ -65,10 +65,10 @@ class CoastTimes:
 
 
 def paired_runs(segments: Sequence[CoastSegment], directions: Sequence[str | None]) -> list[tuple[int, int]]:
-    """The k-th run out of the description with the k-th run back, as indices of segments; both must be kept.
+    """Pairs of segment indices: the k-th run out of the description with the k-th run back, where both are kept.
 
-    Where runs are left out, runs that follow each other in the description make a pair first: a dead log among them
-    shifts no pair.
+    Where runs are left out, runs that follow each other in the description are paired first, so that a missing log
+    does not shift the other pairs.
     """
     at = {s.run: k for k, s in reversed(list(enumerate(segments)))}
     out, back = ([i for i, way in enumerate(directions) if way == wanted] for wanted in ("out", "back"))
@@ -86,7 +86,7 @@ def paired_runs(segments: Sequence[CoastSegment], directions: Sequence[str | Non
 
 
 def coast_times(segments: Sequence[CoastSegment], directions: Sequence[str | None]) -> list[CoastTimes]:
-    """Times about every 10 km/h that all paired runs pass, highest first; none without runs in both directions."""
+    """Coast-down times about every 10 km/h that all paired runs pass, highest first; empty without pairs."""
     couples = paired_runs(segments, directions)
     if not couples:
         return []
@@ -110,7 +110,7 @@ def _with_accuracy(speed: float, times: Array) -> CoastTimes:
 
 
 def falling_speed(segment: CoastSegment) -> tuple[Array, Array]:
-    """Times (b,) s and speeds (b,) m/s of a coast, averaged over half a second, that never rise."""
+    """Times (b,) s and nonincreasing speeds (b,) m/s of a coast, averaged over half a second."""
     bins = cut(segment.log.time, SMOOTH)
     return bins.time, np.minimum.accumulate(bins.mean(segment.log["speed"]))
 

@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes beside the channels of a coast-down: keys that no log tells; and a report's runs."""
+"""What ``vdyn init`` writes for a coast-down beside the channels: keys that no log contains, and a report's runs."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ settings:                   # speed_window: [70 km/h, 25 km/h] limits the fitted
   # road: {profile: FILE}    # surveyed positions and elevations or grades of the road, where position is logged
 """
 RUN = "direction: out or back"
-FALLING = "speed"  # in a coast-down; other logs without a drive signal are no runs of it
+FALLING = "speed"  # must fall in a log without a drive signal, or the log is not a coast-down
 DRIVE = ("drive_torque", "drive_force", "motor_current")
 
 
 def table_draft(paths: Sequence[Path], names: Sequence[str]) -> list[str] | None:
-    """Channels and runs of coast-down reports, one row a run; None for other files.
+    """Description lines for channels and runs of coast-down reports with one row a run; None for other files.
 
     Parameters
     ----------

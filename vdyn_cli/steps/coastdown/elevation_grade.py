@@ -1,13 +1,13 @@
 """The grade of the road from a logged elevation, over the distance that each run drives.
 
-The elevation of a receiver or a barometer has steps, noise and drift: its difference quotient is no grade. The slope
-at nodes along a run has a normal prior with the correlation of roads (``shared_road``), and the elevation measures
-its integral::
+The elevation of a receiver or a barometer has steps, noise and drift, so its difference quotient is not a usable grade.
+The slope at nodes along a run has a normal prior with the correlation of roads (``shared_road``), and the elevation
+measures its integral::
 
     z_j = z_0 + sum_(i <= j) d i_i + e_j
 
-Prior and noise are weighed by the likelihood of all runs together. What the coasting runs feel of that grade
-(``felt_road``) is the share of it that is real: the errors of an elevation are slopes that no run feels.
+The prior's spectrum and amplitude maximize the likelihood of all runs together. The grade is then scaled by the share
+of it that the runs' decelerations show (``felt_road``), because errors of the elevation do not decelerate the car.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 NODE = 20.0  # m between the nodes, as the knots of a road: a coasting car passes them in a bin of 2 s
 FEWEST, MOST = 8, 400  # nodes of a run; longer runs have longer nodes
 SLOPES = (0.001, 0.002, 0.005, 0.01, 0.02, 0.04)  # standard deviations of the slope: from a test track to a pass
-UNKNOWN_HEIGHT = 1e3  # m, prior standard deviation of the elevation at the first node: none
-OFTEN = 3.0  # changes of an elevation in a node's length, beyond which it flickers: a slope of 15 % in steps of 1 m
+UNKNOWN_HEIGHT = 1e3  # m, prior standard deviation of the elevation at the first node, which is not known
+OFTEN = 3.0  # changes of an elevation per node length, above which it flickers: a slope of 15 % in steps of 1 m
 NEGLIGIBLE = 1e-3  # of the largest variance of the grade's error along one direction
-SMALLEST = 1e-3  # m, of a mean elevation: a simulated log has no noise
+SMALLEST = 1e-3  # m, standard deviation of a mean elevation: a simulated log has no noise
 
 
 @dataclass(frozen=True)
 class _Track:
-    """One run's elevations (k,), m, with their standard deviations and the distances (k,), m, at which they hold.
+    """Elevations (k,) of one run, m, their standard deviations (k,), and the distances ``at`` (k,) m they belong to.
 
-    ``distance`` : (n,) m, of each sample of the log.
+    ``distance`` : (n,) m, driven at each sample of the log.
     """
 
     elevation: Array
@@ -55,7 +55,7 @@ class _Track:
 
     @cached_property
     def rise(self) -> Array:
-        """(k, m), of each node's slope in the height gained from the start: slopes go straight between the nodes."""
+        """(k, m), height gained from the start per unit slope of each node, with slopes linear between the nodes."""
         step = self.nodes[1]
         each = np.tril(np.ones((self.nodes.size, self.nodes.size))) * step
         each -= 0.5 * step * np.eye(self.nodes.size)
@@ -68,12 +68,12 @@ class _Track:
 
 @dataclass(frozen=True)
 class ElevationGrade:
-    """The grade along one log by its elevation.
+    """The grade along one log, computed from its elevation.
 
     Parameters
     ----------
     time : (n,) s, of the log's samples. distance : (n,) m, driven there. nodes : (m,) m. slope : (m,), uphill.
-    error : (m, r), factor of the covariance of what the elevation leaves open of it.
+    error : (m, r), factor of the covariance of the slope's error.
     """
 
     time: Array
@@ -88,17 +88,17 @@ class ElevationGrade:
         return np.asarray(np.interp(self.distance, self.nodes, self.slope))
 
     def error_at(self, time: Array) -> Array:
-        """(k, r), factor of the covariance of the grade's error at some times (k,) of the log, s."""
+        """(k, r), factor of the covariance of the grade's error at times (k,) of the log, s."""
         place = np.interp(time, self.time, self.distance)
         return np.column_stack([np.interp(place, self.nodes, column) for column in self.error.T])
 
     def scaled(self, share: float) -> ElevationGrade:
-        """With a share of the grade."""
+        """The grade multiplied by ``share``, with the same error."""
         return replace(self, slope=share * self.slope)
 
 
 def elevation_grades(logs: Sequence[Log]) -> tuple[ElevationGrade, ...]:
-    """The grade of each log; none where one has a grade, no elevation, or next to no distance.
+    """The grade of each log; empty where any log has a grade, lacks an elevation, or covers too little distance.
 
     Parameters
     ----------
@@ -115,14 +115,14 @@ def elevation_grades(logs: Sequence[Log]) -> tuple[ElevationGrade, ...]:
 
 
 def with_grades(logs: Sequence[Log], grades: Sequence[ElevationGrade]) -> tuple[Log, ...]:
-    """The logs with the channel ``grade``."""
+    """The logs with the grades as channel ``grade``."""
     return tuple(log.with_channels(grade=g.grade) for log, g in zip(logs, grades, strict=True))
 
 
 def felt_grades(
     grades: Sequence[ElevationGrade], runs: Sequence[RoadRun]
 ) -> tuple[tuple[ElevationGrade, ...], Finding] | None:
-    """The share of the grades that the runs feel, and what was done; None where they feel none.
+    """The grades scaled by the share that the runs' decelerations show, with a finding; None where they show none.
 
     Parameters
     ----------
@@ -133,16 +133,16 @@ def felt_grades(
         return None
     steepest = max(float(np.std(run.inputs["grade"])) for run in runs)
     what = (
-        f"the grade is taken from the elevation: {100 * steepest:.2g} % rms, of which the runs feel "
-        f"{felt[0]:.2f} +- {felt[1]:.2f} times"
+        f"the grade is computed from the elevation: {100 * steepest:.2g} % rms; the runs' decelerations show "
+        f"{felt[0]:.2f} +- {felt[1]:.2f} times this grade"
     )
-    remedy = "map 'grade', or state a surveyed profile under 'road', if one is known better"
+    remedy = "map 'grade', or state a surveyed profile under 'road', if the grade is known better"
     finding = Finding("channels.elevation", what, remedy=remedy, minor=True)
     return tuple(g.scaled(min(felt[0], 1.0)) for g in grades), finding
 
 
 def _track(log: Log) -> _Track | None:
-    """The nodes of a run; None where it drives too few, or has no elevation there."""
+    """The elevations of a run; None where it covers too few nodes or has too few elevation samples."""
     good = np.isfinite(log["speed"])
     if good.sum() < FEWEST:
         return None
@@ -155,7 +155,7 @@ def _track(log: Log) -> _Track | None:
     noise = white_level(height, log.time[measured])
     levels = np.unique(np.round(height, 6))
     step = float(np.min(np.diff(levels))) if levels.size > 1 else 0.0
-    # Noise that flickers between two steps changes often, and makes the samples independent.
+    # An elevation that flickers between two steps changes often, and its samples are independent.
     steady = noise < 0.5 * step and np.count_nonzero(np.diff(height)) * NODE < OFTEN * distance[-1]
     observed = _changes(height, at, step) if steady else _means(height, at, float(np.hypot(noise, step / 12**0.5)))
     return _Track(*observed, distance)
@@ -169,9 +169,10 @@ def _means(height: Array, at: Array, noise: float) -> tuple[Array, Array, Array]
 
 
 def _changes(height: Array, at: Array, step: float) -> tuple[Array, Array, Array]:
-    """Where an elevation in steps passes to the next, and the middle of each step, whose samples say one thing.
+    """Elevation, standard deviation and distance at each change of a stepped elevation, then at each step's middle.
 
-    At a change the elevation is halfway between both, to a tenth of the step.
+    At a change the elevation is halfway between both levels, within a tenth of the step. The samples of one step count
+    as one observation.
     """
     begin = np.flatnonzero(np.diff(height)) + 1
     stretches = np.split(np.arange(height.size), begin)
@@ -179,7 +180,7 @@ def _changes(height: Array, at: Array, step: float) -> tuple[Array, Array, Array
     level = np.array([height[s[0]] for s in stretches])
     where = 0.5 * (at[begin] + at[begin - 1])
     halfway = 0.5 * (height[begin] + height[begin - 1])
-    far = np.abs(height[begin] - height[begin - 1])  # a jump of many steps says little of where between them it is
+    far = np.abs(height[begin] - height[begin - 1])  # a jump over many steps leaves the elevation between them open
     return (
         np.r_[halfway, level],
         np.r_[np.maximum(0.1 * step, (far - step) / 12**0.5), np.full(level.size, step / 12**0.5)],
@@ -196,12 +197,12 @@ def _likelihood(track: _Track, spectrum: int, slope: float) -> float:
 
 
 def _covariance(track: _Track, prior: Array) -> Array:
-    """(k, k), of the elevations."""
+    """Covariance (k, k) of the elevations."""
     return np.asarray(track.rise @ prior @ track.rise.T + np.diag(track.std**2) + UNKNOWN_HEIGHT**2)
 
 
 def _grade(time: Array, track: _Track, spectrum: int, slope: float) -> ElevationGrade:
-    """The likeliest slope, and what is left open of it."""
+    """The posterior mean of the slope, and a factor of its posterior covariance."""
     prior = slope**2 * slope_correlation(track.nodes, spectrum)
     reach = track.rise @ prior
     gain = np.linalg.solve(_covariance(track, prior), np.column_stack([track.elevation, reach]))

@@ -1,7 +1,7 @@
-"""How well coasts between two speeds separate rolling resistance from air drag, before they are driven.
+"""How well coasts between two speeds will separate rolling resistance from air drag, before they are driven.
 
 A coast is simulated with its sensitivities and whitened with the noise of the fitted runs; the inverse of the
-information of n such runs gives the standard deviations and the correlation to be expected (Cramer-Rao).
+information of n such runs gives the expected standard deviations and correlation (Cramer-Rao).
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from vdyn_cli.quantities.constants import GRAVITY
 PAIR = ("rolling_resistance", "drag_area")
 STEP = 0.5  # s of a simulated coast: a quarter of a bin
 LONGEST = 900.0  # s, of a simulated coast
-LEAST_FORCE = 1.0  # N: a car that no force slows down would coast forever
+LEAST_FORCE = 1.0  # N: without a force the car would coast forever
 LOWER = tuple(v / 3.6 for v in (20.0, 15.0, 10.0, 5.0))  # m/s, ends of wider windows
 UPPER = tuple(v / 3.6 for v in (80.0, 100.0, 120.0, 140.0))  # m/s, starts of wider windows
-SEPARATED = 0.03  # relative standard deviation of both, at which they count as separated: the WLTP's 3 % of a force
+SEPARATED = 0.03  # relative standard deviation up to which both count as separated: the WLTP's 3 % of a force
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class CoastSetup:
 
     Parameters
     ----------
-    at : parameters of the road load in SI. sizes : of the noise, by source.
-    level : m/s of white noise in a sample of the speed. step : s between samples. runs : number of coasts.
+    at : parameters of the road load in SI. sizes : amplitudes of the noise, by source.
+    level : m/s, white noise in a sample of the speed. step : s between samples. runs : number of coasts.
     """
 
     at: Mapping[str, float]
@@ -79,7 +79,7 @@ def coasting_clock(at: Mapping[str, float], upper: float, lower: float) -> tuple
 
 
 def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> ExpectedAccuracy:
-    """The accuracy with rolling resistance and drag area both unknown.
+    """Expected accuracy where both rolling resistance and drag area are estimated.
 
     Parameters
     ----------
@@ -96,13 +96,13 @@ def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> Expecte
     bins = cut(time, max(2.0, time[-1] / 150))
     inertia = at["mass"] + at["rotating_mass"]
     pull = at["air_density"] * at["drag_area"] * bins.mean(seen.outputs["speed"]) / inertia
-    # A bin of the simulation holds fewer samples than the log's: their mean has the same noise.
+    # The simulation has fewer samples a bin than the log; the noise of the bin's mean stays the same.
     level = setup.level * float(np.sqrt(min(setup.step / STEP, 1.0)))
     noise = speed_noise(Surroundings(bins, pull, pull, at["mass"] / inertia, speed_level=level))
     factor = np.linalg.cholesky(noise.covariance({**setup.sizes, "speed_noise": 1.0}))
     white = np.linalg.solve(factor, bins.mean(seen.sensitivities["speed"]))
     covariance = np.linalg.inv(white.T @ white)[:2, :2]
-    # Each run has a start speed of its own, while the other two are common to all: the information adds up.
+    # The two parameters are common to all runs and the start speed is not: information adds up over the runs.
     rolling, drag = np.sqrt(np.diag(covariance) / setup.runs)
     return ExpectedAccuracy(
         upper,
@@ -115,7 +115,12 @@ def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> Expecte
 
 
 def wider_window(setup: CoastSetup, window: tuple[float, float]) -> ExpectedAccuracy | None:
-    """The smallest widening of a window (upper and lower speed, m/s) that separates both, or the best there is."""
+    """The smallest wider window that separates both parameters, else the most accurate one; None if none is wider.
+
+    Parameters
+    ----------
+    window : upper and lower speed driven, m/s.
+    """
     tops = [window[0], *(v for v in UPPER if v > window[0])]
     bottoms = [window[1], *(v for v in LOWER if v < window[1])]
     tried = [expected_accuracy(setup, (u, b)) for u in tops for b in bottoms if (u, b) != window]

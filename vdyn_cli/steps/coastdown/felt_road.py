@@ -1,12 +1,12 @@
-"""Whether coasting runs feel the grade that they are given: the share of it that their deceleration shows.
+"""Whether the decelerations of coasting runs show the stated grade, and which share of it.
 
-Over bins of 2 s, of all runs together::
+Least squares over bins of 2 s of all runs together::
 
     V' = c_run + c1 V + c2 V^2 - b g grade
 
-b is one (a few per cent less by the rotating mass) where the grade is that of the road, near zero where it is of
-another place, and minus one where its sign or the direction of the position is wrong. Its standard error is the
-jackknife's over runs.
+b is one (a few per cent less because of the rotating mass) where the grade is correct, near zero where it belongs to
+another place, and minus one where its sign or the direction of the position is wrong. Its standard error comes from
+the jackknife over runs.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FEWEST_RUNS, FEWEST_BINS = 3, 5  # two runs have no scatter, and a run fits thre
 
 
 def felt_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
-    """(b, standard error); None where too few runs have a grade that varies."""
+    """Share b and its standard error; None where too few runs have a varying grade."""
     parts = [p for run in runs if (p := _rows(run)) is not None]
     if len(parts) < FEWEST_RUNS:
         return None
@@ -43,7 +43,7 @@ def felt_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
 
 
 def _rows(run: RoadRun) -> tuple[Array, Array] | None:
-    """(-g grade, V, V^2) and V' of a run, less their means over it."""
+    """Columns (-g grade, V, V^2) and V' of a run, without their means; None where it has too few bins."""
     grade = run.inputs["grade"]
     if not isinstance(grade, np.ndarray):
         return None
@@ -60,7 +60,12 @@ def _rows(run: RoadRun) -> tuple[Array, Array] | None:
 
 
 def grade_findings(runs: Sequence[RoadRun], where: str) -> Iterator[Finding]:
-    """A doubt where coasting runs contradict their grade."""
+    """A finding where the decelerations of coasting runs contradict their grade.
+
+    Parameters
+    ----------
+    where : key or file that states the grade.
+    """
     found = felt_share(runs)
     if found is None or found[1] > STEP_POLICY.felt_clear:
         return
@@ -68,7 +73,7 @@ def grade_findings(runs: Sequence[RoadRun], where: str) -> Iterator[Finding]:
     least = max(STEP_POLICY.felt_doubt * std, STEP_POLICY.felt_material)
     if abs(share - 1.0) < least:
         return
-    what = f"the runs feel {share:.2f} +- {std:.2f} times the grade that they are given"
+    what = f"the runs' decelerations show {share:.2f} +- {std:.2f} times the stated grade"
     if abs(share + 1.0) < least:
         remedy = "the grade has the opposite sign: check which way the position rises, and 'direction' of the runs"
     else:

@@ -73,7 +73,7 @@ def _road_load(fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes]) ->
 
 
 def _residual_force(fit: RoadLoadFit) -> Figure | None:
-    """Residual force over speed, each direction apart."""
+    """Residual force over speed, separately for each direction."""
     series = []
     for way, which, role in _by_direction(fit):
         if which.size >= 2:

@@ -1,13 +1,14 @@
-"""The lag of a filtered speed at the start of all coasts, which is cut from all.
+"""The lag of a filtered speed at the start of all coasts, and its removal.
 
-A receiver that filters its speed with a time constant T shows a coast that begins at constant speed with a deceleration
-that sets in late. With a the car's own::
+A receiver that filters its speed with a time constant T delays the onset of the deceleration a where a coast begins at
+constant speed::
 
     V(t) = V0 - a (t - T) - a T exp(-t/T) + curvature t^2
 
-After some T it is a delay, which changes no force; before, the car seems to slow less, and fitted together the drag
-area is up to 1.5 half-widths too small for T = 0.5 s. T and the size of the exponential are found from the first
-seconds of each run; a filter has the size a T in every run, a clutch the other sign, a gust or a road no such shape.
+After a few T the filter is a pure delay, which changes no force. Before, the deceleration reads too small: fitted
+without a cut, the drag area is up to 1.5 half-widths too small for T = 0.5 s. T and the amplitude of the exponential
+are estimated from the first seconds of each run. A filter has the amplitude a T in every run, a clutch has the opposite
+sign, and a gust or a road has another shape.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment
 from vdyn_cli.steps.coastdown.start_cuts import StartCut, from_start, without_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-LAGS = tuple(float(t) for t in np.geomspace(0.2, 1.6, 13))  # s, that are tried: shorter ones move no estimate
-LENGTH = 4.5  # s of a run's start that is fitted: a parabola describes the coast, which a gust hardly changes
-SETTLED = 4.0  # T, that are cut: 2 % of the transient are left
-FEWEST_ROWS = 12  # of such a start, which has four unknowns
+LAGS = tuple(float(t) for t in np.geomspace(0.2, 1.6, 13))  # s, grid of T: shorter ones change no estimate
+LENGTH = 4.5  # s of a run's start that are fitted: a parabola still describes the coast, and gusts change it little
+SETTLED = 4.0  # time constants that are cut: 2 % of the transient are left
+FEWEST_ROWS = 12  # samples of such a start, whose fit has four unknowns
 
 
 def filter_lag(logs: Sequence[Log]) -> float | None:
-    """The time constant T, s, of the filter that all runs show at their start; None where they do not.
+    """The time constant T, s, of the filter that all runs show at their start; None where they show none.
 
     Parameters
     ----------
@@ -59,22 +60,22 @@ def filter_lag(logs: Sequence[Log]) -> float | None:
 def without_filtered_start(
     segments: Sequence[CoastSegment], logs: Sequence[Log], kept: Sequence[Sequence[tuple[float, float]]]
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without the first seconds in which a filtered speed lags, and what was cut.
+    """Coasts without the first seconds in which a filtered speed lags, and the cut parts.
 
     Parameters
     ----------
-    logs : of each segment's run, whole. kept : spans (s, s) of it that must not be cut.
+    logs : the whole log of each segment's run. kept : spans (s, s) of it that must not be cut.
     """
     starts = [from_start(one.log, log) for one, log in zip(segments, logs, strict=True)]
     lag = filter_lag(starts)
     if lag is None:
         return list(segments), []
-    why = f"the speed of all runs follows the start of the coast with a lag of {lag:.2g} s: filtered by the receiver?"
+    why = f"the speed of all runs lags by {lag:.2g} s at the start of the coast: filtered by the receiver?"
     return without_starts(segments, starts, kept, StartCut(SETTLED * lag, lag, why))
 
 
 def _exponential(log: Log, lag: float) -> tuple[float, float] | None:
-    """Size of the exponential as a share of a T, and the mean square that is left; None where rows are too few."""
+    """Amplitude of the exponential as a share of a T, and the mean squared residual; None with too few rows."""
     time = log.time - log.time[0]
     inside = time <= LENGTH
     if int(inside.sum()) < FEWEST_ROWS or float(np.diff(time[inside]).max()) > lag:

@@ -1,4 +1,4 @@
-"""Intervals of the road load's forces that hold several answers."""
+"""Intervals of the road load's forces that combine several results."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any
 from vdyn_cli.inference.mixture import mixture_interval
 from vdyn_cli.quantities.result import Result
 
-SAME = 1e-6  # km/h between the speeds of two rows that are one
+SAME = 1e-6  # km/h, largest difference of two speeds that count as equal
 
 
-def holding_forces(result: Result, answers: Sequence[Result]) -> Result:
-    """The result whose forces over speed have 95 % intervals that hold those of all answers.
+def spanning_forces(result: Result, answers: Sequence[Result]) -> Result:
+    """The result with force intervals that span those of all answers.
 
-    low(V) = min over answers of low_a(V), high(V) likewise; the force itself stays.
+    low(V) = min over answers of low_a(V), high(V) likewise; the force itself is unchanged.
 
     Parameters
     ----------
@@ -29,12 +29,12 @@ def holding_forces(result: Result, answers: Sequence[Result]) -> Result:
     return _with_intervals(result, held)
 
 
-def averaging_forces(result: Result, answers: Sequence[tuple[float, Result]]) -> Result:
-    """The result whose forces over speed have the 95 % intervals of its mixture with other answers, or wider ones.
+def averaged_forces(result: Result, answers: Sequence[tuple[float, Result]]) -> Result:
+    """The result with the 95 % force intervals of its mixture with other answers, never narrower than its own.
 
     Parameters
     ----------
-    answers : probability and result of each; see ``holding_forces``.
+    answers : probability and result of each; see ``spanning_forces``.
     """
 
     def averaged(row: Mapping[str, Any]) -> tuple[float, float]:

@@ -1,8 +1,7 @@
-"""Where the driver lets go after holding a speed: rows before that belong to no coast-down.
+"""The instant at which the driver lets go after holding a speed; rows before it are not part of the coast.
 
-Half a second of held speed at the start of a coast looks like no resistance at the highest speed. A held speed
-wanders, so that neither its highest value nor its noise tells the release. The speed is fitted about it by two pieces,
-with T the release::
+Half a second of held speed at the start of a coast looks like zero resistance at the highest speed. A held speed
+wanders, so neither its maximum nor its noise marks the release T. The speed around it is fitted piecewise::
 
     V(t) = V0 + p t                                t <= T
     V(t) = V0 + p t - c (t - T) + q (t - T)^2      t >  T
@@ -18,29 +17,29 @@ from vdyn_cli.quantities.log import Log
 
 BIN = 0.1  # s: a tenth of RELEASE
 # m/s below the highest speed, within which the release lies; at most a third of the fall. A car coasts through it in 5
-# to 20 s, over which its deceleration is a straight line in time.
+# to 20 s, over which its deceleration changes linearly with time.
 DROP = 2.0
-HELD = 0.25  # of that: drivers and cruise controls hold a speed within 0.5 m/s
-# Of the deceleration after the release, to which a held speed may rise or fall: one that is held has 0, a coast 1, an
-# acceleration -1 and less. A third, some 0.1 m/s^2, leaves room for a pedal that is held still on a slope of 1 %.
+HELD = 0.25  # share of DROP: drivers and cruise controls hold a speed within 0.5 m/s
+# Largest slope of a held speed as a share of the deceleration after the release: a held speed has 0, a coast 1, an
+# acceleration -1 or less. A third, about 0.1 m/s^2, allows a constant pedal on a slope of 1 %.
 STEADY = 1.0 / 3.0
-RELEASE = 1.0  # s, that pedal and clutch take; the release is known to a few tenths of it
-FEWEST_BINS = 5  # on either side of the release: the three unknowns of a piece, and two more
+RELEASE = 1.0  # s, duration of releasing pedal and clutch; the release is known to a few tenths of it
+FEWEST_BINS = 5  # on either side of the release: the three unknowns of a piece, plus two
 
 
 def released(log: Log, smooth: Array, top: int, end: int) -> int:
-    """The first index of the coast: a second after the driver lets go, or ``top`` of a log that begins with the coast.
+    """First index of the coast: one second after the release, or ``top`` where the log begins with the coast.
 
     Parameters
     ----------
     smooth : (n,) m/s, the speed without noise. top, end : index of its highest value and of the end of its fall.
     """
     drop = min(DROP, float(smooth[top] - smooth[end]) / 3.0)
-    if drop <= 0.0 or smooth[top] < smooth[: top + 1].max():  # it coasts already where it passes an upper limit
+    if drop <= 0.0 or smooth[top] < smooth[: top + 1].max():  # the car already coasts where it passes an upper limit
         return top
     falls, beyond = (int(np.flatnonzero(smooth[top : end + 1] <= smooth[top] - n * drop)[0]) for n in (1.0, 2.0))
     apart = np.flatnonzero(np.abs(smooth[:top] - smooth[top]) > HELD * drop)
-    for first in (int(apart[-1]) + 1 if apart.size else 0, top):  # where it is held long, else behind an acceleration
+    for first in (int(apart[-1]) + 1 if apart.size else 0, top):  # after a long hold, else after an acceleration
         window = slice(first, top + beyond + 1)
         bins = cut(log.time[window], BIN)
         found = _breakpoint(bins.time, bins.mean(log["speed"][window]), float(log.time[top + falls]))
@@ -53,11 +52,11 @@ def released(log: Log, smooth: Array, top: int, end: int) -> int:
 
 
 def _breakpoint(time: Array, speed: Array, latest: float) -> float | None:
-    """The release, s; None where no steady speed changes there into a fall.
+    """Time of the release, s; None where the speed does not change from steady to falling.
 
     Parameters
     ----------
-    time, speed : (n,) s and m/s. latest : s, that is tried.
+    time, speed : (n,) s and m/s. latest : s, last release that is tried.
     """
     best, fit = np.inf, None
     tried = [k for k in range(FEWEST_BINS, time.size - FEWEST_BINS) if time[k] <= latest]

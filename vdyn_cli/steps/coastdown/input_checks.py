@@ -18,8 +18,8 @@ from vdyn_cli.steps.coastdown.segments import FEWEST_SAMPLES, CoastSegment
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 
 INTERVAL = 2.0  # s, over which rates are taken
-OPPOSED = -0.3  # cosine of a channel and the rate of the speed that only a wrong sign explains
-BACKWARD = -0.5  # m/s, median speed below which the car drives backward: a standing sensor's noise is smaller
+OPPOSED = -0.3  # cosine of a channel and the rate of the speed below which only a wrong sign explains it
+BACKWARD = -0.5  # m/s, median speed below which the car drives backward: the noise at standstill is smaller
 HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
@@ -42,7 +42,7 @@ def sign_findings(log: Log, drive: DriveSignal) -> list[Finding]:
 def direction_findings(
     runs: Sequence[Run], logs: Sequence[Log], segments: Sequence[CoastSegment], use: AccelerometerUse
 ) -> tuple[Finding, ...]:
-    """Runs in one direction only, runs against their logged position, and an elevation that is not used."""
+    """Runs in one direction only, directions that the logged position contradicts, and an elevation not used."""
     found = []
     ways = {runs[s.run].direction for s in segments}
     if not ({"out", "back"} <= ways or use == "alone"):
@@ -50,7 +50,7 @@ def direction_findings(
         fact = unstated if None in ways else "all runs have the same direction"
         what = (
             f"{fact}: a slope or a steady wind is collinear with rolling resistance; "
-            f"the intervals hold a slope of {100 * SLOPE:g} % and a wind of {WIND:g} m/s, where they are not measured"
+            f"the intervals include a slope of {100 * SLOPE:g} % and a wind of {WIND:g} m/s, where not measured"
         )
         remedy = "drive as many runs back as out, and write 'direction: out' or 'back' to each run"
         found.append(Finding("runs", what, remedy=remedy, doubt=True))
@@ -62,9 +62,9 @@ def direction_findings(
             what = f"position {way}, but the direction is '{runs[k].direction}'"
             found.append(Finding(logs[k].name, what, remedy=remedy, doubt=True))
     if use != "alone" and any("elevation" in log and "grade" not in log for log in logs):
-        what = "elevation is mapped but not used: the coasts feel no slope that it shows"
+        what = "elevation is mapped but not used: the runs' decelerations do not show its slope"
         if any("acceleration" in log for log in logs):
-            what = "elevation is mapped but not used: the accelerometer shows the slope"
+            what = "elevation is mapped but not used: the accelerometer measures the slope"
         remedy = "remove it, or map 'grade' if the slope is known better"
         found.append(Finding("channels.elevation", what, remedy=remedy))
     return tuple(found)
@@ -86,6 +86,6 @@ def _cosine_with_rate(log: Log, name: str) -> float:
 
 
 def _rise(log: Log) -> float:
-    """Last less first position, m."""
+    """Last minus first position, m."""
     there = log["position"][np.isfinite(log["position"])]
     return float(there[-1] - there[0]) if there.size else 0.0

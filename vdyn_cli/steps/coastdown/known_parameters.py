@@ -1,4 +1,4 @@
-"""What is known before the fit: the car's parameters, completed and with their uncertainties, and what is unknown."""
+"""The car's known parameters with their uncertainties, completed by defaults, and the unknowns of the fit."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 
-ROTATING_SHARE, ROTATING_STD = 0.035, 0.01  # of the mass, for wheels alone, where nothing is given
-SCALE_ERROR = 0.02  # standard deviation of the accelerometer's gain: the body pitches as the car speeds up
-PRIOR_REACH = 8.0  # standard deviations of a prior that a value may move: beyond, the given value is wrong
+ROTATING_SHARE, ROTATING_STD = 0.035, 0.01  # of the mass, for four wheels, where nothing is given
+SCALE_ERROR = 0.02  # standard deviation of the accelerometer's gain: the body pitches when the car accelerates
+PRIOR_REACH = 8.0  # prior standard deviations by which a value may move: beyond, the given value is wrong
 ROAD_LOAD = {  # start, lower and upper bound, unit
     "rolling_resistance": (0.012, 5e-4, 0.1, ""),
     "rolling_speed": (0.0, -5e-3, 5e-3, "s/m"),
@@ -26,7 +26,7 @@ ROAD_LOAD = {  # start, lower and upper bound, unit
 
 
 def known_parameters(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> dict[str, Given]:
-    """The known parameters in SI, with the fixed ones, the rotating mass and the uncertainty of the air completed.
+    """The known parameters in SI, completed with fixed ones, the rotating mass and the air density's uncertainty.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def known_parameters(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters
 
 
 def assumptions(known: Parameters) -> tuple[Finding, ...]:
-    """A finding for the rotating mass where it is assumed."""
+    """A finding where the rotating mass is assumed."""
     if "rotating_mass" in known or _by_wheels(known):
         return ()
     what = (
@@ -74,7 +74,7 @@ def assumptions(known: Parameters) -> tuple[Finding, ...]:
 
 
 def model_values(known: Mapping[str, Given], use: AccelerometerUse, drive: DriveSignal) -> dict[str, float]:
-    """A value for every parameter of the road load model, SI; those to be estimated at their start."""
+    """A value for every parameter of the road load model, SI; start values of those that are estimated."""
     names = ["mass", "rotating_mass", "air_density"]
     names += ["gear_ratio", "wheel_radius", "driveline_efficiency"] if drive == "torque" else []
     values = {n: known[n].value for n in names}
@@ -86,7 +86,7 @@ def model_values(known: Mapping[str, Given], use: AccelerometerUse, drive: Drive
 def campaign_unknowns(
     known: Mapping[str, Given], values: Mapping[str, float], use: AccelerometerUse, terms: int, both_ways: bool
 ) -> tuple[Unknown, ...]:
-    """The unknowns of the road load, then what is known with an uncertainty, then the accelerometer's own.
+    """The unknowns of the road load, then the uncertain known parameters, then the accelerometer's zero and scale.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def _by_wheels(known: Mapping[str, object] | Parameters) -> bool:
 
 
 def _rotating_mass(known: Mapping[str, Given]) -> Given:
-    """Four wheels' J/r^2 where their inertia is known, else the usual share of the mass."""
+    """J/r^2 of four wheels where their inertia is known, else the usual share of the mass, kg."""
     if _by_wheels(known):
         inertia, radius = known["wheel_inertia"], known["wheel_radius"].value
         return Given(4 * inertia.value / radius**2, 4 * inertia.std / radius**2)

@@ -13,25 +13,25 @@ from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.quantities.arrays import Array
 
-INSTANT = 0.1  # s of simulation, from whose change of speed a force is computed
+INSTANT = 0.1  # s of simulation whose change of speed gives the force
 WARM = 7200.0  # s of driving: twelve nominal time constants of the tire warm-up
-SPEEDS = 25  # at which it is computed: a learned table has up to 20 knots over them
+SPEEDS = 25  # at which the force is computed: a learned table has up to 20 knots over them
 
 
-def resists(effect: Effect) -> bool:
-    """Whether an effect belongs to the car and adds a force: one that corrects a parameter (mass, radius) adds none."""
+def adds_resistance(effect: Effect) -> bool:
+    """Whether an effect belongs to the car and adds a force; one that corrects a parameter (mass, radius) does not."""
     return effect.lasts and "parameters" not in effect.on
 
 
 @dataclass(frozen=True)
 class LastingForce:
-    """What effects add to the force F = f0 + f1 V + f2 V^2 of a car on a level road in still air.
+    """Force of accepted effects, added to F = f0 + f1 V + f2 V^2 of a car on a level road in still air.
 
     Parameters
     ----------
     coefficients : by unknown, (3,) per unit of it, N, N s/m and N s^2/m^2.
-    beyond : speeds (n,) in m/s, and the force there in N that three coefficients cannot hold.
-    slopes : by unknown, shapes among them, (n,): the change of the force there per unit of it.
+    beyond : speeds (n,) in m/s, and the force (n,) in N that three coefficients do not describe.
+    slopes : by unknown, including shape parameters, (n,): change of the force at these speeds per unit of it.
     """
 
     coefficients: Mapping[str, Array]
@@ -46,15 +46,15 @@ def lasting_force(
     speeds: tuple[float, float],
     temperature: float,
 ) -> LastingForce:
-    """The deceleration of a coasting car with each effect, less that without it, times the inertia, over the speeds.
+    """The inertia times the difference of a coasting car's deceleration with and without each effect, over the speeds.
 
-    Assumes a force proportional to the amplitude, as those of the catalogue are.
+    Assumes that the force is proportional to the effect's amplitude.
 
     Parameters
     ----------
-    effects : those that add a force (``resists``).
+    effects : those that add a force (``adds_resistance``).
     at : parameters of the road load in SI, and the values of the effects' unknowns.
-    std : of those that were estimated, over which the slopes are taken: the forms of learned laws may be steep.
+    std : of the estimated ones; slopes are difference quotients over +- std, because learned laws may be steep.
     speeds : lowest and highest, m/s. temperature : K.
     """
     every = np.linspace(max(speeds[0], 1.0), speeds[1], SPEEDS)
@@ -76,17 +76,17 @@ def lasting_force(
 
 
 def _forces(effect: Effect, at: Mapping[str, float], every: Array, temperature: float) -> dict[str, Array]:
-    """The force by each amplitude of an effect, N at every speed (n,)."""
+    """Force of each amplitude of an effect, (n,) N at the speeds ``every``."""
     model = road_load()
     values = {n: at.get(n, 0.0) for n in model.parameters} | {"wind_variance": 0.0}
     values |= {n: at.get(n, nominal) for n, nominal in effect.nominal.items()}
     inertia = values["mass"] + values["rotating_mass"]
-    rested = {**dict.fromkeys(model.inputs, 0.0), "elapsed": WARM}
+    inputs = {**dict.fromkeys(model.inputs, 0.0), "elapsed": WARM}
 
     def rates(amplitude: Mapping[str, float]) -> Array:
         car = Simulator(model, {**values, **amplitude}, effects=(effect,))
         drives = (
-            Drive(np.array([0.0, INSTANT]), rested, {"speed": v}, {}, {"heading": 0.0, "temperature": temperature})
+            Drive(np.array([0.0, INSTANT]), inputs, {"speed": v}, {}, {"heading": 0.0, "temperature": temperature})
             for v in every.tolist()
         )
         ends = np.array([car(d, [], sensitivities=False).outputs["speed"][-1] for d in drives])

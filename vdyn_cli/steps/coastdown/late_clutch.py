@@ -1,14 +1,14 @@
-"""A clutch that drags in the first seconds of all runs alike: found by all runs together, and cut from all.
+"""A clutch that drags in the first seconds of all runs, detected in all runs together and cut from all.
 
-A clutch that lets go T after the start of a coast, or slips with a time constant T, leaves in the speed, with d the
+A clutch that disengages T after the start of a coast, or slips with a time constant T, changes the speed to, with d the
 additional deceleration::
 
     V(t) = V0 - a t + b t^2 + d h(t),   0 <= t <= LENGTH,   h = max(T - t, 0)   or   T exp(-t/T)
 
-d is found in each run and averaged over the runs of each direction; h fits best in all runs together. What gusts, a
-road and noise make of d is seen in the later parts of the same runs, fitted in the same way: the start must exceed
-their scatter, and in both directions, since a road pushes these oppositely at one place and begins elsewhere for each.
-A brake that fades lasts longer: it is an effect, and nothing is cut.
+d is fitted in each run and averaged over the runs of each direction; T and the form of h minimize the residuals of all
+runs together. The same fit to later parts of the runs shows how much of d comes from gusts, the road and noise: d at
+the start must exceed that scatter, and in both directions, because a slope of the road acts oppositely on them. A brake
+that fades lasts longer: it is a candidate effect, and nothing is cut.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 RELEASED = 6.0  # s at the start of a coast in which a clutch may still slip
 LENGTH = 2.0 * RELEASED  # s of a run that are fitted: as long after the latest release as before it
-FEWEST_ROWS = 3  # before a release, which show that the speed falls faster there, and after it
+FEWEST_ROWS = 3  # before a release, to show that the speed falls faster there, and after it
 GONE = 3.0  # time constants, after which 5 % are left
 
 
 @dataclass(frozen=True)
 class StartDrag:
-    """How a drag at the start of a coast ends.
+    """Course of a drag at the start of a coast.
 
     Parameters
     ----------
-    time : s, when it ends or, where it ``fades``, its time constant. until : s, when it is gone.
+    time : s, its end or, where it ``fades``, its time constant. until : s, after which it is negligible.
     """
 
     time: float
@@ -44,12 +44,12 @@ class StartDrag:
     fades: bool = False
 
     def speed(self, t: Array) -> Array:
-        """Speed over that without it, (n,) s, for a deceleration of one at the start."""
+        """h(t), (n,) s: speed above the later coast extrapolated back, per unit of the initial deceleration."""
         return np.asarray(self.time * np.exp(-t / self.time) if self.fades else np.maximum(self.time - t, 0.0))
 
 
-RELEASES = np.geomspace(0.7, RELEASED, 17)  # s, that are tried, 14 % apart: it is gone at the next
-FADES = np.geomspace(0.5, LENGTH, 8)  # s, that are tried
+RELEASES = np.geomspace(0.7, RELEASED, 17)  # s, grid with steps of 14 %: the drag has ended at the next value
+FADES = np.geomspace(0.5, LENGTH, 8)  # s, grid
 DRAGS = (
     *(StartDrag(float(t), float(u)) for t, u in zip(RELEASES, [*RELEASES[1:], RELEASES[-1]], strict=True)),
     *(StartDrag(float(t), GONE * float(t), fades=True) for t in FADES),
@@ -57,7 +57,7 @@ DRAGS = (
 
 
 def drag_at_start(logs: Sequence[Log], directions: Sequence[str | None]) -> tuple[StartDrag, float] | None:
-    """The drag of a clutch in all runs with its deceleration, m/s^2; None where there is none.
+    """The drag of a clutch in all runs and its mean deceleration, m/s^2; None where it is not significant.
 
     Parameters
     ----------
@@ -91,11 +91,11 @@ def without_late_clutch(
     directions: Sequence[str | None],
     kept: Sequence[Sequence[tuple[float, float]]],
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without the first seconds in which a clutch drags in all of them alike, and what was cut.
+    """Coasts without the first seconds in which a clutch drags in all of them, and the cut parts.
 
     Parameters
     ----------
-    logs : of each segment's run, whole. directions : of each segment. kept : spans (s, s) that must not be cut.
+    logs : the whole log of each segment's run. directions : of each segment. kept : spans (s, s) that must not be cut.
     """
     starts = [from_start(one.log, log) for one, log in zip(segments, logs, strict=True)]
     seen = drag_at_start(starts, directions)
@@ -107,11 +107,11 @@ def without_late_clutch(
 
 
 def _fitted(logs: Sequence[Log], begin: float, drag: StartDrag) -> tuple[Array, float] | None:
-    """Deceleration d of each run, (r,) m/s^2, and the mean square that is left; None where rows are too few.
+    """Deceleration d of each run, (r,) m/s^2, and the mean squared residual; None with too few rows.
 
     Parameters
     ----------
-    begin : s after the start of each run, where ``LENGTH`` begins.
+    begin : s after the start of each run, where the fitted ``LENGTH`` begins.
     """
     found, left = np.empty(len(logs)), np.empty(len(logs))
     for k, log in enumerate(logs):

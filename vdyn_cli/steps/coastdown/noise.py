@@ -1,4 +1,4 @@
-"""The noise of a coast-down's binned residuals: which disturbances each run has, and how strongly they act."""
+"""The noise model of a coast-down's binned residuals: the disturbances of each run and the car's response to them."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ LARGEST_GUST = 1.5  # m/s: turbulence of 0.3 in the largest mean wind that SAE J
 
 
 def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
-    """The covariance of a run's rows.
+    """The covariance model of a run's rows.
 
     Parameters
     ----------
-    run : index of the run. at : the model's parameters in SI, at which the car answers to gusts and slopes.
+    run : index of the run. at : the model's parameters in SI, which determine the response to gusts and slopes.
     """
     surroundings = _surroundings(campaign, run, at)
     if campaign.white:
@@ -40,25 +40,21 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
 
 
 def road_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Array:
-    """Response of a run's rows to the road that all runs share, (b, m), m/s per unit of each of its unknowns.
+    """Response of a run's rows to the road that all runs share, (b, m), m/s per unit of each of the road's unknowns.
 
     The unknowns are independent with the standard deviation of the road's slope; (b, 0) where no road is shared.
     """
     if campaign.layout is None:
         return np.zeros((campaign.bins[run].time.size, 0))
-    return slope_response(campaign, run, at) @ met_slopes(campaign, run)
+    return slope_response(campaign, run, at) @ binned_slopes(campaign, run)
 
 
-def met_slopes(campaign: Campaign, run: int) -> Array:
-    """Mean slope that a run meets in each of its bins, dimensionless.
+def binned_slopes(campaign: Campaign, run: int) -> Array:
+    """Mean slope along a run in each of its bins per unit of each unknown of the shared road, (b, m), dimensionless.
 
     Parameters
     ----------
-    run : index of the run in the campaign.
-
-    Returns
-    -------
-    (b, m): in column j the shared road's unknown j is 1, and the others are 0.
+    run : index of the run in the campaign, which must have a road layout.
     """
     layout, bins = campaign.layout, campaign.bins[run]
     assert layout is not None
@@ -84,7 +80,7 @@ def _surroundings(campaign: Campaign, run: int, at: Mapping[str, float]) -> Surr
     wind = one.inputs["wind_speed"]
     flow = np.maximum(bins.mean(one.speed) + (bins.mean(wind) if isinstance(wind, np.ndarray) else float(wind)), 0.0)
     pull = density * at["drag_area"] * flow / inertia
-    levels = campaign.levels[0 if campaign.white else run]  # in plain least squares a level only scales the cost
+    levels = campaign.levels[0 if campaign.white else run]  # in plain least squares the level only scales the cost
     return Surroundings(
         bins=bins,
         pull=pull,

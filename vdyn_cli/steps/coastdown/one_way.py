@@ -1,9 +1,9 @@
-"""What a slope and a steady wind can do to the answer where all runs go the same way.
+"""Interval widening for a slope and a steady wind where all runs have the same direction.
 
-A slope i is a rolling resistance i; a headwind w adds 1/2 rho Cd A (2 V w + w^2) to the force over the fitted speeds,
-which a fit puts down to rolling resistance and drag area. Runs there and back tell both from the car; runs of one
-direction do not, and their scatter says nothing of it. The intervals hold what a test site that keeps the
-regulations' limits can have.
+A slope i acts like a rolling resistance i; a headwind w adds 1/2 rho Cd A (2 V w + w^2), which the fit attributes to
+rolling resistance and drag area. Runs in both directions separate slope and wind from the car. Runs in one direction do
+not, and their scatter does not show the error, so the intervals include the largest slope and wind that the
+regulations allow.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
-from vdyn_cli.steps.coastdown.agreement import holding
+from vdyn_cli.steps.coastdown.agreement import widened_to_include
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
 
 SLOPE = 0.005  # m/m, the most that SAE J1263 allows for a test road
@@ -23,15 +23,15 @@ SPEEDS = 50  # at which the force by a wind is projected on the road load
 
 
 def is_one_way(fit: RoadLoadFit) -> bool:
-    """Whether all runs of a fit go the same way, or do not state where they go."""
+    """Whether all runs of a fit have the same direction, or none states its direction."""
     return len({r.heading for r in fit.campaign.runs}) == 1
 
 
-def one_way(fit: RoadLoadFit) -> Solution:
-    """The solution of a fit with intervals that hold a slope and a wind which its runs cannot show.
+def widened_if_one_way(fit: RoadLoadFit) -> Solution:
+    """The solution with 95 % intervals that include an unmeasured slope and wind; unchanged with both directions.
 
-    A measured wind, and a slope that the accelerometer feels or a survey states, are known. A roughness that the
-    description states is taken for the slope's standard deviation.
+    A measured wind, and a slope that is logged, surveyed or measured by the accelerometer, need no widening. A
+    roughness that the description states is used as the slope's standard deviation.
     """
     campaign, solution = fit.campaign, fit.solution
     if not is_one_way(fit):
@@ -46,7 +46,7 @@ def one_way(fit: RoadLoadFit) -> Solution:
 
 
 def _by_wind(fit: RoadLoadFit) -> Mapping[str, float]:
-    """Shift of rolling resistance and drag area by a headwind ``WIND``, as far as both are estimated."""
+    """Shift of rolling resistance and drag area by a headwind ``WIND``, for those of the two that are estimated."""
     at, speed = fit.at, np.linspace(*fit.speeds, SPEEDS)
     density = 0.5 * at["air_density"]
     force = density * at["drag_area"] * ((speed + WIND) ** 2 - speed**2)
@@ -58,4 +58,4 @@ def _by_wind(fit: RoadLoadFit) -> Mapping[str, float]:
 
 def _moved(solution: Solution, shift: Mapping[str, float]) -> Solution:
     known = {n: solution.values[n] + d for n, d in shift.items() if n in solution.values}
-    return holding(solution, known)
+    return widened_to_include(solution, known)

@@ -1,7 +1,7 @@
-"""Runs that are outliers among the others: a dragging brake, a passing lorry, an engaged gear, a roof box put on.
+"""Runs that are outliers among the others: a dragging brake, a passing truck, an engaged gear, an added roof box.
 
-Two tests are externally studentized residuals: of a run's force, and of what a run does to the parameters. The third is
-of a step of the force between two runs.
+Two tests use externally studentized residuals: of a run's force, and of its influence on the parameters. The third
+tests for a step of the force from one run to the next.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class OutlyingRun:
 def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
     """The run with the largest externally studentized residual, if it is significant.
 
-    The others predict each run from a mean, the direction and the order (which slope, wind and warming tires change);
-    its distance over the standard error of that prediction is Student's t. The largest of n is tested at
+    The other runs predict each run from a mean, the direction (slope, wind) and the order (warming tires); its
+    deviation over the standard error of that prediction is Student's t. The largest of n is tested at
     ``outlier_level``/n (Bonferroni).
 
     Parameters
@@ -59,12 +59,12 @@ def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
     return OutlyingRun(worst, float(residual[worst] / free[worst]), p_value) if outlying else None
 
 
-def risen_from(force: Array, heading: Array) -> OutlyingRun | None:
+def resistance_step(force: Array, heading: Array) -> OutlyingRun | None:
     """The run from which on the force is larger than in the runs before it, if that is significant.
 
-    A mean, the direction and a step before run k are fitted, with two runs on either side of it at least; the largest
-    t of a step up over all k is tested at ``outlier_level`` (Bonferroni). No step where a steady rise over the order
-    fits about as well (cooling, rising wind). Steps down are not tested: warming tires make them.
+    A mean, the direction and a step before run k are fitted, with at least two runs on either side; the largest t of
+    an upward step over all k is tested at ``outlier_level`` (Bonferroni). None where a linear trend over the order
+    fits about as well (cooling, rising wind). Downward steps are not tested, because warming tires cause them.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def risen_from(force: Array, heading: Array) -> OutlyingRun | None:
 
 
 def _added(base: Array, column: Array, force: Array) -> tuple[float, float, float]:
-    """Sum of squares left by base and column, the column's coefficient, and its squares beside the base."""
+    """Residual sum of squares of base and column, the column's coefficient, and its squares orthogonal to the base."""
     own = column - base @ (np.linalg.pinv(base) @ column)
     rest = force - base @ (np.linalg.pinv(base) @ force)
     leverage = float(own @ own)
@@ -98,7 +98,7 @@ def _added(base: Array, column: Array, force: Array) -> tuple[float, float, floa
 
 
 def influential_runs(fit: RoadLoadFit, level: float) -> dict[str, tuple[str, ...]]:
-    """The published unknowns that a run shifts by more than runs that agree would, by run.
+    """The published unknowns that each run shifts significantly, by run.
 
     With d_b the changes by the run's n_k units and s the scatter of the others' n - n_k about their mean, the shift
     sum d_b has the standard deviation s sqrt(n_k n / (n - n_k)): a studentized residual, Student's t with n - n_k - 1
@@ -106,7 +106,7 @@ def influential_runs(fit: RoadLoadFit, level: float) -> dict[str, tuple[str, ...
 
     Parameters
     ----------
-    level : chance that any run of a campaign without outliers is named, over all runs and unknowns (Bonferroni).
+    level : probability that any run of a campaign without outliers is named, over all runs and unknowns (Bonferroni).
     """
     solution, runs = fit.solution, fit.campaign.runs
     shared = [(i, n) for i, n in enumerate(solution.names) if n in ("rolling_resistance", "drag_area")]

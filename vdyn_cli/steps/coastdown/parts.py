@@ -1,4 +1,4 @@
-"""The parts of the road load whose laws can be freed."""
+"""The parts of the road load whose laws can be replaced by free curves."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from vdyn_cli.steps.free_part import ORDER, Part, sensor_part
 from vdyn_cli.steps.free_profiles import span_of
 
 FORCE = 100.0  # N, plausible size: two thirds of a car's rolling resistance
-SLOPE = 0.005  # of a road that counts as flat, plausible size
+SLOPE = 0.005  # plausible size: the slope of a road that counts as flat
 READING = 0.3  # m/s, plausible error of a speed reading
-RESISTANCES = ("air", "gust_drag", "rolling", "brake")  # laws that act as a force over speed and time, too
+RESISTANCES = ("air", "gust_drag", "rolling", "brake")  # laws that are forces over speed and time as well
 OWN = ("rolling_resistance", "rolling_speed", "drag_area")
 
 
 def road_parts(campaign: Campaign) -> tuple[Part, ...]:
-    """The resistance over speed, per direction, over the day and within the runs; the road over position; the speed.
+    """The parts: resistance over speed, over time in the run and over the day, directional force, road, speed reading.
 
     Parameters
     ----------
-    campaign : the runs, whose unknowns are in the resistance over speed.
+    campaign : the runs; the resistance over speed replaces their road load unknowns.
     """
     runs = campaign.runs
     speed = span_of([r.speed for r in runs], 1.0)
@@ -38,7 +38,7 @@ def road_parts(campaign: Campaign) -> tuple[Part, ...]:
 
     names = {u.name for u in campaign.unknowns}
     rolling = tuple(n for n in ("rolling_resistance",) if n in names)
-    road = () if campaign.road is not None else ("road",)  # without position all runs meet the road alike in time
+    road = () if campaign.road is not None else ("road",)  # without position a road looks like a force over time
     found = [
         Part(
             "driveline", "", "speed", speed, FORCE, "N", "m/s", "the resistance to motion", "speed", anchored=False,

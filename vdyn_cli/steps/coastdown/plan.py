@@ -1,6 +1,6 @@
 """Coasts that could be driven next: wider, both ways, warm, cold, on another day; simulated from the baseline's fit.
 
-Every manoeuvre is a pair of coasts, out and back over the same level road in still air, after what was driven.
+Every manoeuvre is a pair of coasts, out and back on the same level road in still air, after the runs already driven.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 FASTER, FASTEST = 1.3, 130 / 3.6  # times the highest speed driven, up to what is legal somewhere, m/s
 SLOWEST = 2.0  # m/s
-WIDER = 1.1  # times the span of speeds driven: less is the same manoeuvre
+WIDER = 1.1  # times the span of speeds driven: a smaller increase is the same manoeuvre
 FEWEST_STEPS = 20  # of a simulated coast
 REST = 60.0  # s between coasts
 WARM = 3600.0  # s of driving, after which tires and brakes are warm
@@ -31,7 +31,7 @@ COUNTS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", 
 
 @dataclass(frozen=True)
 class _PlannedCoast:
-    """From ``upper`` to ``lower`` (m/s), begun ``start`` s after the day's first, at ``temperature`` K."""
+    """A coast from ``upper`` to ``lower`` (m/s), begun ``start`` s after the day's first run, at ``temperature`` K."""
 
     upper: float
     lower: float
@@ -43,7 +43,7 @@ class _PlannedCoast:
 def next_coasts(regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
     """The coasts that could be driven next, those with the least effort first.
 
-    None on an open road (``windows: powered``), where nothing is driven for the test.
+    Empty on an open road (``windows: powered``), where no runs are driven for the test.
 
     Parameters
     ----------
@@ -100,12 +100,12 @@ def coast_trace(at: Mapping[str, float], upper: float, lower: float) -> tuple[Ar
 
 
 def _winds(regression: Regression) -> frozenset[str]:
-    """Unknowns of the effects in the air that belong to their day: another day has a wind of its own."""
+    """Unknowns of the air effects that last only for the day: another day has another wind."""
     return frozenset(n for e in effects_of(regression) if "air" in e.on and not e.lasts for n in e.unknowns)
 
 
 def _pair(campaign: Campaign, one: _PlannedCoast, values: Mapping[str, float]) -> Campaign:
-    """Two coasts, out and back, with the road, the model and the sensors' noise of the runs that were driven."""
+    """Two coasts, out and back, with the road, the model and the sensor noise of the runs that were driven."""
     at = {n: values.get(n, v) for n, v in campaign.values.items()}
     # With fewer samples in a bin, the mean over the bin keeps its noise.
     spacing = float(np.median([np.median(np.diff(r.time)) for r in campaign.runs]))

@@ -1,4 +1,4 @@
-"""Coast-downs that are not driven yet: simulated in gusty wind on a level road, out and back in turn."""
+"""Simulated logs of coast-downs not driven yet: gusty wind, level road, alternating directions."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _simulated(day: DayRequest) -> tuple[Log, ...]:
 
     Raises
     ------
-    MissingParameterError : mass or air density is not known. InputError : the coasts have no fall of speed.
+    MissingParameterError : mass or air density is not known. InputError : the end speed is not below the start speed.
     """
     day.known.require("mass", "air_density", where="coastdown")
     at, rng, n = day.at, day.rng, len(day.spec.runs)
@@ -54,7 +54,7 @@ def _simulated(day: DayRequest) -> tuple[Log, ...]:
     if upper <= lower:
         got = f"start_speed {upper:.4g}, end_speed {lower:.4g} m/s"
         remedy = "plan with an end_speed below the start_speed"
-        raise InputError(Finding("plan", "the coasts end at the speed at which they begin, or above it", got, remedy))
+        raise InputError(Finding("plan", "the end speed is not below the start speed of the coasts", got, remedy))
     mass = day.known["mass"].value
     inertia = mass + day.known.value("rotating_mass", ROTATING_SHARE * mass)
     rolling = at["rolling_resistance"] * mass * GRAVITY * (1.0 + at["rolling_scatter"] * rng.standard_normal(n))

@@ -27,7 +27,7 @@ from vdyn_cli.steps.coastdown.elevation_grade import (
     with_grades,
 )
 from vdyn_cli.steps.coastdown.felt_road import grade_findings
-from vdyn_cli.steps.coastdown.force_intervals import averaging_forces, holding_forces
+from vdyn_cli.steps.coastdown.force_intervals import averaged_forces, spanning_forces
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
 from vdyn_cli.steps.coastdown.parts import road_parts
@@ -51,7 +51,7 @@ from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import KNOTS, profile, span_of
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
-FREE_FORCE = 100.0  # N, plausible size of a free profile: two thirds of a car's rolling resistance
+FREE_FORCE = 100.0  # N, plausible amplitude of a free profile: two thirds of a car's rolling resistance
 NORMAL_TEMPERATURE = 293.15  # K, of runs whose temperature is unknown
 
 
@@ -61,9 +61,9 @@ class CoastdownProblem(SimulatedProblem):
 
     Parameters
     ----------
-    campaign : the fitted runs, beside ``selection.segments``.
-    zeros : of the accelerometer, by run, where it is fitted alone.
-    findings : about the description and the runs. logs : as they were read.
+    campaign : the fitted runs, one for each of ``selection.segments``.
+    zeros : zero offset of the accelerometer by run, where only the specific force is fitted.
+    findings : about the description and the runs. logs : of the runs, with the added grade and wind.
     """
 
     spec: CoastdownSpec
@@ -85,12 +85,12 @@ class CoastdownProblem(SimulatedProblem):
 
     @property
     def placed(self) -> Campaign:
-        """The campaign, both directions on one road where the data say so."""
+        """The campaign with its most likely shared road (see road_search.located)."""
         return self._located.campaign
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """Forces that are free over the speed and over the day."""
+        """Free profiles of force over speed and over the time of day."""
         low, high = span_of([r.speed for r in self.campaign.runs], 1.0)
         speed = np.linspace(low, high, min(KNOTS, self.campaign.intervals or KNOTS)).tolist()
         day = span_of([r.start + r.time - r.time[0] for r in self.campaign.runs], 1.0)
@@ -105,7 +105,7 @@ class CoastdownProblem(SimulatedProblem):
         return road_parts(self.campaign)
 
     def directions(self, stated: Sequence[str | None]) -> Sequence[str | None]:
-        """Those of the runs that were not left out."""
+        """The stated directions of the segments that are fitted."""
         return [stated[s.run] for s in self.selection.segments]
 
     @property
@@ -119,7 +119,7 @@ class CoastdownProblem(SimulatedProblem):
         unknowns: Sequence[Unknown] = (),
         start: Mapping[str, float] = NO_VALUES,
     ) -> Regression:
-        """The whitened regression with candidate effects, whose signals the noise sizes do not contain.
+        """The whitened regression with candidate effects; the estimated noise does not absorb their signals.
 
         ``start`` is not used: the regression is nonlinear and is solved from its own start.
         """
@@ -159,11 +159,11 @@ class CoastdownProblem(SimulatedProblem):
 
     def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
         """See ``SimulatedProblem``: the forces over speed."""
-        return holding_forces(result, answers)
+        return spanning_forces(result, answers)
 
     def averaged(self, result: Result, answers: Sequence[tuple[float, Result]]) -> Result:
         """See ``SimulatedProblem``: the forces over speed."""
-        return averaging_forces(result, answers)
+        return averaged_forces(result, answers)
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The road load as tested, and the drag coefficient where the frontal area is known."""
@@ -179,7 +179,7 @@ class CoastdownProblem(SimulatedProblem):
 
 
 def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> CoastdownProblem:
-    """Choose the segments of the logs that are fitted, and complete what is known.
+    """Select the fitted segments of the logs and complete the known parameters.
 
     Raises
     ------
@@ -214,7 +214,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
             replace(r, slope_error=grades[s.run].error_at(r.time)) for r, s in zip(runs, segments, strict=True)
         )
     air_share = 0.0
-    if any(r.air_density is not None for r in runs):  # one density for all cannot be free beside them
+    if any(r.air_density is not None for r in runs):  # the common density cannot be an unknown beside individual ones
         air_share = given["air_density"].std / given["air_density"].value
         given = {**given, "air_density": replace(given["air_density"], std=0.0)}
     values = model_values(given, use, drive)
@@ -231,7 +231,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
 
 
 def _with_winds(spec: CoastdownSpec, logs: Sequence[Log]) -> list[Log]:
-    """The logs with the mean wind that their runs state, unless they have measured it."""
+    """The logs with the wind that their runs state as a constant channel, unless it is logged."""
     return [
         log.with_channels(wind_speed=np.full(log.time.size, run.wind_speed.value))
         if run.wind_speed is not None and "wind_speed" not in log
@@ -243,9 +243,10 @@ def _with_winds(spec: CoastdownSpec, logs: Sequence[Log]) -> list[Log]:
 def _with_slopes(
     spec: CoastdownSpec, logs: Sequence[Log], drive: DriveSignal, given: Mapping[str, Given]
 ) -> tuple[tuple[Log, ...], tuple[ElevationGrade, ...], tuple[Finding, ...]]:
-    """The logs with a grade by their elevation, where coasts feel it; else as they are. An accelerometer feels it too.
+    """The logs with the grade from their elevation, the grades and a finding; unchanged where they are not used.
 
-    Whole coasts are asked, before brakes are looked for: a hill that is not known would be taken for one.
+    Only coasts without an accelerometer use it, and only where their decelerations show it. Whole coasts are compared,
+    before the search for brakes, which would mistake an unknown hill for a brake.
     """
     plain = tuple(logs)
     grades = () if drive != "coasting" or any("acceleration" in log for log in logs) else elevation_grades(logs)
@@ -267,14 +268,14 @@ def _accelerometer_use(segments: Sequence[CoastSegment], spec: CoastdownSpec) ->
 def _road_run(
     spec: CoastdownSpec, segment: CoastSegment, begin: float, drive: DriveSignal, known: Mapping[str, Given]
 ) -> RoadRun:
-    """The segment as a run, its log having begun at ``begin`` s."""
+    """The segment as a run of the fit; its log began at ``begin`` s."""
     log, run = segment.log, spec.runs[segment.run]
     heading = HEADING[run.direction]
     inputs: dict[str, Array | float] = {n: log.channels.get(n, 0.0) for n in ("grade", "wind_speed")}
     if drive != "coasting":
         inputs[f"drive_{drive}"] = log[f"drive_{drive}"]
     day = known["temperature"].value if "temperature" in known else None
-    density = None  # the campaign's, unless this run had a temperature of its own
+    density = None  # the campaign's, unless the temperature of this run is stated
     if run.temperature and day:
         density = known["air_density"].value * day / run.temperature.value
     return RoadRun(

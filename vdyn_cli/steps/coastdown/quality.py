@@ -16,29 +16,29 @@ from vdyn_cli.steps.coastdown.agreement import (
     LocalForces,
     alternative,
     disagreement,
-    holding,
     influence,
     local_forces,
     shared_force,
+    widened_to_include,
 )
 from vdyn_cli.steps.coastdown.noise import LARGEST_GUST
-from vdyn_cli.steps.coastdown.one_way import one_way
+from vdyn_cli.steps.coastdown.one_way import widened_if_one_way
 from vdyn_cli.steps.coastdown.outlying_runs import influential_runs
 from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-# Largest physical sizes. Speed: receivers and wheel sensors read within 0.1 m/s; held or rounded to 1 km/h they err by
-# 0.3 m/s. Road: SAE J1263 allows a slope of 0.5 % on a test road.
+# Largest physical amplitudes. Speed: receivers and wheel sensors are accurate to 0.1 m/s, or 0.3 m/s where the value is
+# held or rounded to 1 km/h. Road: SAE J1263 allows a slope of 0.5 % on a test road.
 LIMITS: Mapping[str, tuple[float, str]] = {
     "gust": (LARGEST_GUST, "gusts"),
     "speed_noise": (0.5, "noise of the speed"),
     ROUGHNESS: (0.005, "slope of the road"),
 }
-AT_LIMIT = 0.999  # of a largest size, from which the noise is as large as it may be
-FEWEST_COMPARED = 3  # runs, of which one can be off: of two that disagree, neither is known to be the wrong one
-LEAST_OTHERS = 0.05  # of the variance, that is taken as the other runs': the shift is to first order
+AT_LIMIT = 0.999  # share of the largest amplitude above which the noise counts as at the limit
+FEWEST_COMPARED = 3  # runs, to tell which one is off: of two that disagree, either may be wrong
+LEAST_OTHERS = 0.05  # share of the variance attributed to the other runs at least: the shift is only to first order
 
 
 @dataclass(frozen=True)
@@ -47,19 +47,19 @@ class FitQuality:
 
     Parameters
     ----------
-    fit : with intervals that hold the local forces where they disagree.
-    local : force from decelerations beside the fitted force. off : their disagreement, above 1 where significant.
+    fit : with intervals that include the local forces where they disagree.
+    local : force from decelerations and fitted force. disagreement : of the two, above 1 where significant.
     shared : correlation and force (N rms) that runs of a direction share, by heading. shifts : by run and parameter.
     """
 
     fit: RoadLoadFit
     local: LocalForces | None
-    off: float
+    disagreement: float
     shared: Mapping[float, tuple[float, float]]
     shifts: Mapping[str, Mapping[str, float]]
 
     def document(self) -> dict[str, Any]:
-        """Numbers for the JSON."""
+        """The numbers for the JSON, under ``quality``."""
         local = self.local
         rows = (
             [] if local is None else np.column_stack([local.speed, local.measured, local.fitted, local.half]).tolist()
@@ -67,7 +67,7 @@ class FitQuality:
         return {
             "influence": {run: dict(shift) for run, shift in self.shifts.items()},
             "agreement": {
-                "worst": self.off,
+                "worst": self.disagreement,
                 "classes": [
                     {"speed_kmh": 3.6 * v, "from_deceleration_N": m, "fitted_N": f, "half_interval_N": h}
                     for v, m, f, h in rows
@@ -86,9 +86,7 @@ class FitQuality:
         found = []
         for name, (size, limit, words) in unphysical(self.fit).items():
             unit = "" if name == ROUGHNESS else " m/s"
-            what = (
-                f"fitted {words}: {size:.2g}{unit} rms, physical is at most {limit:.2g}{unit}: the model misses a force"
-            )
+            what = f"fitted {words}: {size:.2g}{unit} rms, physical limit {limit:.2g}{unit}: the model lacks a force"
             remedy = "inspect the residual force over speed and over runs; log position, wind and drive torque"
             found.append(Finding("noise", what, remedy=remedy, doubt=True))
         return found
@@ -101,16 +99,15 @@ class FitQuality:
         slope = force / (self.fit.at["mass"] * GRAVITY)
         what = (
             f"runs of one direction share a force of {force:.0f} N rms (correlation {correlation:.2f}): the road "
-            f"({100 * slope:.2f} % rms of slope explains it) or the driver; the intervals contain "
-            "it if it is the road, and "
-            "not a brake or clutch that drags at the start of every run"
+            f"({100 * slope:.2f} % rms of slope explains it) or the driver; the intervals include it if it is the "
+            "road, but not if it is a brake or clutch that drags at the start of every run"
         )
         placed = self.fit.campaign.road is not None
         remedy = "extend by grade_profile" if placed else "log position, or survey the road and map 'grade'"
         return [Finding("runs", what, remedy=remedy)]
 
     def _disagreement(self) -> list[Finding]:
-        if self.local is None or self.off <= 1.0:
+        if self.local is None or self.disagreement <= 1.0:
             return []
         off = np.abs(self.local.measured - self.local.fitted) / self.local.half
         k = int(np.argmax(off))
@@ -119,10 +116,10 @@ class FitQuality:
             for x in (self.local.measured, self.local.fitted, self.local.half)
         )
         what = (
-            f"at {3.6 * self.local.speed[k]:.0f} km/h the logs decelerate with {measured} N "
-            f"(+- {half}), the fit has {fitted} N; the intervals are widened"
+            f"at {3.6 * self.local.speed[k]:.0f} km/h the force from the logged decelerations is {measured} N "
+            f"(+- {half}), the fitted force {fitted} N; the intervals are widened"
         )
-        remedy = "inspect the residual force over speed; narrow speed_window, or log what acts there"
+        remedy = "inspect the residual force over speed; narrow speed_window, or log the force that acts there"
         return [Finding("road_load", what, remedy=remedy, doubt=True)]
 
     def _runs(self) -> list[Finding]:
@@ -144,7 +141,7 @@ class FitQuality:
         return found
 
     def _carries(self, name: str, shift: float) -> bool:
-        """Whether a run moves an unknown by more than the interval of what the other runs leave of its variance."""
+        """Whether a run shifts an unknown by more than the half interval that the other runs alone give."""
         half, std = 0.5 * float(np.diff(self.fit.solution.interval95[name])[0]), self.fit.solution.std[name]
         return bool(abs(shift) > half * np.sqrt(max(1.0 - (shift / std) ** 2, LEAST_OTHERS)))
 
@@ -189,17 +186,17 @@ class FitQuality:
 
 
 def quality_of(fit: RoadLoadFit) -> FitQuality:
-    """The quality of a fit; its intervals are widened where local forces disagree, or all runs go the same way."""
+    """The quality of a fit; its intervals are widened where local forces disagree or all runs have one direction."""
     local = local_forces(fit)
-    off = disagreement(local)
-    if local is not None and off > 1.0:
-        fit = replace(fit, solution=holding(fit.solution, alternative(fit, local)))
-    fit = replace(fit, solution=one_way(fit))
-    return FitQuality(fit, local, off, shared_force(fit), influence(fit))
+    ratio = disagreement(local)
+    if local is not None and ratio > 1.0:
+        fit = replace(fit, solution=widened_to_include(fit.solution, alternative(fit, local)))
+    fit = replace(fit, solution=widened_if_one_way(fit))
+    return FitQuality(fit, local, ratio, shared_force(fit), influence(fit))
 
 
 def unphysical(fit: RoadLoadFit) -> dict[str, tuple[float, float, str]]:
-    """Noise sizes beyond what is physical: size, limit and words, by source."""
+    """Noise amplitudes above their physical limit: amplitude, limit and name, by source."""
     found = {}
     for name, (limit, words) in LIMITS.items():
         size = fit.sizes.get(name, 0.0)
@@ -211,5 +208,5 @@ def unphysical(fit: RoadLoadFit) -> dict[str, tuple[float, float, str]]:
 
 
 def physical_sizes(fit: RoadLoadFit) -> dict[str, float]:
-    """The noise sizes, each at most the largest physical one."""
+    """The noise amplitudes, each limited to the largest physical one."""
     return {**fit.sizes, **{n: fit.sizes[n] * limit / size for n, (size, limit, _) in unphysical(fit).items()}}

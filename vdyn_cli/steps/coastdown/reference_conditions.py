@@ -27,10 +27,10 @@ EPA_KEYS = ("A_lbf", "B_lbf_per_mph", "C_lbf_per_mph2")
 
 @dataclass(frozen=True)
 class RoadLoad:
-    """f0 N, f1 N s/m, f2 N s^2/m^2, with their covariance (3, 3) and the degrees of freedom behind it.
+    """f0 N, f1 N s/m, f2 N s^2/m^2, with their covariance (3, 3) and its degrees of freedom.
 
-    ``beyond`` is the part of a force that three coefficients cannot hold: speeds m/s and forces N, each (n,);
-    ``spread`` the standard deviation of the whole force then, over the same speeds.
+    ``beyond`` is the force that three coefficients do not describe: speeds m/s and forces N, each (n,);
+    ``spread`` is then the standard deviation of the whole force, over the same speeds.
     """
 
     f0: float
@@ -53,7 +53,7 @@ class RoadLoad:
 
     @property
     def coefficients(self) -> Array:
-        """f0, f1, f2 as (3,)."""
+        """f0, f1, f2 as (3,), SI."""
         return np.array([self.f0, self.f1, self.f2])
 
     def epa(self) -> tuple[float, float, float]:
@@ -69,7 +69,7 @@ class RoadLoad:
         return self.f0, self.f1 / KILOMETER_PER_HOUR, self.f2 / KILOMETER_PER_HOUR**2
 
     def force(self, speed: float | Array) -> float | Array:
-        """Force in N at a speed in m/s."""
+        """Force in N at a speed, or at speeds (n,), in m/s."""
         other: float | Array = 0.0 if self.beyond is None else np.interp(speed, *self.beyond)
         return self.f0 + self.f1 * speed + self.f2 * speed**2 + other
 
@@ -91,7 +91,7 @@ class RoadLoad:
         return float(self.force(speed)), float(self.half_width(speed)[0])
 
     def half_widths(self) -> Array:
-        """Half the 95 % intervals of f0, f1, f2."""
+        """Half the 95 % intervals of f0, f1, f2, (3,) SI; zeros where no covariance is known."""
         if self.covariance is None:
             return np.zeros(3)
         return np.asarray(t_quantile(min(self.degrees, 1e6)) * np.sqrt(np.diag(self.covariance)))
@@ -121,7 +121,7 @@ class Conditions:
 
 
 def density_of(temperature: float, pressure: float) -> float:
-    """Dry air, kg/m^3, at K and Pa.
+    """Density of dry air, kg/m^3.
 
     rho = p / (R T), R = 287.055 J/(kg K) (ideal gas).
 
@@ -139,9 +139,9 @@ def corrected_load(load: RoadLoad, test: Conditions, reference: Conditions) -> R
 
     Notes
     -----
-    The wind's share (w1 = f2 w^2 in the standards) is not in the load: the fit includes gusts and mean winds.
-    Assumes that f0 and f1 are the tires' and the driveline's, f2 the air's. After UN GTR 15 (WLTP), annex 4, and
-    SAE J2263, with their temperature factor; T0 = 20 degC and 100 kPa in the one, 98.21 kPa in the other.
+    The wind correction of the standards (w1 = f2 w^2) is not needed, because the fit includes gusts and mean winds.
+    Assumes that f0 and f1 belong to tires and driveline, and f2 to the air. After UN GTR 15 (WLTP), annex 4, and
+    SAE J2263, with their temperature factor; both use T0 = 20 degC, with 100 kPa and 98.21 kPa respectively.
     """
     warm = 1.0 + ROLLING_BY_TEMPERATURE * (test.temperature - reference.temperature)
     scale = np.array([warm * reference.mass / test.mass, warm, reference.air_density / test.air_density])
@@ -157,15 +157,15 @@ def road_load_of(
     degrees: float,
     lasting: LastingForce | None = None,
 ) -> RoadLoad:
-    """The road load polynomial of the model's parameters, with its covariance to first order.
+    """The road load polynomial from the model's parameters, with its covariance to first order.
 
     f0 = frr M g,  f1 = frr1 M g,  f2 = 1/2 rho Cd A
 
     Parameters
     ----------
     at : rolling_resistance, rolling_speed, drag_area, mass, air_density in SI.
-    names, covariance : of those that were estimated, (k, k).
-    lasting : what effects that belong to the car add.
+    names, covariance : of the estimated parameters, (k, k). degrees : of freedom of the covariance.
+    lasting : force of the effects that belong to the car.
     """
     added: Mapping[str, Array] = lasting.coefficients if lasting else {}
     weight, density = at["mass"] * GRAVITY, 0.5 * at["air_density"]
@@ -191,7 +191,7 @@ def road_load_of(
 
 
 def _spread(names: tuple[str, ...], gradient: Array, covariance: Array, lasting: LastingForce) -> tuple[Array, Array]:
-    """Speeds, and the standard deviation of the whole force there: that of the shapes of learned laws, too."""
+    """Speeds and the standard deviation of the whole force there, including the shapes of learned laws."""
     every = lasting.beyond[0]
     powers = np.vander(every, 3, increasing=True)
     slopes = np.column_stack([lasting.slopes.get(n, powers @ g) for n, g in zip(names, gradient, strict=True)])

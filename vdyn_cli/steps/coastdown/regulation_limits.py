@@ -1,8 +1,8 @@
-"""Limits of the regulations on coast-downs, each with its clause, beside what a test day has.
+"""Limits of the regulations on coast-downs, each with its clause, compared with a test day.
 
 Sources: SAE J1263 (test conditions); SAE J2263 (scope); UN Regulation 83, Annex 4a, Appendix 7, paragraphs 2, 3.1, 3.3
-and 5.1; UN GTR 15 (WLTP), Annex 4, paragraphs 4.1.1 to 4.1.2 and 4.3.1.4. Limits that need what no log holds are listed
-as not checked.
+and 5.1; UN GTR 15 (WLTP), Annex 4, paragraphs 4.1.1 to 4.1.2 and 4.3.1.4. Limits on quantities that no log contains are
+listed as not checked.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ REFERENCE_DENSITY = 100_000.0 / (287.05 * 293.2)  # kg/m^3, dry air of 100 kPa a
 
 @dataclass(frozen=True)
 class TestDay:
-    """What a coast-down campaign has, as far as it is known.
+    """Conditions and runs of a coast-down campaign, as far as they are known.
 
     Parameters
     ----------
     temperatures : K, of the day or of each run. density : kg/m^3. wind : (mean, peak) of each run along the road,
-        m/s; no peak where its mean is stated.
-    pairs : usable ones. speeds : m/s, fastest and slowest that all usable runs pass. accuracy : of the coast times.
-    across : mean crosswind of each run, m/s; empty where one is not known.
+        m/s; the peak is None where only the mean is stated.
+    pairs : number of usable ones. speeds : m/s, highest and lowest that all usable runs pass. accuracy : of the times.
+    across : mean crosswind of each run, m/s; empty unless it is known for every run.
     """
 
     temperatures: tuple[float, ...]
@@ -42,7 +42,7 @@ class TestDay:
 
 
 def regulation_limits(day: TestDay) -> list[RegulationLimit]:
-    """Every limit that is known here, met, not met, or not checked with the reason."""
+    """One row for each implemented limit: met, not met, or not checked with the reason."""
     return [*_temperature(day), *_wind(day), *_runs(day), *_speeds(day), *_accuracy(day), *_road()]
 
 
@@ -69,7 +69,7 @@ def _temperature(day: TestDay) -> Iterator[RegulationLimit]:
 
 
 def _wind(day: TestDay) -> Iterator[RegulationLimit]:
-    """Along the road alone, or as a mean, a wind can only show that a limit is exceeded, not that it is met."""
+    """Limits of the wind; a wind known only along the road can show that a limit is exceeded, not that it is met."""
     missing = "no wind measured: log wind_speed, or give 'wind_speed' of each run"
     if day.wind:
         missing = "only means are stated"
@@ -86,11 +86,11 @@ def _wind(day: TestDay) -> Iterator[RegulationLimit]:
         for what, value, limit in (("mean wind", mean, of_mean), ("peaks of the wind", peak, of_peak)):
             if limit is None:
                 continue
-            all_of_it = whole and what == "mean wind"
-            found = missing if value is None else f"{value:.1f} m/s" + ("" if all_of_it else " along the road")
+            both_parts = whole and what == "mean wind"
+            found = missing if value is None else f"{value:.1f} m/s" + ("" if both_parts else " along the road")
             above = value is not None and value >= limit
-            met = False if above else True if all_of_it else None
-            found += "; across the road it is not measured" if met is None and value is not None else ""
+            met = False if above else True if both_parts else None
+            found += "; the crosswind is not measured" if met is None and value is not None else ""
             yield _row(regulation, clause, f"{what} below {limit:.3g} m/s", found, met)
     for regulation, clause, what, limit in (
         (J1263, "test conditions, wind", "mean crosswind below 2.2 m/s (8 km/h)", 8.0 / 3.6),
@@ -99,7 +99,7 @@ def _wind(day: TestDay) -> Iterator[RegulationLimit]:
     ):
         found = "not stated: give 'crosswind' of each run" if across is None else f"{across:.1f} m/s, mean of a run"
         yield _row(regulation, clause, what, found, None if across is None else across < limit)
-    yield _row(J2263, "", "wind, measured on board", "limits of this standard on wind are not known here", None)
+    yield _row(J2263, "", "wind, measured on board", "the wind limits of this standard are not implemented", None)
 
 
 def _runs(day: TestDay) -> Iterator[RegulationLimit]:
@@ -109,8 +109,8 @@ def _runs(day: TestDay) -> Iterator[RegulationLimit]:
     ):
         limit = f"at least {least} pairs of opposite runs"
         yield _row(regulation, clause, limit, f"{day.pairs} usable pairs", day.pairs >= least)
-    yield _row(J1263, "", "number of runs", "the number that it requires is not known here", None)
-    yield _row(J2263, "", "number of runs", "the number that it requires is not known here", None)
+    yield _row(J1263, "", "number of runs", "the required number is not implemented", None)
+    yield _row(J2263, "", "number of runs", "the required number is not implemented", None)
 
 
 def _speeds(day: TestDay) -> Iterator[RegulationLimit]:
@@ -140,7 +140,7 @@ def _accuracy(day: TestDay) -> Iterator[RegulationLimit]:
 
 
 def _road() -> Iterator[RegulationLimit]:
-    why = "the road's slope is not measured here: survey it"
+    why = "the slope of the road is not measured: survey it"
     yield _row(J1263, "test conditions, road", "slope below 0.5 %", why, None)
     yield _row(R83, "Annex 4a, Appendix 7, 2", "slope at most 1.5 %, constant within 0.1 %", why, None)
     yield _row(WLTP, "Annex 4, 4.1.2", "slope at most 1 %", why, None)

@@ -1,4 +1,4 @@
-"""What the fitted road load leaves: residual force of each run and at each speed, and the held-out error."""
+"""Residuals of the fitted road load: residual force of each run and at each speed, and the held-out error."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.road_load_rows import START
 
 SPEED_STEP = 5 / 3.6  # m/s, width of a class of speeds
-FEWEST_FOLDS, MOST_FOLDS = 3, 20  # runs: two alone share no mean; beyond 20 the held-out error shows nothing new
+FEWEST_FOLDS, MOST_FOLDS = 3, 20  # runs: of two, each is predicted from one; beyond 20 the error hardly changes
 TOLERANCE = 1e-3  # of one residual variance: a further step would move a value by 3 % of its standard deviation
 RUN_SOURCES = ("run_wind", "run_force", "run_drive", "road_mean")
 
@@ -31,7 +31,7 @@ class ResidualForce:
 def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
     """Each run's resistance beyond the common road load, and its standard deviation, (runs,) N each.
 
-    The constant force that removes most of the run's whitened residual, with the start speed free.
+    The constant force that minimizes the run's whitened residual, with the start speed free.
     """
     at = fit.at
     sizes = {**fit.sizes, **{n: 0.0 for n in RUN_SOURCES if n in fit.sizes}}
@@ -50,7 +50,12 @@ def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
 
 
 def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
-    """Residual force in classes of speed that at least two of the runs (indices) pass; errors over these runs."""
+    """Residual force in classes of speed; the errors come from the scatter between the runs.
+
+    Parameters
+    ----------
+    runs : indices; a class that fewer than two of them pass is left out.
+    """
     speeds, forces, owners = [], [], []
     for run in runs:
         bins = fit.campaign.bins[run]
@@ -78,8 +83,8 @@ def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
 def held_out_rms(fit: RoadLoadFit) -> float | None:
     """Cross-validation: rms of measured less predicted speed, m/s, each run predicted from the others.
 
-    Only the run's start speed is its own. None with too few or very many runs, where the speed is not fitted, or where
-    the other runs do not determine the unknowns.
+    Only the start speed is fitted to the run itself. None with too few or very many runs, where the speed is not
+    fitted, or where the other runs do not determine the unknowns.
     """
     count = len(fit.campaign.runs)
     if not FEWEST_FOLDS <= count <= MOST_FOLDS or not fit.campaign.speed_fitted:
@@ -95,7 +100,7 @@ def held_out_rms(fit: RoadLoadFit) -> float | None:
 
 
 def _predicted(fit: RoadLoadFit, run: int) -> Array:
-    """The run's speed with the parameters of the other runs, whose fit starts at that of all runs."""
+    """The run's speed (n,) m/s with parameters fitted to the other runs; that fit starts at the one to all runs."""
     full, others = fit.regression, [k for k in range(len(fit.campaign.runs)) if k != run]
     starts = {name: values[others] for name, values in full.run_starts.items()}
     names = tuple(full.runs[k] for k in others)

@@ -27,9 +27,9 @@ from vdyn_cli.steps.coastdown.expected_accuracy import (
     expected_accuracy,
     wider_window,
 )
-from vdyn_cli.steps.coastdown.lasting_force import lasting_force, resists
+from vdyn_cli.steps.coastdown.lasting_force import adds_resistance, lasting_force
 from vdyn_cli.steps.coastdown.noise import noise_of
-from vdyn_cli.steps.coastdown.outlying_runs import outlying_run, risen_from
+from vdyn_cli.steps.coastdown.outlying_runs import outlying_run, resistance_step
 from vdyn_cli.steps.coastdown.quality import FitQuality, physical_sizes
 from vdyn_cli.steps.coastdown.reference_conditions import (
     ROLLING_BY_TEMPERATURE,
@@ -50,15 +50,15 @@ SOURCE = "coastdown"
 MAIN = ("rolling_resistance", "drag_area")
 QUOTED = tuple(v / 3.6 for v in (60.0, 40.0, 80.0, 100.0, 20.0))  # m/s; the first one in the fitted range is quoted
 TABLE_SPEEDS = tuple(v / 3.6 for v in range(20, 141, 20))  # m/s, of the table of forces
-TABLE_MARGIN = 1.4  # m/s (5 km/h) that a table speed may lie outside the fitted speeds
+TABLE_MARGIN = 1.4  # m/s (5 km/h) by which a table speed may lie outside the fitted speeds
 NO_GUSTS = {"gust": 0.0, "gust_time": 8.0, "run_wind": 0.0, "run_force": 0.0}  # plain least squares estimates none
 STANDARD_DAY = (5.0, 35.0)  # degC, SAE J1263
-NOTABLE_SHIFT = 0.5  # standard deviations of a given value; beyond, the runs contradict it enough to mention
+NOTABLE_SHIFT = 0.5  # standard deviations of a given value, above which the contradiction by the runs is reported
 
 
 @dataclass(frozen=True)
 class RoadLoadAnswer:
-    """Everything that the result is made of.
+    """The fit and everything else from which the result is built.
 
     Parameters
     ----------
@@ -103,24 +103,27 @@ class RoadLoadAnswer:
 
     @cached_property
     def load(self) -> RoadLoad:
-        """The road load as tested, with accepted effects that belong to the car."""
+        """The road load as tested, including the accepted effects that belong to the car."""
         return self._load_at(self.temperature)
 
     def _load_at(self, temperature: float) -> RoadLoad:
-        """The road load in the air of the test, tires at a temperature (K) by the accepted effects."""
+        """The road load in the air of the test, with the accepted effects evaluated at a temperature (K)."""
         solution, at = self.fit.solution, {**self.fit.at, "air_density": _air_density(self.fit)}
         std = dict(zip(solution.names, np.sqrt(np.diag(solution.covariance)).tolist(), strict=True))
-        lasting = lasting_force([e for e in self.effects if resists(e)], at, std, self.fit.speeds, temperature)
+        lasting = lasting_force([e for e in self.effects if adds_resistance(e)], at, std, self.fit.speeds, temperature)
         degrees = [solution.degrees[n] for n in solution.names if n in MAIN]
         free = min(degrees, default=1e6)
         return road_load_of(at, solution.names, solution.covariance, free, lasting)
 
     @cached_property
     def corrected(self) -> RoadLoad | None:
-        """The road load under reference conditions, by the temperature law in force."""
+        """The road load under reference conditions; None where the temperature of the test is unknown.
+
+        An accepted effect of temperature replaces the temperature factor of the standards.
+        """
         if self.test is None:
             return None
-        if _warmed(self) is None:
+        if _temperature_effect(self) is None:
             return corrected_load(self.load, self.test, self.reference)
         there = replace(self.test, temperature=self.reference.temperature)
         return corrected_load(self._load_at(self.reference.temperature), there, self.reference)
@@ -165,12 +168,12 @@ class RoadLoadAnswer:
 
     @cached_property
     def expected(self) -> tuple[ExpectedAccuracy | None, ExpectedAccuracy | None]:
-        """How well such coasts separate both main parameters, and a wider window where they do not."""
+        """Expected accuracy of such coasts, and of a wider window where they do not separate both main parameters."""
         if not self.coasting:
             return None, None
         runs, sizes = self.fit.campaign.runs, {**NO_GUSTS, **self.fit.sizes}
         window = float(np.median([r.speed[0] for r in runs])), float(np.median([r.speed[-1] for r in runs]))
-        if not window[0] > window[1]:  # noise hides that the car slows down
+        if not window[0] > window[1]:  # noise hides the fall of the speed
             return None, None
         level = float(np.median([v["speed"] for v in self.fit.campaign.levels])) * sizes["speed_noise"]
         step = float(np.median([np.median(np.diff(r.time)) for r in runs]))
@@ -186,20 +189,20 @@ class RoadLoadAnswer:
 
 
 def _air_density(fit: RoadLoadFit) -> float:
-    """Mean over the runs, kg/m^3: a run with a temperature of its own has a density of its own."""
+    """Mean over the runs, kg/m^3: a run whose temperature is stated has its own density."""
     given = fit.at["air_density"]
     return float(np.mean([given if r.air_density is None else r.air_density for r in fit.campaign.runs]))
 
 
-def _warmed(answer: RoadLoadAnswer) -> Effect | None:
+def _temperature_effect(answer: RoadLoadAnswer) -> Effect | None:
     """The accepted effect that describes how the resistance depends on temperature, if there is one."""
     own = (e for e in answer.effects if "between_runs" in e.tags and e.lasts and "rolling" in e.on)
     return next((e for e in own if any(answer.fit.at.get(n) for n in e.unknowns)), None)
 
 
 def _temperature_law(answer: RoadLoadAnswer) -> str:
-    """The law by which the rolling part is corrected, in words."""
-    effect = _warmed(answer)
+    """The temperature law that corrects the rolling part, in words."""
+    effect = _temperature_effect(answer)
     if effect is None:
         return f"{100 * ROLLING_BY_TEMPERATURE:.2g} % per kelvin (UN GTR 15)"
     return f"the fitted law of {effect.label}"
@@ -212,7 +215,7 @@ def result_of(
 
     Parameters
     ----------
-    frontal_area : m^2, with which the drag coefficient is published. unknowns : of the accepted effects.
+    frontal_area : m^2; where given, the drag coefficient is published. unknowns : of the accepted effects.
     """
     fit = answer.fit
     tables = [text.coefficients(answer.loads), text.forces(answer.loads, answer.table_speeds)]
@@ -234,12 +237,12 @@ def result_of(
         extra,
         amplitudes=effect_amplitudes(fit.solution, unknowns),
         restate=restate,
-        contradicted=answer.quality.off > 1.0,
+        contradicted=answer.quality.disagreement > 1.0,
     )
 
 
 def _parameters(answer: RoadLoadAnswer, frontal_area: Estimate | None) -> Parameters:
-    """The estimated parameters with their correlation; with the frontal area also the drag coefficient."""
+    """The estimated parameters with their correlation, and the drag coefficient where the frontal area is known."""
     solution, load = answer.fit.solution, answer.load
     found = dict(answer.main)
     given = answer.spec.settings.fix.drag_coefficient
@@ -260,15 +263,13 @@ def _parameters(answer: RoadLoadAnswer, frontal_area: Estimate | None) -> Parame
 
 
 def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
-    """Warnings about the runs and the result.
+    """Findings about the runs and the result.
 
-    Returns
-    -------
-    Findings on rejected segments, the air of the test, implausible values, the assumed zero of the accelerometer,
-    outlying runs and contradicted priors.
+    On rejected segments, the air of the test, implausible values, the assumed zero of the accelerometer, the quality
+    of the fit, outlying runs and contradicted priors.
     """
     found = []
-    if answer.coasting:  # of an open road most is left out, as the table shows
+    if answer.coasting:  # most of an open road is left out, as the table of rejected parts shows
         for r in answer.selection.rejected:
             found.append(Finding(r.run, f"{r.start:.0f} to {r.stop:.0f} s left out: {r.why}"))
     if answer.test is None:
@@ -276,13 +277,13 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
         found.append(Finding("environment", "the road load is not corrected: the temperature is unknown", "", remedy))
     elif not STANDARD_DAY[0] <= answer.test.temperature - ZERO_CELSIUS <= STANDARD_DAY[1]:
         got = f"{answer.test.temperature - ZERO_CELSIUS:.1f} degC"
-        found.append(Finding("environment", "outside the 5 to 35 degC of SAE J1263", got))
+        found.append(Finding("environment", "temperature outside the 5 to 35 degC of SAE J1263", got))
     rolling = answer.main["rolling_resistance"].value
     if rolling > STEP_POLICY.most_rolling:
-        what = "more than the rolling resistance of tires: it contains a brake, an engaged driveline or a slope"
+        what = "higher than the rolling resistance of tires: it includes a brake, an engaged driveline or a slope"
         found.append(Finding("rolling_resistance", what, f"{rolling:.4f}"))
     if rolling < STEP_POLICY.least_rolling:
-        what = "less than the rolling resistance of any car's tires"
+        what = "lower than the rolling resistance of any car's tires"
         remedy = "check the unit of the speed, the mass, and whether the car was driven"
         found.append(Finding("rolling_resistance", what, f"{rolling:.4f}", remedy, doubt=True))
     if answer.zeros and not any(z.by_elevation for z in answer.zeros.values()):
@@ -292,28 +293,28 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
 
 
 def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
-    """A coast that is an outlier, or from which on the resistance is larger; segments of an open road differ anyhow."""
+    """Coasts that are outliers or from which on the resistance is higher; not tested on an open road."""
     if not answer.coasting:
         return []
     runs, found = answer.fit.campaign.runs, []
     forces, headings = run_forces(answer.fit)[0], np.array([r.heading for r in runs])
-    if (risen := risen_from(forces, headings)) is not None:
-        what = f"from this run on resistance is {risen.force:.0f} N more than before it (p = {risen.p_value:.1g})"
+    if (step := resistance_step(forces, headings)) is not None:
+        what = f"from this run on the resistance is {step.force:.0f} N higher than before (p = {step.p_value:.1g})"
         remedy = (
-            "look for what was changed before it (load, tire pressure, roof box, windows, wet road); "
-            "where something was, describe the runs before and from it on in two files"
+            "check what changed before this run (load, tire pressure, roof box, windows, wet road); "
+            "if something did, describe the runs before and after the change in two files"
         )
-        found.append(Finding(runs[risen.run].name, what, remedy=remedy, doubt=True))
+        found.append(Finding(runs[step.run].name, what, remedy=remedy, doubt=True))
     if (outlier := outlying_run(forces, headings)) is not None:
-        way, size = "more" if outlier.force > 0 else "less", abs(outlier.force)
+        way, size = "higher" if outlier.force > 0 else "lower", abs(outlier.force)
         what = f"resistance is {size:.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"
-        remedy = "inspect this run; remove it if it is disturbed"
+        remedy = "inspect this run; remove it if traffic, a brake or a gust disturbed it"
         found.append(Finding(runs[outlier.run].name, what, remedy=remedy, doubt=True))
     return found
 
 
 def _contradicted_givens(answer: RoadLoadAnswer) -> list[Finding]:
-    """Uncertain given values that the runs contradict."""
+    """Findings on uncertain given values that the runs contradict."""
     found = []
     for unknown in answer.fit.campaign.unknowns:
         if unknown.prior is None or unknown.name.startswith("accelerometer"):
@@ -327,7 +328,7 @@ def _contradicted_givens(answer: RoadLoadAnswer) -> list[Finding]:
 
 
 def _drag_coefficient(drag_area: Estimate, area: Estimate) -> Estimate:
-    """Cd = (Cd A)/A, with the area's own uncertainty."""
+    """Cd = (Cd A)/A, including the uncertainty of the area."""
     value = drag_area.value / area.value
     share, own = drag_area.std / drag_area.value, area.std / area.value
     std = value * float(np.hypot(share, own))
@@ -339,7 +340,7 @@ def _drag_coefficient(drag_area: Estimate, area: Estimate) -> Estimate:
 
 
 def _summary(answer: RoadLoadAnswer) -> FitSummary:
-    """How the fit went, in the fitted channel."""
+    """Summary of the fit in the fitted channel: rms, noise floor, unknowns, held-out error."""
     fit, solution = answer.fit, answer.fit.solution
     name, unit = ("speed", "m/s") if fit.campaign.speed_fitted else ("acceleration", "m/s^2")
     misses = [fit.simulate(k).outputs[name] - run.channel(name) for k, run in enumerate(fit.campaign.runs)]
@@ -357,7 +358,7 @@ def _summary(answer: RoadLoadAnswer) -> FitSummary:
 
 
 def _noise_floor(fit: RoadLoadFit, channel: str) -> float:
-    """Rms that sensor noise and disturbances of the road leave where the model is right, in the channel's unit."""
+    """Rms expected from sensor noise and disturbances alone if the model is correct, in the channel's unit."""
     level = float(np.median([levels[channel] for levels in fit.campaign.levels]))
     if channel != "speed" or fit.campaign.white:
         return level
@@ -370,7 +371,7 @@ def _noise_floor(fit: RoadLoadFit, channel: str) -> float:
 
 
 def _extra(answer: RoadLoadAnswer) -> dict[str, Any]:
-    """Numbers for the JSON beside the parameters."""
+    """Numbers for the JSON in addition to the parameters."""
     load, corrected, (now, wider) = answer.load, answer.corrected, answer.expected
     speeds = sorted({*answer.table_speeds, answer.quoted})
     return {
@@ -396,7 +397,7 @@ def _logs(campaign: Campaign) -> str:
 
 
 def _force(load: RoadLoad, speed: float, local: LocalForces | None) -> dict[str, Any]:
-    """The force, its interval holding that of the local decelerations where they disagree with the fit."""
+    """The force and its interval, extended to that of the local decelerations where they disagree with the fit."""
     force, half = load.force_with_half_width(speed)
     low, high = force - half, force + half
     if local is not None and (other := local.disagreeing(speed)) is not None:

@@ -1,4 +1,4 @@
-"""The road load beside candidate effects: a regression whose noise sizes are free of their signals."""
+"""The road load with candidate effects: a regression whose estimated noise does not absorb the effects' signals."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from vdyn_cli.steps.coastdown.road_load_regression import (
 )
 from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, RoadLoadRows
 
-NEAR = 0.1  # share by which the baseline's unknowns move beside all candidates, which describe larger changes
-SIZES_SETTLED = 0.05  # of the logarithm of a noise size
-IMPLAUSIBLE = 1e-3  # probability of a rougher road, below which a road is not one of the roughness shown
+NEAR = 0.1  # relative prior std of the baseline's unknowns beside all candidates, which describe larger changes
+SIZES_SETTLED = 0.05  # largest change of the logarithm of a noise amplitude in a settled round
+IMPLAUSIBLE = 1e-3  # p value below which the baseline's road does not have the shown roughness
 
 
 def regression_with_effects(
@@ -39,21 +39,22 @@ def regression_with_effects(
     rounds: int = ROUNDS,
     base: Regression | None = None,
 ) -> Regression:
-    """The regression at the baseline's fit with candidate effects beside it, and noise sizes free of their signals.
+    """The regression at the baseline's fit with candidate effects, and noise that does not absorb their signals.
 
-    The noise sizes come from the residual of a fit with baseline and all effects in, held together by their priors:
-    sizes from the baseline alone would absorb the effects. The effects' unknowns then start at zero again.
+    The noise amplitudes are estimated from the residuals of a fit of the baseline with all effects, regularized by
+    their priors, because amplitudes from the baseline alone would absorb the effects. The effects' unknowns then start
+    at zero again.
 
-    That fit is about a level road with a random one beside it, whose roughness is what turns with the heading
-    (``Campaign.shown_roughness``): on the road that the baseline found, every error of a scale imitates that road. The
-    baseline's unknowns stay NEAR, and gusts act as on the baseline's car: else candidates take the place of the drag,
-    and gusts of any size are free. Where the baseline's road is not one of that roughness, it holds what the baseline
-    lacks, and the runs are linearized about the road beside all candidates.
+    That fit has a random road about a level one, with the roughness of the slope that changes sign with the heading
+    (``Campaign.shown_roughness``), because every scale error imitates the road that the baseline estimated. Priors keep
+    the baseline's unknowns NEAR their values, and gusts act as on the baseline's car; otherwise candidates could
+    replace the drag, and the amplitude of gusts would be undetermined. Where the baseline's road does not have that
+    roughness, it contains the baseline's model error, and the runs are linearized about the road of the joint fit.
 
     Parameters
     ----------
     effects, extra, rounds : as in ``fit_road_load``.
-    base : the campaign's ``weighted_start``, where that is at hand; it does not depend on the roughness shown.
+    base : the campaign's ``weighted_start``, if known; it does not depend on ``shown_roughness``.
 
     Raises
     ------
@@ -89,7 +90,7 @@ def regression_with_effects(
 
 
 def _road_values(rows: RoadLoadRows, known: RoadLoadRows, roughness: float) -> dict[str, float]:
-    """The unknowns of the road of some rows, in units of a roughness, nearest to the road of other rows."""
+    """Values of the road's unknowns in ``rows``, in units of ``roughness``, closest to the road of ``known``."""
     layout, other = rows.campaign.layout, known.campaign.layout
     if layout is None or other is None or known.center is None:
         return {}
@@ -98,7 +99,7 @@ def _road_values(rows: RoadLoadRows, known: RoadLoadRows, roughness: float) -> d
 
 
 def _near(regression: Regression, values: Mapping[str, float]) -> Regression:
-    """The regression whose unknowns without a prior get one about these values."""
+    """The regression with a prior about these values for every unknown that has none."""
 
     def near(unknown: Unknown) -> Unknown:
         at = values.get(unknown.name, 0.0)
@@ -108,9 +109,9 @@ def _near(regression: Regression, values: Mapping[str, float]) -> Regression:
 
 
 def _resized(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:
-    """The regression started at these values, with the noise sizes that its residuals there show.
+    """The regression started at these values, with the noise amplitudes estimated from its residuals there.
 
-    The road keeps the roughness that it showed, and the car its response to the noise.
+    The road keeps its shown roughness, and the car its response to the noise.
     """
     rows, random, held = rows_of(regression), rows_of(regression).random(), {}
     regression = starting_at(regression, shared, own)
@@ -126,10 +127,9 @@ def _resized(regression: Regression, shared: Mapping[str, float], own: Mapping[s
 
 
 def _largest(campaign: Campaign) -> dict[str, float]:
-    """Largest noise of a source: of coasts, gusts beyond what weather allows are a force that the model misses.
+    """Upper limits of noise amplitudes, by source: stronger gusts than weather allows are a force the model lacks.
 
-    For the diagnosis. The fit that is published keeps noise of any size: what is missed then counts as noise.
-
-    Beside an accelerometer that feels the road, gusts hold what it does not.
+    Only for the diagnosis of coasts without an accelerometer. The published fit has no limit, so that a model error
+    counts as noise there.
     """
     return {"gust": LARGEST_GUST} if campaign.drive == "coasting" and campaign.accelerometer == "none" else {}

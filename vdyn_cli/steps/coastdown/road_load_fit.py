@@ -1,12 +1,12 @@
-"""Fit of the road load: output error on the simulated speed (and specific force), whitened by the gusts.
+"""Output-error fit of the road load to the speed (and specific force), whitened with the covariance of gusts.
 
-Every run's start speed is an unknown of its own. Residuals are averaged over short bins and whitened with the
-covariance of gusts, wind and sensor noise (gust_covariance). The sizes of the noise come from the residuals
-(restricted_likelihood); fit and sizes are repeated in turn until they settle.
+Every run has a start speed as unknown. Residuals are averaged over short bins and whitened with the covariance of
+gusts, wind and sensor noise (gust_covariance). The noise amplitudes are estimated from the residuals
+(restricted_likelihood); fit and amplitudes alternate until they converge.
 
-With an accelerometer the resistances see the measured speed, and the specific force shows them without the slope. On a
-track both channels are fitted: the noise sizes decide which one counts where. On an open road (``alone``) only the
-specific force is fitted.
+With an accelerometer the resistances are computed from the measured speed, and the specific force shows them without
+the slope. On a track both channels are fitted, weighted by their noise. On an open road (``alone``) only the specific
+force is fitted.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from vdyn_cli.steps.coastdown.road_load_regression import (
 )
 from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, START, RoadLoadRows
 
-ROUNDS = 3  # of noise sizes and fit, at most
-SETTLED = 1.0  # standard deviations that a round may move an estimate: within them the model is nearly linear
+ROUNDS = 3  # of noise amplitudes and fit, at most
+SETTLED = 1.0  # standard deviations by which the last round may move an estimate: the model is nearly linear there
 CONVERGED = 1e-6  # of one residual variance: a further step would move a value by 1e-3 of its standard deviation
 
 
 @dataclass(frozen=True)
 class RoadLoadFit:
-    """The fitted road load with the noise that weighted it."""
+    """The fitted road load with the noise model that weighted it."""
 
     rows: RoadLoadRows
     regression: Regression
@@ -52,7 +52,7 @@ class RoadLoadFit:
 
     @property
     def sizes(self) -> Mapping[str, float]:
-        """Sizes of the noise, by source (gust_covariance.SOURCES)."""
+        """Amplitudes of the noise, by source (gust_covariance.SOURCES)."""
         return self.rows.sizes
 
     @property
@@ -62,7 +62,7 @@ class RoadLoadFit:
 
     @property
     def inertia(self) -> float:
-        """Mass with the rotating parts, kg."""
+        """Mass including the rotating parts, kg."""
         return self.at["mass"] + self.at["rotating_mass"]
 
     @property
@@ -73,14 +73,14 @@ class RoadLoadFit:
         )
 
     def simulate(self, run: int) -> Simulated:
-        """The run at its samples, with the fitted parameters."""
+        """The run simulated at its samples, with the fitted parameters."""
         fitted = self.solution.per_run.get(START)
         return self.simulate_with(
             run, self.at, float(self.campaign.runs[run].speed[0] if fitted is None else fitted[run])
         )
 
     def simulate_with(self, run: int, at: Mapping[str, float], start: float) -> Simulated:
-        """The run at its samples, with parameters ``at`` (SI) and another start speed (m/s)."""
+        """The run simulated at its samples, with parameters ``at`` (SI) and start speed ``start`` (m/s)."""
         values = {**at, START: start}
         theta = [values[n] for n in self.rows.simulator.unknowns]
         drive = self.campaign.drives[run]
@@ -90,7 +90,7 @@ class RoadLoadFit:
         return self.rows.simulator(drive, theta, sensitivities=False)
 
     def slope(self, run: int, at: Mapping[str, float]) -> Array:
-        """The shared road's slope, uphill for the run, at its samples, (n,) m/m; zero where no road is shared."""
+        """Uphill slope of the shared road at the run's samples, (n,) m/m; zero where no road is shared."""
         layout = self.campaign.layout
         if layout is None or not self.rows.road:
             return np.zeros(self.campaign.runs[run].time.size)
@@ -98,7 +98,7 @@ class RoadLoadFit:
         return np.asarray(self.sizes[ROUGHNESS] * (layout.weights(run) @ (layout.factor @ share)))
 
     def residual(self, run: int) -> tuple[Array, Array]:
-        """Binned rows of a run, simulated minus measured, and their derivatives to the run's own unknowns."""
+        """Binned residuals (m,) of a run, simulated minus measured, and derivatives (m, own) by its own unknowns."""
         own = [float(v[run]) for v in self.solution.per_run.values()]
         residual, jacobian = self.rows.binned(run, np.array([*(self.at[n] for n in self.rows.shared), *own]))
         return residual, jacobian[:, len(self.rows.shared) :]
@@ -111,13 +111,13 @@ def fit_road_load(
     rounds: int = ROUNDS,
     base: Regression | None = None,
 ) -> RoadLoadFit:
-    """Estimate the unknowns and the noise in turns until the estimates settle.
+    """Estimate the unknowns and the noise alternately until the estimates converge.
 
     Parameters
     ----------
-    effects, extra : corrections of the model's laws, and their unknowns, which are fitted beside the campaign's.
+    effects, extra : corrections of the model's laws, and their unknowns, which are fitted with the campaign's.
     rounds : most repetitions; plain least squares (``campaign.white``) needs none.
-    base : the campaign's ``weighted_start``, where that is at hand; a fit without effects starts there.
+    base : the campaign's ``weighted_start``, if known; a fit without effects starts there.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def fit_road_load(
     except RefusedFitError:
         if campaign.white:
             raise
-        # The typical noise sizes may be far from those of this day, and push an estimate out of its range.
+        # Typical noise amplitudes may be far from those of this day and push an estimate out of its range.
         regression = reweighted(regression, *approach(regression, STEPS))
         first = regression, solve(regression, tolerance=CONVERGED)
     regression, solution = until_settled(refit, first, 0 if campaign.white else rounds, SETTLED).state

@@ -1,4 +1,4 @@
-"""The road load as a regression: its unknowns and starts, and the noise sizes that its residuals show."""
+"""The road load as a regression: its unknowns, start values, and the noise amplitudes estimated from its residuals."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import noise_of, wind_variance
 from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, START, SUBSTEPS, RoadLoadRows
 from vdyn_cli.steps.coastdown.shared_road import describes_road, independent_slopes, road_unknowns
-from vdyn_cli.steps.coastdown.start_values import started
+from vdyn_cli.steps.coastdown.start_values import with_start_values
 
-STEPS = 6  # of a fit with every candidate effect in, whose values are not published
-ANY: Mapping[str, float] = MappingProxyType({})  # noise of any size
+STEPS = 6  # of a preliminary fit, whose values are not published
+ANY: Mapping[str, float] = MappingProxyType({})  # no limit of the noise
 
 
 def with_noise_of(known: Regression, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
-    """The regression with other effects, on the road and with the noise sizes of a known one of the same campaign.
+    """A regression with other effects, and the road, noise amplitudes and start values of a known one.
 
     Parameters
     ----------
-    known : whose noise and starts are taken. effects, extra : as in ``fit_road_load``.
+    known : regression of the same campaign. effects, extra : as in ``fit_road_load``.
     """
     base = rows_of(known)
     regression = _at_center(initial_regression(base.campaign, effects, extra), base)
@@ -38,18 +38,18 @@ def with_noise_of(known: Regression, effects: Sequence[Correction], extra: Seque
 
 
 def _at_center(regression: Regression, base: RoadLoadRows) -> Regression:
-    """The regression on the road and with the noise sizes of the baseline's rows."""
+    """The regression with the road and the noise amplitudes of the baseline's rows."""
     rows = replace(rows_of(regression), center=base.center, drives=base.drives)
     return replace(regression, rows=rows.weighted(base.sizes, base.at))
 
 
 def weighted_start(campaign: Campaign, near: Regression | None = None, most: Mapping[str, float] = ANY) -> Regression:
-    """The baseline's regression after a few steps, with the noise sizes that its residuals show.
+    """The baseline's regression after a few steps, with the noise amplitudes estimated from its residuals.
 
     Parameters
     ----------
-    near : the same of the same runs elsewhere on the road, from which one round is enough.
-    most : largest noise of a source.
+    near : the ``weighted_start`` of the same runs on a slightly different road; from there one round is enough.
+    most : upper limits of noise amplitudes, by source.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def weighted_start(campaign: Campaign, near: Regression | None = None, most: Map
 
 
 def rows_of(regression: Regression) -> RoadLoadRows:
-    """The rows of a road load's regression, typed."""
+    """The rows of a road load's regression, with their type."""
     assert isinstance(regression.rows, RoadLoadRows)
     return regression.rows
 
@@ -78,12 +78,12 @@ def effects_of(regression: Regression) -> tuple[Effect, ...]:
 
 
 def transferred(regression: Regression, campaign: Campaign, values: Mapping[str, float]) -> Regression:
-    """The same unknowns, effects and noise sizes for other runs of the same car.
+    """The regression of other runs of the same car, with the same unknowns, effects and noise amplitudes.
 
     Parameters
     ----------
     regression : of the runs that were driven. campaign : the other runs, of the same model.
-    values : of the shared unknowns; the noise is that of a car with these.
+    values : of the shared unknowns, which determine the car's response to the noise.
     """
     rows = rows_of(regression)
     at = {n: values.get(n, v) for n, v in campaign.values.items()} | {"wind_variance": rows.at["wind_variance"]}
@@ -95,13 +95,18 @@ def transferred(regression: Regression, campaign: Campaign, values: Mapping[str,
 
 
 def initial_regression(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
-    """The regression with typical noise sizes."""
+    """The regression with typical noise amplitudes, started at estimates from the decelerations.
+
+    Parameters
+    ----------
+    effects, extra : as in ``fit_road_load``.
+    """
     hills = tuple(n for e in effects if describes_road(e) for n in e.unknowns) if campaign.speed_fitted else ()
     hills = hills if hills and {u.name for u in extra} >= set(hills) else ()
     campaign = replace(campaign, level_road=campaign.level_road or any(describes_road(e) for e in effects))
     layout = campaign.layout
     road = () if layout is None else road_unknowns(layout)
-    unknowns = (*started(campaign), *road, *extra)
+    unknowns = (*with_start_values(campaign), *road, *extra)
     names = tuple(u.name for u in unknowns)
     sizes = typical_sizes(noise_of(campaign, 0, campaign.values))
     if (hills or road) and not campaign.white:
@@ -126,9 +131,9 @@ def initial_regression(campaign: Campaign, effects: Sequence[Correction], extra:
 
 
 def with_hill_prior(regression: Regression) -> Regression:
-    """The slopes that an effect describes get the prior of a road of the noise's roughness.
+    """The regression with the prior of a random road, of the noise's roughness, for slopes that an effect describes.
 
-    Without one, a valley between the starts of both directions is collinear with a force that grows with the speed.
+    Without it, a valley between the starts of both directions is collinear with a force that increases with speed.
     """
     rows = rows_of(regression)
     if not rows.hills:
@@ -147,7 +152,7 @@ def with_hill_prior(regression: Regression) -> Regression:
 
 
 def scaled_to_residuals(regression: Regression) -> Regression:
-    """White noise as large as the residuals at the start: priors then keep their weight beside it."""
+    """The regression with white noise as large as the residuals at the start, so that priors keep their weight."""
     rows, start, squares = rows_of(regression), regression.start(), []
     for k in range(len(regression.runs)):
         residual, _ = rows.binned(k, regression.local(start, k))
@@ -159,7 +164,12 @@ def scaled_to_residuals(regression: Regression) -> Regression:
 def reweighted(
     regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array], most: Mapping[str, float] = ANY
 ) -> Regression:
-    """The regression started at these values, whitened with the noise sizes that its residuals there show."""
+    """The regression started at these values, whitened with the noise amplitudes estimated from its residuals there.
+
+    Parameters
+    ----------
+    shared, own : values of the shared unknowns, and (runs,) of each run's own. most : upper limits of amplitudes.
+    """
     rows = rows_of(regression)
     at = {**rows.at, **shared}
     runs = []
@@ -179,6 +189,11 @@ def prior_information(regression: Regression) -> Array:
 
 
 def starting_at(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:
-    """The same regression, starting at these values; the others keep theirs."""
+    """The regression with these start values; other unknowns keep theirs.
+
+    Parameters
+    ----------
+    shared, own : values of some shared unknowns, and (runs,) of the runs' own.
+    """
     unknowns = tuple(replace(u, start=shared.get(u.name, u.start)) for u in regression.unknowns)
     return replace(regression, unknowns=unknowns, run_starts={**regression.run_starts, **own})

@@ -1,4 +1,4 @@
-"""Binned and whitened residuals of coasts, with their derivatives, as a fit of the road load reads them."""
+"""Binned and whitened residuals of coasts with their derivatives, for the fit of the road load."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import noise_of, road_response
 from vdyn_cli.steps.coastdown.shared_road import slope_factor
 
-SUBSTEPS = 1  # between the nodes of a coast, a second apart: half of it moves no estimate by 1e-6 of its interval
-WORTH_COMPILING = 100  # runs times blocks of unknowns that are saved in every iteration: code for one takes 0.2 s
+SUBSTEPS = 1  # between the nodes of a coast, a second apart: halving it moves no estimate by 1e-6 of its interval
+WORTH_COMPILING = 100  # runs times blocks of unknowns saved in every iteration: compiling a block takes 0.2 s
 START = "start.speed"
 ROUGHNESS = "roughness"
 
 
 @dataclass(frozen=True, eq=False)
 class _SimulatedRun:
-    """A run as a simulator gave it at some values of its unknowns, averaged over the bins: (m,) and (m, k)."""
+    """A simulated run, averaged over the bins: channels (m,) and sensitivities (m, k) at ``values`` of the unknowns."""
 
     simulator: Simulator
     drive: Drive
@@ -42,14 +42,14 @@ class RoadLoadRows:
 
     Parameters
     ----------
-    shared : names of the shared unknowns. at : value of every parameter of the model at which the noise was computed.
-    sizes : of the noise, by source (gust_covariance.SOURCES).
+    shared : names of the shared unknowns. at : parameters of the model at which the noise was computed, SI.
+    sizes : amplitudes of the noise, by source (gust_covariance.SOURCES).
     factors : of each run's covariance, lower triangular (m, m), or (m,) where it is diagonal.
-    road : names of the unknowns of the road that the runs share, linear and independent with a prior of one each.
-    slopes : (b, k) of each run, response of its rows to them where the road's roughness is one.
-    center : (k,) the road's unknowns times the roughness, with which the runs are simulated; the rest is linear.
-    drives : the runs with that slope.
-    hills : names of the unknowns of an effect that describes the road: slopes at equal knots along it.
+    road : names of the shared road's unknowns, which enter linearly and have independent priors of one.
+    slopes : for each run (b, k), response of its rows to them for a roughness of one.
+    center : (k,) the road's unknowns times the roughness at which the runs are simulated and linearized.
+    drives : the runs with the slope of that road.
+    hills : names of the unknowns of an effect that describes the road: slopes at equidistant knots along it.
     made : the last simulation of each run.
     """
 
@@ -83,7 +83,12 @@ class RoadLoadRows:
         return np.delete(np.arange(len(self.shared)), self.road_columns)
 
     def binned(self, run: int, theta: Array) -> tuple[Array, Array]:
-        """Residual (m,), simulated minus measured, and derivatives (m, s + own) of one run, before whitening."""
+        """Residuals (m,), simulated minus measured, and derivatives (m, s + own) of one run, not whitened.
+
+        Parameters
+        ----------
+        theta : (s + own,), the shared unknowns, then the run's own.
+        """
         shared = theta[: len(self.shared)]
         inside = np.concatenate([self.simulated_columns, np.arange(shared.size, theta.size)])
         simulated, columns = self._simulated(run, theta[inside])
@@ -98,7 +103,7 @@ class RoadLoadRows:
     def _simulated(self, run: int, theta: Array) -> tuple[Array, Array]:
         """The channels of one run (m,) and their derivatives (m, k), simulated and averaged over the bins.
 
-        The last answer is kept: a fit ends, and the noise and the intervals begin, where it was computed last.
+        The last simulation is reused: noise and intervals are computed at the values where the fit ended.
         """
         campaign = self.campaign
         start = theta[-1] if campaign.speed_fitted else campaign.runs[run].speed[0]
@@ -130,10 +135,10 @@ class RoadLoadRows:
         return Rows(residual, jacobian, time=time, plain=plain, apart=self.campaign.runs[run].split)
 
     def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> RoadLoadRows | None:
-        """The same rows over the unknowns ``free``, in that order, the others being held at these values.
+        """The rows as functions of the unknowns ``free``, in that order, with the others fixed at ``held``.
 
-        None where the simulation of all runs with fewer unknowns takes less time than making its machine code, or
-        where a slope of the road is held.
+        None where simulating fewer unknowns saves less time than compiling the code for it takes, or where a slope of
+        the road is fixed.
         """
         before, after = (len(blocks(len(names) - len(self.road) + 2)) for names in (self.shared, free))
         if (before - after) * len(self.campaign.runs) < WORTH_COMPILING or not set(self.road) <= set(free):
@@ -155,7 +160,7 @@ class RoadLoadRows:
         return self.center / self.sizes[ROUGHNESS]
 
     def on_road(self, shared: Mapping[str, float]) -> RoadLoadRows:
-        """The same rows, simulated on the road that these unknowns describe."""
+        """The rows simulated on the road that these values of the shared unknowns describe."""
         layout = self.campaign.layout
         if layout is None or not self.road:
             return self
@@ -168,7 +173,7 @@ class RoadLoadRows:
         return replace(self, center=center, drives=tuple(drives))
 
     def weighted(self, sizes: Mapping[str, float], at: Mapping[str, float]) -> RoadLoadRows:
-        """The same rows, whitened with other noise sizes and model parameters."""
+        """The rows whitened with other noise amplitudes and model parameters."""
         runs = range(len(self.campaign.runs))
         factors = tuple(noise_of(self.campaign, k, at).factor(sizes) for k in runs)
         slopes = (
@@ -183,14 +188,19 @@ class RoadLoadRows:
         return slope_factor(np.linspace(*self.campaign.road, len(self.hills)), self.campaign.spectrum)
 
     def random(self) -> RandomUnknowns | None:
-        """The slopes of the road as random unknowns of the noise model; None where there are none."""
+        """The slopes of the road as random unknowns of the noise model; None where no road is estimated."""
         least = self.campaign.roughness or 0.0
         if self.hills:
             return RandomUnknowns(ROUGHNESS, np.array([self.shared.index(n) for n in self.hills], dtype=np.intp), least)
         return RandomUnknowns(ROUGHNESS, self.road_columns, least) if self.road else None
 
     def noisy(self, run: int, theta: Array, at: Mapping[str, float]) -> NoisyRun:
-        """The run for the noise model, its random unknowns independent with derivatives per unit of roughness."""
+        """The run for the noise model; its random unknowns are independent, with derivatives per unit of roughness.
+
+        Parameters
+        ----------
+        theta : (s + own,), the shared unknowns, then the run's own. at : the model's parameters in SI.
+        """
         residual, jacobian = self.binned(run, theta)
         s = len(self.shared)
         shared = jacobian[:, :s].copy()
@@ -203,6 +213,6 @@ class RoadLoadRows:
 
 
 def _of_width(columns: Array, width: int) -> Array:
-    """The first columns, or zeros behind them: planned runs over another stretch have as many unknowns of the road."""
+    """The first ``width`` columns, padded with zeros: planned runs on another road keep the number of its unknowns."""
     missing = max(width - columns.shape[1], 0)
     return np.pad(columns, ((0, 0), (0, missing)))[:, :width]

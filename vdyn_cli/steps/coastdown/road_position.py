@@ -1,4 +1,4 @@
-"""The place of a run on the road, from its logged position."""
+"""Where a run lies on the road, from its logged position."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 
-FEWEST_POSITIONS = 10  # rows with a position, whose mean is then known to a third of the receiver's noise
-MISS = 0.1  # of the distance driven by which the position may differ from it: a trip meter differs by twice
+FEWEST_POSITIONS = 10  # rows with a position: the mean is then accurate to a third of the receiver's noise
+MISS = 0.1  # share of the driven distance by which the position may deviate: a trip meter deviates by twice of it
 
 
 def first_place(time: Array, speed: Array, position: Array, heading: float) -> float | None:
@@ -20,7 +20,7 @@ def first_place(time: Array, speed: Array, position: Array, heading: float) -> f
     Parameters
     ----------
     time, speed, position : (n,) s, m/s, m; the position may be NaN in places.
-    heading : +1 out, -1 back, 0 unknown. A position that rises on the way back (a trip meter) is not a coordinate.
+    heading : +1 out, -1 back, 0 unknown. A position that increases on the way back (trip meter) is not a coordinate.
     """
     there = np.isfinite(position)
     if heading == 0.0 or there.sum() < FEWEST_POSITIONS:
@@ -34,16 +34,21 @@ def first_place(time: Array, speed: Array, position: Array, heading: float) -> f
 
 
 def road_ends(places: Sequence[tuple[float, float, float]]) -> tuple[float, float]:
-    """First and last road coordinate, m, of runs, each (first coordinate m, heading, distance driven m)."""
+    """Lowest and highest road coordinate of all runs, m.
+
+    Parameters
+    ----------
+    places : (coordinate at the first row m, heading, distance driven m) of each run.
+    """
     every = [x + share * h * s for x, h, s in places for share in (0.0, 1.0)]
     return min(every), max(every)
 
 
 def contradicting_position(rise: Sequence[float], headings: Sequence[float]) -> tuple[int, ...]:
-    """Runs whose stated direction the logged position contradicts.
+    """Indices of the runs whose stated direction the logged position contradicts.
 
-    A position that rises in some runs and falls in others is a coordinate of the road, and falls in all runs back or in
-    all runs out: whichever most runs say, and rising out where they are undecided. One that only rises is a trip meter.
+    A position that increases in some runs and decreases in others is a road coordinate. Whether it increases on the way
+    out follows from the majority of the runs; in a tie it does. One that only increases is a trip meter.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""One run of a coast-down campaign as the fit sees it."""
+"""One run of a coast-down campaign as the fit uses it."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from numpy.typing import NDArray
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 
-LOWEST_LEVEL = 1e-4  # in SI, of the white noise in a channel: a simulated log has none
-# m/s, of the speed at which a timer takes the instant: the 0.1 km/h to which loggers of split times state their speed.
-# The fit corrects it by what the runs show (gust_covariance: speed_noise).
+LOWEST_LEVEL = 1e-4  # in SI, smallest white noise of a channel: a simulated log has none
+# m/s, error of the speed at which a timer records a split time: loggers state it to 0.1 km/h. The fit scales it to
+# the residuals (gust_covariance: speed_noise).
 SPLIT_LEVEL = 0.028
 
 
 @dataclass(frozen=True)
 class RoadRun:
-    """One run as the fit sees it.
+    """One run as the fit uses it.
 
     Parameters
     ----------
     time, speed : (n,) s, m/s; finite.
     inputs : grade, wind_speed, and the drive's torque or force: (n,) each, or one number.
+    part : (n,), label of the window of each row.
     acceleration : (n,) m/s^2 specific force, NaN where missing; its zero is already subtracted where ``zero_std`` (the
         standard deviation of that zero, m/s^2) is positive.
-    part : (n,), label of the window of each row.
     heading : +1 out, -1 back, 0 unknown. start : s since the first run began. temperature : K.
-    air_density : kg/m^3 of this run, None for the campaign's.
-    since : s of the log that go before the first row.
+    air_density : kg/m^3 of this run; None: that of the campaign.
+    since : s from the beginning of the log to the first row.
     place : m, road coordinate at the first row; None where it is unknown.
-    split : a table of split times, whose rows are too far apart to show the noise of the speed.
-    slope_error : (n, r), factor of the covariance of the error of the grade; None where the grade states none.
+    split : whether the log is a table of split times, whose rows are too sparse to show the noise of the speed.
+    slope_error : (n, r), factor of the covariance of the error of the grade; None where no error is known.
     """
 
     name: str
@@ -60,7 +60,7 @@ class RoadRun:
 
     @property
     def levels(self) -> dict[str, float]:
-        """White noise in a sample of each measured channel, in its unit."""
+        """Standard deviation of the white noise in a sample of each measured channel, in its unit."""
         channels = {"speed": self.speed, "acceleration": self.acceleration, **self.inputs}
         found = {n: channels.get(n) for n in ("speed", "acceleration", "drive_torque", "drive_force")}
         measured = {n: c for n, c in found.items() if isinstance(c, np.ndarray)}

@@ -1,6 +1,6 @@
-"""Where the runs met the road that they share: its spectrum, the way back, and the place of each run.
+"""Search for the road that the runs share: its spectrum, the overlap of both directions, and each run's place on it.
 
-All by the restricted likelihood of the runs together, before the fit that is published.
+All maximize the restricted likelihood of the runs together, before the published fit.
 """
 
 from __future__ import annotations
@@ -14,36 +14,36 @@ from vdyn_cli.inference import Regression, whiten
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, likelihoods_of
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.campaign import Campaign
-from vdyn_cli.steps.coastdown.noise import met_slopes, slope_response
+from vdyn_cli.steps.coastdown.noise import binned_slopes, slope_response
 from vdyn_cli.steps.coastdown.road_load_regression import prior_information, rows_of, weighted_start
 from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, RoadLoadRows
 from vdyn_cli.steps.coastdown.shared_road import DEFAULT_SPECTRUM, SPECTRA, possible_turns
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-ABOUT = 1.0  # of the log likelihood: a difference as chance makes it for each further parameter (Akaike)
-LEVEL = 1e-3  # share of the roughness that is none
+ABOUT = 1.0  # of the log likelihood: the difference that chance makes for each further parameter (Akaike)
+LEVEL = 1e-3  # scale of the roughness that stands for a level road
 SCALES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0)  # of the roughness at which spectra are compared
 PLACE = 30.0  # m, standard deviation between places at which runs of one direction begin: a tester aims at a mark
-METER = 10.0  # m over which the change of slope is taken: half the distance of the road's knots
-HATS, POWERS = 24, 4  # of a free resistance, a hat every 60 m or more; of a cubic, which a wind over speed resembles
+SHIFT_STEP = 10.0  # m over which the change of slope is differenced: half the distance of the road's knots
+HATS, POWERS = 24, 4  # hat functions of a free resistance, one every 60 m or more; powers of a cubic, for a wind
 ANY_FORCE = 0.02  # of the weight: prior standard deviation of such forces, twice a car's rolling resistance
-REFINED, NEIGHBORS = (15.0, 5.0), 4  # m: steps of the distance between the starts, tried either way, round by round
+REFINED, NEIGHBORS = (15.0, 5.0), 4  # m, grid steps of the distance between the starts, and steps to either side
 
 
 @dataclass(frozen=True)
 class LocatedCampaign:
-    """A campaign on its road, and the baseline's weighted start there (``weighted_start``), where it was needed."""
+    """A campaign with its road, and the baseline's ``weighted_start`` on that road; None where no road is shared."""
 
     campaign: Campaign
     base: Regression | None = None
 
 
 def located(campaign: Campaign) -> LocatedCampaign:
-    """The campaign on the likeliest road, and with the roughness that turns with the heading.
+    """The campaign on the most likely road, with the roughness of the slope that changes sign with the heading.
 
-    Where position is not logged, the distance between the starts of both directions is unknown, about that of a run.
-    The way back lies on the road of the way out at the likeliest one, unless two roads that have nothing in common are
-    ``roads_apart`` times as likely: then the directions keep profiles of their own.
+    Where position is not logged, the distance between the starts of both directions is unknown, about the length of a
+    run; the most likely one is used. Where two independent roads are ``roads_apart`` times as likely, each direction
+    keeps a separate profile instead.
 
     Raises
     ------
@@ -65,12 +65,12 @@ def located(campaign: Campaign) -> LocatedCampaign:
 
 @dataclass(frozen=True)
 class _RoadLikelihood:
-    """The restricted likelihood of a campaign's road, beside any resistance.
+    """The restricted likelihood of a campaign's road, with a free resistance over speed as nuisance.
 
     Parameters
     ----------
     regression : the baseline's. noisy : its runs for the noise model. known : (s,) prior information of their unknowns.
-    response : (b, b) of each run, of its speed to the slope in each of its bins.
+    response : for each run (b, b), response of its speed to the slope in each of its bins.
     """
 
     regression: Regression
@@ -84,21 +84,21 @@ class _RoadLikelihood:
         return rows_of(self.regression)
 
     def __call__(self, tried: Sequence[Campaign], scales: Sequence[float] = (1.0,)) -> Array:
-        """(k, l) log likelihood of each of k campaigns, its roughness scaled by each of l factors."""
+        """Log likelihood (k, l) of k campaigns with the roughness scaled by each of l factors."""
         random = self.rows.random()
         assert random is not None
-        slopes = [[r @ met_slopes(one, k) for k, r in enumerate(self.response)] for one in tried]
+        slopes = [[r @ binned_slopes(one, k) for k, r in enumerate(self.response)] for one in tried]
         every = [[scale * slope for slope in each] for each in slopes for scale in scales]
         found = likelihoods_of(self.noisy, self.rows.sizes, self.known, random, every)
         return found.reshape(len(tried), len(scales))
 
     def roughness(self) -> float:
-        """The likeliest roughness."""
+        """The most likely roughness, m/m."""
         return find_sizes(self.noisy, self.rows.sizes, self.known, self.rows.random())[ROUGHNESS]
 
 
 def _likelihood(campaign: Campaign, hats: int = HATS, regression: Regression | None = None) -> _RoadLikelihood:
-    """The likelihood beside a free resistance of so many hat functions, at the baseline's regression."""
+    """The likelihood with a free resistance of ``hats`` hat functions, at the baseline's regression."""
     regression = weighted_start(campaign) if regression is None else regression
     rows, start = rows_of(regression), regression.start()
     runs = range(len(campaign.runs))
@@ -111,24 +111,24 @@ def _likelihood(campaign: Campaign, hats: int = HATS, regression: Regression | N
 
 
 def _with_spectrum(likelihood: _RoadLikelihood, campaign: Campaign, chosen: float = 0.0) -> tuple[Campaign, float]:
-    """The campaign with the likeliest spectrum, and the scale of its roughness; zero where the runs show no road.
+    """The campaign with the most likely spectrum, and the scale of its roughness; zero where the runs show no road.
 
     Parameters
     ----------
-    chosen : by how much the log likelihood of this campaign exceeds that of all that were compared together.
+    chosen : log likelihood of this campaign minus that of the mixture from which it was selected.
     """
     tried = [replace(campaign, spectrum=k) for k in range(len(SPECTRA))]
     found = likelihood(tried, SCALES)
     most = found.max(axis=1)
     if most.max() - chosen - float(likelihood([campaign], (LEVEL,))[0, 0]) < STEP_POLICY.road_shown:
         return tried[DEFAULT_SPECTRUM], 0.0
-    # Of spectra that are about as likely the one with the longest waves: they resemble a resistance most.
+    # Of about equally likely spectra take the one with the longest waves, which resembles a resistance most.
     k = max(np.flatnonzero(most >= most.max() - ABOUT).tolist())
     return tried[k], SCALES[int(np.argmax(found[k]))]
 
 
 def _turned(likelihood: _RoadLikelihood, campaign: Campaign, scale: float) -> tuple[Campaign, float]:
-    """The campaign and its scale with the way back on the road of the way out, where the runs do not deny that."""
+    """The campaign and its scale with both directions on one road, unless the runs contradict that."""
     turns, expected = possible_turns(campaign.runs)
     at = (scale or 1.0,)
     turned = [replace(campaign, turn=float(turn)) for turn in turns]
@@ -136,14 +136,14 @@ def _turned(likelihood: _RoadLikelihood, campaign: Campaign, scale: float) -> tu
     evidence, k = float(np.log(np.sum(np.exp(gain - gain.max()))) + gain.max()), int(np.argmax(gain))
     if evidence < -np.log(STEP_POLICY.roads_apart):
         return campaign, scale
-    # Evidence of a road is that of all distances together: the likeliest of many fits noise, too.
+    # The evidence averages over all distances, because the most likely of many also fits noise.
     return _with_spectrum(likelihood, turned[k], float(gain[k] - expected[k]) - evidence)
 
 
 def _finely_turned(likelihood: _RoadLikelihood, campaign: Campaign, scale: float, step: float) -> Campaign:
-    """The campaign with the likeliest distance between the starts of both directions near the present one.
+    """The campaign with the most likely distance between the starts of both directions near the present one.
 
-    The runs' own shifts cannot find it: a shift of all runs of a direction moves the road with it.
+    Shifts of single runs cannot find it, because shifting all runs of a direction also shifts the road.
     """
     if campaign.turn is None:
         return campaign
@@ -152,11 +152,11 @@ def _finely_turned(likelihood: _RoadLikelihood, campaign: Campaign, scale: float
 
 
 def _free_forces(campaign: Campaign, run: int, hats: int) -> Array:
-    """The forces in each bin of a run that a resistance or a wind may have, (b, f), in units of the weight.
+    """Free forces of resistance and wind in each bin of a run, (b, f), in units of the weight.
 
-    A road pushes the runs out and the runs back in opposite ways, a resistance alike. So a resistance of any shape
-    over the speed is left free (hat functions), and what turns with the heading as far as a cubic describes it. Where
-    all runs have one heading, a cubic is all: else nothing would be left of the road.
+    A slope acts on runs out and back with opposite signs, a resistance with the same sign. So the resistance may have
+    any shape over the speed (hat functions), and the force that changes sign with the heading may be a cubic. Where
+    all runs have one heading, only a cubic is free, because more would absorb the road.
     """
     runs = campaign.runs
     low, top = min(float(r.speed.min()) for r in runs), max(float(r.speed.max()) for r in runs)
@@ -170,10 +170,10 @@ def _free_forces(campaign: Campaign, run: int, hats: int) -> Array:
 
 
 def _shifted(campaign: Campaign, near: Regression) -> Campaign:
-    """The campaign with each run moved along the road to where it fits best: runs begin about PLACE apart.
+    """The campaign with each run shifted along the road to where it fits best.
 
-    One step of Gauss and Newton: the derivative of a run's speed to its place is its response to the change of slope
-    over a metre. Every shift has a normal prior of standard deviation PLACE, and moves by at most twice of it.
+    One Gauss-Newton step: the derivative of a run's speed with respect to its place is its response to the change of
+    slope per meter. Every shift has a normal prior of standard deviation PLACE and is limited to twice that.
     """
     regression = weighted_start(campaign, near)
     rows, start, layout = rows_of(regression), regression.start(), campaign.layout
@@ -182,8 +182,8 @@ def _shifted(campaign: Campaign, near: Regression) -> Campaign:
     profile, shifts = layout.factor @ rows.center, list(campaign.shifts or [0.0] * len(campaign.runs))
     for k, bins in enumerate(campaign.bins):
         theta = regression.local(start, k)
-        steeper = [layout.moved(k, way * METER).weights(k) @ profile for way in (0.5, -0.5)]
-        response = slope_response(campaign, k, rows.at) @ bins.mean((steeper[0] - steeper[1]) / METER)
+        shifted = [layout.moved(k, way * SHIFT_STEP).weights(k) @ profile for way in (0.5, -0.5)]
+        response = slope_response(campaign, k, rows.at) @ bins.mean((shifted[0] - shifted[1]) / SHIFT_STEP)
         residual, jacobian = rows.binned(k, theta)
         matrix = np.column_stack([jacobian[:, len(rows.shared) :], response])
         white, change = whiten(residual, matrix, cholesky=rows.factors[k])

@@ -1,4 +1,4 @@
-"""When each run began, for effects that change over the day, such as tires that warm up."""
+"""Start time of each run, for effects that change over the day, such as warming tires."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 def run_starts(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[float, ...]:
-    """The start of each run's log after the first one, s.
+    """Start of each run's log, s after the first one.
 
-    By the key ``start`` of the runs, where one has it. Else by the logs' times, where the logs follow one another on
-    one clock. Else logs of minutes count as driven in the order of the description without a pause: the warm-up of the
-    tires is seen then, and only its time constant is uncertain. Longer logs count as trips, each from its own start.
+    From the key ``start`` of the runs, if any run states it. Else from the logs' times, if the logs follow one another
+    on one clock. Else logs of a few minutes are assumed to be driven in the order of the description without a pause:
+    the warm-up of the tires is then visible, with an uncertain time constant. Longer logs are trips and all start at 0.
 
     Parameters
     ----------
-    runs : of the description. logs : one a run, each with at least one sample.
+    runs : of the description. logs : one for each run, each with at least one sample.
     """
     if any(run.start is not None for run in runs):
         return tuple(run.start.value if run.start is not None else 0.0 for run in runs)

@@ -1,7 +1,7 @@
 """Parts of one log that show the road load, and the reason for each part that is left out.
 
-A coast reaches from the last time above the upper speed to the first time below the lower one. On an open road the
-parts driven with torque are taken.
+A coast extends from the last time above the upper speed to the first time below the lower one. On an open road the
+parts with drive torque are used.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Mask = NDArray[np.bool_]
 
-FEWEST_SAMPLES = 20  # of a segment: fewer show neither the noise of the speed nor ten bins
-FEWEST_LEVELS = 3  # of a table of split times, with two intervals: the fewest that show a force that changes with speed
-SMOOTH = 1.0  # s, over which the speed is averaged to find where it passes a limit
-MARGIN = 1.0  # s left out where torque comes and goes: a brake may still be on, the driveline winds up
+FEWEST_SAMPLES = 20  # of a segment: fewer give neither an estimate of the speed's noise nor ten bins
+FEWEST_LEVELS = 3  # of a table of split times: two intervals are the fewest that show a force that changes with speed
+SMOOTH = 1.0  # s, over which the speed is averaged to find where it crosses a limit
+MARGIN = 1.0  # s left out where torque sets in and ends: a brake may still be applied, the driveline winds up
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,10 @@ class CoastSegment:
 
     Parameters
     ----------
-    run : index of the run in the description; ``name`` is its log's, with the times where there are several parts.
-    log : its rows: speed is finite in each.
+    run : index of the run in the description. name : of its log, with the times where there are several parts.
+    log : the segment's rows, each with a finite speed.
     part : (n,), label of the window that each row belongs to.
-    split : a table of split times, whose rows are few and passages of speed levels.
+    split : whether the log is a table of split times, whose few rows are crossings of speed levels.
     """
 
     run: int
@@ -49,7 +49,7 @@ class CoastSegment:
         return fewest_rows(self.split)
 
     def rows(self, keep: Mask) -> CoastSegment:
-        """The segment's rows where ``keep`` (n,)."""
+        """The segment reduced to the rows where ``keep`` (n,) is True."""
         return replace(self, log=rows(self.log, keep), part=self.part[keep])
 
 
@@ -69,11 +69,10 @@ def fewest_rows(split: bool) -> int:
 
 
 def rows(log: Log, keep: Mask) -> Log:
-    """The log's rows where ``keep`` (n,)."""
+    """The log reduced to the rows where ``keep`` (n,) is True."""
     return Log(log.name, log.time[keep], {k: v[keep] for k, v in log.channels.items()}, log.findings)
 
 
-# Six parameters: how much of the window must be covered depends on the other runs.
 def coast_segment(
     run: int,
     log: Log,
@@ -82,11 +81,11 @@ def coast_segment(
     split: bool = False,
     covered_least: float = STEP_POLICY.least_covered,
 ) -> CoastSegment | RejectedSegment:
-    """The part of a log in which the car coasts through a window of speeds, or why there is none.
+    """The part of a log in which the car coasts through a window of speeds, or the reason why there is none.
 
     Parameters
     ----------
-    run : index of the run. window : upper and lower speed, m/s; None: all of the fall. shortest : s.
+    run : index of the run. window : upper and lower speed, m/s; None: the whole fall. shortest : s, least duration.
     split : the log is a table of split times. covered_least : share of the window that the fall must cover.
     """
     speed, start, stop = log["speed"], float(log.time[0]), float(log.time[-1])
@@ -106,7 +105,7 @@ def coast_segment(
     if covered < covered_least:
         reach = f"{3.6 * smooth[top]:.1f} to {3.6 * smooth[end]:.1f} km/h"
         wanted = f"{3.6 * upper:.1f} to {3.6 * lower:.1f} km/h"
-        why = f"coasts from {reach}, less than {100 * covered_least:.0f} % of the speed window {wanted}"
+        why = f"coasts from {reach} only, less than {100 * covered_least:.0f} % of the speed window {wanted}"
         return RejectedSegment(log.name, start, stop, why)
     begin, finish = float(whole.time[top]), float(whole.time[end])
     if finish - begin < shortest:
@@ -121,7 +120,7 @@ def coast_segment(
 
 
 def further_coasts(log: Log, used: CoastSegment) -> list[RejectedSegment]:
-    """Other coasts of a log than the one that is used, over half of its speeds and half of its duration at least."""
+    """Further coasts of a log, with at least half the speed range and half the duration of the used one."""
     first, last = float(used.log.time[0]), float(used.log.time[-1])
     speed = used.log["speed"]
     window, shortest = (float(speed.max()), float(speed.min())), 0.5 * (last - first)
@@ -142,15 +141,15 @@ def further_coasts(log: Log, used: CoastSegment) -> list[RejectedSegment]:
 
 
 def _smoothed(log: Log) -> Array:
-    """The speed averaged over about a second, so that noise does not pass a limit before the car does."""
+    """The speed averaged over about a second, so that noise does not cross a limit before the car does, (n,) m/s."""
     bins = cut(log.time, SMOOTH)
     return np.asarray(np.interp(log.time, bins.time, bins.mean(log["speed"])))
 
 
 def _passage(smooth: Array, upper: float, lower: float) -> tuple[int, int]:
-    """First and last index of the fall from ``upper`` to ``lower``, or of what there is of it.
+    """First and last index of the fall from ``upper`` to ``lower``, or of the part of it that the log contains.
 
-    The fall ends before a rise by half of these speeds: there another coast is prepared.
+    The fall ends before a rise by half of this range, which prepares another coast.
     """
     peak = int(np.argmax(smooth))
     after = smooth[peak:]
@@ -165,14 +164,14 @@ def _passage(smooth: Array, upper: float, lower: float) -> tuple[int, int]:
 def driven_segment(
     run: int, log: Log, demand: Array | None, slowest: float, shortest: float
 ) -> tuple[CoastSegment | None, list[RejectedSegment]]:
-    """The parts of a log faster than ``slowest`` and, where ``demand`` is given, with drive demanded.
+    """The parts of a log faster than ``slowest`` and, where ``demand`` is given, driven; and the rejected parts.
 
     Assumes that the brakes are released while torque or force is above zero, since neither throttle nor brake is
     measured.
 
     Parameters
     ----------
-    demand : (n,), torque or force of the drive, or None. slowest : m/s. shortest : s, of each part.
+    demand : (n,), torque or force of the drive, or None. slowest : m/s. shortest : s, least duration of a part.
     """
     good = np.isfinite(log["speed"]) & (log["speed"] > slowest)
     if demand is not None:
@@ -197,7 +196,7 @@ def driven_segment(
 
 
 def groups(label: NDArray[np.int64]) -> list[tuple[int, int]]:
-    """First and last index of every run of equal labels."""
+    """First and last index of every group of successive equal labels."""
     begins = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
     return list(zip(begins.tolist(), (np.r_[begins[1:], label.size] - 1).tolist(), strict=True))
 

@@ -1,4 +1,4 @@
-"""Which segments of the logs are fitted: coasts or driven parts, in calm air, without brakes."""
+"""Selection of the fitted segments of the logs: coasts or driven parts, in calm air, without brakes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.coastdown.braking import braked_before, without_braking, without_outliers
+from vdyn_cli.steps.coastdown.braking import braked_while_coasting, without_braking, without_outliers
 from vdyn_cli.steps.coastdown.filtered_start import without_filtered_start
 from vdyn_cli.steps.coastdown.late_clutch import without_late_clutch
 from vdyn_cli.steps.coastdown.segments import (
@@ -30,10 +30,10 @@ from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SLOWEST = 1.0  # m/s: below, tires and brakes follow other laws
-LEAST_FILLED = 0.8  # of the rows in which a channel must hold a number to be used
+LEAST_FILLED = 0.8  # share of the rows in which a channel must have a number to be used
 LEAST_SPAN = 1.0  # m/s of a speed window: below, the noise of the speed decides where it begins
-SOME_COVERED = 0.1  # of the speed window, by the runs of a direction none of which covers half: less is no fall
-FEWEST_LISTED = 4  # short parts of one log, from which they are summed up in one entry
+SOME_COVERED = 0.1  # share of the speed window, where no run of a direction covers half: less is not a coast
+FEWEST_LISTED = 4  # number of short parts of one log from which they are listed as one entry
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class SegmentSelection:
 
 
 def drive_signal(settings: CoastdownSettings, logs: Sequence[Log]) -> DriveSignal:
-    """The signal of the drive that every log holds; "coasting" where there is none or the description wants coasts.
+    """The drive signal that every log contains; "coasting" if there is none or the description requests coasts.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def drive_signal(settings: CoastdownSettings, logs: Sequence[Log]) -> DriveSigna
 def selected(
     spec: CoastdownSpec, logs: Sequence[Log], drive: DriveSignal, known: Mapping[str, Given]
 ) -> SegmentSelection:
-    """The segments that are fitted.
+    """The segments that are fitted, and the rejected ones with their reasons.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def selected(
         segments, braked = _without_braked_runs(spec, logs, segments, known)
         rejected += braked
     if segments and settings.windows != "powered":
-        segments, braked = _unbraked(spec, logs, segments, drive, known, window)
+        segments, braked = _without_disturbed_parts(spec, logs, segments, drive, known, window)
         rejected += braked
     if drive == "coasting" and spec.reading.split_times is None:
         rejected += [r for s in segments for r in further_coasts(usable(_own_rows(logs[s.run]), "coasting"), s)]
@@ -117,7 +117,7 @@ def _coast(
     window: tuple[float, float] | None,
     covered: float = STEP_POLICY.least_covered,
 ) -> CoastSegment | RejectedSegment:
-    """The coast of one log through the speed window, of which it must cover a share."""
+    """The coast of one log through the speed window, of which it must cover the share ``covered``."""
     table = spec.reading.split_times is not None
     there = usable(log if table else _own_rows(log), "coasting")
     return coast_segment(run, there, window, spec.settings.minimum_length.value, table, covered)
@@ -130,9 +130,9 @@ def _with_both_directions(
     segments: list[CoastSegment],
     rejected: list[RejectedSegment],
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """The segments, with the runs of a direction of which none covers enough of the speed window.
+    """The segments, with runs of a missing direction added even if they cover little of the speed window.
 
-    Downhill a car may stop slowing down within the window: without those runs a slope passes for resistance.
+    Downhill a car may stop decelerating within the window; without those runs a slope looks like resistance.
     """
     used = {spec.runs[s.run].direction for s in segments}
     lost = [k for k, run in enumerate(spec.runs) if run.direction not in used]
@@ -158,9 +158,9 @@ def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
 
 
 def usable(log: Log, drive: DriveSignal) -> Log:
-    """The rows in which every channel that the fit reads holds a number, without channels that are mostly empty."""
+    """The log without mostly empty channels, reduced to the rows in which every channel of the fit has a number."""
     optional = [n for n in ("grade", "wind_speed", "acceleration") if n in log]
-    there = np.isfinite(log["speed"])  # a stretch that was cut has no speed either
+    there = np.isfinite(log["speed"])  # parts that were cut have no speed either
     empty = [n for n in optional if there.any() and np.isfinite(log[n][there]).mean() < LEAST_FILLED]
     needed = [n for n in optional if n not in empty] + ([] if drive == "coasting" else [f"drive_{drive}"])
     keep = np.all([np.isfinite(log[n]) for n in needed], axis=0) if needed else np.ones(log.time.size, dtype=bool)
@@ -168,9 +168,9 @@ def usable(log: Log, drive: DriveSignal) -> Log:
 
 
 def _own_rows(log: Log) -> Log:
-    """The rows with a measured speed of their own, with the means of all else about them.
+    """The rows with a new measured speed, with the other channels averaged around them.
 
-    A speed that a logger interpolated linearly would pass for a speed without noise.
+    A linearly interpolated speed would be mistaken for a speed without noise.
     """
     own = own_rows(log["speed"])
     if own is None:
@@ -181,7 +181,7 @@ def _own_rows(log: Log) -> Log:
 
 
 def _summed(log: Log, left: list[RejectedSegment]) -> list[RejectedSegment]:
-    """Short parts of one log as one entry: an open road has many."""
+    """Short parts of one log combined into one entry, because an open road has many."""
     if len(left) < FEWEST_LISTED:
         return left
     total = sum(r.stop - r.start for r in left)
@@ -190,7 +190,7 @@ def _summed(log: Log, left: list[RejectedSegment]) -> list[RejectedSegment]:
 
 
 def _calm(segments: Sequence[CoastSegment], limit: float) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Segments with a mean measured wind (m/s) up to the limit, and the others."""
+    """Segments whose mean measured wind is at most ``limit`` (m/s), and the others as rejected."""
     calm, windy = [], []
     for s in segments:
         wind = abs(float(np.mean(s.log["wind_speed"]))) if "wind_speed" in s.log else 0.0
@@ -205,12 +205,12 @@ def _calm(segments: Sequence[CoastSegment], limit: float) -> tuple[list[CoastSeg
 def _without_braked_runs(
     spec: CoastdownSpec, logs: Sequence[Log], segments: list[CoastSegment], known: Mapping[str, Given]
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Segments of runs that were not braked above the speed window: a narrower window does not mend such a run."""
+    """Segments of runs not braked above the speed window, and the others as rejected: their brakes may still drag."""
     wholes = [coast_segment(k, usable(_own_rows(log), "coasting"), None, 0.0) for k, log in enumerate(logs)]
     coasts = [s for s in wholes if isinstance(s, CoastSegment)]
     inertia = known["mass"].value + known["rotating_mass"].value
     pushed = [_known_force(s.log, "coasting", known) / inertia for s in coasts]
-    braked = braked_before(coasts, pushed, [spec.runs[s.run].direction for s in coasts]) if coasts else {}
+    braked = braked_while_coasting(coasts, pushed, [spec.runs[s.run].direction for s in coasts]) if coasts else {}
     kept: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
     for one in segments:
@@ -223,7 +223,7 @@ def _without_braked_runs(
     return kept, rejected
 
 
-def _unbraked(
+def _without_disturbed_parts(
     spec: CoastdownSpec,
     logs: Sequence[Log],
     segments: list[CoastSegment],
@@ -231,13 +231,13 @@ def _unbraked(
     known: Mapping[str, Given],
     window: tuple[float, float] | None,
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Segments without the parts that a brake, an engaged driveline or a throttle changed."""
+    """Segments without the parts that a brake, a clutch, a driveline, a throttle or a filter disturbed."""
     inertia = known["mass"].value + known["rotating_mass"].value
     pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
     directions = [spec.runs[s.run].direction for s in segments]
     if drive != "coasting":
         if all("acceleration" in s.log for s in segments):
-            return segments, []  # hills that an accelerometer sees would be taken for brakes here
+            return segments, []  # unknown hills would be mistaken for brakes here
         return without_outliers(segments, pushed, directions, spec.settings.minimum_length.value)
     every = [s.log["speed"] for s in segments]
     upper, lower = window or (max(float(v.max()) for v in every), min(float(v.min()) for v in every))
@@ -251,7 +251,7 @@ def _unbraked(
 
 
 def _known_force(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> Array:
-    """Force of drive and slope, (n,) N."""
+    """Force by drive and slope, (n,) N."""
     force = -known["mass"].value * GRAVITY * log.channels.get("grade", np.zeros(log.time.size))
     if drive == "torque":
         per_torque = known["driveline_efficiency"].value * known["gear_ratio"].value / known["wheel_radius"].value

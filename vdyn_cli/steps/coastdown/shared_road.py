@@ -1,17 +1,18 @@
-"""The road that all runs share: a random slope profile over position, met again by every run.
+"""The road that all runs share: a random slope profile over position.
 
-A road that undulates pushes every run of one direction alike at the same place, and the runs of the other direction
-the other way. Taken for gusts, which differ from run to run, the same force seen eight times would look eight times
-as certain. So the slope at equal knots is a vector of unknowns of the fit, with a normal prior of standard deviation
-``roughness`` (m/m) and a correlation over distance, the likeliest of a few (SPECTRA): a road may be a sum of waves of
-every length or a few long valleys, and what it does at the lengths that a coast cannot tell from a resistance follows
-from what it does at the others. A slope i accelerates a car by -g i M/(M + mr).
+An undulating road exerts the same force on every run of one direction at the same place, and the opposite force on the
+runs of the other direction. If it were modeled as gusts, which differ from run to run, averaging over the runs would
+seem to remove it, and the intervals would be too narrow. So the slopes at equidistant knots are unknowns of the fit,
+with a normal prior of standard deviation ``roughness`` (m/m) and the most likely of a few correlations over distance
+(SPECTRA). The correlation determines the slope at the wavelengths that a coast cannot separate from a resistance by the
+slope at the others. A slope i accelerates a car by -g i M/(M + mr).
 
-A mean slope is an effect of its own (road_grade). Beside it the road is level on average (``level``); without it, as in
-the baseline, the mean slope is part of the random road.
+The mean slope is a separate candidate effect (road_grade). With it the random road has a mean slope of zero
+(``level``); without it, as in the baseline, the mean slope is part of the random road.
 
-Places come from the logged position, else from the distance that each run has driven: runs of one direction then share
-one profile, and the way back is the mirrored way out where the data say so (``turn``).
+Places come from the logged position, else from the distance that each run has driven. In that case the runs of one
+direction share one profile, and the profile of the way back is the mirrored one of the way out unless the data
+contradict it (``turn``).
 """
 
 from __future__ import annotations
@@ -31,33 +32,33 @@ from vdyn_cli.steps.coastdown.road_run import RoadRun
 
 KNOTS = 96  # of all profiles: 20 to 40 m apart, which a coasting car passes in one bin of 2 s
 # Correlations of the slope as sums of (share, length in m, smooth). Road elevation has a power density of about 1/n^2
-# (ISO 8608), slope a flat one: the third holds waves of 100 m to 2 km alike. Built roads are smooth: vertical curves
-# are parabolas of 100 m to 1 km (the others, Matern 3/2 with a twentieth of rough road). Longest waves last.
+# (ISO 8608), slope a flat one: the third is flat for waves of 100 m to 2 km. Built roads are smooth: vertical curves
+# are parabolas of 100 m to 1 km (the others, Matern 3/2 with 5 % of rough road). Ordered by the longest waves.
 SPECTRA: tuple[tuple[tuple[float, float, bool], ...], ...] = (
     ((0.95, 50.0, True), (0.05, 50.0, False)),
     ((0.95, 120.0, True), (0.05, 50.0, False)),
     ((0.5, 50.0, False), (0.5, 300.0, False)),
     ((0.95, 300.0, True), (0.05, 50.0, False)),
 )
-VARIANCE_SHARE = 0.97  # of the slope, that its unknowns describe; the rest is short waves
+VARIANCE_SHARE = 0.97  # of the slope's variance that its unknowns describe; the rest is short waves
 MOST_UNKNOWNS = 60  # of the slope
 TURN_STD = 0.2  # share of a run's length: standard deviation of where the runs of the other direction begin
-DEFAULT_SPECTRUM = 1  # of SPECTRA, where the runs show none: crests and sags of 100 to 500 m
-EFFECT_NAME = "shared_road"  # under which an effect covers it
-PLACES_BETWEEN = 8  # two sparse samples, at which the slope is taken: an interval of 5 s has 150 m, 4 to 8 knots
+DEFAULT_SPECTRUM = 1  # index in SPECTRA, where the runs show no road: crests and sags of 100 to 500 m
+EFFECT_NAME = "shared_road"  # name in ``covers`` of an effect that replaces the random road
+PLACES_BETWEEN = 8  # two sparse samples at which the slope is evaluated: 5 s are up to 150 m, 4 to 8 knots
 DIAGONAL = 1e-9  # added to the unit diagonal of a correlation matrix, so that its Cholesky factor exists
 
 
 @dataclass(frozen=True)
 class RoadLayout:
-    """Where the runs met the road.
+    """Positions of the runs on the road.
 
     Parameters
     ----------
     knots : (m,) m, ascending within each profile. profile : (m,), label of the profile of each knot.
-    along : (n,) m, coordinate of each sample of each run. owner : profile of each run.
-    sense : +1 where the run meets the profile's uphill as uphill, else -1. spectrum : of SPECTRA.
-    level : each profile is level on average; its roughness is then that about the mean.
+    along : for each run (n,) m, coordinate of its samples. owner : label of the profile of each run.
+    sense : for each run, +1 where it climbs where the profile rises, else -1. spectrum : index in SPECTRA.
+    level : each profile has a mean slope of zero.
     """
 
     knots: Array
@@ -70,7 +71,7 @@ class RoadLayout:
 
     @cached_property
     def factor(self) -> Array:
-        """Factor (m, k) of the correlation of the slopes at the knots, without directions of next to no variance.
+        """Factor (m, k) of the correlation of the slopes at the knots, without directions of negligible variance.
 
         Profiles are independent of each other.
         """
@@ -86,34 +87,34 @@ class RoadLayout:
         return np.asarray(axes[:, kept] * np.sqrt(values[kept]), dtype=np.float64)
 
     def coordinates(self, profile: Array) -> Array:
-        """The unknowns times the roughness, (k,), of the nearest road to a profile of slopes at the knots, (m,)."""
+        """The road's unknowns times the roughness, (k,), that best approximate slopes at the knots, (m,)."""
         return np.asarray(np.linalg.lstsq(self.factor, profile, rcond=None)[0])
 
     def moved(self, run: int, shift: float) -> RoadLayout:
-        """The layout with a run ``shift`` m farther in its own direction."""
+        """The layout with a run shifted by ``shift`` m in its driving direction."""
         along = list(self.along)
         ahead = 1.0 if along[run][-1] >= along[run][0] else -1.0
         along[run] = along[run] + ahead * shift
         return replace(self, along=tuple(along))
 
     def weights(self, run: int) -> Array:
-        """(n, m), of each knot's slope in the uphill slope that a run meets at its samples."""
+        """Weights (n, m) of the knots' slopes in the uphill slope at each sample of a run."""
         return self._weights_at(run, self.along[run], np.arange(self.along[run].size))
 
     def mean_weights(self, run: int, bins: Bins) -> Array:
-        """(b, m), the mean of ``weights`` over the samples of each bin."""
+        """Mean (b, m) of ``weights`` over the samples of each bin."""
         row = np.repeat(np.arange(bins.count.size), bins.count)
         return self._weights_at(run, self.along[run], row) / bins.count[:, None]
 
     def weights_until_next(self, run: int) -> Array:
-        """(n, m), of each knot's slope in the mean uphill slope between a sample and the next, for sparse samples."""
+        """Weights (n, m) of the knots' slopes in the mean uphill slope from each sample to the next, if sparse."""
         along = self.along[run]
         share = (np.arange(PLACES_BETWEEN) + 0.5) / PLACES_BETWEEN
         ahead = along + np.diff(along, append=along[-1]) * share[:, None]
         return self._weights_at(run, ahead.ravel(), np.tile(np.arange(along.size), PLACES_BETWEEN)) / PLACES_BETWEEN
 
     def _weights_at(self, run: int, along: Array, row: NDArray[np.intp]) -> Array:
-        """The weights at places (n,) m, added up in the rows ``row`` (n,) of the result."""
+        """The weights at coordinates ``along`` (n,) m, summed in the rows ``row`` (n,) of the result."""
         mine, size = np.flatnonzero(self.profile == self.owner[run]), self.knots.size
         at = self.knots[mine]
         place = np.clip(along, at[0], at[-1])
@@ -125,7 +126,7 @@ class RoadLayout:
 
 
 def road_unknowns(layout: RoadLayout) -> tuple[Unknown, ...]:
-    """The independent slopes in units of the roughness: nuisances with a prior of one."""
+    """Unknowns of the road in units of the roughness: independent nuisance parameters with a prior of one."""
     degrees = independent_slopes(layout.factor)
     one = Unknown("", 0.0, prior=(0.0, 1.0), nuisance=True, prior_degrees=degrees, prior_stated=False)
     return tuple(replace(one, name=f"road_{k + 1}") for k in range(layout.factor.shape[1]))
@@ -143,22 +144,22 @@ def independent_slopes(factor: Array) -> float:
 
 
 def describes_road(effect: Correction) -> bool:
-    """Whether an effect describes the whole road, so that none is left for the noise."""
+    """Whether an effect describes the whole road, so that the noise contains no random road."""
     return EFFECT_NAME in getattr(effect, "covers", ())
 
 
 def slope_factor(knots: Array, spectrum: int) -> Array:
-    """Lower triangular factor (m, m) of the correlation of slopes at knots (m,) in m."""
+    """Lower triangular factor (m, m) of ``slope_correlation``."""
     correlation = slope_correlation(knots, spectrum)
     return np.asarray(np.linalg.cholesky(correlation + DIAGONAL * np.eye(knots.size)), dtype=np.float64)
 
 
 def slope_correlation(knots: Array, spectrum: int) -> Array:
-    """Correlation (m, m) of slopes at knots (m,) in m.
+    """Correlation (m, m) of slopes at knots.
 
     Parameters
     ----------
-    spectrum : of SPECTRA.
+    knots : (m,) m. spectrum : index in SPECTRA.
     """
     apart = np.abs(knots[:, None] - knots[None, :])
     correlation = np.zeros_like(apart)
@@ -169,13 +170,13 @@ def slope_correlation(knots: Array, spectrum: int) -> Array:
 
 
 def road_layout(runs: Sequence[RoadRun], turn: float | None = None, spectrum: int = 0) -> RoadLayout:
-    """The layout of runs.
+    """The layout of runs on one road, or on a separate profile for each direction.
 
     Parameters
     ----------
-    turn : m, where position is not logged: distance from the start of the runs out to the start of the runs back, over
-        the same road; None: both directions have profiles of their own.
-    spectrum : of SPECTRA.
+    turn : m, used where position is not logged: distance from the start of the runs out to the start of the runs back
+        over the same road; None: each direction has a separate profile.
+    spectrum : index in SPECTRA.
     """
     ways = [r.heading for r in runs]
     if all(r.place is not None for r in runs):
@@ -206,9 +207,9 @@ def road_layout(runs: Sequence[RoadRun], turn: float | None = None, spectrum: in
 
 
 def possible_turns(runs: Sequence[RoadRun]) -> tuple[Array, Array]:
-    """Distances between the starts of both directions, m, and the logarithm of each one's prior probability, (k,).
+    """Distances between the starts of both directions, (k,) m, and the logarithms of their prior probabilities, (k,).
 
-    A test road is driven to and fro: the way back begins about where the way out ended, TURN_STD of its length apart.
+    A test road is driven to and fro: the way back begins where the way out ended, within TURN_STD of its length.
     """
     longest = max(float(r.distance[-1]) for r in runs)
     share = np.linspace(0.6, 1.6, 51)

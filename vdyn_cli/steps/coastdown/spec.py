@@ -1,4 +1,4 @@
-"""The description of a coast-down: what its YAML may say."""
+"""The YAML model of a coast-down."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Road(Strict):
 
     roughness: Annotated[Given, Si("", 0, 0.1)] | None = Field(
         None,
-        description="standard deviation of the road's slope that the intervals hold at least, m/m; 0: level road. "
+        description="least standard deviation of the road's slope that the intervals include, m/m; 0: level road. "
         "Estimated from the runs where it is not given",
     )
     profile: str | None = Field(
@@ -78,7 +78,7 @@ class CoastdownSettings(Strict):
     @field_validator("speed_window", mode="before")
     @classmethod
     def _with_unit(cls, value: Any) -> Any:
-        """Plain numbers are m/s: those that no coast-down reaches are likely km/h."""
+        """Refuse plain numbers above the speeds of coast-downs in m/s: they are likely km/h."""
         numbers = [v for v in value if isinstance(v, (int, float))] if isinstance(value, list) else []
         if len(numbers) == 2 and max(numbers) > LIKELY_KMH:
             high, low = sorted(numbers, reverse=True)

@@ -1,10 +1,10 @@
-"""What a position that contradicts the speed means for the road load.
+"""Interval widening where the position contradicts the speed.
 
-A speed that reads 1/g times the true one (g: position over the integral of the speed) gives, in a coast-down,
+If the speed reads 1/g times the true one (g: position over the integral of the speed), a coast-down has
 
     rolling resistance = g * estimate,    drag area = estimate / g
 
-and the residuals are those of a correct speed: only the position shows it.
+and the residuals do not show the error: only the position does.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vdyn_cli.inference import Solution
 from vdyn_cli.io.quality.distance_gain import CommonGain, common_gain, distance_gain, gain_finding
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.coastdown.agreement import holding
+from vdyn_cli.steps.coastdown.agreement import widened_to_include
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.segments import CoastSegment
 
@@ -26,7 +26,7 @@ POWERS = {"rolling_resistance": 1.0, "drag_area": -1.0}  # of g, by which an est
 
 
 def contradicted_gain(segments: Sequence[CoastSegment]) -> CommonGain | None:
-    """The common gain of the runs' positions over the integrals of their speeds; None where they do not contradict.
+    """Common ratio of position to integrated speed, over all runs; None unless it differs from one significantly.
 
     Parameters
     ----------
@@ -43,9 +43,10 @@ def contradicted_gain(segments: Sequence[CoastSegment]) -> CommonGain | None:
 
 
 def with_speed_gain(fit: RoadLoadFit, gain: CommonGain | None) -> tuple[RoadLoadFit, tuple[Finding, ...]]:
-    """The fit with intervals that hold the road load by either sensor, and the finding on the contradiction.
+    """The fit with intervals that include the road load by either sensor, and the finding on the contradiction.
 
-    A data fault where the gain shifts a parameter by more than ``QUALITY.material_shift`` of its half interval.
+    The finding is a data fault where the gain shifts a parameter by more than ``QUALITY.material_shift`` of its half
+    interval. Unchanged without a gain or with a driven car.
     """
     if gain is None or fit.campaign.drive != "coasting":
         return fit, ()
@@ -53,4 +54,4 @@ def with_speed_gain(fit: RoadLoadFit, gain: CommonGain | None) -> tuple[RoadLoad
     other = {n: solution.values[n] * gain.value**p for n, p in POWERS.items() if n in solution.names}
     halves = {n: 0.5 * (solution.interval95[n][1] - solution.interval95[n][0]) for n in other}
     material = any(abs(v - solution.values[n]) > QUALITY.material_shift * halves[n] for n, v in other.items())
-    return replace(fit, solution=holding(solution, other)), (gain_finding(gain, material),)
+    return replace(fit, solution=widened_to_include(solution, other)), (gain_finding(gain, material),)

@@ -1,4 +1,4 @@
-"""The first seconds of all coasts alike, cut for one reason."""
+"""Removal of the first seconds of all coasts for a common reason."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, rows
 
-BEFORE = 1.0  # s before a coast, within which its log begins with it: the span over which the speed is smoothed
+BEFORE = 1.0  # s before a coast within which a log counts as beginning with it: the speed is smoothed over this span
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class StartCut:
 
     Parameters
     ----------
-    length : s from the start. slack : s, by which a span that the user keeps may miss the ends of the cut. why : a
-        sentence.
+    length : s from the start. slack : s, by which a span that the user keeps may be shorter at either end of the cut.
+    why : a sentence.
     """
 
     length: float
@@ -34,7 +34,7 @@ def without_starts(
     kept: Sequence[Sequence[tuple[float, float]]],
     cut: StartCut,
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without their start, but for those whose start the user keeps, and what was cut.
+    """Coasts without their start, except those whose start the user keeps, and the cut parts.
 
     Parameters
     ----------
@@ -54,9 +54,9 @@ def without_starts(
 
 
 def from_start(coast: Log, whole: Log) -> Log:
-    """The coast with the rows of its log before it, where the log begins with the coast.
+    """The coast, extended to the first row of its log where the log begins with the coast.
 
-    A coast begins at the largest smoothed speed, half a second after the first row of a log that was cut there.
+    A coast begins at the highest smoothed speed, which is half a second after the first row of a log cut there.
     """
     begin, end = float(coast.time[0]), float(coast.time[-1])
     here = np.isfinite(whole["speed"]) & (whole.time <= end)

@@ -13,18 +13,18 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 
-STRIDE = 2  # bins over which a deceleration is taken: one has twice the noise, and only a start is wanted
-INSIDE = 0.01  # of the physical range by which a start keeps off its bounds
+STRIDE = 2  # bins over which a deceleration is computed: one bin would double the noise
+INSIDE = 0.01  # share of the physical range that a start keeps from its bounds
 
 
-def started(campaign: Campaign) -> tuple[Unknown, ...]:
-    """The campaign's unknowns, those of the road load started at a least-squares fit of the decelerations.
+def with_start_values(campaign: Campaign) -> tuple[Unknown, ...]:
+    """The campaign's unknowns, with a least-squares fit of the decelerations as start of those of the road load.
 
     (M + mr) V' = F - frr M g - frr1 M g V - 1/2 rho Cd A (V + w)|V + w|
 
-    A simulation from far off may stop before the car does, and a standing car has no derivative to the road load.
+    Far from the solution the simulated car may stop, and a standing car is not sensitive to the road load.
 
-    Assumes : the mean of a bin stands for its samples. Returns ``campaign.unknowns`` where there are too few bins.
+    Assumes that the mean of a bin represents its samples. Returns ``campaign.unknowns`` with too few bins.
     """
     at = campaign.values
     parts = [_decelerations(campaign, run, bins) for run, bins in zip(campaign.runs, campaign.bins, strict=True)]
@@ -51,7 +51,7 @@ def _moved(unknown: Unknown, start: float) -> Unknown:
 
 
 def _decelerations(campaign: Campaign, run: RoadRun, bins: Bins) -> tuple[Array, Array, Array]:
-    """Speed, headwind, and the force that slowed the car, from bin to bin: (k,) m/s, m/s, N."""
+    """Speed, headwind and decelerating force between bins, (k,) m/s, m/s, N."""
     at, zeros = campaign.values, np.zeros(run.time.size)
     if "drive_torque" in run.inputs:
         drive = run.inputs["drive_torque"] * (at["driveline_efficiency"] * at["gear_ratio"] / at["wheel_radius"])

@@ -10,13 +10,13 @@ from vdyn_cli.steps.coastdown.track_check import track_check
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 
-# Hz: the fit averages over 2 s (campaign.BIN_WIDTH), and the braking tests over tenths of a second. A vehicle that
-# slows down by 1 m/s^2 moves 0.05 m/s in a block, along a straight line.
+# Hz: the fit averages over 2 s (campaign.BIN_WIDTH), and the braking tests over tenths of a second. At 1 m/s^2 the
+# speed changes by 0.05 m/s in a block, linearly with time.
 RATE = 20.0
 
 
 def _on_one_road(spec: CoastdownSpec) -> bool:
-    """Whether the runs go to and fro over one road, where wind and slope turn with the direction."""
+    """Whether the runs go to and fro on one road, so that wind and slope change sign with the direction."""
     return spec.settings.windows != "powered"
 
 
@@ -26,7 +26,7 @@ STEP = Step(
     spec=CoastdownSpec,
     required=("time", "speed"),
     optional=("position", "drive_torque", "drive_force", "acceleration", "grade", "wind_speed", "elevation"),
-    needs=("frontal_area",),  # wheel_inertia is used where it is given, but its own step comes after this one
+    needs=("frontal_area",),  # wheel_inertia is used where it is given, but its step follows this one
     gives=(
         "rolling_resistance",
         "drag_area",

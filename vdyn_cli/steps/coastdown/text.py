@@ -28,7 +28,7 @@ FITTED = {
 def sentence(
     estimates: Mapping[str, Estimate], extra: Mapping[str, Any], fixed: frozenset[str], speed: float, logs: str
 ) -> str:
-    """The closing sentence: both main parameters, and the road load at one speed.
+    """The headline: both main parameters, and the road load at one speed.
 
     Parameters
     ----------
@@ -53,25 +53,25 @@ def sentence(
 
 
 def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference: Conditions, law: str) -> str:
-    """What was done, for the report.
+    """Method text of the report.
 
     Parameters
     ----------
-    separated : how well both main parameters are separated, a sentence. test : conditions of the runs, if known.
-    law : by which the rolling part depends on temperature, in words.
+    separated : sentence of ``separation``. test : conditions of the runs, None if unknown.
+    law : temperature law of the rolling part, in words.
     """
     solution, sizes = fit.solution, fit.sizes
     if fit.campaign.white:
         noise = "Residuals were weighted as if every sample were independent: plain least squares."
     else:
         noise = (
-            "Residuals were whitened with a noise model whose sizes were estimated from them by restricted maximum "
+            "Residuals were whitened with a noise model whose amplitudes were estimated by restricted maximum "
             f"likelihood: gusts of {sizes['gust']:.2f} m/s lasting {sizes['gust_time']:.0f} s and a mean wind that "
             f"differed by {sizes['run_wind']:.2f} m/s from run to run."
         )
     unit = {"run": "runs", "block": "blocks within runs", "model": "the noise model"}[solution.unit]
     found = (
-        f"{FITTED[fit.campaign.accelerometer]} {noise} Intervals come from {solution.n_units} {unit}. "
+        f"{FITTED[fit.campaign.accelerometer]} {noise} Intervals were computed from {solution.n_units} {unit}. "
         f"The inertia was {fit.inertia:.0f} kg, of which {fit.at['rotating_mass']:.0f} kg are rotating parts. "
         f"{separated}"
     )
@@ -85,25 +85,25 @@ def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference
 
 
 def separation(correlation: float | None, now: ExpectedAccuracy | None, wider: ExpectedAccuracy | None) -> str:
-    """How well rolling resistance and drag area are separated, and which window separates them better.
+    """Sentence on how well rolling resistance and drag area are separated, and which window separates them better.
 
     Parameters
     ----------
     correlation : of both in the fit; None where one was fixed.
-    now, wider : expected from the fitted window and from a wider one; None where it is not computed.
+    now, wider : accuracy expected from the fitted window and from a wider one; None where not computed.
     """
     if now is None:
         return "" if correlation is None else f"Rolling resistance and drag area are correlated by {correlation:.2f}."
-    level, state = (now.correlation, "would be") if correlation is None else (correlation, "are")
+    value, state = (now.correlation, "would be") if correlation is None else (correlation, "are")
     found = (
         f"From {3.6 * now.upper:.0f} to {3.6 * now.lower:.0f} km/h rolling resistance and drag area {state} correlated "
-        f"by {level:.2f}: with both free, {now.runs} runs give standard deviations of {100 * now.rolling:.1f} % and "
+        f"by {value:.2f}: with both free, {now.runs} runs give standard deviations of {100 * now.rolling:.1f} % and "
         f"{100 * now.drag:.1f} %."
     )
     if wider is None:
         return found
     return (
-        f"{found} From {3.6 * wider.upper:.0f} to {3.6 * wider.lower:.0f} km/h as many runs would give "
+        f"{found} From {3.6 * wider.upper:.0f} to {3.6 * wider.lower:.0f} km/h the same number of runs would give "
         f"{100 * wider.rolling:.1f} % and {100 * wider.drag:.1f} %, correlated by {wider.correlation:.2f}."
     )
 
@@ -113,11 +113,11 @@ def coefficients(loads: Mapping[str, RoadLoad]) -> Table:
 
     Parameters
     ----------
-    loads : by the heading of their column.
+    loads : by column title.
 
     Returns
     -------
-    Rows F0, F1, F2 in N and km/h, then A, B, C in lbf and mph.
+    Table with rows F0, F1, F2 in N and km/h, then A, B, C in lbf and mph.
     """
     rows = []
     for i, (key, unit) in enumerate(zip(DYNO_KEYS + EPA_KEYS, UNITS, strict=True)):
@@ -138,11 +138,11 @@ def coefficients(loads: Mapping[str, RoadLoad]) -> Table:
 
 
 def forces(loads: Mapping[str, RoadLoad], speeds: Sequence[float]) -> Table:
-    """The force of each road load at some speeds (m/s).
+    """Table of the force of each road load at some speeds (m/s).
 
     Parameters
     ----------
-    loads : by the heading of their column.
+    loads : by column title.
     """
     rows = []
     for v in speeds:
@@ -153,7 +153,7 @@ def forces(loads: Mapping[str, RoadLoad], speeds: Sequence[float]) -> Table:
 
 
 def times(found: Sequence[CoastTimes], load: RoadLoad, inertia: float) -> Table:
-    """Coast-down times with the accuracies of the standards, and their force beside the fitted one.
+    """Table of coast-down times with the accuracies of the standards, and their force beside the fitted one.
 
     Parameters
     ----------
@@ -177,13 +177,13 @@ def times(found: Sequence[CoastTimes], load: RoadLoad, inertia: float) -> Table:
         rows,
         f"Times are harmonic means of a run out and a run back. UN R83 requires at most {100 * R83_LIMIT:g} % of at "
         f"least 4 pairs, WLTP at most {100 * WLTP_LIMIT:g} % of at least 3; an empty cell means too few pairs. "
-        "t is Student's. "
-        "The force from the time assumes no model but inertia: it should agree with the fitted one.",
+        "The accuracies use Student's t. The force from the time assumes no model but inertia: it should agree with "
+        "the fitted one.",
     )
 
 
 def rejections(rejected: Sequence[RejectedSegment]) -> Table:
-    """What was left out, and why."""
+    """Table of the parts that were left out, with reasons."""
     rows = tuple((r.run, f"{r.start:.1f}", f"{r.stop:.1f}", r.why) for r in rejected)
     caption = "Times are those of the log. The fit does not use these parts."
     return Table("rejected", "Left out", ("run", "from [s]", "to [s]", "why"), rows, caption)

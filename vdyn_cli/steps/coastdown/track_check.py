@@ -1,11 +1,11 @@
-"""Coast-downs seen at the track: which runs serve, their directions, order, wind and accuracy; nothing is fitted.
+"""Check of coast-downs at the track: usable runs, directions, order, wind and accuracy; no road load is fitted.
 
 The mean deceleration of each run over the speeds that all runs pass is regressed on direction and order::
 
     a_i = m + d h_i + b t_i
 
-with the heading h = +1 out, -1 back and t the start (or the order) from -1/2 to 1/2: b is the trend of warming tires or
-changing wind, 2 d the difference between the directions, which is that of a slope 2 d / (2 g) or of a wind.
+with the heading h = +1 out, -1 back and t the start (or the order) from -1/2 to 1/2: b is the trend due to warming
+tires or changing wind, 2 d the difference between the directions, due to a slope 2 d / (2 g) or a wind.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the spe
 
 @dataclass(frozen=True)
 class _Effects:
-    """Deviations of the runs' mean decelerations (n,): value and half of the 95 % interval of each; sd of the rest."""
+    """Trend and difference of the mean decelerations with half their 95 % intervals, and the residual's std."""
 
     trend: float
     trend_half: float
@@ -49,24 +49,24 @@ class _Effects:
 def track_check(
     spec: CoastdownSpec, whole: tuple[Log, ...], data: Any, known: Parameters, origin: tuple[int, ...]
 ) -> TrackCheck:
-    """Which runs the step uses, and the balance of the campaign.
+    """The runs that the step rejects with reasons, the evaluated spans, and the balance of the campaign.
 
     Parameters
     ----------
-    spec, data : runs and logs, split at long cuts. whole : the logs of the runs, bridged where they are cut.
-    origin : (len(data),), index in ``whole`` of each.
+    spec, data : runs and logs, split at long cuts. whole : the logs of the runs, interpolated where they are cut.
+    origin : (len(data),), index in ``whole`` of each of ``data``.
 
     Raises
     ------
-    InputError : the step's own reasons to refuse the description.
+    InputError : the step refuses the description.
     """
     evaluated = _evaluated(spec, whole)
     try:
         problem = prepare(spec, data, known)
     except ResultError as error:
-        said = {f.where: f.what.removeprefix("rejected: ") for f in error.findings}
-        default = next(iter(said.values()))
-        return TrackCheck({k: said.get(log.name, default) for k, log in enumerate(whole)}, evaluated)
+        reasons = {f.where: f.what.removeprefix("rejected: ") for f in error.findings}
+        default = next(iter(reasons.values()))
+        return TrackCheck({k: reasons.get(log.name, default) for k, log in enumerate(whole)}, evaluated)
     kept = [replace(s, run=origin[s.run]) for s in problem.selection.segments]
     names = [one.name for one in data]
     rejected: dict[int, str] = {}
@@ -90,13 +90,13 @@ def _duration(segment: CoastSegment) -> float:
 
 
 def _starts(runs: Sequence[Any]) -> tuple[float, ...] | None:
-    """s since the first run; None unless every run has one."""
+    """Start times of the runs, s since the first one; None unless every run states one."""
     found = [r.start.value for r in runs if r.start is not None]
     return tuple(found) if len(found) == len(runs) and np.ptp(found) > 0 else None
 
 
 def _evaluated(spec: CoastdownSpec, whole: Sequence[Log]) -> dict[int, tuple[float, float]]:
-    """First and last time of the coast through the speed window in each log, as if nothing were cut."""
+    """First and last time of the coast through the speed window in each log, ignoring cuts."""
     speeds = [v.value for v in spec.settings.speed_window or ()]
     window = (max(speeds), min(speeds)) if speeds else None
     found = {}
@@ -122,7 +122,7 @@ class _Coasts:
 
     @property
     def order(self) -> Array:
-        """(n,), from -1/2 (first run) to 1/2 (last run), by start or by place in the description."""
+        """(n,), from -1/2 (first run) to 1/2 (last run), by start or by order in the description."""
         at = np.array([self.starts[s.run] if self.starts else float(s.run) for s in self.segments])
         return np.asarray((at - at.min()) / max(float(np.ptp(at)), 1e-12) - 0.5)
 
@@ -136,7 +136,7 @@ class _Coasts:
         return (top, bottom) if top - bottom >= LEAST_SPAN else None
 
     def decelerations(self) -> Array | None:
-        """(n,) m/s^2, over the common speeds."""
+        """Mean decelerations over the common speeds, (n,) m/s^2; None without common speeds."""
         if self.common is None:
             return None
         top, bottom = self.common
@@ -147,17 +147,19 @@ class _Coasts:
         return np.asarray((top - bottom) / np.array(times))
 
     def outlier(self) -> tuple[int, str] | None:
-        """The run whose mean deceleration does not fit the others, and why."""
+        """The run whose mean deceleration is an outlier, and the reason; None where there is none."""
         found = self.decelerations()
         worst = None if found is None else outlying_run(found, self.heading)
         if found is None or worst is None:
             return None
         share = worst.force / float(np.mean(found))
-        why = f"decelerates {100 * abs(share):.1f} % {'more' if share > 0 else 'less'} than the other runs tell"
+        why = (
+            f"decelerates {100 * abs(share):.1f} % {'more' if share > 0 else 'less'} than predicted from the other runs"
+        )
         return self.segments[worst.run].run, f"{why} (p = {worst.p_value:.2g}): brake, gear, traffic or a gust"
 
     def balance(self, names: Sequence[str]) -> CoastBalance:
-        """Directions, order, trend, wind, accuracy and limits; ``names`` of all runs."""
+        """Directions, order, trend, wind, accuracy and limits of the campaign; ``names`` of all its runs."""
         found, directions = self.decelerations(), self.directions
         effects = None if found is None else _effects(found, self.heading, self.order)
         pairs = paired_runs(self.segments, directions)
@@ -241,9 +243,9 @@ def _effects(found: Array, heading: Array, order: Array) -> _Effects | None:
 
 
 def _influence(found: Array, heading: Array) -> list[tuple[float, float] | None]:
-    """For each run: change of the mean without it, and half of the 95 % interval of the others' mean; shares of it.
+    """For each run, change of the mean without it and half the 95 % interval of that mean, relative to the full mean.
 
-    The mean is that of both directions equally, so that a run more in one of them does not shift it.
+    The mean weights both directions equally, so that an additional run in one of them does not shift it.
     """
     shifts: list[tuple[float, float] | None] = []
     for i in range(found.size):
@@ -253,7 +255,7 @@ def _influence(found: Array, heading: Array) -> list[tuple[float, float] | None]
         if any(g.size == 0 for g in groups) or degrees < 1:
             shifts.append(None)
             continue
-        mean = _both_ways(found, heading)
+        mean = _mean_of_directions(found, heading)
         squares = sum(float(np.sum((g - g.mean()) ** 2)) for g in groups)
         error = np.sqrt(squares / degrees * sum(1.0 / g.size for g in groups)) / len(groups)
         shift = float(np.mean([g.mean() for g in groups])) - mean
@@ -261,22 +263,22 @@ def _influence(found: Array, heading: Array) -> list[tuple[float, float] | None]
     return shifts
 
 
-def _both_ways(found: Array, heading: Array) -> float:
+def _mean_of_directions(found: Array, heading: Array) -> float:
     return float(np.mean([found[heading == way].mean() for way in (1.0, -1.0) if np.any(heading == way)]))
 
 
 def _sentences(b: CoastBalance) -> list[str]:
-    """Balance, order, warm-up and wind in words."""
-    said = [f"usable runs: {b.out} out, {b.back} back; pairs: {b.pairs}"]
+    """Sentences on balance, order, warm-up and wind."""
+    lines = [f"usable runs: {b.out} out, {b.back} back; pairs: {b.pairs}"]
     if not b.out and not b.back:
-        said = ["no run states its direction: a wind or a slope looks like resistance; add 'direction: out' or 'back'"]
+        lines = ["no run states its direction: a wind or a slope looks like resistance; add 'direction: out' or 'back'"]
     if b.out != b.back:
-        less = "out" if b.out < b.back else "back"
-        said[0] += f"; drive {abs(b.out - b.back)} more {less}"
+        fewer = "out" if b.out < b.back else "back"
+        lines[0] += f"; drive {abs(b.out - b.back)} more {fewer}"
     if b.unpaired:
-        said.append(f"without a partner in the other direction: {', '.join(b.unpaired)}")
+        lines.append(f"without a run in the opposite direction: {', '.join(b.unpaired)}")
     if b.alternating is False:
-        said.append("directions do not alternate: a change of wind or of the tires looks like a slope; alternate them")
+        lines.append("directions do not alternate: a change of wind or of the tires looks like a slope; alternate them")
     if b.trend is not None and b.trend_half is not None:
         sure = abs(b.trend) > b.trend_half
         text = (
@@ -284,19 +286,19 @@ def _sentences(b: CoastBalance) -> list[str]:
             f"{100 * b.trend_half:.1f} %"
         )
         warm = " (tires still warming up: drive longer before the first run)" if b.trend < 0 else " (wind or load)"
-        said.append(text + (warm if sure else ", which is no significant trend"))
+        lines.append(text + (warm if sure else ", not significant"))
     if b.difference is not None and b.difference_half is not None:
         slope = 100.0 * b.difference / (2.0 * GRAVITY)
         sure = abs(b.difference) > b.difference_half
-        text = f"out less back: {b.difference:+.4f} +- {b.difference_half:.4f} m/s^2"
-        cause = f", as a wind or a slope of {slope:+.2f} % gives" if sure else ", so no steady wind or slope shows"
-        said.append(text + cause)
+        text = f"mean deceleration out minus back: {b.difference:+.4f} +- {b.difference_half:.4f} m/s^2"
+        cause = f": a wind, or a slope of {slope:+.2f} %" if sure else ": no significant wind or slope"
+        lines.append(text + cause)
     if b.scatter is not None:
-        said.append(f"runs of one direction scatter by {100 * b.scatter:.1f} % of the mean deceleration")
+        lines.append(f"runs of one direction scatter by {100 * b.scatter:.1f} % of the mean deceleration")
     measured = [r for r in b.runs if r.wind_mean is not None]
     if measured:
         strongest = max(measured, key=lambda r: abs(r.wind_mean or 0.0))
-        said.append(f"strongest mean wind {strongest.wind_mean:+.1f} m/s along the road ({strongest.run})")
+        lines.append(f"strongest mean wind {strongest.wind_mean:+.1f} m/s along the road ({strongest.run})")
     else:
-        said.append("wind is not measured: what is said of it rests on the scatter and the directions")
-    return said
+        lines.append("wind is not measured: it is judged by the scatter and the directions only")
+    return lines
