@@ -16,7 +16,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.coastdown.force_intervals import spanning_forces
 from vdyn_cli.steps.coastdown.road_load_fit import fit_road_load
-from vdyn_cli.steps.coastdown.shared_road import SPECTRA, slope_correlation
+from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
 
 SHORT = messy_day.Day(upper=25.0, lower=5.0)
 ROUGH = replace(SHORT, rms=0.0015, waves="random")

@@ -42,7 +42,7 @@ class Campaign:
     roughness : stated lower bound of the standard deviation of the road's slope; None where nothing is stated.
     shown_roughness : standard deviation of the slope that changes sign with the heading (road_search.located).
     turn : m, between the starts of both directions over the same road, if found (shared_road.road_layout).
-    spectrum : index of the road's spectrum in shared_road.SPECTRA.
+    spectrum : index of the road's spectrum in road_spectrum.SPECTRA.
     shifts : m, by which each run began farther along than assumed, where position is not logged.
     level_mean : the shared road has a mean slope of zero, because an effect describes the mean slope.
     level_road : an effect describes the road, so the noise contains no random road.

@@ -20,6 +20,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.coastdown.road_run import RoadRun
+from vdyn_cli.steps.elevation_grade import ElevationGrade
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 BIN = 2.0  # s, as the fit averages
@@ -79,3 +80,25 @@ def grade_findings(runs: Sequence[RoadRun], where: str) -> Iterator[Finding]:
     else:
         remedy = "check the unit of the grade, and that its positions are those of the channel 'position'"
     yield Finding(where, what, "", remedy, doubt=True)
+
+
+def felt_grades(
+    grades: Sequence[ElevationGrade], runs: Sequence[RoadRun]
+) -> tuple[tuple[ElevationGrade, ...], Finding] | None:
+    """The grades scaled by the share that the runs' decelerations show, with a finding; None where they show none.
+
+    Parameters
+    ----------
+    runs : the coasts in the logs, with these grades.
+    """
+    felt = felt_share(runs)
+    if felt is None or felt[0] < STEP_POLICY.elevation_felt * felt[1]:
+        return None
+    steepest = max(float(np.std(run.inputs["grade"])) for run in runs)
+    what = (
+        f"the grade is computed from the elevation: {100 * steepest:.2g} % rms; the runs' decelerations show "
+        f"{felt[0]:.2f} +- {felt[1]:.2f} times this grade"
+    )
+    remedy = "map 'grade', or state a surveyed profile under 'road', if the grade is known better"
+    finding = Finding("channels.elevation", what, remedy=remedy, minor=True)
+    return tuple(g.scaled(min(felt[0], 1.0)) for g in grades), finding

@@ -20,13 +20,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Campaign, road_of
-from vdyn_cli.steps.coastdown.elevation_grade import (
-    ElevationGrade,
-    elevation_grades,
-    felt_grades,
-    with_grades,
-)
-from vdyn_cli.steps.coastdown.felt_road import grade_findings
+from vdyn_cli.steps.coastdown.felt_road import felt_grades, grade_findings
 from vdyn_cli.steps.coastdown.force_intervals import averaged_forces, spanning_forces
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
@@ -47,6 +41,7 @@ from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, s
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.coastdown.speed_gain import contradicted_gain, with_speed_gain
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
+from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades, with_grades
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import KNOTS, profile, span_of
 from vdyn_cli.steps.manoeuvre import Manoeuvre

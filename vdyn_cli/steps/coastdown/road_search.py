@@ -17,7 +17,8 @@ from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import binned_slopes, slope_response
 from vdyn_cli.steps.coastdown.road_load_regression import prior_information, rows_of, weighted_start
 from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, RoadLoadRows
-from vdyn_cli.steps.coastdown.shared_road import DEFAULT_SPECTRUM, SPECTRA, possible_turns
+from vdyn_cli.steps.coastdown.shared_road import DEFAULT_SPECTRUM, possible_turns
+from vdyn_cli.steps.road_spectrum import SPECTRA
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 ABOUT = 1.0  # of the log likelihood: the difference that chance makes for each further parameter (Akaike)

@@ -29,17 +29,9 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.bins import Bins
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.road_run import RoadRun
+from vdyn_cli.steps.road_spectrum import slope_correlation
 
 KNOTS = 96  # of all profiles: 20 to 40 m apart, which a coasting car passes in one bin of 2 s
-# Correlations of the slope as sums of (share, length in m, smooth). Road elevation has a power density of about 1/n^2
-# (ISO 8608), slope a flat one: the third is flat for waves of 100 m to 2 km. Built roads are smooth: vertical curves
-# are parabolas of 100 m to 1 km (the others, Matern 3/2 with 5 % of rough road). Ordered by the longest waves.
-SPECTRA: tuple[tuple[tuple[float, float, bool], ...], ...] = (
-    ((0.95, 50.0, True), (0.05, 50.0, False)),
-    ((0.95, 120.0, True), (0.05, 50.0, False)),
-    ((0.5, 50.0, False), (0.5, 300.0, False)),
-    ((0.95, 300.0, True), (0.05, 50.0, False)),
-)
 VARIANCE_SHARE = 0.97  # of the slope's variance that its unknowns describe; the rest is short waves
 MOST_UNKNOWNS = 60  # of the slope
 TURN_STD = 0.2  # share of a run's length: standard deviation of where the runs of the other direction begin
@@ -152,21 +144,6 @@ def slope_factor(knots: Array, spectrum: int) -> Array:
     """Lower triangular factor (m, m) of ``slope_correlation``."""
     correlation = slope_correlation(knots, spectrum)
     return np.asarray(np.linalg.cholesky(correlation + DIAGONAL * np.eye(knots.size)), dtype=np.float64)
-
-
-def slope_correlation(knots: Array, spectrum: int) -> Array:
-    """Correlation (m, m) of slopes at knots.
-
-    Parameters
-    ----------
-    knots : (m,) m. spectrum : index in SPECTRA.
-    """
-    apart = np.abs(knots[:, None] - knots[None, :])
-    correlation = np.zeros_like(apart)
-    for share, length, smooth in SPECTRA[spectrum]:
-        far = np.sqrt(3.0) * apart / length
-        correlation += share * ((1.0 + far) * np.exp(-far) if smooth else np.exp(-apart / length))
-    return correlation
 
 
 def road_layout(runs: Sequence[RoadRun], turn: float | None = None, spectrum: int = 0) -> RoadLayout:

@@ -8,8 +8,8 @@ from tests.coast_cases import known, log_of, solve_day, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.elevation_grade import elevation_grades
 from vdyn_cli.steps.coastdown.step import STEP
+from vdyn_cli.steps.elevation_grade import elevation_grades
 
 LENGTH = 1500.0  # m, of a wave of the road
 STEEP = 0.012

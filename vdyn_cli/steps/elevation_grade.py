@@ -1,7 +1,7 @@
 """The grade of the road from a logged elevation, over the distance that each run drives.
 
 The elevation of a receiver or a barometer has steps, noise and drift, so its difference quotient is not a usable grade.
-The slope at nodes along a run has a normal prior with the correlation of roads (``shared_road``), and the elevation
+The slope at nodes along a run has a normal prior with the correlation of roads (``road_spectrum``), and the elevation
 measures its integral::
 
     z_j = z_0 + sum_(i <= j) d i_i + e_j
@@ -20,12 +20,8 @@ import numpy as np
 
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.felt_road import felt_share
-from vdyn_cli.steps.coastdown.road_run import RoadRun
-from vdyn_cli.steps.coastdown.shared_road import SPECTRA, slope_correlation
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
 
 NODE = 20.0  # m between the nodes, as the knots of a road: a coasting car passes them in a bin of 2 s
 FEWEST, MOST = 8, 400  # nodes of a run; longer runs have longer nodes
@@ -117,28 +113,6 @@ def elevation_grades(logs: Sequence[Log]) -> tuple[ElevationGrade, ...]:
 def with_grades(logs: Sequence[Log], grades: Sequence[ElevationGrade]) -> tuple[Log, ...]:
     """The logs with the grades as channel ``grade``."""
     return tuple(log.with_channels(grade=g.grade) for log, g in zip(logs, grades, strict=True))
-
-
-def felt_grades(
-    grades: Sequence[ElevationGrade], runs: Sequence[RoadRun]
-) -> tuple[tuple[ElevationGrade, ...], Finding] | None:
-    """The grades scaled by the share that the runs' decelerations show, with a finding; None where they show none.
-
-    Parameters
-    ----------
-    runs : the coasts in the logs, with these grades.
-    """
-    felt = felt_share(runs)
-    if felt is None or felt[0] < STEP_POLICY.elevation_felt * felt[1]:
-        return None
-    steepest = max(float(np.std(run.inputs["grade"])) for run in runs)
-    what = (
-        f"the grade is computed from the elevation: {100 * steepest:.2g} % rms; the runs' decelerations show "
-        f"{felt[0]:.2f} +- {felt[1]:.2f} times this grade"
-    )
-    remedy = "map 'grade', or state a surveyed profile under 'road', if the grade is known better"
-    finding = Finding("channels.elevation", what, remedy=remedy, minor=True)
-    return tuple(g.scaled(min(felt[0], 1.0)) for g in grades), finding
 
 
 def _track(log: Log) -> _Track | None:
